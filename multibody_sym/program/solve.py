@@ -1,0 +1,144 @@
+"""The rank-revealing solve of A x = r by Householder QR with column pivoting: the reference that `mbs_solve` in C repeats."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+EPSILON: Final = 2.0**-52
+TIE: Final = 1e-8
+"""Remaining lengths that differ by less than this fraction count as equal; the row declared first is taken."""
+
+
+@dataclass(frozen=True)
+class Solution:
+    """What `solve` returns: x (n), multipliers (s), and the report (rank, conditioning, residual)."""
+
+    solution: Floats
+    multipliers: Floats
+    report: Floats
+
+
+@dataclass(frozen=True)
+class _Factors:
+    """Householder vectors and triangular factor of the kept rows, in `rows` (s x n, one row of A each) and `diagonal`.
+
+    `order[k]` is the row kept k-th; row `order[j]` holds R[k, j] in entry k < min(j, rank) and, where it was kept, the
+    vector of reflection j from entry j on. Reflection k is E - factors[k] v v^T.
+    """
+
+    rows: Floats
+    order: list[int]
+    diagonal: list[float]
+    factors: list[float]
+
+    @property
+    def rank(self) -> int:
+        return len(self.diagonal)
+
+
+def solve(matrix: Floats, right: Floats) -> Solution:
+    """Return the minimum-norm x with A x = r and the multipliers lambda with x = A^T lambda.
+
+    The rows of A, scaled to unit length, are the columns of A^T = Q R P^T; at each step the longest remaining column
+    becomes the pivot (ties: the row declared first) until none exceeds 100 eps max(n, s) |R_11|. Then x = Q R^-T r and
+    R lambda = R^-T r, over the kept rows. Dependent rows take no part: their multipliers are zero, and x is the least
+    squares solution as well whenever they agree with the kept ones.
+
+    Arguments: matrix A (s, n), right r (s,). Returns x (n,), lambda (s,) and the report (3,): the rank; the smallest
+    |R_kk| / |R_11| among the kept rows (0 if there is none); the largest |A x - r| of a dependent row relative to the
+    largest |r|, both in rows of unit length (a zero row counts with length one). Everything is nan if A or r is not
+    finite.
+    Source: Businger, Golub, Linear least squares solutions by Householder transformations, Numer. Math. 7 (1965).
+    """
+    count, size = matrix.shape
+    scale, rows = _scaled(matrix)
+    if not (np.isfinite(scale).all() and np.isfinite(right).all()):
+        return Solution(np.full(size, math.nan), np.full(count, math.nan), np.full(3, math.nan))
+    factors = _factorise(rows, 100.0 * EPSILON * max(size, count))
+    scaled_right = right / scale
+    halfway = _forward(factors, scaled_right)
+    multipliers = _backward(factors, halfway) / scale
+    return Solution(_rotated(factors, halfway, size), multipliers, _report(factors, scaled_right, halfway))
+
+
+def _scaled(matrix: Floats) -> tuple[Floats, Floats]:
+    """Return the lengths of the rows (one for a zero row) and the rows divided by them, without overflow on the way."""
+    largest = np.abs(matrix).max(axis=1, initial=0.0)
+    largest[largest == 0.0] = 1.0
+    with np.errstate(invalid="ignore"):
+        rows = matrix / largest[:, None]
+        lengths = np.sqrt((rows * rows).sum(axis=1))
+    lengths[lengths == 0.0] = 1.0
+    return largest * lengths, rows / lengths[:, None]
+
+
+def _factorise(rows: Floats, tolerance: float) -> _Factors:
+    order = list(range(rows.shape[0]))
+    factors = _Factors(rows, order, [], [])
+    for k in range(min(rows.shape)):
+        lengths = [math.sqrt(float(rows[j, k:] @ rows[j, k:])) for j in order[k:]]
+        first = abs(factors.diagonal[0]) if k else max(lengths)
+        if max(lengths) <= tolerance * first:
+            break
+        chosen = next(i for i, length in enumerate(lengths) if length >= (1.0 - TIE) * max(lengths))
+        order.insert(k, order.pop(k + chosen))
+        _reflect(factors, k, lengths[chosen])
+    return factors
+
+
+def _reflect(factors: _Factors, k: int, length: float) -> None:
+    """Turn the pivot's remaining part onto the k-th axis, and with it that of every row still to come."""
+    rows, pivot = factors.rows, factors.order[k]
+    first = float(rows[pivot, k])
+    diagonal = -length if first > 0.0 else length
+    factors.diagonal.append(diagonal)
+    factors.factors.append(1.0 / (length * (length + abs(first))))
+    rows[pivot, k] = first - diagonal
+    vector = rows[pivot, k:]
+    for j in factors.order[k + 1 :]:
+        rows[j, k:] -= factors.factors[k] * float(vector @ rows[j, k:]) * vector
+
+
+def _forward(factors: _Factors, right: Floats) -> Floats:
+    """Solve R^T y = r over the kept rows."""
+    y = np.zeros(factors.rank)
+    for k, diagonal in enumerate(factors.diagonal):
+        row = factors.order[k]
+        y[k] = (right[row] - factors.rows[row, :k] @ y[:k]) / diagonal
+    return y
+
+
+def _backward(factors: _Factors, y: Floats) -> Floats:
+    """Solve R lambda = y; the multipliers of rows that were not kept are zero."""
+    multipliers = np.zeros(len(factors.order))
+    rest = y.copy()
+    for k in reversed(range(factors.rank)):
+        row = factors.order[k]
+        multipliers[row] = rest[k] / factors.diagonal[k]
+        rest[:k] -= factors.rows[row, :k] * multipliers[row]
+    return multipliers
+
+
+def _rotated(factors: _Factors, y: Floats, size: int) -> Floats:
+    """Return Q (y, 0)."""
+    x = np.zeros(size)
+    x[: factors.rank] = y
+    for k in reversed(range(factors.rank)):
+        vector = factors.rows[factors.order[k], k:]
+        x[k:] -= factors.factors[k] * float(vector @ x[k:]) * vector
+    return x
+
+
+def _report(factors: _Factors, right: Floats, y: Floats) -> Floats:
+    rank = factors.rank
+    diagonal = [abs(d) for d in factors.diagonal]
+    largest = float(np.abs(right).max(initial=0.0))
+    residual = max((abs(right[j] - factors.rows[j, :rank] @ y) for j in factors.order[rank:]), default=0.0)
+    return np.array([float(rank), min(diagonal) / diagonal[0] if rank else 0.0, residual / largest if largest else 0.0])

@@ -1,0 +1,94 @@
+"""The rank-revealing solve against singular values, and its rules for dependent, zero and contradicting rows."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from multibody_sym.program.solve import Solution, solve
+
+
+def random_system(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return A of random size and rank, rows of very different lengths, and an r in its range."""
+    random = np.random.default_rng(seed)
+    count, size = random.integers(0, 9, 2)
+    rank = random.integers(0, min(count, size) + 1)
+    matrix = random.normal(size=(count, rank)) @ random.normal(size=(rank, size))
+    matrix *= 10.0 ** random.uniform(-6, 6, (count, 1))
+    return matrix, matrix @ random.normal(size=size)
+
+
+@given(st.integers(0, 10**6))
+def test_solution_is_that_of_singular_values(seed: int) -> None:
+    matrix, right = random_system(seed)
+    found = solve(matrix, right)
+    lengths = np.linalg.norm(matrix, axis=1)
+    lengths[lengths == 0.0] = 1.0
+    scaled, values = matrix / lengths[:, None], right / lengths
+    if matrix.size:
+        wanted, _, rank, _ = np.linalg.lstsq(scaled, values, rcond=1e-12)
+        assert found.report[0] == rank
+        conditioning = found.report[1] if rank else 1.0
+        assert np.abs(found.solution - wanted).max() <= 1e-13 * (1 + np.abs(wanted).max()) / conditioning
+    else:
+        assert found.report[0] == 0.0 and not found.solution.any() and not found.multipliers.any()
+
+
+@given(st.integers(0, 10**6))
+def test_solution_is_the_transposed_matrix_times_the_multipliers(seed: int) -> None:
+    matrix, right = random_system(seed)
+    found = solve(matrix, right)
+    assert np.abs(matrix.T @ found.multipliers - found.solution).max(initial=0.0) <= 1e-9 * (
+        1 + np.abs(found.solution).max(initial=0.0)
+    )
+    assert np.count_nonzero(found.multipliers) <= found.report[0]
+
+
+@given(st.integers(0, 10**6))
+def test_conditioning_is_near_the_smallest_singular_value(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    matrix = random.normal(size=(4, 6))
+    matrix[3] = matrix[0] + 10.0 ** random.uniform(-8, 0) * matrix[3]
+    values = np.linalg.svd(matrix / np.linalg.norm(matrix, axis=1)[:, None], compute_uv=False)
+    found = solve(matrix, np.ones(4)).report
+    assert found[0] == 4.0
+    assert values[-1] / values[0] / 4 <= found[1] <= 16 * values[-1] / values[0]
+
+
+def test_of_equal_rows_the_one_declared_first_carries_the_multiplier() -> None:
+    row = np.array([0.3, -0.2, 0.7])
+    matrix = np.array([[0.0, 1.0, 0.0], row / 3, row, row * 1e5, [1.0, 0.0, 0.0]])
+    found = solve(matrix, matrix @ np.array([1.0, 2.0, 3.0]))
+    assert found.report[0] == 3.0 and found.report[2] < 1e-14
+    assert found.multipliers[1] != 0.0 and found.multipliers[2] == found.multipliers[3] == 0.0
+    assert found.solution == pytest.approx([1.0, 2.0, 3.0], rel=1e-13)
+
+
+def test_a_contradicting_row_is_left_out_and_reported() -> None:
+    found = solve(np.array([[2.0, 0.0], [1.0, 0.0]]), np.array([2.0, 1.5]))
+    assert found.solution.tolist() == [1.0, 0.0]
+    assert found.report == pytest.approx([1.0, 1.0, 0.5 / 1.5])
+
+
+def test_zero_rows_have_rank_zero_and_show_what_they_contradict() -> None:
+    found = solve(np.zeros((2, 3)), np.array([0.0, -4.0]))
+    assert found.report.tolist() == [0.0, 0.0, 1.0]
+    assert not found.solution.any() and not found.multipliers.any()
+
+
+def test_tiny_and_huge_rows_are_rows_like_any_other() -> None:
+    found = solve(np.array([[3e-200, 4e-200], [4e200, -3e200]]), np.array([5e-200, 5e200]))
+    assert found.solution == pytest.approx([1.4, 0.2], rel=1e-14)
+    assert found.report[0] == 2.0
+
+
+@pytest.mark.parametrize(("entry", "value"), [(math.nan, 1.0), (math.inf, 1.0), (1.0, math.nan), (1.0, -math.inf)])
+def test_what_is_not_finite_is_never_hidden(entry: float, value: float) -> None:
+    matrix = np.array([[1.0, 0.0], [2.0, 0.0]])
+    matrix[1, 0] *= entry
+    found: Solution = solve(matrix, np.array([1.0, value]))
+    assert np.isnan(found.solution).all() and np.isnan(found.multipliers).all() and np.isnan(found.report).all()
