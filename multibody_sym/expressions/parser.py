@@ -1,0 +1,360 @@
+"""The expression language: text to Node, by operator precedence on an explicit stack (no recursion, no evaluation)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import reduce
+from typing import Final
+
+from multibody_sym.errors import ExpressionError
+from multibody_sym.expressions.quantities import QUANTITIES
+from multibody_sym.expressions.tokens import Token, close_match, exact_number, failure, tokens
+from multibody_sym.expressions.units import Dimension, read_unit
+from multibody_sym.scalars.node import (
+    BUILD,
+    PI,
+    Node,
+    add,
+    divide,
+    less,
+    less_equal,
+    multiply,
+    negate,
+    number,
+    power,
+    quantity,
+    real,
+    subtract,
+    symbol,
+)
+
+DEEPEST: Final = 500
+_OPEN, _COMPARISON, _SUM, _PRODUCT, _POWER = 0, 10, 20, 30, 40
+
+_BINARY: Final[dict[str, tuple[int, Callable[[Node, Node], Node]]]] = {
+    "<": (_COMPARISON, less),
+    "<=": (_COMPARISON, less_equal),
+    ">": (_COMPARISON, lambda a, b: less(b, a)),
+    ">=": (_COMPARISON, lambda a, b: less_equal(b, a)),
+    "+": (_SUM, add),
+    "-": (_SUM, subtract),
+    "*": (_PRODUCT, multiply),
+    "/": (_PRODUCT, divide),
+    "^": (_POWER, power),
+    "**": (_POWER, power),
+}
+_OF_ONE: Final = "sin cos tan asin acos atan sinh cosh tanh exp log sqrt abs sign"
+FUNCTIONS: Final[dict[str, tuple[str, ...]]] = {
+    **dict.fromkeys(_OF_ONE.split(), ("x",)),
+    "atan2": ("y", "x"),
+    "min": ("a", "b", "..."),
+    "max": ("a", "b", "..."),
+    "where": ("condition", "a", "b"),
+}
+"""Every function by its name, with its arguments; `...` stands for any number of further ones."""
+
+_MEANT: Final = {
+    "arcsin": "asin(x)", "arccos": "acos(x)", "arctan": "atan(x)", "arctan2": "atan2(y, x)", "ln": "log(x)",
+    "pow": "x^y", "sgn": "sign(x)", "fabs": "abs(x)", "if": "where(condition, a, b)", "log10": "log(x)/log(10)",
+    "minimum": "min(a, b)", "maximum": "max(a, b)", "radians": "x*pi/180", "square": "x^2", "power": "x^y",
+    "cot": "1/tan(x)", "sec": "1/cos(x)", "csc": "1/sin(x)", "energy": "total_energy()",
+}
+
+
+def parse(text: str) -> Node:
+    """Return the Node that `text` spells; a name that is not a function's becomes a symbol, and `t` is one of them.
+
+    Raises ExpressionError with the column of what is wrong, also where a constant part has no finite real value.
+    """
+    return _Parser(text, tokens(text)).whole()
+
+
+def parse_scalar(text: str) -> tuple[Node, Dimension | None]:
+    """Return (value in SI, dimension) of one number with a unit (`-9.81 m/s^2`), or (expression, None).
+
+    Raises ExpressionError with the column of what is wrong.
+    """
+    found = tokens(text)
+    signs = found[0].kind in ("-", "+")
+    following = found[signs + 1 :]
+    if found[signs].kind != "number" or not _starts_unit(following):
+        return _Parser(text, found).whole(), None
+    factor, dimension = _unit(text, found[signs], following)
+    try:
+        value = number(exact_number(text, found[signs])) * factor
+    except ExpressionError as error:
+        raise failure(text, found[signs].column, error.message) from None
+    return (negate(value) if found[0].kind == "-" else value), dimension
+
+
+def _starts_unit(following: list[Token]) -> bool:
+    if not following:
+        return False
+    return following[0].kind == "name" or (following[0].text == "1" and following[1].kind == "/")
+
+
+def _unit(text: str, value: Token, following: list[Token]) -> tuple[Node, Dimension]:
+    try:
+        return read_unit(text, following)
+    except ExpressionError as error:
+        if error.where.column == following[0].column and following[0].kind == "name":
+            error = failure(text, following[0].column, f"{error.message}; {_product(value, following[0])}")
+        raise error from None
+
+
+def _product(before: Token, after: Token) -> str:
+    return f"a product is written with *: {before.text[-20:]}*{after.text[:20]}"
+
+
+@dataclass(slots=True)
+class _Frame:
+    """What waits on the stack for its right side: a binary operator, a sign, a parenthesis or a call."""
+
+    token: Token
+    strength: int
+    build: Callable[..., Node] | None = None
+    operands: int = 0
+    first: int = 0
+
+
+class _Parser:
+    """The state of one reading: the next token, the values read, and the frames that wait for more."""
+
+    def __init__(self, text: str, found: list[Token]) -> None:
+        self.text = text
+        self.found = found
+        self.place = 0
+        self.values: list[Node] = []
+        self.frames: list[_Frame] = []
+
+    def whole(self) -> Node:
+        while True:
+            while not self.operand():
+                pass
+            if self.operator():
+                return self.values[0]
+
+    def error(self, token: Token, message: str) -> ExpressionError:
+        return failure(self.text, token.column, message)
+
+    def push(self, frame: _Frame) -> None:
+        if len(self.frames) >= DEEPEST:
+            raise self.error(frame.token, f"the expression is nested more than {DEEPEST} deep")
+        self.frames.append(frame)
+
+    # --- operands ---
+
+    def operand(self) -> bool:
+        """Read one token where an operand must stand; return whether the operand is complete."""
+        token = self.found[self.place]
+        self.place += 1
+        if token.kind == "number":
+            self.values.append(self.built(token, number, exact_number(self.text, token)))
+        elif token.kind == "name":
+            return self.named(token)
+        elif token.kind in ("-", "+"):
+            waiting = self.frames[-1].strength if self.frames else _OPEN
+            self.push(_Frame(token, max(waiting, _SUM), negate if token.kind == "-" else _unchanged, 1))
+            return False
+        elif token.kind == "(":
+            self.push(_Frame(token, _OPEN))
+            return False
+        else:
+            raise self.error(token, self.no_operand(token))
+        return True
+
+    def named(self, token: Token) -> bool:
+        if self.found[self.place].kind != "(":
+            self.values.append(PI if token.text == "pi" else symbol(token.text))
+            return True
+        self.place += 1
+        if token.text in FUNCTIONS:
+            self.push(_Frame(token, _OPEN, first=len(self.values)))
+            return False
+        if token.text in QUANTITIES:
+            self.values.append(self.quantity(token))
+        elif token.text == "real":
+            self.values.append(self.real(token))
+        else:
+            raise self.error(token, _no_function(token.text))
+        return True
+
+    def quantity(self, token: Token) -> Node:
+        names: list[str] = []
+        if self.found[self.place].kind == ")":
+            self.place += 1
+        else:
+            while True:
+                names.append(self.dotted_name())
+                closing = self.found[self.place]
+                self.place += 1
+                if closing.kind == ")":
+                    break
+                if closing.kind != ",":
+                    raise self.error(closing, self.no_name(token, closing))
+        wanted = QUANTITIES[token.text].arguments
+        if len(names) != len(wanted):
+            raise self.error(token, _arity(token.text, wanted, len(names)))
+        return quantity(token.text, names)
+
+    def dotted_name(self) -> str:
+        parts: list[str] = []
+        while True:
+            token = self.found[self.place]
+            if token.kind not in ("name", "quoted"):
+                raise self.error(token, f"a name must stand here{_instead(token)}; other names are quoted: 'rod-2'.pin")
+            quote = token.text[0]
+            name = token.text if token.kind == "name" else token.text[1:-1].replace(quote * 2, quote)
+            if not name:
+                raise self.error(token, "the quoted name is empty")
+            parts.append(name)
+            self.place += 1
+            if self.found[self.place].kind != ".":
+                return ".".join(parts)
+            self.place += 1
+
+    def no_name(self, function: Token, token: Token) -> str:
+        if token.kind == "end":
+            return f"the parenthesis of {function.text}( is never closed; {_QUOTE}"
+        return f"'{token.text}' has no place in a name; names that are not letters, digits and _ are quoted: 'rod-2'.pin"
+
+    def real(self, token: Token) -> Node:
+        sign = self.found[self.place]
+        self.place += sign.kind == "-"
+        value, closing = self.found[self.place], self.found[self.place + 1 : self.place + 2]
+        if value.kind != "number" or not closing or closing[0].kind != ")":
+            raise self.error(token, "real(...) takes one number: real(0.1)")
+        self.place += 2
+        exact_number(self.text, value)
+        return real(-float(value.text) if sign.kind == "-" else float(value.text))
+
+    def no_operand(self, token: Token) -> str:
+        before = self.found[self.place - 2] if self.place > 1 else None
+        if before is None:
+            return "an expression is missing" if token.kind == "end" else f"an expression cannot start with {token.text}"
+        if token.kind == "quoted":
+            return "quoted names stand only in the arguments of position(...), reaction(...) and the like"
+        if before.text == "*" and token.text == "*":
+            return "a power is written ** or ^"
+        if before.text == "/" and token.text == "/":
+            return "a quotient is written with one /"
+        what = f"'{token.text}'" if token.text else "the end"
+        return f"something is missing between '{before.text}' and {what}"
+
+    # --- operators ---
+
+    def operator(self) -> bool:
+        """Read tokens where an operator must stand, up to a binary one; return whether the expression is complete."""
+        while True:
+            token = self.found[self.place]
+            self.place += 1
+            if token.kind in _BINARY:
+                self.binary(token)
+                return False
+            if token.kind == "end":
+                self.finish()
+                return True
+            if token.kind == ",":
+                self.comma(token)
+                return False
+            if token.kind != ")":
+                raise self.error(token, self.no_operator(token))
+            self.close(token)
+
+    def binary(self, token: Token) -> None:
+        strength, build = _BINARY[token.kind]
+        self.reduce(strength)
+        if strength == _COMPARISON and self.frames and self.frames[-1].strength == _COMPARISON:
+            raise self.error(token, "comparisons do not chain; write where(a < b, b < c, 0) for a < b < c")
+        self.push(_Frame(token, strength - 1 if strength == _POWER else strength, build, 2))
+
+    def reduce(self, strength: int) -> None:
+        """Build every waiting operator that binds at least as strongly as `strength`."""
+        while self.frames and self.frames[-1].strength >= max(strength, 1):
+            frame = self.frames[-1]
+            if frame.strength == strength == _COMPARISON:
+                return
+            self.frames.pop()
+            assert frame.build is not None
+            operands = self.values[-frame.operands :]
+            del self.values[-frame.operands :]
+            self.values.append(self.built(frame.token, frame.build, *operands))
+
+    def close(self, token: Token) -> None:
+        self.reduce(_OPEN)
+        if not self.frames:
+            raise self.error(token, "this ) closes nothing")
+        frame = self.frames.pop()
+        if frame.token.kind == "name":
+            self.call(frame)
+
+    def call(self, frame: _Frame) -> None:
+        name, operands = frame.token.text, self.values[frame.first :]
+        wanted = FUNCTIONS[name]
+        if len(operands) != len(wanted) if wanted[-1] != "..." else len(operands) < 2:
+            raise self.error(frame.token, _arity(name, wanted, len(operands)))
+        del self.values[frame.first :]
+        build = BUILD[name]
+        if wanted[-1] == "...":
+            self.values.append(self.built(frame.token, lambda *all_of: reduce(build, all_of), *operands))
+        else:
+            self.values.append(self.built(frame.token, build, *operands))
+
+    def comma(self, token: Token) -> None:
+        self.reduce(_OPEN)
+        if not self.frames or self.frames[-1].token.kind != "name":
+            before, after = self.found[self.place - 2], self.found[self.place]
+            message = "a comma stands only between the arguments of a function"
+            if before.kind == after.kind == "number" and not self.frames:
+                message += f"; a decimal is written {before.text}.{after.text}"
+            raise self.error(token, message)
+
+    def finish(self) -> None:
+        self.reduce(_OPEN)
+        if self.frames:
+            raise self.error(self.frames[-1].token, f"the parenthesis that opens here is never closed; {_QUOTE}")
+
+    def no_operator(self, token: Token) -> str:
+        before = self.found[self.place - 2]
+        if token.kind == ".":
+            return "names are joined by a dot only in the arguments of position(...), reaction(...) and the like"
+        if before.kind == "number" and token.kind == "name":
+            return (
+                f"{_product(before, token)}; a unit stands only after a single number that is a value by itself "
+                "(give that number a name under parameters)"
+            )
+        if before.kind == "name" and before.text in FUNCTIONS:
+            return f"the argument of {before.text} stands in parentheses: {before.text}(...)"
+        if token.text in ("and", "or", "not", "if", "else"):
+            return f"'{token.text}' is no operator; conditions are combined with where, min and max"
+        return f"an operator is missing before '{token.text[:20]}'; {_product(before, token)}"
+
+    def built(self, token: Token, build: Callable[..., Node], *operands: object) -> Node:
+        try:
+            return build(*operands)
+        except ExpressionError as error:
+            raise self.error(token, error.message) from None
+
+
+_QUOTE: Final = 'in a list or map {...} an expression that contains a comma is quoted: "atan2(y, x)"'
+
+
+def _unchanged(a: Node) -> Node:
+    return a
+
+
+def _instead(token: Token) -> str:
+    return f", not '{token.text}'" if token.text else ""
+
+
+def _arity(name: str, wanted: tuple[str, ...], given: int) -> str:
+    count = "two or more" if wanted and wanted[-1] == "..." else str(len(wanted))
+    plural = "" if count == "1" else "s"
+    return f"{name}({', '.join(wanted)}) takes {count} argument{plural}, not {given}"
+
+
+def _no_function(name: str) -> str:
+    guess = _MEANT.get(name.lower()) or close_match(name, [*FUNCTIONS, *QUANTITIES])
+    meant = f"did you mean {guess}?" if guess else f"a product is written with *: {name[:20]}*(...)"
+    return f"there is no function '{name}'; {meant}"

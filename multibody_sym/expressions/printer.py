@@ -1,0 +1,196 @@
+"""Nodes as text in the model's own language: the fewest parentheses, and the parser reads back the identical Node."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Final, NamedTuple
+
+from multibody_sym.errors import ExpressionError
+from multibody_sym.scalars.node import Node, postorder
+
+LONGEST_TEXT: Final = 100_000
+_LONGEST_DECIMAL: Final = 25
+COMPARISON, SUM, PRODUCT, POWER, ATOM = 10, 20, 30, 40, 50
+
+
+class Piece(NamedTuple):
+    """The text of a sub-expression and how strongly its outermost operator binds."""
+
+    text: str
+    strength: int
+
+
+def text(node: Node) -> str:
+    """Return `node` in the model's own language, such that the parser returns the identical Node.
+
+    Slots, which only programs hold, print as `q[0]`. Raises ExpressionError past `LONGEST_TEXT` characters.
+    """
+    pieces: dict[Node, Piece] = {}
+    for n in postorder([node]):
+        piece = _PRINTERS.get(n.op, _function)(n, pieces)
+        if len(piece.text) > LONGEST_TEXT:
+            raise ExpressionError(f"the expression is longer than {LONGEST_TEXT} characters; give its parts names")
+        pieces[n] = piece
+    return pieces[node].text
+
+
+def _within(piece: Piece, strength: int) -> str:
+    return piece.text if piece.strength >= strength else f"({piece.text})"
+
+
+def _leaf(n: Node, pieces: dict[Node, Piece]) -> Piece:
+    if n.op == "slot":
+        return Piece(f"{n.data[0]}[{n.data[1]}]", ATOM)
+    if n.op == "quantity":
+        names = ", ".join(".".join(map(_quoted, name.split("."))) for name in n.data[1])
+        return Piece(f"{n.data[0]}({names})", ATOM)
+    if n.op == "real":
+        return Piece(f"real({n.data!r})", ATOM)
+    return Piece("pi" if n.op == "pi" else n.data, ATOM)
+
+
+def _quoted(name: str) -> str:
+    plain = name.isascii() and name[:1].isalpha() and name.replace("_", "").isalnum()
+    return name if plain else "'" + name.replace("'", "''") + "'"
+
+
+def _number(n: Node, pieces: dict[Node, Piece]) -> Piece:
+    if n.data < 0:
+        return Piece("-" + _exact(-n.data).text, SUM)
+    return _exact(n.data)
+
+
+def _exact(value: int | Fraction) -> Piece:
+    """Return a number that is not negative: an integer, an exact decimal, or a quotient of integers."""
+    if value.denominator == 1:
+        digits = str(value)
+        mantissa = digits.rstrip("0")
+        short = len(digits) - len(mantissa) > 6
+        return Piece(_scientific(mantissa, len(digits) - 1) if short else digits, ATOM)
+    decimal = _decimal(Fraction(value))
+    if decimal:
+        return Piece(decimal, ATOM)
+    return Piece(f"{_exact(value.numerator).text}/{_exact(value.denominator).text}", PRODUCT)
+
+
+def _scientific(digits: str, exponent: int) -> str:
+    return f"{digits[0]}{'.' if len(digits) > 1 else ''}{digits[1:]}e{exponent}"
+
+
+def _decimal(value: Fraction) -> str | None:
+    """Return a fraction as an exact decimal, or None where it has none of reasonable length."""
+    twos, rest = _multiplicity(value.denominator, 2)
+    fives, rest = _multiplicity(rest, 5)
+    if rest != 1:
+        return None
+    places = max(twos, fives)
+    digits = str(value.numerator * 10**places // value.denominator)
+    if len(digits) > _LONGEST_DECIMAL:
+        return None
+    if len(digits) < places - 3:
+        return _scientific(digits, len(digits) - 1 - places)
+    digits = digits.rjust(places + 1, "0")
+    return f"{digits[:-places]}.{digits[-places:]}"
+
+
+def _multiplicity(value: int, prime: int) -> tuple[int, int]:
+    count = 0
+    while value % prime == 0:
+        value //= prime
+        count += 1
+    return count, value
+
+
+def _neg(n: Node, pieces: dict[Node, Piece]) -> Piece:
+    return Piece("-" + _within(pieces[n.args[0]], PRODUCT), SUM)
+
+
+def _add(n: Node, pieces: dict[Node, Piece]) -> Piece:
+    a, b = _arranged(n, pieces)
+    first = _within(pieces[a], SUM)
+    if b.op == "neg":
+        return Piece(f"{first} - {_within(pieces[b.args[0]], PRODUCT)}", SUM)
+    if b.op == "number" and b.data < 0:
+        return Piece(f"{first} - {_exact(-b.data).text}", SUM)
+    return Piece(f"{first} + {_within(pieces[b], SUM + 1)}", SUM)
+
+
+def _arranged(n: Node, pieces: dict[Node, Piece]) -> tuple[Node, Node]:
+    """Return the operands of a commutative operation: a nested one first (it needs no parentheses), numbers last."""
+    a, b = n.args
+    if b.op == "neg" or _rank(n.op, a, pieces) <= _rank(n.op, b, pieces):
+        return a, b
+    return b, a
+
+
+def _rank(op: str, n: Node, pieces: dict[Node, Piece]) -> tuple[int, int, str]:
+    if n.op == op or (op == "mul" and n.op == "div"):
+        return (0 if n.op == op else 1, 0, "")
+    if op == "add" and n.op in ("number", "real"):
+        return (3, 0, "")
+    if op == "add":
+        return (2, 0, pieces[n].text)
+    return (2, _PLACE_IN_PRODUCT.get(n.op, 3), pieces[n].text)
+
+
+_PLACE_IN_PRODUCT: Final = {"number": 0, "real": 0, "pi": 1, "symbol": 1, "slot": 1, "pow": 2, "add": 4}
+
+
+def _mul(n: Node, pieces: dict[Node, Piece]) -> Piece:
+    if n.args[0].op == "number":
+        return _multiple(n.args[0].data, n.args[1], pieces)
+    a, b = _arranged(n, pieces)
+    return Piece(f"{_within(pieces[a], PRODUCT)}*{_within(pieces[b], PRODUCT + 1)}", PRODUCT)
+
+
+def _multiple(factor: int | Fraction, n: Node, pieces: dict[Node, Piece]) -> Piece:
+    """Return factor * n, where factor > 0: `m*r^2/12`, `2*x/3`, `0.1*x`."""
+    above, below = factor.numerator, factor.denominator
+    small = below < 10 and above < 10 or above == 1 and below < 100 and below % 10 != 0
+    if not small and below != 1 and _decimal(Fraction(factor)):
+        return Piece(f"{_exact(factor).text}*{_led(n, pieces)}", PRODUCT)
+    product = f"{_exact(above).text}*{_led(n, pieces)}" if above != 1 else _within(pieces[n], PRODUCT)
+    return Piece(product if below == 1 else f"{product}/{below}", PRODUCT)
+
+
+def _led(n: Node, pieces: dict[Node, Piece]) -> str:
+    """Return the text of `n` as what a leading number multiplies: a product may follow bare, a quotient may not."""
+    first = n
+    while first.op == "mul":
+        first = _arranged(first, pieces)[0]
+    return f"({pieces[n].text})" if first.op == "div" else _within(pieces[n], PRODUCT)
+
+
+def _div(n: Node, pieces: dict[Node, Piece]) -> Piece:
+    a, b = (pieces[x] for x in n.args)
+    return Piece(f"{_within(a, PRODUCT)}/{_within(b, PRODUCT + 1)}", PRODUCT)
+
+
+def _pow(n: Node, pieces: dict[Node, Piece]) -> Piece:
+    base, exponent = (pieces[x] for x in n.args)
+    return Piece(f"{_within(base, POWER + 1)}^{_within(exponent, POWER)}", POWER)
+
+
+def _comparison(n: Node, pieces: dict[Node, Piece]) -> Piece:
+    a, b = (_within(pieces[x], SUM) for x in n.args)
+    return Piece(f"{a} {'<' if n.op == 'less' else '<='} {b}", COMPARISON)
+
+
+def _extreme(n: Node, pieces: dict[Node, Piece]) -> Piece:
+    a, b = _arranged(n, pieces)
+    first = pieces[a].text
+    if a.op == n.op:
+        first = first[len(n.op) + 1 : -1]
+    return Piece(f"{n.op}({first}, {pieces[b].text})", ATOM)
+
+
+def _function(n: Node, pieces: dict[Node, Piece]) -> Piece:
+    return Piece(f"{n.op}({', '.join(pieces[a].text for a in n.args)})", ATOM)
+
+
+_PRINTERS: Final[dict[str, Callable[[Node, dict[Node, Piece]], Piece]]] = {
+    "symbol": _leaf, "slot": _leaf, "quantity": _leaf, "real": _leaf, "pi": _leaf, "number": _number,
+    "neg": _neg, "add": _add, "mul": _mul, "div": _div, "pow": _pow, "less": _comparison, "less_equal": _comparison,
+    "min": _extreme, "max": _extreme,
+}

@@ -1,0 +1,130 @@
+"""Tokens of the expression language, its limits, and errors that show their column."""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+from typing import Final, NamedTuple
+
+from multibody_sym.errors import ExpressionError
+
+LONGEST_TEXT: Final = 100_000
+MOST_TOKENS: Final = 50_000
+LONGEST_NAME: Final = 100
+MOST_DIGITS: Final = 400
+LARGEST_EXPONENT: Final = 400
+_SHOWN_EACH_SIDE: Final = 40
+
+_TOKEN: Final = re.compile(
+    r"""(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)
+      | (?P<name>[A-Za-z][A-Za-z0-9_]*)
+      | (?P<quoted>'[^']*(?:''[^']*)*'|"[^"]*(?:""[^"]*)*")
+      | (?P<operator>\*\*|<=|>=|[-+*/^(),<>.])
+      | (?P<blank>[ \t\r\n]+)""",
+    re.VERBOSE,
+)
+_ADVICE: Final = {
+    "=": "comparisons are < <= > >=, and an equation is written as the difference of its sides",
+    ":": "a quotient is written with /",
+    "!": "comparisons are < <= > >=",
+    "&": "conditions are combined with where, min and max",
+    "|": "conditions are combined with where, min and max; the absolute value is abs(x)",
+    "%": "write a percentage as a decimal",
+    "_": "names start with a letter, and digits are written without _",
+    "[": "this is one expression, not a list",
+    "]": "this is one expression, not a list",
+    "{": "this is one expression, not a map",
+    "}": "this is one expression, not a map",
+    "\\": "names and functions are written without a backslash",
+    "'": "the quote is never closed",
+    '"': "the quote is never closed",
+    "°": "write deg", "²": "write ^2", "³": "write ^3", "µ": "write u", "μ": "write mu, or u in a unit",
+    "·": "write *", "×": "write *", "÷": "write /", "−": "write -", "–": "write -", "π": "write pi",
+    "√": "write sqrt(x)", "≤": "write <=", "≥": "write >=",
+}
+
+
+class Token(NamedTuple):
+    """A piece of the text: its kind (number, name, quoted, end, or the operator itself), its text and its column."""
+
+    kind: str
+    text: str
+    column: int
+
+
+def failure(text: str, column: int, message: str) -> ExpressionError:
+    """Return the error `message` about `text`; it shows the surroundings of `column` (from 1) with a caret."""
+    start = max(0, column - 1 - _SHOWN_EACH_SIDE)
+    stop = column - 1 + _SHOWN_EACH_SIDE
+    head, tail = ("..." if start else ""), ("..." if stop < len(text) else "")
+    shown = "".join(c if c.isprintable() else "?" for c in text[start:stop])
+    excerpt = f"  {head}{shown}{tail}\n  {' ' * (len(head) + column - 1 - start)}^"
+    error = ExpressionError(message, excerpt=excerpt)
+    error.located(column=column)
+    return error
+
+
+def tokens(text: str) -> list[Token]:
+    """Return the tokens of `text`, the last of kind `end`.
+
+    Raises ExpressionError where a character does not belong to the language or a limit is passed.
+    """
+    if len(text) > LONGEST_TEXT:
+        raise failure(text, LONGEST_TEXT + 1, f"an expression has at most {LONGEST_TEXT} characters, not {len(text)}")
+    found: list[Token] = []
+    position = 0
+    while position < len(text):
+        match = _TOKEN.match(text, position)
+        if match is None:
+            raise _stray(text, position)
+        position = match.end()
+        kind = match.lastgroup or ""
+        if kind != "blank":
+            found.append(_checked(text, Token(match[0] if kind == "operator" else kind, match[0], match.start() + 1)))
+            if len(found) > MOST_TOKENS:
+                message = f"an expression has at most {MOST_TOKENS} numbers, names and operators"
+                raise failure(text, found[-1].column, message)
+    found.append(Token("end", "", max(len(text.rstrip()), 0) + 1))
+    return found
+
+
+def _checked(text: str, token: Token) -> Token:
+    if token.kind == "name" and len(token.text) > LONGEST_NAME:
+        raise failure(text, token.column, f"a name has at most {LONGEST_NAME} characters, not {len(token.text)}")
+    if token.kind == "number" and len(token.text) > MOST_DIGITS:
+        raise failure(text, token.column, f"a number has at most {MOST_DIGITS} digits, not {len(token.text)}")
+    return token
+
+
+def _stray(text: str, position: int) -> ExpressionError:
+    character = text[position]
+    printable = character.isprintable() and not character.isspace()
+    shown = f"'{character}'" if printable else f"the character U+{ord(character):04X}"
+    if printable and not character.isascii():
+        shown += f" (U+{ord(character):04X})"
+    advice = _ADVICE.get(character, "" if character.isascii() else "expressions are written in ASCII")
+    return failure(text, position + 1, f"{shown} has no place in an expression" + (f"; {advice}" if advice else ""))
+
+
+def exact_number(text: str, token: Token) -> Fraction:
+    """Return the value of a number token, exactly; raise ExpressionError where no float can hold it."""
+    mantissa, _, exponent = token.text.lower().partition("e")
+    if len(exponent) > 5 or abs(int(exponent or 0)) > LARGEST_EXPONENT:
+        raise failure(text, token.column, f"the exponent of a number is at most {LARGEST_EXPONENT}, not {exponent[:20]}")
+    value = Fraction(mantissa) * Fraction(10) ** int(exponent or 0)
+    try:
+        too_small = value != 0 and float(value) == 0
+    except OverflowError:
+        raise failure(text, token.column, "the number is too large for a floating-point number") from None
+    if too_small:
+        raise failure(text, token.column, "the number is too small for a floating-point number")
+    return value
+
+
+def close_match(name: str, known: list[str], cutoff: float = 0.7) -> str | None:
+    """Return the one of `known` that somebody who wrote `name` most likely meant."""
+    from difflib import get_close_matches
+
+    folded = {k.lower(): k for k in known}
+    matches = get_close_matches(name.lower(), list(folded), n=1, cutoff=cutoff)
+    return folded[matches[0]] if matches else None

@@ -1,0 +1,314 @@
+"""Units of measurement: their factors to SI, and the dimensions of expressions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Final, NamedTuple
+
+from multibody_sym.errors import ExpressionError
+from multibody_sym.expressions.printer import text as printed
+from multibody_sym.expressions.tokens import Token, close_match, exact_number, failure, tokens
+from multibody_sym.scalars.node import ONE, PI, Node, as_node, postorder
+
+Exponent = int | Fraction
+_LARGEST_UNIT_EXPONENT: Final = 20
+_SHOWN: Final = 40
+
+
+class Dimension(NamedTuple):
+    """The exponents of mass, length and time; angles have none. Prints as a unit that `parse_unit` reads."""
+
+    mass: Exponent = 0
+    length: Exponent = 0
+    time: Exponent = 0
+
+    def times(self, other: Dimension, exponent: Exponent = 1) -> Dimension:
+        """Return the dimension of a * b^exponent."""
+        return Dimension(*(a + exponent * b for a, b in zip(self, other, strict=True)))
+
+    def __str__(self) -> str:
+        if self in _NAMED:
+            return _NAMED[self]
+        above = [_raised(unit, e) for unit, e in zip(_BASE, self, strict=True) if e > 0]
+        below = [_raised(unit, -e) for unit, e in zip(_BASE, self, strict=True) if e < 0]
+        return "/".join(["*".join(above) or "1", *below])
+
+
+def _raised(unit: str, exponent: Exponent) -> str:
+    if exponent == 1:
+        return unit
+    return f"{unit}^{exponent}" if exponent.denominator == 1 else f"{unit}^({exponent})"
+
+
+_BASE: Final = ("kg", "m", "s")
+DIMENSIONLESS: Final = Dimension()
+_FORCE, _TORQUE = Dimension(1, 1, -2), Dimension(1, 2, -2)
+_LENGTH, _TIME, _MASS = Dimension(0, 1, 0), Dimension(0, 0, 1), Dimension(1, 0, 0)
+_NAMED: Final = {
+    _FORCE: "N", _TORQUE: "N*m", Dimension(1, 0, -2): "N/m", Dimension(1, 0, -1): "N*s/m",
+    Dimension(1, 2, -3): "W", Dimension(1, -1, -2): "Pa",
+}
+
+_DEGREE: Final = PI / 180
+_UNITS: Final[dict[str, tuple[Node, Dimension, str]]] = {
+    # name: factor to SI, dimension, prefixes that people use with it
+    "m": (ONE, _LENGTH, "k d c m u n"),
+    "g": (as_node(Fraction(1, 1000)), _MASS, "k m u"),
+    "s": (ONE, _TIME, "m u n"),
+    "N": (ONE, _FORCE, "k M G m u"),
+    "Nm": (ONE, _TORQUE, "k M m"),
+    "J": (ONE, _TORQUE, "k M m"),
+    "W": (ONE, Dimension(1, 2, -3), "k M m"),
+    "Pa": (ONE, Dimension(1, -1, -2), "k M G h"),
+    "Hz": (ONE, Dimension(0, 0, -1), "k M"),
+    "rad": (ONE, DIMENSIONLESS, "m u"),
+    "deg": (_DEGREE, DIMENSIONLESS, ""),
+    "turn": (2 * PI, DIMENSIONLESS, ""),
+    "rev": (2 * PI, DIMENSIONLESS, ""),
+    "rpm": (PI / 30, Dimension(0, 0, -1), ""),
+    "min": (as_node(60), _TIME, ""),
+    "h": (as_node(3600), _TIME, ""),
+    "bar": (as_node(100_000), Dimension(1, -1, -2), "m"),
+    "in": (as_node(Fraction("0.0254")), _LENGTH, ""),
+    "inch": (as_node(Fraction("0.0254")), _LENGTH, ""),
+    "ft": (as_node(Fraction("0.3048")), _LENGTH, ""),
+    "lb": (as_node(Fraction("0.45359237")), _MASS, ""),
+    "lbf": (as_node(Fraction("0.45359237") * Fraction("9.80665")), _FORCE, ""),
+    "kgf": (as_node(Fraction("9.80665")), _FORCE, ""),
+}
+_PREFIXES: Final = {"G": 9, "M": 6, "k": 3, "h": 2, "d": -1, "c": -2, "m": -3, "u": -6, "n": -9}
+
+
+def _with_prefixes() -> dict[str, tuple[Node, Dimension]]:
+    table = {name: (factor, dimension) for name, (factor, dimension, _) in _UNITS.items()}
+    for name, (factor, dimension, prefixes) in _UNITS.items():
+        for prefix in prefixes.split():
+            table.setdefault(prefix + name, (as_node(Fraction(10) ** _PREFIXES[prefix]) * factor, dimension))
+    return table
+
+
+UNITS: Final = _with_prefixes()
+"""Every unit by its symbol: (factor to SI, dimension)."""
+
+_WORDS: Final = {
+    "metre": "m", "meter": "m", "second": "s", "sec": "s", "gram": "g", "kilogram": "kg", "kilo": "kg", "newton": "N",
+    "joule": "J", "watt": "W", "pascal": "Pa", "radian": "rad", "degree": "deg", "grad": "deg", "minute": "min",
+    "hour": "h", "pound": "lb", "foot": "ft", "newtonmeter": "N*m", "mtr": "m", "hertz": "Hz",
+}
+
+
+# --- reading ----------------------------------------------------------------------------------------------------
+
+
+def parse_unit(text: str) -> tuple[Node, Dimension]:
+    """Return (factor to SI, dimension) of a unit such as `kg*m/s^2`, `N m`, `1/s` or `N/(m*s)`.
+
+    Raises ExpressionError with the column of what is not a unit.
+    """
+    return read_unit(text, tokens(text))
+
+
+def read_unit(text: str, rest: list[Token]) -> tuple[Node, Dimension]:
+    """Return (factor, dimension) of the unit that the tokens `rest` of `text` (to its end) spell."""
+    return _Unit(text, rest).whole()
+
+
+class _Unit:
+    """The reader of one unit: products and quotients of powers, one level of parentheses."""
+
+    def __init__(self, text: str, rest: list[Token]) -> None:
+        self.text, self.rest, self.place = text, rest, 0
+
+    def whole(self) -> tuple[Node, Dimension]:
+        result = self.product(inside=False)
+        token = self.rest[self.place]
+        if token.kind != "end":
+            raise failure(self.text, token.column, self.not_a_unit(token))
+        return result
+
+    def product(self, inside: bool) -> tuple[Node, Dimension]:
+        if self.rest[self.place].text == "1":
+            self.place += 1
+            factor, dimension = ONE, DIMENSIONLESS
+        else:
+            factor, dimension = self.power(inside)
+        divided = False
+        while (kind := self.rest[self.place].kind) in ("*", "/", "name"):
+            if kind == "name" and divided:
+                message = "write a unit with several parts below the line with parentheses: N/(m*s)"
+                raise failure(self.text, self.rest[self.place].column, message)
+            self.place += kind != "name"
+            divided = kind == "/"
+            other, its_dimension = self.power(inside)
+            factor = factor / other if divided else factor * other
+            dimension = dimension.times(its_dimension, -1 if divided else 1)
+        return factor, dimension
+
+    def power(self, inside: bool) -> tuple[Node, Dimension]:
+        factor, dimension = self.base(inside)
+        token = self.rest[self.place]
+        if token.kind not in ("^", "**"):
+            return factor, dimension
+        self.place += 1
+        exponent = self.exponent()
+        if abs(exponent) > _LARGEST_UNIT_EXPONENT:
+            message = f"the exponent of a unit is at most {_LARGEST_UNIT_EXPONENT}"
+            raise failure(self.text, token.column, message)
+        return factor**exponent, DIMENSIONLESS.times(dimension, exponent)
+
+    def base(self, inside: bool) -> tuple[Node, Dimension]:
+        token = self.rest[self.place]
+        self.place += 1
+        if token.kind == "name" and token.text in UNITS:
+            return UNITS[token.text]
+        if token.kind != "(" or inside:
+            raise failure(self.text, token.column, self.not_a_unit(token))
+        result = self.product(inside=True)
+        closing = self.rest[self.place]
+        if closing.kind != ")":
+            raise failure(self.text, token.column, "this parenthesis of the unit is never closed")
+        self.place += 1
+        return result
+
+    def exponent(self) -> Exponent:
+        token = self.rest[self.place]
+        self.place += 1
+        if token.kind in ("-", "+"):
+            return (-1 if token.kind == "-" else 1) * self.plain_number()
+        if token.kind != "(":
+            self.place -= 1
+            return self.plain_number()
+        result = self.exponent_quotient()
+        if self.rest[self.place].kind != ")":
+            raise failure(self.text, token.column, "this parenthesis of the unit is never closed")
+        self.place += 1
+        return result
+
+    def exponent_quotient(self) -> Exponent:
+        sign = -1 if self.rest[self.place].kind == "-" else 1
+        self.place += sign < 0
+        above = sign * self.plain_number()
+        if self.rest[self.place].kind != "/":
+            return above
+        self.place += 1
+        token, below = self.rest[self.place], self.plain_number()
+        if below == 0:
+            raise failure(self.text, token.column, "division by zero")
+        return above / below
+
+    def plain_number(self) -> Fraction:
+        token = self.rest[self.place]
+        if token.kind != "number":
+            raise failure(self.text, token.column, "the exponent of a unit is a number")
+        self.place += 1
+        return exact_number(self.text, token)
+
+    def not_a_unit(self, token: Token) -> str:
+        if token.kind == "end":
+            return "the unit is not complete"
+        if token.kind != "name":
+            return (
+                f"'{token.text}' has no place in a unit: a value is one number with a unit, or an expression "
+                "without units (give the number with the unit a name under parameters)"
+            )
+        guess = _WORDS.get(token.text.lower().removesuffix("s")) or close_match(token.text, list(UNITS), cutoff=0.85)
+        return f"'{token.text}' is not a unit" + (f"; did you mean {guess}?" if guess else "")
+
+
+# --- dimensions of expressions ----------------------------------------------------------------------------------
+
+
+def dimension_of(node: Node, known: Callable[[Node], Dimension | None]) -> Dimension | None:
+    """Return the dimension of `node`, given those of its symbols and quantities (None: not known).
+
+    Returns None where it is not known and where the expression is a pure number, which fits every dimension; a pure
+    number in a sum fits the other side. Raises ExpressionError where two dimensions contradict each other.
+    """
+    found: dict[Node, Dimension | None] = {}
+    for n in postorder([node]):
+        if n.shadow is not None:
+            found[n] = DIMENSIONLESS
+        elif not n.args:
+            found[n] = known(n)
+        else:
+            found[n] = _RULES.get(n.op, _pure)(n, [found[a] for a in n.args])
+    return found[node] if found[node] != DIMENSIONLESS else None
+
+
+Dimensions = list[Dimension | None]
+
+
+def _first(n: Node, dimensions: Dimensions) -> Dimension | None:
+    return dimensions[0]
+
+
+def _product(n: Node, dimensions: Dimensions) -> Dimension | None:
+    a, b = dimensions
+    return None if a is None or b is None else a.times(b, -1 if n.op == "div" else 1)
+
+
+def _power(n: Node, dimensions: Dimensions) -> Dimension | None:
+    exponent = n.args[1]
+    if dimensions[1]:
+        _require_pure(exponent, dimensions[1], "an exponent")
+    if exponent.op == "number" and dimensions[0] is not None:
+        return DIMENSIONLESS.times(dimensions[0], Fraction(exponent.data))
+    return DIMENSIONLESS if dimensions[0] == DIMENSIONLESS else None
+
+
+def _root(n: Node, dimensions: Dimensions) -> Dimension | None:
+    return None if dimensions[0] is None else DIMENSIONLESS.times(dimensions[0], Fraction(1, 2))
+
+
+def _same(n: Node, dimensions: Dimensions) -> Dimension | None:
+    """Return the common dimension of operands that are added, compared or chosen from."""
+    first = len(n.args) - 2
+    (a, da), (b, db) = list(zip(n.args, dimensions, strict=True))[first:]
+    if da and db and DIMENSIONLESS not in (da, db) and da != db:
+        b = b.args[0] if b.op == "neg" else b
+        verb = _VERBS.get(n.op, f"{n.op}() combines")
+        raise ExpressionError(f"{verb} {da} and {db}: {_brief(a)} is in {da}, {_brief(b)} is in {db}")
+    if da is None or db is None:
+        return None
+    return db if da == DIMENSIONLESS else da
+
+
+_VERBS: Final = {"add": "a sum of", "less": "a comparison of", "less_equal": "a comparison of", "where": "a choice of"}
+
+
+def _same_then_pure(n: Node, dimensions: Dimensions) -> Dimension | None:
+    _same(n, dimensions)
+    return DIMENSIONLESS
+
+
+def _sign(n: Node, dimensions: Dimensions) -> Dimension | None:
+    return DIMENSIONLESS
+
+
+def _pure(n: Node, dimensions: Dimensions) -> Dimension | None:
+    """Return no dimension, and require none: sin, exp, log and the like."""
+    for a, dimension in zip(n.args, dimensions, strict=True):
+        if dimension:
+            _require_pure(a, dimension, f"{n.op}()")
+    return DIMENSIONLESS
+
+
+def _require_pure(a: Node, dimension: Dimension, what: str) -> None:
+    if dimension != DIMENSIONLESS:
+        raise ExpressionError(f"{what} wants a pure number or an angle, and {_brief(a)} is in {dimension}")
+
+
+def _brief(n: Node) -> str:
+    try:
+        shown = printed(n)
+    except ExpressionError:
+        return "this expression"
+    return shown if len(shown) <= _SHOWN else shown[: _SHOWN - 3] + "..."
+
+
+_RULES: Final[dict[str, Callable[[Node, Dimensions], Dimension | None]]] = {
+    "neg": _first, "abs": _first, "add": _same, "min": _same, "max": _same, "where": _same,
+    "mul": _product, "div": _product, "pow": _power, "sqrt": _root, "sign": _sign,
+    "less": _same_then_pure, "less_equal": _same_then_pure, "atan2": _same_then_pure,
+}
