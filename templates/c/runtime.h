@@ -1,4 +1,4 @@
-/* Interface between a generated model and its runtime. */
+/* Interface between a generated model, the rank-revealing solve and the integration loop. Nothing here allocates memory. */
 #ifndef MBS_RUNTIME_H
 #define MBS_RUNTIME_H
 
@@ -16,8 +16,86 @@ typedef struct {
 /* Doubles of work space that mbs_solve needs. */
 #define MBS_SOLVE_WORK(rows, columns) ((rows) * (columns) + 6 * (rows) + (columns) + 8)
 
-/* Minimum-norm x with A x = r, A (rows x columns) row by row, and the multipliers with x = A^T multipliers. */
+/* Minimum-norm x with A x = r, A (rows x columns) row by row, and the multipliers with x = A^T multipliers.
+   report: rank; smallest kept |R_kk| / |R_11|; largest scaled residual of a dependent row. */
 void mbs_solve(int rows, int columns, const double *matrix, const double *right, double *solution,
                double *multipliers, double *report, double *work);
+
+/* Call a program for many samples. The pointers move on from sample to sample: those of the outputs by the size of
+   the output, that of input i by its size if advance[i] is not 0. */
+void mbs_map(const mbs_program *program, long long samples, const double **in, const int *advance, double **out);
+
+/* An explicit Runge-Kutta method. The last stage is the end point: the last row of a gives the new state. */
+typedef struct {
+    int stages;
+    int order;
+    int error_order;     /* order of the embedded solution, 0 without one */
+    int dense_degree;
+    const double *a;     /* stages x stages, row by row */
+    const double *c;     /* stages */
+    const double *error; /* stages: weights of the error estimate; null without one */
+    const double *dense; /* stages x dense_degree: b_i(theta) = sum_k dense[i][k] theta^(k+1) */
+} mbs_method;
+
+/* What is integrated: x = (q, u). The programs a model does not have are null. */
+typedef struct {
+    const mbs_program *inputs;           /* (t, q, u, parameters) -> inputs */
+    const mbs_program *state_derivative; /* (t, q, u, parameters, inputs, modes) -> qdot, udot, multipliers, report */
+    const mbs_program *project_position; /* (as before) -> phi, correction of q */
+    const mbs_program *project_velocity; /* (as before) -> phidot, correction of u */
+    const mbs_program *normalize;        /* (as before) -> q, deviation */
+    const double *parameters;
+    const double *modes;
+    int nq, nu, ns, nw;
+} mbs_system;
+
+typedef struct {
+    const mbs_method *method;
+    const mbs_system *system;
+    double t0, t_end;
+    double step;          /* fixed step; 0: adaptive steps by rtol and atol */
+    double rtol, atol;
+    double contradiction; /* largest scaled residual of dependent rows that still counts as consistent */
+    double closure;       /* largest |phi| / (1 + |q|) that a projection may leave */
+    long long max_steps;
+    long long samples;    /* evenly spaced from t0 to t_end, both among them */
+    int project;          /* not 0: each accepted step and each sample is put back onto the constraints */
+} mbs_problem;
+
+enum {
+    MBS_RUNNING = 0,
+    MBS_DONE = 1,
+    MBS_NOT_FINITE = 2,     /* component of (q, u) whose derivative or value is not finite */
+    MBS_STEP_UNDERFLOW = 3, /* component of (q, u) with the largest error */
+    MBS_STEP_LIMIT = 4,
+    MBS_CONTRADICTION = 5,  /* dependent rows ask for different accelerations */
+    MBS_NOT_CLOSED = 6      /* row that projection cannot satisfy */
+};
+
+/* Where a run stands. The first entries of the work space hold x at time t. */
+typedef struct {
+    double t, t_new, h, h_next, error;
+    double failure_time;
+    double drift_position, drift_velocity;     /* largest |phi|, |phidot| of states from which steps started */
+    double removed_position, removed_velocity; /* largest |phi|, |phidot| that projection found after a step */
+    double quaternion_deviation;               /* largest deviation of a quaternion's length from 1 after a step */
+    double least_rank, greatest_rank;
+    double conditioning, conditioning_time;    /* smallest kept |R_kk| / |R_11| and when */
+    double residual;                           /* largest scaled residual of dependent rows */
+    long long steps, rejected, evaluations;
+    long long sample;                          /* samples written so far */
+    int status, component;
+    int phase;
+} mbs_state;
+
+/* Doubles of work space for mbs_integrate. */
+#define MBS_WORK(stages, nq, nu, ns, nw) (((stages) + 6) * ((nq) + (nu)) + 2 * (ns) + (nw) + 4)
+
+void mbs_start(const mbs_problem *problem, const double *x0, mbs_state *state, double *work);
+
+/* Go on for at most `steps` steps and `rows` samples, written as rows (q, u); returns how many were written.
+   Call again while state->status is MBS_RUNNING. */
+long long mbs_integrate(const mbs_problem *problem, mbs_state *state, double *work, long long steps, long long rows,
+                        double *samples);
 
 #endif
