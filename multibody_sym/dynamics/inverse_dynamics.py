@@ -1,0 +1,42 @@
+"""Recursive Newton-Euler: the forces that given accelerations need, and the wrench that every joint transmits.
+
+Source: Luh, Walker and Paul (1980); in the form of Featherstone, Rigid Body Dynamics Algorithms, section 5.3, with
+accelerations of points instead of spatial ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from multibody_sym.kinematics.motion import Motion, accelerations
+from multibody_sym.kinematics.vectors import S, Vec, add, apply, cross, scale, subtract
+from multibody_sym.kinematics.wrenches import Wrench, carried, joint_projection
+
+
+def inertia_wrenches(motion: Motion, udot: Sequence[S]) -> list[Wrench]:
+    """Return each body's rate of momentum: (m a_C, J alpha + omega x J omega + c x m a_C), about its origin."""
+    wrenches = []
+    for moved, mass, (a, alpha) in zip(motion.bodies, motion.masses, accelerations(motion, udot), strict=True):
+        turning: Vec = add(cross(alpha, mass.com), cross(moved.w_WB, cross(moved.w_WB, mass.com)))
+        force = scale(mass.mass, add(a, turning))
+        spin = cross(moved.w_WB, apply(mass.inertia, moved.w_WB))
+        moment = add(add(apply(mass.inertia, alpha), spin), cross(mass.com, force))
+        wrenches.append((force, moment))
+    return wrenches
+
+
+def inverse_dynamics(motion: Motion, udot: Sequence[S]) -> list[S]:
+    """Return M udot + c (nu): the generalised forces that the accelerations need."""
+    return joint_projection(motion, carried(motion, inertia_wrenches(motion, udot)))
+
+
+def joint_wrenches(motion: Motion, udot: Sequence[S], of_body: Sequence[Wrench]) -> list[Wrench]:
+    """Return the wrench of each joint on its child, in the child's axes about its origin: reactions and drives.
+
+    `of_body` holds everything else that acts on the bodies: applied wrenches and those of rows.
+    """
+    needed = inertia_wrenches(motion, udot)
+    missing = [
+        (subtract(n[0], given[0]), subtract(n[1], given[1])) for n, given in zip(needed, of_body, strict=True)
+    ]
+    return carried(motion, missing)

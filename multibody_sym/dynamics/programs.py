@@ -1,0 +1,160 @@
+"""From equations of motion over Nodes to the Programs that a simulation runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from multibody_sym.dynamics.equations import EquationsOfMotion
+from multibody_sym.dynamics.factorization import Factors, factorized
+from multibody_sym.dynamics.quantities import quantities
+from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
+from multibody_sym.kinematics.motion import coordinate_rates, motion_of
+from multibody_sym.kinematics.state import State, slot_state
+from multibody_sym.model.elements import Spherical
+from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.program.program import Array, Program
+from multibody_sym.program.programs import Programs
+from multibody_sym.program.trace import Trace
+from multibody_sym.scalars.functions import absolute, evaluate, maximum, sqrt
+from multibody_sym.scalars.node import ZERO, Node, as_node, leaves
+
+Formalism = Callable[[Mechanism, State], EquationsOfMotion]
+"""A route from a mechanism to its equations of motion at a state, over the state's scalar."""
+
+
+def programs(mechanism: Mechanism, formalism: Formalism) -> Programs:
+    """Return all Programs of a mechanism by one formalism."""
+    equations = formalism(mechanism, slot_state(mechanism))
+    derivative = state_derivative(mechanism, equations)
+    constrained = bool(mechanism.rows)
+    return Programs(
+        inputs=_inputs(mechanism),
+        state_derivative=derivative,
+        project_position=_project_position(mechanism, equations) if constrained else None,
+        project_velocity=_project_velocity(mechanism, equations) if constrained else None,
+        normalize=_normalize(mechanism),
+        energy=_energy(mechanism),
+        outputs=_outputs(mechanism, derivative),
+    )
+
+
+def arrays(mechanism: Mechanism) -> tuple[Array, ...]:
+    """Return the inputs that every Program of a system has, in their order."""
+    return (
+        Array("t", ()),
+        Array("q", (len(mechanism.coordinates),)),
+        Array("u", (len(mechanism.speeds),)),
+        Array("parameters", (len(mechanism.parameters),)),
+        Array("inputs", (len(mechanism.inputs),)),
+        Array("modes", (0,)),
+    )
+
+
+def state_derivative(mechanism: Mechanism, equations: EquationsOfMotion) -> Program:
+    """Return (t, q, u, ...) -> qdot, udot, multipliers, report.
+
+    Without rows udot = M^-1 f, written out. With rows, x = D^1/2 L udot turns the mass matrix into the unit matrix:
+    x = x_f + A^T lambda, A x = gamma, which `Solve` answers whatever the rank of A.
+    """
+    trace = Trace("state_derivative", arrays(mechanism))
+    factors = factorized(_nodes(equations.mass_matrix))
+    rows = len(equations.rows)
+    if rows == 0:
+        udot = factors.solve(equations.forcing)
+        multipliers: Sequence[Node] = ()
+        report: Sequence[Node] = (ZERO,) * 3
+    else:
+        free = factors.weighted(equations.forcing)
+        matrix = [factors.weighted(row.jacobian) for row in equations.rows]
+        wanted = [
+            gamma - sum((a * x for a, x in zip(row, free, strict=True)), ZERO)
+            for row, gamma in zip(matrix, _stabilised(equations, mechanism), strict=True)
+        ]
+        solved = trace.solve(_nodes(matrix), wanted)
+        udot = factors.unweighted([x + d for x, d in zip(free, solved.solution, strict=True)])
+        multipliers, report = solved.multipliers, solved.report
+    return trace.finish(
+        {
+            "qdot": ((len(equations.rates),), equations.rates),
+            "udot": ((len(udot),), udot),
+            "multipliers": ((rows,), multipliers),
+            "report": ((3,), report),
+        }
+    )
+
+
+def _stabilised(equations: EquationsOfMotion, mechanism: Mechanism) -> list[Node]:
+    """Return gamma - 2 alpha phidot - beta^2 phi (Baumgarte 1972)."""
+    alpha, beta = arrays(mechanism)[3].slots[-2:]
+    return [row.gamma - 2 * alpha * row.phidot - beta**2 * row.phi for row in equations.rows]
+
+
+def _correction(trace: Trace, equations: EquationsOfMotion, wanted: Sequence[Node]) -> list[Node]:
+    """Return the change of the speeds, smallest in the norm of the mass matrix, with H change = wanted."""
+    factors: Factors = factorized(_nodes(equations.mass_matrix))
+    matrix = [factors.weighted(row.jacobian) for row in equations.rows]
+    solved = trace.solve(_nodes(matrix), wanted)
+    return factors.unweighted(solved.solution)
+
+
+def _project_position(mechanism: Mechanism, equations: EquationsOfMotion) -> Program:
+    trace = Trace("project_position", arrays(mechanism))
+    phi = [row.phi for row in equations.rows]
+    change = _correction(trace, equations, [-x for x in phi])
+    correction = coordinate_rates(mechanism, trace["q"], change)
+    return trace.finish({"phi": ((len(phi),), phi), "correction": ((len(correction),), correction)})
+
+
+def _project_velocity(mechanism: Mechanism, equations: EquationsOfMotion) -> Program:
+    trace = Trace("project_velocity", arrays(mechanism))
+    phidot = [row.phidot for row in equations.rows]
+    correction = _correction(trace, equations, [-x for x in phidot])
+    return trace.finish({"residual": ((len(phidot),), phidot), "correction": ((len(correction),), correction)})
+
+
+def _normalize(mechanism: Mechanism) -> Program | None:
+    trace = Trace("normalize", arrays(mechanism))
+    q = list(trace["q"])
+    deviation: Node = ZERO
+    for body in mechanism.bodies:
+        if isinstance(body.joint, Spherical):
+            norm = sqrt(sum((q[k] ** 2 for k in body.q), ZERO))
+            deviation = maximum(deviation, absolute(norm - 1))
+            for k in body.q:
+                q[k] = q[k] / norm
+    if deviation is ZERO:
+        return None
+    return trace.finish({"q": ((len(q),), q), "deviation": ((), [deviation])})
+
+
+def _inputs(mechanism: Mechanism) -> Program:
+    trace = Trace("inputs", arrays(mechanism)[:4])
+    values = list(mechanism.inputs.values())
+    return trace.finish({"inputs": ((len(values),), values)})
+
+
+def _energy(mechanism: Mechanism) -> Program:
+    motion = motion_of(mechanism, slot_state(mechanism))
+    trace = Trace("energy", arrays(mechanism))
+    kinetic, potential = as_node(kinetic_energy(motion)), as_node(potential_energy(motion))
+    return trace.finish({"kinetic": ((), [kinetic]), "potential": ((), [potential])})
+
+
+def _outputs(mechanism: Mechanism, derivative: Program) -> Program:
+    """Return the declared outputs; what depends on accelerations or multipliers calls the state derivative."""
+    trace = Trace("outputs", arrays(mechanism))
+    declared = list(mechanism.outputs.values())
+    asked = leaves(declared, "quantity")
+    values = declared
+    if asked:
+        _, udot, multipliers, _ = trace.call(derivative, [trace[a.name] for a in trace.inputs])
+        motion = motion_of(mechanism, slot_state(mechanism))
+        found = quantities(motion, udot, multipliers, asked)
+        values = evaluate(declared, lambda leaf: found.get(leaf, leaf))
+    return trace.finish({"values": ((len(values),), values)})
+
+
+def _nodes(matrix: Sequence[Sequence[Node]]) -> list[list[Node]]:
+    return [[as_node(x) for x in row] for row in matrix]
+
+

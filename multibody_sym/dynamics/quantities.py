@@ -1,0 +1,182 @@
+"""Quantities of the moving system that outputs and questions name: positions, reactions, tensions, momenta."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Final
+
+from multibody_sym.dynamics.reactions import COMPONENTS, reactions
+from multibody_sym.errors import ModelError
+from multibody_sym.kinematics import points
+from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
+from multibody_sym.kinematics.motion import Motion, accelerations
+from multibody_sym.kinematics.rows import RowMotion, row_motions
+from multibody_sym.kinematics.vectors import ZERO_VECTOR, S, Vec, add, apply, cross, dot, scale, subtract
+from multibody_sym.model.bodies import Pose
+from multibody_sym.model.mechanism import TENSION_ROWS, Marker
+from multibody_sym.model.slots import AXES, suggestion
+from multibody_sym.scalars.functions import sqrt
+from multibody_sym.scalars.node import Node
+
+
+@dataclass(frozen=True)
+class Instant:
+    """A state with its accelerations and multipliers: all that a quantity may depend on."""
+
+    motion: Motion
+    udot: Sequence[S]
+    multipliers: Sequence[S]
+
+    @cached_property
+    def bodies(self) -> list[tuple[Vec, Vec]]:
+        """The bodies' accelerations."""
+        return accelerations(self.motion, self.udot)
+
+    @cached_property
+    def rows(self) -> list[RowMotion]:
+        """The rows at this state."""
+        return row_motions(self.motion)
+
+    @cached_property
+    def reactions(self) -> Mapping[str, dict[str, S]]:
+        """The reactions of all joints."""
+        return reactions(self.motion, self.udot, self.rows, self.multipliers)
+
+
+def quantities(
+    motion: Motion, udot: Sequence[S], multipliers: Sequence[S], asked: Iterable[Node]
+) -> dict[Node, S]:
+    """Return the values of `quantity` leaves over the motion's scalar; raises ModelError for unknown names."""
+    instant = Instant(motion, udot, multipliers)
+    return {leaf: _QUANTITIES[leaf.data[0]](instant, *leaf.data[1]) for leaf in asked}
+
+
+def _of(name: str, table: Mapping[str, Any], what: str) -> Any:
+    if name not in table:
+        raise ModelError(f"no {what} is called {name!r}{suggestion(name, table)}")
+    return table[name]
+
+
+def _component(vector: Vec, axis: str) -> S:
+    if axis not in AXES:
+        raise ModelError(f"{axis!r} is no axis: write x, y or z")
+    return vector[AXES.index(axis)]
+
+
+def _marker(instant: Instant, name: str) -> Marker:
+    """Return the point that a name stands for; a body alone stands for its centre of mass."""
+    mechanism = instant.motion.mechanism
+    marker: Marker = _of(name, mechanism.markers, "point")
+    if name == "ground" or "." in name:
+        return marker
+    return Marker(name, marker.body, Pose(mechanism.bodies[marker.body].mass.com))
+
+
+def _position(instant: Instant, point: str, axis: str) -> S:
+    return _component(points.position(instant.motion, _marker(instant, point)), axis)
+
+
+def _velocity(instant: Instant, point: str, axis: str) -> S:
+    return _component(points.velocity(instant.motion, _marker(instant, point)), axis)
+
+
+def _acceleration(instant: Instant, point: str, axis: str) -> S:
+    return _component(points.acceleration(instant.motion, _marker(instant, point), instant.bodies), axis)
+
+
+def _turning(instant: Instant, body: str, axis: str, vectors: Callable[[int], Vec]) -> S:
+    index = instant.motion.mechanism.body_index(body)
+    local = vectors(index) if index >= 0 else ZERO_VECTOR
+    return _component(apply(instant.motion.rotation(index), local), axis)
+
+
+def _angular_velocity(instant: Instant, body: str, axis: str) -> S:
+    return _turning(instant, body, axis, lambda index: instant.motion.bodies[index].w_WB)
+
+
+def _angular_acceleration(instant: Instant, body: str, axis: str) -> S:
+    return _turning(instant, body, axis, lambda index: instant.bodies[index][1])
+
+
+def _distance(instant: Instant, a: str, b: str) -> S:
+    first, second = (points.position(instant.motion, _marker(instant, name)) for name in (a, b))
+    difference = subtract(second, first)
+    return sqrt(dot(difference, difference))
+
+
+def _reaction(instant: Instant, joint: str, component: str) -> S:
+    found = _of(joint, instant.reactions, "joint")
+    if component not in COMPONENTS:
+        raise ModelError(f"{component!r} is no component of a reaction: {', '.join(COMPONENTS)}")
+    return found[component]
+
+
+def _multiplier(instant: Instant, name: str) -> S:
+    rows = {row.name: k for k, row in enumerate(instant.motion.mechanism.rows)}
+    return instant.multipliers[_of(name, rows, "constraint")]
+
+
+def _tension(instant: Instant, name: str) -> S:
+    rows = {r.name: r for r in instant.motion.mechanism.rows if isinstance(r, TENSION_ROWS)}
+    _of(name, rows, "rope or rod")
+    return _multiplier(instant, name)
+
+
+def _momentum(instant: Instant, axis: str) -> S:
+    return _component(_sum(p for _, p in _momenta(instant.motion)), axis)
+
+
+def _angular_momentum(instant: Instant, axis: str) -> S:
+    motion, total = instant.motion, ZERO_VECTOR
+    for moved, mass, (r, p) in zip(motion.bodies, motion.masses, _momenta(motion), strict=True):
+        spin = apply(moved.R_WB, apply(mass.inertia, moved.w_WB))
+        total = add(total, add(spin, cross(r, p)))
+    return _component(total, axis)
+
+
+def _momenta(motion: Motion) -> list[tuple[Vec, Vec]]:
+    """Return each body's centre of mass and momentum, in world axes."""
+    found = []
+    for index, mass in enumerate(motion.masses):
+        com = Marker("", index, Pose(motion.mechanism.bodies[index].mass.com))
+        found.append((points.position(motion, com), scale(mass.mass, points.velocity(motion, com))))
+    return found
+
+
+def _sum(vectors: Iterable[Vec]) -> Vec:
+    total = ZERO_VECTOR
+    for vector in vectors:
+        total = add(total, vector)
+    return total
+
+
+def _kinetic(instant: Instant) -> S:
+    return kinetic_energy(instant.motion)
+
+
+def _potential(instant: Instant) -> S:
+    return potential_energy(instant.motion)
+
+
+def _total(instant: Instant) -> S:
+    return _kinetic(instant) + _potential(instant)
+
+
+_QUANTITIES: Final[dict[str, Callable[..., S]]] = {
+    "position": _position,
+    "velocity": _velocity,
+    "acceleration": _acceleration,
+    "angular_velocity": _angular_velocity,
+    "angular_acceleration": _angular_acceleration,
+    "distance": _distance,
+    "reaction": _reaction,
+    "tension": _tension,
+    "multiplier": _multiplier,
+    "total_energy": _total,
+    "kinetic_energy": _kinetic,
+    "potential_energy": _potential,
+    "momentum": _momentum,
+    "angular_momentum": _angular_momentum,
+}

@@ -1,0 +1,45 @@
+"""Reactions: the force and moment of every joint on its child, about the joint's point, in the parent's joint frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+from multibody_sym.dynamics.inverse_dynamics import joint_wrenches
+from multibody_sym.kinematics.loads import applied
+from multibody_sym.kinematics.motion import Motion, pose
+from multibody_sym.kinematics.rows import RowMotion
+from multibody_sym.kinematics.vectors import S, add, apply, apply_transposed, cross, scale, subtract
+from multibody_sym.kinematics.wrenches import Wrench
+
+COMPONENTS: Final = ("fx", "fy", "fz", "mx", "my", "mz")
+
+
+def reactions(
+    motion: Motion, udot: Sequence[S], rows: Sequence[RowMotion], multipliers: Sequence[S]
+) -> Mapping[str, dict[str, S]]:
+    """Return for each joint its components fx .. mz on the child, about the joint's point on the child.
+
+    Components along free directions are the drives (motors, springs) of the joint. Axes: those of the joint's frame on
+    the parent.
+    """
+    given = _acting(motion, rows, multipliers)
+    found = {}
+    wrenches = joint_wrenches(motion, udot, given)
+    for body, moved, (force, moment) in zip(motion.mechanism.bodies, motion.bodies, wrenches, strict=True):
+        R_PF, _ = pose(motion.state, body.frame_on_parent)
+        _, p_BM = pose(motion.state, body.frame_on_body)
+        about_joint = subtract(moment, cross(p_BM, force))
+        in_frame = [apply_transposed(R_PF, apply(moved.R_PB, v)) for v in (force, about_joint)]
+        found[body.joint_name] = dict(zip(COMPONENTS, (*in_frame[0], *in_frame[1]), strict=True))
+    return found
+
+
+def _acting(motion: Motion, rows: Sequence[RowMotion], multipliers: Sequence[S]) -> list[Wrench]:
+    """Return all wrenches on the bodies except the joints': applied ones, weight, and those of the rows."""
+    total = list(applied(motion).of_body)
+    for row, multiplier in zip(rows, multipliers, strict=True):
+        for index, (force, moment) in enumerate(row.of_body):
+            known = total[index]
+            total[index] = (add(known[0], scale(multiplier, force)), add(known[1], scale(multiplier, moment)))
+    return total

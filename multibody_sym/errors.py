@@ -1,0 +1,95 @@
+"""Every error the toolkit raises on purpose, with the place it belongs to and the exit code it ends a command with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+
+@dataclass(frozen=True)
+class Where:
+    """Where something stands: in a file (line and column from 1), in the model (`joints`, `A`, `axis`), or both."""
+
+    file: str | None = None
+    line: int | None = None
+    column: int | None = None
+    path: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        place = ":".join(str(part) for part in (self.file, self.line, self.column) if part is not None)
+        return ": ".join(part for part in (place, ".".join(self.path)) if part)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the `where` object of the `--json` error."""
+        return {"file": self.file, "line": self.line, "column": self.column, "path": ".".join(self.path)}
+
+
+class MultibodyError(Exception):
+    """What was wrong, where, and what to do; `code` names the kind, `exit_code` ends the command."""
+
+    code: ClassVar[str] = "error"
+    exit_code: ClassVar[int] = 2
+
+    def __init__(self, message: str, *, where: Where | None = None, excerpt: str | None = None) -> None:
+        super().__init__(message)
+        self.message = message
+        self.where = where or Where()
+        self.excerpt = excerpt
+
+    def __str__(self) -> str:
+        text = ": ".join(part for part in (str(self.where), self.message) if part)
+        return f"{text}\n{self.excerpt}" if self.excerpt else text
+
+    def located(self, **place: Any) -> MultibodyError:
+        """Fill those fields of `where` that are still open; return self for `raise error.located(...)`."""
+        missing = {name: value for name, value in place.items() if not getattr(self.where, name)}
+        self.where = replace(self.where, **missing)
+        return self
+
+    def under(self, step: str) -> MultibodyError:
+        """Put `step` in front of the path in the model; return self for `raise error.under(...)`."""
+        self.where = replace(self.where, path=(step, *self.where.path))
+        return self
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the `{"error": ...}` object that `--json` prints."""
+        return {"error": {"code": self.code, "message": self.message, "where": self.where.as_json()}}
+
+
+class InputError(MultibodyError):
+    """The model, an option or an argument is wrong (exit 2)."""
+
+    code = "input"
+
+
+class ExpressionError(InputError):
+    """An expression cannot be read, or has no real value; `where.column` counts from 1 within its text."""
+
+    code = "expression"
+
+
+class ModelError(InputError):
+    """A declared model contradicts itself; `where.path` names the element and field."""
+
+    code = "model"
+
+
+class NoSolutionError(MultibodyError):
+    """The problem as declared has no (unique) solution (exit 3)."""
+
+    code = "no_solution"
+    exit_code = 3
+
+
+class RunError(MultibodyError):
+    """A simulation or a check failed on the way (exit 3)."""
+
+    code = "run"
+    exit_code = 3
+
+
+class OutputError(MultibodyError):
+    """A result could not be written, or a compiler failed where one is required (exit 4)."""
+
+    code = "output"
+    exit_code = 4

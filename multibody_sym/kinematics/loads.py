@@ -1,0 +1,96 @@
+"""Loads: what forces, torques, springs and dampers exert, as wrenches on bodies and forces on speeds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import singledispatch
+
+from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.points import position, velocity
+from multibody_sym.kinematics.vectors import ZERO_VECTOR, S, Vec, apply, apply_transposed, cross, dot, scale, subtract
+from multibody_sym.kinematics.wrenches import Wrench, Wrenches, add_force, add_pair, generalized_forces
+from multibody_sym.model.mechanism import BodyTorque, JointForce, JointSpring, Load, Marker, PointForce, PointSpring
+from multibody_sym.scalars.functions import sqrt
+from multibody_sym.scalars.node import Node
+
+
+@dataclass(frozen=True)
+class Applied:
+    """Applied forces: a wrench for each body (body axes, about its origin) and a force for each speed."""
+
+    of_body: list[Wrench]
+    of_speed: list[S]
+
+
+def applied(motion: Motion, loads: Iterable[Load] | None = None, *, weight: bool = True) -> Applied:
+    """Return what the loads (default: all) and, where asked for, gravity exert at a state."""
+    wrenches = Wrenches(len(motion.bodies))
+    of_speed: list[S] = [0] * len(motion.state.u)
+    for load in motion.mechanism.loads if loads is None else loads:
+        exert(load, motion, wrenches, of_speed)
+    if weight:
+        _add_weight(motion, wrenches)
+    return Applied(wrenches.of_body, of_speed)
+
+
+def applied_generalized_forces(motion: Motion, forces: Applied) -> list[S]:
+    """Return the generalised forces of applied wrenches and joint forces together (nu)."""
+    projected = generalized_forces(motion, forces.of_body)
+    return [a + b for a, b in zip(projected, forces.of_speed, strict=True)]
+
+
+def _add_weight(motion: Motion, wrenches: Wrenches) -> None:
+    for index, (moved, mass) in enumerate(zip(motion.bodies, motion.masses, strict=True)):
+        force = scale(mass.mass, apply_transposed(moved.R_WB, motion.gravity))
+        wrenches.add(index, force, cross(mass.com, force))
+
+
+@singledispatch
+def exert(load: Load, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    """Add what one load exerts."""
+    raise TypeError(f"no force law for {type(load).__name__}")
+
+
+@exert.register
+def _(load: PointForce, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    add_force(wrenches, motion, load.at, apply(motion.rotation(load.axes), _three(motion, load.value)))
+
+
+@exert.register
+def _(load: BodyTorque, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    world = apply(motion.rotation(load.axes), _three(motion, load.value))
+    wrenches.add(load.body, ZERO_VECTOR, apply_transposed(motion.rotation(load.body), world))
+
+
+@exert.register
+def _(load: JointForce, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    of_speed[load.u] = of_speed[load.u] + motion.state.values([load.value])[0]
+
+
+@exert.register
+def _(load: JointSpring, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    stiffness, damping, rest = motion.state.values([load.stiffness, load.damping, load.rest])
+    pull = stiffness * (motion.state.q[load.q] - rest) + damping * motion.state.u[load.u]
+    of_speed[load.u] = of_speed[load.u] - pull
+
+
+@exert.register
+def _(load: PointSpring, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    stiffness, damping, rest = motion.state.values([load.stiffness, load.damping, load.length])
+    length, direction = span(motion, load.ends)
+    stretching = dot(direction, subtract(velocity(motion, load.ends[1]), velocity(motion, load.ends[0])))
+    pull = stiffness * (length - rest) + damping * stretching
+    add_pair(wrenches, motion, load.ends, scale(pull, direction))
+
+
+def span(motion: Motion, ends: tuple[Marker, Marker]) -> tuple[S, Vec]:
+    """Return the distance of two markers and the unit vector from the first to the second (world axes)."""
+    difference = subtract(position(motion, ends[1]), position(motion, ends[0]))
+    length = sqrt(dot(difference, difference))
+    return length, (difference[0] / length, difference[1] / length, difference[2] / length)
+
+
+def _three(motion: Motion, nodes: tuple[Node, Node, Node]) -> Vec:
+    x, y, z = motion.state.values(nodes)
+    return x, y, z

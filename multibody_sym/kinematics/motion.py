@@ -1,0 +1,181 @@
+"""Motion: positions and velocities of all bodies, and the accelerations that given udot produce."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from multibody_sym.kinematics.joints import motion as joint_motion
+from multibody_sym.kinematics.joints import rates
+from multibody_sym.kinematics.state import State
+from multibody_sym.kinematics.vectors import (
+    UNIT_MATRIX,
+    ZERO_VECTOR,
+    Mat,
+    S,
+    Vec,
+    add,
+    apply,
+    apply_transposed,
+    combination,
+    cross,
+    product,
+    subtract,
+    transpose,
+)
+from multibody_sym.model.bodies import Pose
+from multibody_sym.model.mechanism import Marker, Mechanism, TreeBody
+from multibody_sym.scalars.node import Node
+
+
+@dataclass(frozen=True)
+class BodyMotion:
+    """One body's motion; B is the body, P its parent, W the world. `v_WB` is the velocity of the body's origin.
+
+    `linear[k]`, `angular[k]`: partial velocities of the joint's speeds relative to the parent. `linear_bias`,
+    `angular_bias`: what the acceleration relative to the parent's contains besides udot (the velocity terms).
+    All in body axes, except `p_PB` (parent's) and `p_WB`, `R_WB` (world).
+    """
+
+    R_PB: Mat
+    p_PB: Vec
+    R_WB: Mat
+    p_WB: Vec
+    w_WB: Vec
+    v_WB: Vec
+    linear: tuple[Vec, ...]
+    angular: tuple[Vec, ...]
+    linear_bias: Vec
+    angular_bias: Vec
+
+
+@dataclass(frozen=True)
+class BodyMass:
+    """Mass, centre of mass and inertia about it over a scalar, in body axes."""
+
+    mass: S
+    com: Vec
+    inertia: Mat
+
+
+@dataclass(frozen=True)
+class Motion:
+    """All bodies' motion at a state, in tree order, with their masses and the gravity vector over the same scalar."""
+
+    mechanism: Mechanism
+    state: State
+    bodies: tuple[BodyMotion, ...]
+    masses: tuple[BodyMass, ...]
+    gravity: Vec
+
+    def rotation(self, body: int) -> Mat:
+        """Return R_WB; ground's is the unit matrix."""
+        return self.bodies[body].R_WB if body >= 0 else UNIT_MATRIX
+
+    def point(self, marker: Marker) -> Vec:
+        """Return a marker's position in its body's axes."""
+        return _triple(self.state, marker.pose.position)
+
+
+def motion_of(mechanism: Mechanism, state: State) -> Motion:
+    """Return the motion of all bodies at a state (forward recursion from ground)."""
+    moved: list[BodyMotion] = []
+    masses = []
+    for body in mechanism.bodies:
+        parent = moved[body.parent] if body.parent >= 0 else _GROUND
+        moved.append(_moved(body, parent, state))
+        masses.append(_mass(body, state))
+    return Motion(mechanism, state, tuple(moved), tuple(masses), _triple(state, mechanism.gravity))
+
+
+def _moved(body: TreeBody, parent: BodyMotion, state: State) -> BodyMotion:
+    u = [state.u[k] for k in body.u]
+    R_PB, p_PB, linear, angular, relative = _relative(body, u, state)
+    w_rel, v_rel = combination(angular, u), combination(linear, u)
+    w_parent = apply_transposed(R_PB, parent.w_WB)
+    w_WB = add(w_parent, w_rel)
+    v_point = add(parent.v_WB, cross(parent.w_WB, p_PB))
+    centripetal = cross(parent.w_WB, cross(parent.w_WB, p_PB))
+    linear_bias = add(apply_transposed(R_PB, centripetal), add(_twice(cross(w_parent, v_rel)), relative[0]))
+    return BodyMotion(
+        R_PB=R_PB,
+        p_PB=p_PB,
+        R_WB=product(parent.R_WB, R_PB),
+        p_WB=add(parent.p_WB, apply(parent.R_WB, p_PB)),
+        w_WB=w_WB,
+        v_WB=add(apply_transposed(R_PB, v_point), v_rel),
+        linear=linear,
+        angular=angular,
+        linear_bias=linear_bias,
+        angular_bias=add(cross(w_parent, w_rel), relative[1]),
+    )
+
+
+def _relative(
+    body: TreeBody, u: Sequence[S], state: State
+) -> tuple[Mat, Vec, tuple[Vec, ...], tuple[Vec, ...], tuple[Vec, Vec]]:
+    """Return R_PB, p_PB, B's partial velocities relative to P in B's axes, and the relative accelerations' bias."""
+    R_PF, p_PF = pose(state, body.frame_on_parent)
+    R_BM, p_BM = pose(state, body.frame_on_body)
+    joint = joint_motion(body.joint, _triple(state, body.axis), [state.q[k] for k in body.q], u)
+    R_PB = product(product(R_PF, joint.rotation), transpose(R_BM))
+    p_PB = subtract(add(p_PF, apply(R_PF, joint.position)), apply(R_PB, p_BM))
+    angular = tuple(apply(R_BM, w) for w in joint.angular)
+    linear = tuple(
+        subtract(apply(R_BM, v), cross(w, p_BM)) for v, w in zip(joint.linear, angular, strict=True)
+    )
+    w_rel = combination(angular, u)
+    angular_bias = apply(R_BM, joint.angular_bias)
+    offset = add(cross(angular_bias, p_BM), cross(w_rel, cross(w_rel, p_BM)))
+    return R_PB, p_PB, linear, angular, (subtract(apply(R_BM, joint.linear_bias), offset), angular_bias)
+
+
+def accelerations(motion: Motion, udot: Sequence[S], base: Vec = ZERO_VECTOR) -> list[tuple[Vec, Vec]]:
+    """Return each body's (acceleration of its origin, angular acceleration) in body axes for given udot.
+
+    `base` is ground's acceleration: with -g the result contains the weight (an apparent acceleration).
+    """
+    found: list[tuple[Vec, Vec]] = []
+    for body, moved in zip(motion.mechanism.bodies, motion.bodies, strict=True):
+        a_parent, alpha_parent = found[body.parent] if body.parent >= 0 else (base, ZERO_VECTOR)
+        rates_here = [udot[k] for k in body.u]
+        carried = apply_transposed(moved.R_PB, add(a_parent, cross(alpha_parent, moved.p_PB)))
+        a = add(carried, add(combination(moved.linear, rates_here), moved.linear_bias))
+        alpha_carried = apply_transposed(moved.R_PB, alpha_parent)
+        alpha = add(alpha_carried, add(combination(moved.angular, rates_here), moved.angular_bias))
+        found.append((a, alpha))
+    return found
+
+
+def coordinate_rates(mechanism: Mechanism, q: Sequence[S], u: Sequence[S]) -> list[S]:
+    """Return qdot = N(q) u of the whole mechanism."""
+    qdot: list[S] = []
+    for body in mechanism.bodies:
+        qdot.extend(rates(body.joint, [q[k] for k in body.q], [u[k] for k in body.u]))
+    return qdot
+
+
+def pose(state: State, declared: Pose) -> tuple[Mat, Vec]:
+    """Return a declared pose (rotation, position) over the state's scalar."""
+    rows = [_triple(state, row) for row in declared.rotation]
+    return (rows[0], rows[1], rows[2]), _triple(state, declared.position)
+
+
+def _triple(state: State, nodes: Sequence[Node]) -> Vec:
+    x, y, z = state.values(nodes)
+    return x, y, z
+
+
+def _mass(body: TreeBody, state: State) -> BodyMass:
+    xx, yy, zz, xy, xz, yz = state.values(body.mass.inertia)
+    inertia: Mat = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+    return BodyMass(state.values([body.mass.mass])[0], _triple(state, body.mass.com), inertia)
+
+
+def _twice(a: Vec) -> Vec:
+    return add(a, a)
+
+
+_GROUND = BodyMotion(
+    UNIT_MATRIX, ZERO_VECTOR, UNIT_MATRIX, ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR, (), (), ZERO_VECTOR, ZERO_VECTOR
+)

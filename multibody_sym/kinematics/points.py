@@ -1,0 +1,34 @@
+"""Points on bodies: position, velocity and acceleration in world axes."""
+
+from __future__ import annotations
+
+from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.vectors import ZERO_VECTOR, Vec, add, apply, cross
+from multibody_sym.model.mechanism import Marker
+
+
+def position(motion: Motion, marker: Marker) -> Vec:
+    """Return a marker's position in world axes."""
+    point = motion.point(marker)
+    if marker.body < 0:
+        return point
+    body = motion.bodies[marker.body]
+    return add(body.p_WB, apply(body.R_WB, point))
+
+
+def velocity(motion: Motion, marker: Marker) -> Vec:
+    """Return a marker's velocity in world axes: v = R (v_B + omega x r)."""
+    if marker.body < 0:
+        return ZERO_VECTOR
+    body = motion.bodies[marker.body]
+    return apply(body.R_WB, add(body.v_WB, cross(body.w_WB, motion.point(marker))))
+
+
+def acceleration(motion: Motion, marker: Marker, bodies: list[tuple[Vec, Vec]]) -> Vec:
+    """Return a marker's acceleration in world axes, given those of the bodies (`motion.accelerations`)."""
+    if marker.body < 0:
+        return ZERO_VECTOR
+    body, r = motion.bodies[marker.body], motion.point(marker)
+    a, alpha = bodies[marker.body]
+    turning = add(cross(alpha, r), cross(body.w_WB, cross(body.w_WB, r)))
+    return apply(body.R_WB, add(a, turning))

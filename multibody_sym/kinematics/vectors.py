@@ -1,0 +1,88 @@
+"""Vectors of three and 3 x 3 matrices over any scalar, as tuples: small enough that names beat arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+S = Any
+"""A scalar: float, Node or sympy.Expr (plain integers are welcome)."""
+Vec = tuple[S, S, S]
+Mat = tuple[Vec, Vec, Vec]
+
+ZERO_VECTOR: Final[Vec] = (0, 0, 0)
+UNIT_MATRIX: Final[Mat] = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+
+
+def add(a: Sequence[S], b: Sequence[S]) -> Vec:
+    """Return a + b."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+def subtract(a: Sequence[S], b: Sequence[S]) -> Vec:
+    """Return a - b."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def negate(a: Sequence[S]) -> Vec:
+    """Return -a."""
+    return -a[0], -a[1], -a[2]
+
+
+def scale(k: S, a: Sequence[S]) -> Vec:
+    """Return k a."""
+    return k * a[0], k * a[1], k * a[2]
+
+
+def dot(a: Sequence[S], b: Sequence[S]) -> S:
+    """Return a . b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def cross(a: Sequence[S], b: Sequence[S]) -> Vec:
+    """Return a x b."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def combination(vectors: Sequence[Vec], factors: Sequence[S]) -> Vec:
+    """Return the sum of factors[k] vectors[k]."""
+    total: Vec = ZERO_VECTOR
+    for vector, factor in zip(vectors, factors, strict=True):
+        total = add(total, scale(factor, vector))
+    return total
+
+
+def apply(m: Mat, a: Sequence[S]) -> Vec:
+    """Return M a."""
+    return dot(m[0], a), dot(m[1], a), dot(m[2], a)
+
+
+def apply_transposed(m: Mat, a: Sequence[S]) -> Vec:
+    """Return M^T a."""
+    return apply(transpose(m), a)
+
+
+def transpose(m: Mat) -> Mat:
+    """Return M^T."""
+    return (m[0][0], m[1][0], m[2][0]), (m[0][1], m[1][1], m[2][1]), (m[0][2], m[1][2], m[2][2])
+
+
+def product(a: Mat, b: Mat) -> Mat:
+    """Return A B."""
+    columns = transpose(b)
+    return (
+        (dot(a[0], columns[0]), dot(a[0], columns[1]), dot(a[0], columns[2])),
+        (dot(a[1], columns[0]), dot(a[1], columns[1]), dot(a[1], columns[2])),
+        (dot(a[2], columns[0]), dot(a[2], columns[1]), dot(a[2], columns[2])),
+    )
+
+
+def matrix_sum(a: Mat, b: Mat) -> Mat:
+    """Return A + B."""
+    return add(a[0], b[0]), add(a[1], b[1]), add(a[2], b[2])
+
+
+def symmetric(elements: Sequence[S]) -> Mat:
+    """Return the symmetric matrix with the elements (xx, yy, zz, xy, xz, yz)."""
+    xx, yy, zz, xy, xz, yz = elements
+    return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)

@@ -1,0 +1,65 @@
+"""Wrenches on bodies and their projection on the speeds (virtual power), in one backward recursion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.vectors import ZERO_VECTOR, S, Vec, add, apply, apply_transposed, cross, dot, negate
+from multibody_sym.model.mechanism import Marker
+
+Wrench = tuple[Vec, Vec]
+"""(force, moment about the body's origin), in body axes."""
+
+
+class Wrenches:
+    """Wrenches collected body by body while forces are gathered; ground takes and forgets."""
+
+    def __init__(self, count: int) -> None:
+        self.of_body: list[Wrench] = [(ZERO_VECTOR, ZERO_VECTOR)] * count
+
+    def add(self, body: int, force: Vec, moment: Vec) -> None:
+        """Add a wrench in body axes about the body's origin."""
+        if body >= 0:
+            f, m = self.of_body[body]
+            self.of_body[body] = (add(f, force), add(m, moment))
+
+
+def add_force(wrenches: Wrenches, motion: Motion, marker: Marker, force: Vec) -> None:
+    """Add a force with world components that acts at a marker."""
+    if marker.body >= 0:
+        in_body = apply_transposed(motion.rotation(marker.body), force)
+        wrenches.add(marker.body, in_body, cross(motion.point(marker), in_body))
+
+
+def add_pair(wrenches: Wrenches, motion: Motion, ends: Sequence[Marker], force: Vec) -> None:
+    """Add a force (world components) on the first of two markers and its opposite on the second."""
+    add_force(wrenches, motion, ends[0], force)
+    add_force(wrenches, motion, ends[1], negate(force))
+
+
+def generalized_forces(motion: Motion, of_body: Sequence[Wrench]) -> list[S]:
+    """Return the generalised forces of wrenches: Q_k = sum F . dv/du_k + M . domega/du_k."""
+    return joint_projection(motion, carried(motion, of_body))
+
+
+def carried(motion: Motion, of_body: Sequence[Wrench]) -> list[Wrench]:
+    """Return, for each body, the sum of the wrenches on it and on all bodies it carries, about its origin."""
+    total = list(of_body)
+    for index in range(len(total) - 1, -1, -1):
+        parent = motion.mechanism.bodies[index].parent
+        if parent >= 0:
+            moved = motion.bodies[index]
+            force = apply(moved.R_PB, total[index][0])
+            moment = add(apply(moved.R_PB, total[index][1]), cross(moved.p_PB, force))
+            total[parent] = (add(total[parent][0], force), add(total[parent][1], moment))
+    return total
+
+
+def joint_projection(motion: Motion, wrenches: Sequence[Wrench]) -> list[S]:
+    """Return A^T R: the components of each body's wrench along the free directions of its joint."""
+    projected: list[S] = []
+    for moved, (force, moment) in zip(motion.bodies, wrenches, strict=True):
+        for linear, angular in zip(moved.linear, moved.angular, strict=True):
+            projected.append(dot(linear, force) + dot(angular, moment))
+    return projected

@@ -1,0 +1,211 @@
+"""Mechanism: what follows from a System's declarations alone. Bodies in tree order, coordinates, loads and rows.
+
+Every expression in it is written in slots: `t[0]`, `q[i]`, `u[i]`, `parameters[i]`, `inputs[i]`. Names stay in tables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from multibody_sym.errors import ModelError
+from multibody_sym.model.bodies import GROUND, Mass, Pose
+from multibody_sym.model.elements import Joint, Point
+from multibody_sym.model.slots import suggestion
+from multibody_sym.scalars.node import Node, slot
+
+TIME: Final = slot("t", 0)
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A coordinate: its name, joint, unit and initial value (an expression of parameters)."""
+
+    name: str
+    joint: str
+    unit: str
+    initial: Node
+    given: bool
+    known: bool
+
+
+@dataclass(frozen=True)
+class Speed:
+    """A speed: its name, joint, unit and initial value (an expression of parameters)."""
+
+    name: str
+    joint: str
+    unit: str
+    initial: Node
+    given: bool
+
+
+@dataclass(frozen=True)
+class Marker:
+    """A pose fixed on a body; body -1 is ground."""
+
+    name: str
+    body: int
+    pose: Pose
+
+
+@dataclass(frozen=True)
+class TreeBody:
+    """A body and the joint that carries it: frame F on the parent, frame M on the body, coinciding at zero coordinates.
+
+    `q` and `u` are the positions of the joint's coordinates and speeds in those of the mechanism.
+    """
+
+    name: str
+    parent: int
+    joint_name: str
+    joint: Joint
+    axis: Point
+    frame_on_parent: Pose
+    frame_on_body: Pose
+    mass: Mass
+    q: tuple[int, ...]
+    u: tuple[int, ...]
+
+
+# --- loads ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class PointForce:
+    """A force with components along the axes of body `axes`, acting at a marker."""
+
+    name: str
+    at: Marker
+    value: Point
+    axes: int
+
+
+@dataclass(frozen=True)
+class BodyTorque:
+    """A torque with components along the axes of body `axes`, acting on a body."""
+
+    name: str
+    body: int
+    value: Point
+    axes: int
+
+
+@dataclass(frozen=True)
+class JointForce:
+    """A generalised force on speed number `u` (on the child and back on the parent)."""
+
+    name: str
+    u: int
+    value: Node
+
+
+@dataclass(frozen=True)
+class PointSpring:
+    """A spring and damper in parallel that pull two markers together."""
+
+    name: str
+    ends: tuple[Marker, Marker]
+    stiffness: Node
+    damping: Node
+    length: Node
+
+
+@dataclass(frozen=True)
+class JointSpring:
+    """A spring and damper in parallel on coordinate number `q` with speed number `u`."""
+
+    name: str
+    q: int
+    u: int
+    stiffness: Node
+    damping: Node
+    rest: Node
+
+
+Load = PointForce | BodyTorque | JointForce | PointSpring | JointSpring
+
+
+# --- rows ----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class DistanceRow:
+    """phi = value - |a - b|; the multiplier is the tension."""
+
+    name: str
+    ends: tuple[Marker, Marker]
+    value: Node
+
+
+@dataclass(frozen=True)
+class Bend:
+    """A place on a rope's path: a marker, and the pulley's radius and axis where it is a wheel."""
+
+    at: Marker
+    radius: Node
+    axis: Point
+
+
+@dataclass(frozen=True)
+class RopeRow:
+    """phi = length - (length of the path); the multiplier is the tension."""
+
+    name: str
+    path: tuple[Bend, ...]
+    length: Node
+
+
+@dataclass(frozen=True)
+class ExpressionRow:
+    """phi = zero, an expression of q and t; the multiplier has the unit that the expression gives it."""
+
+    name: str
+    zero: Node
+
+
+Row = DistanceRow | RopeRow | ExpressionRow
+TENSION_ROWS: Final = (DistanceRow, RopeRow)
+
+
+@dataclass(frozen=True)
+class ParameterEntry:
+    """An entry of the parameter vector: `value` is an expression of the entries before it.
+
+    None marks what is computed from the start (a rope's length) or chosen for a run (Baumgarte's coefficients).
+    """
+
+    name: str
+    value: Node | None
+    positive: bool
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """A system resolved: bodies in tree order (parents first), coordinates, speeds, parameters, inputs, loads, rows.
+
+    `symbols` gives the slot of each name that expressions may use; `markers` every named point and frame.
+    """
+
+    name: str
+    gravity: Point
+    bodies: tuple[TreeBody, ...]
+    markers: Mapping[str, Marker]
+    coordinates: tuple[Coordinate, ...]
+    speeds: tuple[Speed, ...]
+    parameters: tuple[ParameterEntry, ...]
+    inputs: Mapping[str, Node]
+    outputs: Mapping[str, Node]
+    loads: tuple[Load, ...]
+    rows: tuple[Row, ...]
+    symbols: Mapping[Node, Node]
+
+    def body_index(self, name: str) -> int:
+        """Return the position of a body in tree order; ground is -1. Raises ModelError for an unknown name."""
+        if name == GROUND:
+            return -1
+        for index, body in enumerate(self.bodies):
+            if body.name == name:
+                return index
+        raise ModelError(f"no body is called {name!r}{suggestion(name, [b.name for b in self.bodies])}")

@@ -1,0 +1,440 @@
+"""From a System to its Mechanism: references, names, tree order, slots. A pure function; every error has a path."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+from multibody_sym.errors import ExpressionError, ModelError
+from multibody_sym.expressions.units import Dimension, dimension_of
+from multibody_sym.model.bodies import GROUND, ORIGIN, Pose, mass_of, pose_of, unit_vector
+from multibody_sym.model.elements import (
+    Body,
+    Damper,
+    Distance,
+    Expression,
+    Force,
+    Joint,
+    MovingJoint,
+    Rope,
+    SpringDamper,
+    Torque,
+)
+from multibody_sym.model.mechanism import (
+    TIME,
+    Bend,
+    BodyTorque,
+    Coordinate,
+    DistanceRow,
+    ExpressionRow,
+    JointForce,
+    JointSpring,
+    Load,
+    Marker,
+    Mechanism,
+    ParameterEntry,
+    PointForce,
+    PointSpring,
+    RopeRow,
+    Row,
+    Speed,
+    TreeBody,
+)
+from multibody_sym.model.slots import Element, at, dimension_of_unit, suggestion
+from multibody_sym.model.system import RESERVED, System, expressions, verify_symbol, with_expressions
+from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, leaves, slot, symbol
+
+MOST_BODIES: Final = 20_000
+
+
+def mechanism(system: System) -> Mechanism:
+    """Return the mechanism that a system declares.
+
+    Raises ModelError (with the path of the field) for unknown names, wrong dimensions, bodies that nothing joins, and
+    whatever else contradicts itself.
+    """
+    joints = _tree(system)
+    coordinates = tuple(c for name, joint in joints for c in _coordinates(name, joint))
+    speeds = tuple(s for name, joint in joints for s in _speeds(name, joint))
+    names = _names(system, coordinates, speeds)
+    _verify_expressions(system, names, coordinates, speeds)
+    slots = _slots(system, coordinates, speeds)
+
+    def in_slots(part: Any) -> Any:
+        return with_expressions(part, lambda node: evaluate([node], lambda leaf: slots.get(leaf, leaf))[0])
+
+    resolved = in_slots(system)
+    resolver = _Resolver(resolved, _body_numbers(joints), slots)
+    bodies = resolver.bodies([(name, resolved.joints[name]) for name, _ in joints])
+    return Mechanism(
+        name=system.name,
+        gravity=resolved.gravity,
+        bodies=bodies,
+        markers=resolver.markers(),
+        coordinates=tuple(replace(c, initial=_in(slots, c.initial)) for c in coordinates),
+        speeds=tuple(replace(s, initial=_in(slots, s.initial)) for s in speeds),
+        parameters=_parameter_entries(system, slots),
+        inputs=resolved.inputs,
+        outputs=resolved.outputs,
+        loads=tuple(resolver.loads(bodies)),
+        rows=tuple(resolver.rows()),
+        symbols=slots,
+    )
+
+
+def _in(slots: Mapping[Node, Node], node: Node) -> Node:
+    return as_node(evaluate([node], lambda leaf: slots.get(leaf, leaf))[0])
+
+
+# --- the tree ------------------------------------------------------------------------------------------------------
+
+
+def _body_part(reference: str, bodies: Mapping[str, Body]) -> tuple[str, str]:
+    """Split `body.point` into both names (the point empty where there is none)."""
+    if reference in bodies or reference == GROUND:
+        return reference, ""
+    body, _, point = reference.partition(".")
+    if body not in bodies and body != GROUND:
+        raise ModelError(f"no body is called {body!r}{suggestion(body, [*bodies, GROUND])}")
+    return body, point
+
+
+def _tree(system: System) -> list[tuple[str, Joint]]:
+    """Return the joints in tree order: from ground outward, branch by branch, in the order of the file."""
+    if len(system.bodies) > MOST_BODIES:
+        raise ModelError(f"more than {MOST_BODIES} bodies").under("bodies")
+    carried: dict[str, list[str]] = {}
+    carrier: dict[str, str] = {}
+    for name, joint in system.joints.items():
+        parent, child = _ends(name, joint, system)
+        if child in carrier:
+            with at("joints", name, "child"):
+                raise ModelError(
+                    f"{child!r} is already carried by joint {carrier[child]!r}; this joint would close a loop, "
+                    "which is declared as a constraint (distance, expression, rope)"
+                )
+        carrier[child] = name
+        carried.setdefault(parent, []).append(name)
+    order = _from_ground(carried, system)
+    _verify_all_joined(system, carrier, order)
+    return [(name, system.joints[name]) for name in order]
+
+
+def _ends(name: str, joint: Joint, system: System) -> tuple[str, str]:
+    with at("joints", name, "parent"):
+        parent, _ = _body_part(joint.parent, system.bodies)
+    with at("joints", name, "child"):
+        child, _ = _body_part(joint.child, system.bodies)
+        if child == GROUND:
+            raise ModelError("ground cannot be a child; swap parent and child")
+        if child == parent:
+            raise ModelError(f"the joint joins {child!r} to itself")
+    return parent, child
+
+
+def _from_ground(carried: Mapping[str, list[str]], system: System) -> list[str]:
+    order: list[str] = []
+    stack = list(reversed(carried.get(GROUND, [])))
+    while stack:
+        name = stack.pop()
+        order.append(name)
+        child, _ = _body_part(system.joints[name].child, system.bodies)
+        stack.extend(reversed(carried.get(child, [])))
+    return order
+
+
+def _verify_all_joined(system: System, carrier: Mapping[str, str], order: list[str]) -> None:
+    reached = set(order)
+    for body in system.bodies:
+        if body == GROUND:
+            continue
+        if body not in carrier:
+            with at("bodies", body):
+                raise ModelError(f"nothing joins {body!r} to the rest; add a joint with child: {body}")
+        if carrier[body] not in reached:
+            with at("joints", carrier[body]):
+                raise ModelError(f"{body!r} hangs on a circle of joints that never reaches ground; turn one around")
+
+
+def _body_numbers(joints: Iterable[tuple[str, Joint]]) -> dict[str, int]:
+    numbers = {GROUND: -1}
+    for _, joint in joints:
+        numbers[joint.child.partition(".")[0] if joint.child not in numbers else joint.child] = len(numbers) - 1
+    return numbers
+
+
+# --- names ---------------------------------------------------------------------------------------------------------
+
+
+def _coordinate_names(name: str, joint: Joint) -> tuple[str, ...]:
+    given = joint.q if isinstance(joint, MovingJoint) else None
+    return given or tuple(name + suffix for suffix in joint.coordinate_suffixes)
+
+
+def _coordinates(name: str, joint: Joint) -> list[Coordinate]:
+    initial = joint.initial if isinstance(joint, MovingJoint) else None
+    values = initial.q if initial and initial.q else None
+    start = values or tuple(as_node(x) for x in joint.zero_coordinates())
+    names = _coordinate_names(name, joint)
+    known = bool(initial and initial.known)
+    return [
+        Coordinate(q, name, unit, value, values is not None, known)
+        for q, unit, value in zip(names, joint.coordinate_units, start, strict=True)
+    ]
+
+
+def _speeds(name: str, joint: Joint) -> list[Speed]:
+    initial = joint.initial if isinstance(joint, MovingJoint) else None
+    values = initial.u if initial and initial.u else None
+    start = values or (ZERO,) * joint.speeds
+    if joint.holonomic_speeds:
+        names = tuple(f"u_{q}" for q in _coordinate_names(name, joint))
+    else:
+        names = tuple(name + suffix for suffix in joint.speed_suffixes)
+    return [
+        Speed(u, name, unit, value, values is not None)
+        for u, unit, value in zip(names, joint.speed_units, start, strict=True)
+    ]
+
+
+def _names(system: System, coordinates: Iterable[Coordinate], speeds: Iterable[Speed]) -> dict[str, str]:
+    """Return what each name in expressions stands for; raise where two things share one."""
+    taken = {"t": "the time"}
+    declared: list[tuple[str, str, tuple[str, ...]]] = [
+        *((name, "a parameter", ("parameters", name)) for name in system.parameters),
+        *((c.name, "a coordinate", ("joints", c.joint)) for c in coordinates),
+        *((s.name, "a speed", ("joints", s.joint)) for s in speeds),
+        *((name, "an input", ("inputs", name)) for name in system.inputs),
+    ]
+    for name, what, path in declared:
+        with at(*path):
+            if name not in RESERVED:
+                _verify_name(name, what)
+            if name in taken or name in RESERVED:
+                raise ModelError(f"{name!r} cannot be {what}: it is {taken.get(name, 'reserved')}; choose another name")
+        taken[name] = what
+    return taken
+
+
+def _verify_name(name: str, what: str) -> None:
+    try:
+        verify_symbol(name)
+    except ModelError as error:
+        hint = "; name the joint's coordinates with q:" if what in ("a coordinate", "a speed") else ""
+        raise ModelError(error.message + hint) from None
+
+
+def _slots(system: System, coordinates: Iterable[Coordinate], speeds: Iterable[Speed]) -> dict[Node, Node]:
+    tables = {
+        "parameters": list(system.parameters),
+        "q": [c.name for c in coordinates],
+        "u": [s.name for s in speeds],
+        "inputs": list(system.inputs),
+    }
+    slots = {symbol(name): slot(array, i) for array, names in tables.items() for i, name in enumerate(names)}
+    return {symbol("t"): TIME, **slots}
+
+
+# --- what expressions may say --------------------------------------------------------------------------------------
+
+_ONLY_PARAMETERS: Final = ("a parameter",)
+_MAY_NAME: Final[Mapping[str, tuple[str, ...]]] = {
+    "forces": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
+    "constraints": ("a parameter", "a coordinate", "the time"),
+    "inputs": ("a parameter", "a coordinate", "a speed", "the time"),
+    "outputs": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
+    "ask": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
+}
+_MAY_ASK: Final = ("outputs", "ask")
+
+
+def _verify_expressions(
+    system: System, names: Mapping[str, str], coordinates: Iterable[Coordinate], speeds: Iterable[Speed]
+) -> None:
+    dimensions = _dimensions(system, coordinates, speeds)
+    for path, node, unit in expressions(system):
+        try:
+            _verify_leaves(node, path[0], names)
+            _verify_dimension(node, unit, dimensions)
+        except (ModelError, ExpressionError) as error:
+            raise ModelError(error.message, where=replace(error.where, path=path, column=None)) from None
+
+
+def _verify_leaves(node: Node, section: str, names: Mapping[str, str]) -> None:
+    allowed = _MAY_NAME.get(section, _ONLY_PARAMETERS)
+    for leaf in leaves([node], "symbol", "quantity"):
+        if leaf.op == "quantity":
+            if section not in _MAY_ASK:
+                raise ModelError(f"{leaf} can be asked in outputs and ask only")
+            continue
+        if leaf.data not in names:
+            raise ModelError(f"{leaf.data!r} is not declared{suggestion(leaf.data, names)}")
+        if names[leaf.data] not in allowed:
+            raise ModelError(f"{leaf.data!r} is {names[leaf.data]}; here an expression names {_listed(allowed)} only")
+
+
+def _listed(words: tuple[str, ...]) -> str:
+    plain = [w.removeprefix("a ").removeprefix("an ") for w in words]
+    return ", ".join("the time" if w == "the time" else w + "s" for w in plain)
+
+
+def _dimensions(
+    system: System, coordinates: Iterable[Coordinate], speeds: Iterable[Speed]
+) -> dict[Node, Dimension | None]:
+    known: dict[Node, Dimension | None] = {symbol("t"): dimension_of_unit("s")}
+    for named in (*coordinates, *speeds):
+        known[symbol(named.name)] = dimension_of_unit("" if named.unit == "rad" else named.unit)
+    for name, parameter in system.parameters.items():
+        known[symbol(name)] = parameter.dimension
+    return known
+
+
+def _verify_dimension(node: Node, unit: str | None, known: Mapping[Node, Dimension | None]) -> None:
+    found = dimension_of(node, lambda leaf: known.get(leaf))
+    if found is not None and unit is not None and found != dimension_of_unit(unit) and node.shadow is None:
+        raise ModelError(f"the expression is a quantity in {found}; here one in {unit or 'no unit'} is wanted")
+
+
+def _parameter_entries(system: System, slots: Mapping[Node, Node]) -> tuple[ParameterEntry, ...]:
+    """Return the declared parameters, the ropes' lengths at the start, and Baumgarte's coefficients if there are rows."""
+    entries = [
+        ParameterEntry(name, _in(slots, parameter.value), parameter.positive)
+        for name, parameter in system.parameters.items()
+    ]
+    entries += [ParameterEntry(f"length of {name}", None, True) for name in _unmeasured_ropes(system)]
+    if system.constraints:
+        entries += [ParameterEntry(f"Baumgarte {name}", None, False) for name in ("alpha", "beta")]
+    return tuple(entries)
+
+
+def _unmeasured_ropes(system: System) -> list[str]:
+    return [name for name, c in system.constraints.items() if isinstance(c, Rope) and c.length is None]
+
+
+# --- references ----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Resolver:
+    """The resolved system with its body numbers: turns references into markers, elements into loads and rows."""
+
+    system: System
+    numbers: Mapping[str, int]
+    slots: Mapping[Node, Node]
+
+    def marker(self, reference: str) -> Marker:
+        name, part = _body_part(reference, self.system.bodies)
+        body = self.system.bodies.get(name, _BARE)
+        if part in body.frames:
+            return Marker(reference, self.numbers[name], pose_of(body.frames[part]))
+        if part and part not in body.points:
+            known = [f"{name}.{p}" for p in (*body.points, *body.frames)]
+            raise ModelError(f"{name!r} has no point or frame {part!r}{suggestion(reference, known)}")
+        return Marker(reference, self.numbers[name], Pose(body.points[part] if part else ORIGIN))
+
+    def markers(self) -> dict[str, Marker]:
+        made = {}
+        for name, body in {GROUND: _BARE, **self.system.bodies}.items():
+            for reference in (name, *(f"{name}.{p}" for p in (*body.points, *body.frames))):
+                made[reference] = self.marker(reference)
+        return made
+
+    def bodies(self, joints: list[tuple[str, Joint]]) -> tuple[TreeBody, ...]:
+        made, q, u = [], 0, 0
+        for name, joint in joints:
+            child, _ = _body_part(joint.child, self.system.bodies)
+            with at("joints", name, "parent"):
+                on_parent = self.marker(joint.parent)
+            with at("joints", name, "child"):
+                on_body = self.marker(joint.child)
+            axis = unit_vector(getattr(joint, "axis", (ZERO, ZERO, ONE)))
+            mass = mass_of(self.system.bodies[child])
+            nq, nu = tuple(range(q, q + joint.coordinates)), tuple(range(u, u + joint.speeds))
+            made.append(TreeBody(child, on_parent.body, name, joint, axis, on_parent.pose, on_body.pose, mass, nq, nu))
+            q, u = q + joint.coordinates, u + joint.speeds
+        return tuple(made)
+
+    def pair(self, references: tuple[str, ...]) -> tuple[Marker, Marker]:
+        ends = []
+        for i, reference in enumerate(references):
+            with at("between", i):
+                ends.append(self.marker(reference))
+        return ends[0], ends[1]
+
+    def axes(self, name: str) -> int:
+        if name not in self.numbers:
+            raise ModelError(f"no body is called {name!r}{suggestion(name, self.numbers)}").under("frame")
+        return self.numbers[name]
+
+    def one_freedom(self, name: str, bodies: tuple[TreeBody, ...]) -> TreeBody:
+        with at("joint"):
+            for body in bodies:
+                if body.joint_name == name:
+                    if len(body.u) != 1:
+                        raise ModelError(f"joint {name!r} has {len(body.u)} degrees of freedom; one is needed here")
+                    return body
+            raise ModelError(f"no joint is called {name!r}{suggestion(name, self.system.joints)}")
+
+    def loads(self, bodies: tuple[TreeBody, ...]) -> list[Load]:
+        made = []
+        for name, element in self.system.forces.items():
+            with at("forces", name):
+                made.append(self.load(name, element, bodies))
+        return made
+
+    def load(self, name: str, element: Element, bodies: tuple[TreeBody, ...]) -> Load:
+        if isinstance(element, Force):
+            return PointForce(name, self.force_point(element), element.value, self.axes(element.frame))
+        if isinstance(element, Torque):
+            if isinstance(element.value, Node):
+                return JointForce(name, self.one_freedom(element.joint or "", bodies).u[0], element.value)
+            with at("on"):
+                return BodyTorque(name, self.marker(element.on or "").body, element.value, self.axes(element.frame))
+        assert isinstance(element, (SpringDamper, Damper))
+        stiffness = element.stiffness if isinstance(element, SpringDamper) else ZERO
+        rest = element.length if isinstance(element, SpringDamper) else ZERO
+        if element.joint is not None:
+            body = self.one_freedom(element.joint, bodies)
+            return JointSpring(name, body.q[0], body.u[0], stiffness, element.damping, rest)
+        return PointSpring(name, self.pair(element.between or ()), stiffness, element.damping, rest)
+
+    def force_point(self, element: Force) -> Marker:
+        with at("on"):
+            marker = self.marker(element.on)
+        if element.at is None:
+            body = self.system.bodies.get(element.on)
+            return marker if body is None else replace(marker, pose=Pose(mass_of(body).com))
+        with at("at"):
+            return self.marker(f"{element.on}.{element.at}")
+
+    def rows(self) -> list[Row]:
+        made = []
+        for name, element in self.system.constraints.items():
+            with at("constraints", name):
+                made.append(self.row(name, element))
+        return made
+
+    def row(self, name: str, element: Element) -> Row:
+        if isinstance(element, Distance):
+            return DistanceRow(name, self.pair(element.between), element.value)
+        if isinstance(element, Rope):
+            length = element.length if element.length is not None else self.measured_length(name)
+            return RopeRow(name, tuple(self.bend(i, step) for i, step in enumerate(element.path)), length)
+        assert isinstance(element, Expression)
+        return ExpressionRow(name, element.zero)
+
+    def bend(self, index: int, step: str) -> Bend:
+        pulley = self.system.pulleys.get(step)
+        if pulley is None:
+            with at("path", index):
+                return Bend(self.marker(step), ZERO, (ZERO, ZERO, ONE))
+        with at("at"):
+            return Bend(self.marker(pulley.at), pulley.radius, unit_vector(pulley.axis))
+
+    def measured_length(self, name: str) -> Node:
+        return slot("parameters", len(self.system.parameters) + _unmeasured_ropes(self.system).index(name))
+
+
+_BARE: Final = Body()

@@ -1,0 +1,136 @@
+"""Exact derivatives of Node expressions, forward (tangents) and reverse (gradients)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Final
+
+from multibody_sym.scalars.node import (
+    ONE,
+    TWO,
+    ZERO,
+    Node,
+    add,
+    cos,
+    divide,
+    exp,
+    less_equal,
+    log,
+    multiply,
+    negate,
+    number,
+    postorder,
+    power,
+    sign,
+    sin,
+    sqrt,
+    subtract,
+    where,
+)
+
+
+def _power_partials(n: Node, a: Node, b: Node) -> tuple[Node, Node]:
+    left = multiply(b, power(a, subtract(b, ONE)))
+    return left, ZERO if b.shadow is not None else multiply(n, log(a))
+
+
+def _root_of_one_minus_square(a: Node) -> Node:
+    return sqrt(subtract(ONE, power(a, TWO)))
+
+
+def _atan2_partials(n: Node, y: Node, x: Node) -> tuple[Node, Node]:
+    square = add(power(x, TWO), power(y, TWO))
+    return divide(x, square), negate(divide(y, square))
+
+
+def _choice(condition: Node) -> tuple[Node, Node]:
+    return where(condition, ONE, ZERO), where(condition, ZERO, ONE)
+
+
+_PARTIALS: Final[dict[str, Callable[..., tuple[Node, ...]]]] = {
+    "neg": lambda n, a: (number(-1),),
+    "add": lambda n, a, b: (ONE, ONE),
+    "mul": lambda n, a, b: (b, a),
+    "div": lambda n, a, b: (divide(ONE, b), negate(divide(n, b))),
+    "pow": _power_partials,
+    "sin": lambda n, a: (cos(a),),
+    "cos": lambda n, a: (negate(sin(a)),),
+    "tan": lambda n, a: (add(ONE, power(n, TWO)),),
+    "asin": lambda n, a: (divide(ONE, _root_of_one_minus_square(a)),),
+    "acos": lambda n, a: (negate(divide(ONE, _root_of_one_minus_square(a))),),
+    "atan": lambda n, a: (divide(ONE, add(ONE, power(a, TWO))),),
+    "atan2": _atan2_partials,
+    "sinh": lambda n, a: (divide(add(exp(a), exp(negate(a))), TWO),),
+    "cosh": lambda n, a: (divide(subtract(exp(a), exp(negate(a))), TWO),),
+    "tanh": lambda n, a: (subtract(ONE, power(n, TWO)),),
+    "exp": lambda n, a: (n,),
+    "log": lambda n, a: (divide(ONE, a),),
+    "sqrt": lambda n, a: (divide(ONE, multiply(TWO, n)),),
+    "abs": lambda n, a: (sign(a),),
+    "sign": lambda n, a: (ZERO,),
+    "min": lambda n, a, b: _choice(less_equal(a, b)),
+    "max": lambda n, a, b: _choice(less_equal(b, a)),
+    "less": lambda n, a, b: (ZERO, ZERO),
+    "less_equal": lambda n, a, b: (ZERO, ZERO),
+    "where": lambda n, c, a, b: (ZERO, *_choice(c)),
+}
+
+
+def partials(node: Node) -> tuple[Node, ...]:
+    """Return the derivatives of an operation with respect to each of its operands."""
+    return _PARTIALS[node.op](node, *node.args)
+
+
+def tangents(nodes: Iterable[Node], seeds: Mapping[Node, Node]) -> list[Node]:
+    """Return the derivatives of `nodes` along the direction `seeds` (leaf -> its rate); other leaves are constant.
+
+    With seeds {x: 1} this is d/dx; with {q: qdot, qdot: qddot, t: 1} it is the total derivative in time.
+    """
+    roots = list(nodes)
+    rates: dict[Node, Node] = {}
+    for n in postorder(roots):
+        if not n.args:
+            rates[n] = seeds.get(n, ZERO)
+        elif all(rates[a] is ZERO for a in n.args):
+            rates[n] = ZERO
+        else:
+            rates[n] = _combined(n, [rates[a] for a in n.args])
+    return [rates[n] for n in roots]
+
+
+def _combined(n: Node, rates: Sequence[Node]) -> Node:
+    if n.op == "where":
+        return where(n.args[0], rates[1], rates[2])
+    total = ZERO
+    for partial, rate in zip(partials(n), rates, strict=True):
+        if rate is not ZERO:
+            total = add(total, multiply(partial, rate))
+    return total
+
+
+def derivative(node: Node, leaf: Node) -> Node:
+    """Return the partial derivative of `node` with respect to one leaf."""
+    return tangents([node], {leaf: ONE})[0]
+
+
+def gradient(node: Node, leaves: Sequence[Node]) -> list[Node]:
+    """Return the partial derivatives of one `node` with respect to each leaf, in one backward pass."""
+    return adjoints([(node, ONE)], leaves)
+
+
+def adjoints(seeds: Iterable[tuple[Node, Node]], leaves: Sequence[Node]) -> list[Node]:
+    """Return, for each leaf, the sum over `seeds` (node, weight) of weight times d node / d leaf."""
+    pairs = list(seeds)
+    weights: dict[Node, Node] = {}
+    for n, weight in pairs:
+        weights[n] = add(weights.get(n, ZERO), weight)
+    for n in reversed(list(postorder(n for n, _ in pairs))):
+        weight = weights.get(n, ZERO)
+        if weight is ZERO or not n.args or n.shadow is not None:
+            continue
+        for a, partial in zip(n.args, partials(n), strict=True):
+            if partial is not ZERO:
+                weights[a] = add(weights.get(a, ZERO), multiply(weight, partial))
+    return [weights.get(leaf, ZERO) for leaf in leaves]
+
+

@@ -1,0 +1,161 @@
+"""Functions that work on every scalar alike: float, Node and sympy expression."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, Final, TypeVar
+
+from multibody_sym.scalars import node as _node
+from multibody_sym.scalars.node import BUILD, FLOAT_OPERATIONS, Node, as_node, postorder
+
+S = TypeVar("S")
+"""A scalar: float, Node or sympy.Expr. Plain integers are welcome among all three."""
+
+_EXACT_AT_INTEGERS: Final = {("sin", 0): 0, ("cos", 0): 1, ("sqrt", 0): 0, ("sqrt", 1): 1}
+
+
+def apply(op: str, *values: Any) -> Any:
+    """Return the operation `op` (a Node's op) of the values, in the richest scalar among them."""
+    if any(isinstance(v, Node) for v in values):
+        return BUILD[op](*(as_node(v) for v in values))
+    if all(isinstance(v, (int, float)) for v in values):
+        exact = _EXACT_AT_INTEGERS.get((op, values[0])) if isinstance(values[0], int) else None
+        return exact if exact is not None else FLOAT_OPERATIONS[op](*values)
+    from multibody_sym.scalars.sympy_bridge import SYMPY_OPERATIONS
+
+    return SYMPY_OPERATIONS[op](*values)
+
+
+def sin(a: Any) -> Any:
+    """Return sin a."""
+    return apply("sin", a)
+
+
+def cos(a: Any) -> Any:
+    """Return cos a."""
+    return apply("cos", a)
+
+
+def tan(a: Any) -> Any:
+    """Return tan a."""
+    return apply("tan", a)
+
+
+def asin(a: Any) -> Any:
+    """Return the arc sine of a."""
+    return apply("asin", a)
+
+
+def acos(a: Any) -> Any:
+    """Return the arc cosine of a."""
+    return apply("acos", a)
+
+
+def atan(a: Any) -> Any:
+    """Return the arc tangent of a."""
+    return apply("atan", a)
+
+
+def atan2(y: Any, x: Any) -> Any:
+    """Return the angle of the point (x, y)."""
+    return apply("atan2", y, x)
+
+
+def exp(a: Any) -> Any:
+    """Return e^a."""
+    return apply("exp", a)
+
+
+def log(a: Any) -> Any:
+    """Return the natural logarithm of a."""
+    return apply("log", a)
+
+
+def sqrt(a: Any) -> Any:
+    """Return the square root of a."""
+    return apply("sqrt", a)
+
+
+def absolute(a: Any) -> Any:
+    """Return |a|."""
+    return apply("abs", a)
+
+
+def sign(a: Any) -> Any:
+    """Return -1, 0 or 1."""
+    return apply("sign", a)
+
+
+def minimum(a: Any, b: Any) -> Any:
+    """Return the smaller of a and b."""
+    return apply("min", a, b)
+
+
+def maximum(a: Any, b: Any) -> Any:
+    """Return the larger of a and b."""
+    return apply("max", a, b)
+
+
+def where(condition: Any, a: Any, b: Any) -> Any:
+    """Return a where the condition holds, else b."""
+    return apply("where", condition, a, b)
+
+
+def evaluate(nodes: Iterable[Node], leaf: Mapping[Node, Any] | Callable[[Node], Any], scalar: type = Node) -> list[Any]:
+    """Return `nodes` over `scalar` (float, Node or sympy.Expr): each symbol, slot and quantity becomes what `leaf` gives.
+
+    With Node this is substitution; with float, evaluation; with sympy.Expr, translation (constants stay exact).
+    Raises KeyError for a leaf that a mapping does not hold.
+    """
+    if scalar is float:
+        return list(evaluate_float(nodes, leaf if isinstance(leaf, Mapping) else _Looked(leaf)))
+    roots = list(nodes)
+    find = leaf.__getitem__ if isinstance(leaf, Mapping) else leaf
+    constant = _same if scalar is Node else _sympy_constant
+    values: dict[Node, Any] = {}
+    for n in postorder(roots):
+        if n.shadow is not None:
+            values[n] = constant(n)
+        elif n.args:
+            values[n] = apply(n.op, *(values[a] for a in n.args))
+        else:
+            values[n] = find(n)
+    return [values[n] for n in roots]
+
+
+def _same(node: Node) -> Node:
+    return node
+
+
+def _sympy_constant(node: Node) -> Any:
+    from multibody_sym.scalars.sympy_bridge import to_sympy
+
+    return to_sympy(node, {})
+
+
+class _Looked(dict[Node, float]):
+    """A mapping that asks a function for what it does not hold."""
+
+    def __init__(self, find: Callable[[Node], float]) -> None:
+        super().__init__()
+        self.find = find
+
+    def __missing__(self, key: Node) -> float:
+        return self.find(key)
+
+
+def evaluate_float(nodes: Iterable[Node], leaf: Mapping[Node, float]) -> list[float]:
+    """Return the float values of `nodes`, given those of their leaves."""
+    roots = list(nodes)
+    values: dict[Node, float] = {}
+    for n in postorder(roots):
+        if n.shadow is not None:
+            values[n] = n.shadow
+        elif n.args:
+            values[n] = FLOAT_OPERATIONS[n.op](*(values[a] for a in n.args))
+        else:
+            values[n] = float(leaf[n])
+    return [values[n] for n in roots]
+
+
+pi = _node.PI

@@ -1,0 +1,131 @@
+"""The only door between Nodes and sympy: whitelisted, memoised, exact both ways. sympy is imported when it is used."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from typing import Any, Final
+
+import sympy
+from multibody_sym.errors import ExpressionError
+from multibody_sym.scalars.node import BUILD, PI, Node, number, postorder, real, symbol
+
+SYMPY_OPERATIONS: Final[dict[str, Callable[..., Any]]] = {
+    "neg": lambda a: -a,
+    "add": lambda a, b: a + b,
+    "mul": lambda a, b: a * b,
+    "div": lambda a, b: sympy.sympify(a) / b,
+    "pow": lambda a, b: sympy.Pow(a, b),
+    "sin": sympy.sin, "cos": sympy.cos, "tan": sympy.tan, "asin": sympy.asin, "acos": sympy.acos,
+    "atan": sympy.atan, "atan2": sympy.atan2, "sinh": sympy.sinh, "cosh": sympy.cosh, "tanh": sympy.tanh,
+    "exp": sympy.exp, "log": sympy.log, "sqrt": sympy.sqrt, "abs": sympy.Abs, "sign": sympy.sign,
+    "min": sympy.Min, "max": sympy.Max,
+    "less": lambda a, b: sympy.StrictLessThan(a, b),
+    "less_equal": lambda a, b: sympy.LessThan(a, b),
+    "where": lambda c, a, b: sympy.Piecewise((a, c), (b, True)),
+}
+"""The operations of a Node on sympy expressions."""
+
+_FROM: Final[dict[Any, str]] = {
+    sympy.sin: "sin", sympy.cos: "cos", sympy.tan: "tan", sympy.asin: "asin", sympy.acos: "acos",
+    sympy.atan: "atan", sympy.atan2: "atan2", sympy.sinh: "sinh", sympy.cosh: "cosh", sympy.tanh: "tanh",
+    sympy.exp: "exp", sympy.log: "log", sympy.Abs: "abs", sympy.sign: "sign", sympy.Pow: "pow",
+    sympy.StrictLessThan: "less", sympy.LessThan: "less_equal",
+}
+_CHAINED: Final[dict[Any, str]] = {sympy.Add: "add", sympy.Mul: "mul", sympy.Min: "min", sympy.Max: "max"}
+
+
+def to_sympy(node: Node, leaves: Mapping[Node, Any]) -> Any:
+    """Return `node` as a sympy expression; symbols, slots and quantities become what `leaves` holds for them.
+
+    A symbol that `leaves` does not hold becomes `Symbol(name, real=True)`. Raises KeyError for other unknown leaves.
+    """
+    values: dict[Node, Any] = {}
+    for n in postorder([node]):
+        if n.args:
+            values[n] = SYMPY_OPERATIONS[n.op](*(values[a] for a in n.args))
+        elif n in leaves:
+            values[n] = leaves[n]
+        else:
+            values[n] = _leaf_to_sympy(n)
+    return values[node]
+
+
+def _leaf_to_sympy(n: Node) -> Any:
+    if n.op == "number":
+        return sympy.Rational(n.data.numerator, n.data.denominator)
+    if n.op == "real":
+        return sympy.Float(n.data)
+    if n is PI:
+        return sympy.pi
+    if n.op == "symbol":
+        return sympy.Symbol(n.data, real=True)
+    raise KeyError(n)
+
+
+def from_sympy(expression: Any, leaves: Mapping[Any, Node] | None = None) -> Node:
+    """Return a sympy expression as a Node; symbols become what `leaves` holds, else the symbol of their name.
+
+    Raises ExpressionError for a function or object that has no counterpart here.
+    """
+    known = leaves or {}
+    values: dict[Any, Node] = {}
+    stack = [(expression, False)]
+    while stack:
+        e, ready = stack.pop()
+        if e in values:
+            continue
+        if e in known or not e.args:
+            values[e] = known[e] if e in known else _leaf_from_sympy(e)
+        elif ready:
+            values[e] = _combined(e, [values[a] for a in _operands(e)])
+        else:
+            stack.append((e, True))
+            stack.extend((a, False) for a in _operands(e))
+    return values[expression]
+
+
+def _operands(e: Any) -> tuple[Any, ...]:
+    if isinstance(e, sympy.Piecewise):
+        return tuple(part for pair in e.args for part in pair.args)
+    return tuple(e.args)
+
+
+def _combined(e: Any, args: list[Node]) -> Node:
+    if e.func in _CHAINED:
+        build, total = BUILD[_CHAINED[e.func]], args[0]
+        for a in args[1:]:
+            total = build(total, a)
+        return total
+    if isinstance(e, sympy.Piecewise):
+        return _piecewise(e, args)
+    if e.func in (sympy.StrictGreaterThan, sympy.GreaterThan):
+        return BUILD["less" if e.func is sympy.StrictGreaterThan else "less_equal"](args[1], args[0])
+    if e.func not in _FROM:
+        raise ExpressionError(f"sympy's {e.func.__name__} has no counterpart in the expression language")
+    return BUILD[_FROM[e.func]](*args)
+
+
+def _piecewise(e: Any, args: list[Node]) -> Node:
+    if e.args[-1].cond is not sympy.true:
+        raise ExpressionError("a Piecewise needs a last piece that always holds")
+    value = args[-2]
+    for k in range(len(e.args) - 2, -1, -1):
+        value = BUILD["where"](args[2 * k + 1], args[2 * k], value)
+    return value
+
+
+def _leaf_from_sympy(e: Any) -> Node:
+    if isinstance(e, sympy.Symbol):
+        return symbol(e.name)
+    if isinstance(e, sympy.Rational):
+        return number(Fraction(int(e.p), int(e.q)))
+    if isinstance(e, sympy.Float):
+        return real(float(e))
+    if e is sympy.pi:
+        return PI
+    if e is sympy.E:
+        return BUILD["exp"](number(1))
+    if e in (sympy.true, sympy.false):
+        return number(int(bool(e)))
+    raise ExpressionError(f"{e} has no counterpart in the expression language")
