@@ -1,0 +1,102 @@
+"""Infix: prints the operations of an Assign as one expression of a language, with no parenthesis too many."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, MutableMapping
+from dataclasses import dataclass
+from typing import Final
+
+from multibody_sym.program.arithmetic import integer_exponent
+from multibody_sym.scalars.node import Node
+
+PRODUCTS: Final = (2, 3)
+"""Exponents that are written as products of the operand, which must be an atom for it."""
+_SUM: Final = 1
+_PRODUCT: Final = 2
+_ATOM: Final = 3
+
+
+@dataclass(frozen=True)
+class Language:
+    """How a language writes what differs: names of functions, a choice, a comparison as a number, a truth.
+
+    `functions` maps an operation to the name of its function where that is not the operation's own; `choice` has the
+    fields condition, yes and no; `power`, for an integer n that is not written as a product, x and n; `truth`, for a
+    number that serves as a condition, x. Division is an operator unless `functions` has a name for it.
+    """
+
+    functions: Mapping[str, str]
+    choice: str
+    power: str
+    truth: str
+
+
+_COMPARISONS: Final = {"less": "<", "less_equal": "<="}
+
+
+def expression(nodes: tuple[Node, ...], names: MutableMapping[Node, str], language: Language) -> str:
+    """Return the text of the last of `nodes` with the others inline; `names` holds the text of every atom.
+
+    The order of operations is that of the Nodes, so that the result is the same to the last bit.
+    """
+    levels: dict[Node, int] = {}
+    for node in nodes:
+        names[node], levels[node] = _operation(node, names, levels, language)
+    return names[nodes[-1]]
+
+
+def _operation(node: Node, names: Mapping[Node, str], levels: Mapping[Node, int], language: Language) -> tuple[str, int]:
+    op, args = node.op, node.args
+    if op == "mul":
+        left = _operand(args[0], _PRODUCT, names, levels)
+        return f"{left}*{_operand(args[1], _ATOM, names, levels)}", _PRODUCT
+    if op == "add":
+        a, b = args
+        if b.op == "neg" and b in levels:
+            return f"{names[a]} - {_operand(b.args[0], _PRODUCT, names, levels)}", _SUM
+        return f"{names[a]} + {_operand(b, _PRODUCT, names, levels)}", _SUM
+    if op == "neg":
+        return "-" + _operand(args[0], _ATOM, names, levels), _PRODUCT
+    if op == "div" and op not in language.functions:
+        left = _operand(args[0], _PRODUCT, names, levels)
+        return f"{left}/{_operand(args[1], _ATOM, names, levels)}", _PRODUCT
+    return _rarer(node, names, levels, language)
+
+
+def _operand(node: Node, least: int, names: Mapping[Node, str], levels: Mapping[Node, int]) -> str:
+    text = names[node]
+    return text if levels.get(node, _ATOM) >= least else f"({text})"
+
+
+def _rarer(node: Node, names: Mapping[Node, str], levels: Mapping[Node, int], language: Language) -> tuple[str, int]:
+    op, args = node.op, node.args
+    if op == "where":
+        condition = _condition(args[0], names, levels, language)
+        return language.choice.format(condition=condition, yes=names[args[1]], no=names[args[2]]), _ATOM
+    if op in _COMPARISONS:
+        return language.choice.format(condition=_comparison(node, names), yes="1.0", no="0.0"), _ATOM
+    exponent = integer_exponent(node) if op == "pow" else None
+    if exponent is None:
+        return f"{language.functions.get(op, op)}({', '.join(names[a] for a in args)})", _ATOM
+    if exponent in PRODUCTS and args[0] not in levels:
+        return "*".join([names[args[0]]] * exponent), _PRODUCT
+    return language.power.format(x=names[args[0]], n=exponent), _ATOM
+
+
+def _condition(node: Node, names: Mapping[Node, str], levels: Mapping[Node, int], language: Language) -> str:
+    if node in levels and node.op in _COMPARISONS:
+        return _comparison(node, names)
+    return language.truth.format(x=names[node])
+
+
+def _comparison(node: Node, names: Mapping[Node, str]) -> str:
+    return f"{names[node.args[0]]} {_COMPARISONS[node.op]} {names[node.args[1]]}"
+
+
+class Texts(dict[Node, str]):
+    """The text of every Node that has one by now; constants are written as floats that read back the same."""
+
+    def __missing__(self, node: Node) -> str:
+        if node.shadow is None:
+            raise KeyError(node)
+        return repr(node.shadow)

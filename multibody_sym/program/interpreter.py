@@ -1,0 +1,76 @@
+"""The interpreter: runs a Program on numbers, statement by statement; every backend must agree with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from multibody_sym.program.arithmetic import OPERATIONS, integer_exponent, power
+from multibody_sym.program.program import Assign, Call, Program, ShapeError, Solve, Statement, targets
+from multibody_sym.program.solve import solve
+from multibody_sym.scalars.node import Node
+
+Floats = npt.NDArray[np.float64]
+
+
+class _Values(dict[Node, float]):
+    """The value of every Node that has one by now; constants know theirs."""
+
+    def __missing__(self, node: Node) -> float:
+        if node.shadow is None:
+            raise KeyError(node)
+        return node.shadow
+
+
+def interpret(program: Program, *arrays: npt.ArrayLike) -> tuple[Floats, ...]:
+    """Return the outputs of `program` for `arrays`, one for each input; raises ShapeError where one does not fit."""
+    if len(arrays) != len(program.inputs):
+        raise ShapeError(f"program {program.name} has {len(program.inputs)} inputs, not {len(arrays)}")
+    values = _Values()
+    for array, given in zip(program.inputs, arrays, strict=True):
+        numbers = np.asarray(given, dtype=float)
+        if numbers.shape != array.shape:
+            raise ShapeError(f"input {array.name} of {program.name} has the shape {array.shape}, not {numbers.shape}")
+        values.update(zip(array.slots, numbers.ravel().tolist(), strict=True))
+    for statement in program.statements:
+        _INTERPRETERS[type(statement)](statement, values)
+    return tuple(np.array([values[v] for v in o.values], dtype=float).reshape(o.shape) for o in program.outputs)
+
+
+def _assign(statement: Assign, values: _Values) -> None:
+    for node in statement.nodes:
+        exponent = integer_exponent(node) if node.op == "pow" else None
+        if exponent is None:
+            values[node] = OPERATIONS[node.op](*[values[a] for a in node.args])
+        else:
+            values[node] = power(values[node.args[0]], exponent)
+
+
+def _call(statement: Call, values: _Values) -> None:
+    arguments = (
+        np.array([values[atom] for atom in atoms], dtype=float).reshape(array.shape)
+        for array, atoms in zip(statement.program.inputs, statement.arguments, strict=True)
+    )
+    _store(statement, interpret(statement.program, *arguments), values)
+
+
+def _solve(statement: Solve, values: _Values) -> None:
+    rows, columns = len(statement.right), len(statement.solution)
+    matrix = np.array([values[atom] for row in statement.matrix for atom in row], dtype=float).reshape(rows, columns)
+    found = solve(matrix, np.array([values[atom] for atom in statement.right], dtype=float))
+    _store(statement, (found.solution, found.multipliers, found.report), values)
+
+
+def _store(statement: Call | Solve, results: tuple[Floats, ...], values: _Values) -> None:
+    for leaves, result in zip(targets(statement), results, strict=True):
+        values.update(zip(leaves, result.ravel().tolist(), strict=True))
+
+
+_INTERPRETERS: Final[dict[type[Statement], Callable[[Any, _Values], None]]] = {
+    Assign: _assign,
+    Call: _call,
+    Solve: _solve,
+}

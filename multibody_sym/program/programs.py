@@ -1,0 +1,118 @@
+"""Programs: the named set that describes one system in motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Final
+
+from multibody_sym.program.program import Program, ProgramError, ShapeError
+
+_INPUTS: Final = ("t", "q", "u", "parameters", "inputs", "modes")
+_OUTPUTS: Final = {
+    "inputs": ("inputs",),
+    "state_derivative": ("qdot", "udot", "multipliers", "report"),
+    "project_position": ("phi", "correction"),
+    "project_velocity": ("residual", "correction"),
+    "normalize": ("q", "deviation"),
+    "energy": ("kinetic", "potential"),
+    "outputs": ("values",),
+}
+
+
+@dataclass(frozen=True)
+class Programs:
+    """The Programs of one system; each is called by the name of its field.
+
+    All have the inputs t (), q (nq,), u (nu,), parameters (np,), inputs (nw,), modes (nm,), in this order; `inputs` has
+    the first four of them only and runs before the others. Outputs:
+
+    - `inputs`: inputs (nw,).
+    - `state_derivative`: qdot (nq,), udot (nu,), multipliers (ns,), report (3,), for ns rows.
+    - `project_position`: phi (ns,), correction (nq,); q + correction is one mass-weighted Gauss-Newton step. None
+      without rows, as is
+    - `project_velocity`: residual (ns,), correction (nu,).
+    - `normalize`: q (nq,) with unit quaternions, deviation (). None without quaternions.
+    - `energy`: kinetic (), potential ().
+    - `outputs`: values (no,).
+
+    With rows, the last two parameters are Baumgarte's alpha and beta.
+    Raises ProgramError where a Program has other inputs or outputs, and ShapeError where their sizes disagree.
+    """
+
+    inputs: Program
+    state_derivative: Program
+    project_position: Program | None
+    project_velocity: Program | None
+    normalize: Program | None
+    energy: Program
+    outputs: Program
+
+    def __post_init__(self) -> None:
+        for name, program in self.as_mapping().items():
+            _verify_names(name, program)
+            _verify_sizes(name, program, self._sizes())
+        if (self.ns > 0) != (self.project_position is not None) or (self.ns > 0) != (self.project_velocity is not None):
+            raise ProgramError("project_position and project_velocity belong to systems with rows, and only to them")
+
+    def as_mapping(self) -> dict[str, Program]:
+        """Return the Programs there are, by name, in the order of the fields."""
+        named = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: program for name, program in named.items() if program is not None}
+
+    @property
+    def nq(self) -> int:
+        """The number of coordinates."""
+        return self.state_derivative.input("q").size
+
+    @property
+    def nu(self) -> int:
+        """The number of speeds."""
+        return self.state_derivative.input("u").size
+
+    @property
+    def ns(self) -> int:
+        """The number of rows."""
+        return len(self.state_derivative.output("multipliers").values)
+
+    @property
+    def np(self) -> int:
+        """The number of parameters, Baumgarte's among them."""
+        return self.state_derivative.input("parameters").size
+
+    @property
+    def nw(self) -> int:
+        """The number of inputs."""
+        return self.state_derivative.input("inputs").size
+
+    @property
+    def nm(self) -> int:
+        """The number of modes."""
+        return self.state_derivative.input("modes").size
+
+    @property
+    def no(self) -> int:
+        """The number of outputs."""
+        return len(self.outputs.output("values").values)
+
+    def _sizes(self) -> dict[str, tuple[int, ...]]:
+        """Return the shapes of all inputs and outputs; `correction` is that of the Program's own unknown."""
+        q, u, rows = (self.nq,), (self.nu,), (self.ns,)
+        given = {"t": (), "q": q, "u": u, "parameters": (self.np,), "inputs": (self.nw,), "modes": (self.nm,)}
+        rates = {"qdot": q, "udot": u, "multipliers": rows, "report": (3,), "phi": rows, "residual": rows}
+        return {**given, **rates, "deviation": (), "kinetic": (), "potential": (), "values": (self.no,)}
+
+
+def _verify_names(name: str, program: Program) -> None:
+    wanted = _INPUTS[:4] if name == "inputs" else _INPUTS
+    if program.name != name or tuple(a.name for a in program.inputs) != wanted:
+        raise ProgramError(f"program {program.name} stands for {name}({', '.join(wanted)}) and has other inputs")
+    if tuple(o.name for o in program.outputs) != _OUTPUTS[name]:
+        raise ProgramError(f"program {name} must have the outputs {', '.join(_OUTPUTS[name])}")
+
+
+def _verify_sizes(name: str, program: Program, sizes: dict[str, tuple[int, ...]]) -> None:
+    correction = sizes["q" if name == "project_position" else "u"]
+    for part in (*program.inputs, *program.outputs):
+        wanted = correction if part.name == "correction" else sizes[part.name]
+        if part.shape != wanted:
+            raise ShapeError(f"program {name}: {part.name} has the shape {part.shape}, not {wanted}")

@@ -1,0 +1,77 @@
+"""The readable text of a Program: one line a statement."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any, Final
+
+from multibody_sym.program.infix import Language, Texts, expression
+from multibody_sym.program.program import TARGETS, Array, Assign, Call, Output, Program, Solve, Statement
+from multibody_sym.scalars.node import Node
+
+_LANGUAGE: Final = Language(
+    functions={}, choice="where({condition}, {yes}, {no})", power="power({x}, {n})", truth="{x} != 0"
+)
+
+
+def program_text(program: Program) -> str:
+    """Return `program` for people: inputs with shapes, one numbered value a line, outputs."""
+    texts = Texts()
+    for array in program.inputs:
+        names = [array.name] if array.shape == () else [f"{array.name}[{k}]" for k in range(array.size)]
+        texts.update(zip(array.slots, names, strict=True))
+    counter = _Counter(texts)
+    lines = [f"program {program.name}({', '.join(_shaped(a) for a in program.inputs)})"]
+    for statement in program.statements:
+        lines.append("  " + _PRINTERS[type(statement)](statement, counter))
+    lines += [f"  {_shaped(o)} = {_listed(o.values, texts)}" for o in program.outputs]
+    return "\n".join(lines)
+
+
+class _Counter:
+    """Numbers values as they are defined."""
+
+    def __init__(self, texts: Texts) -> None:
+        self.texts = texts
+        self.count = 0
+
+    def define(self, node: Node) -> str:
+        self.texts[node] = f"{TARGETS}{self.count}"
+        self.count += 1
+        return self.texts[node]
+
+
+def _shaped(array: Array | Output) -> str:
+    return f"{array.name}[{', '.join(map(str, array.shape))}]" if array.shape else array.name
+
+
+def _listed(nodes: Iterable[Node], texts: Texts) -> str:
+    return f"({', '.join(texts[n] for n in nodes)})"
+
+
+def _assign(statement: Assign, counter: _Counter) -> str:
+    text = expression(statement.nodes, counter.texts, _LANGUAGE)
+    return f"{counter.define(statement.value)} = {text}"
+
+
+def _call(statement: Call, counter: _Counter) -> str:
+    arguments = ", ".join(_listed(atoms, counter.texts) for atoms in statement.arguments)
+    return f"{_defined(statement.targets, counter)} = {statement.program.name}({arguments})"
+
+
+def _solve(statement: Solve, counter: _Counter) -> str:
+    rows = ", ".join(_listed(row, counter.texts) for row in statement.matrix)
+    right = _listed(statement.right, counter.texts)
+    unknown = _defined((statement.solution, statement.multipliers, statement.report), counter)
+    return f"{unknown} = solve(({rows}), {right})"
+
+
+def _defined(leaves: tuple[tuple[Node, ...], ...], counter: _Counter) -> str:
+    return ", ".join(f"({', '.join(counter.define(leaf) for leaf in part)})" for part in leaves)
+
+
+_PRINTERS: Final[dict[type[Statement], Callable[[Any, _Counter], str]]] = {
+    Assign: _assign,
+    Call: _call,
+    Solve: _solve,
+}

@@ -1,0 +1,159 @@
+"""Trace: records calls and solves while expressions are built, and turns what is asked for into a Program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from multibody_sym.program.arithmetic import integer_exponent
+from multibody_sym.program.infix import PRODUCTS
+from multibody_sym.program.program import (
+    TARGETS,
+    Array,
+    Assign,
+    Call,
+    Output,
+    Program,
+    Solve,
+    Statement,
+    operands,
+    targets,
+)
+from multibody_sym.scalars.node import Node, as_node, slot
+
+_LONGEST: Final = 16
+"""Operations of one statement at most, so that lines of generated code stay readable."""
+
+
+class Trace:
+    """A Program in the making: `trace["q"]` are the slots of an input; expressions are built with them as ever.
+
+    Arguments: the name of the Program and its inputs.
+    """
+
+    def __init__(self, name: str, inputs: Iterable[Array]) -> None:
+        self.name = name
+        self.inputs = tuple(inputs)
+        self._slots = {array.name: array.slots for array in self.inputs}
+        self._records: list[Call | Solve] = []
+        self._makers: dict[Node, int] = {}
+        self._next = 0
+
+    def __getitem__(self, name: str) -> tuple[Node, ...]:
+        return self._slots[name]
+
+    def call(self, program: Program, arguments: Sequence[Sequence[Node]]) -> tuple[tuple[Node, ...], ...]:
+        """Return the outputs of `program` for `arguments` (one sequence for each of its inputs) as fresh leaves."""
+        given = tuple(tuple(map(as_node, values)) for values in arguments)
+        record = Call(program, given, tuple(self._fresh(len(output.values)) for output in program.outputs))
+        self.adopt(record)
+        return record.targets
+
+    def solve(self, matrix: Sequence[Sequence[Node]], right: Sequence[Node], columns: int | None = None) -> Solve:
+        """Return the Solve of A x = r with fresh leaves for x, lambda and the report.
+
+        Arguments: `matrix` A (s rows of n), `right` r (s), and n where there may be no row to tell it.
+        """
+        rows = tuple(tuple(map(as_node, row)) for row in matrix)
+        size = len(rows[0]) if rows else columns or 0
+        unknown = self._fresh(size), self._fresh(len(rows)), self._fresh(3)
+        record = Solve(rows, tuple(map(as_node, right)), *unknown)
+        self.adopt(record)
+        return record
+
+    def adopt(self, record: Call | Solve) -> None:
+        """Take over a call or solve whose targets are its own already."""
+        for leaves in targets(record):
+            self._makers.update(dict.fromkeys(leaves, len(self._records)))
+            self._next = max([self._next, *(leaf.data[1] + 1 for leaf in leaves)])
+        self._records.append(record)
+
+    def _fresh(self, count: int) -> tuple[Node, ...]:
+        first, self._next = self._next, self._next + count
+        return tuple(slot(TARGETS, first + k) for k in range(count))
+
+    def finish(self, outputs: Mapping[str, tuple[tuple[int, ...], Sequence[Node]]]) -> Program:
+        """Return the Program that computes `outputs`: name -> (shape, elements row by row).
+
+        Expressions used more than once are computed once, the others stand inline; what no output needs is left out.
+        Raises UndefinedError for a leaf that is no input, and ShapeError.
+        """
+        named = tuple(Output(name, shape, tuple(map(as_node, values))) for name, (shape, values) in outputs.items())
+        roots = [value for output in named for value in output.values]
+        return Program(self.name, self.inputs, _statements(_ordered(roots, self._records, self._makers)), named)
+
+
+@dataclass(frozen=True)
+class _Order:
+    """What is needed, operands first: `items` are operations and records, `uses` counts the places that read each
+    operation, and `atoms` are those that must have a statement of their own."""
+
+    items: list[Any]
+    uses: dict[Node, int]
+    atoms: set[Node]
+
+
+def _ordered(roots: list[Node], records: list[Call | Solve], makers: dict[Node, int]) -> _Order:
+    """Walk from the roots down; None on the stack means that all operands of what lies below it are done."""
+    items: list[Any] = []
+    uses: dict[Node, int] = {}
+    atoms = set(roots)
+    done: set[int] = set()
+    stack: list[Any] = roots[::-1]
+    while stack:
+        node = stack.pop()
+        if node is None:
+            items.append(stack.pop())
+        elif node in uses:
+            uses[node] += 1
+            if node.op == "neg":  # a sign is never named: its users read the operand
+                inner = node.args[0]
+                uses[inner] = uses.get(inner, 0) + 1
+        elif node.shadow is not None:
+            continue
+        elif node.args:
+            uses[node] = 1
+            stack += (node, None)
+            stack += node.args[::-1]
+            if node.op == "pow" and integer_exponent(node) in PRODUCTS:
+                atoms.add(node.args[0])
+        elif node in makers and makers[node] not in done:
+            done.add(makers[node])
+            record = records[makers[node]]
+            needed = [atom for part in operands(record) for atom in part]
+            atoms.update(needed)
+            stack += (record, None)
+            stack += needed[::-1]
+    return _Order(items, uses, atoms)
+
+
+def _statements(order: _Order) -> tuple[Statement, ...]:
+    """Cut the items into statements; `pending` ends with what stands inline in the next item, `sizes` tells how much."""
+    statements: list[Statement] = []
+    pending: list[Node] = []
+    sizes: dict[Node, int] = {}
+    uses, atoms = order.uses, order.atoms
+    for item in order.items:
+        if type(item) is not Node:
+            statements.append(item)
+            continue
+        if item.op == "neg" and item not in atoms:
+            continue
+        count = 1
+        for a in item.args:
+            if a in sizes:
+                count += sizes[a]
+            elif a.op == "neg" and a not in atoms:
+                count += 1 + sizes.get(a.args[0], 0)
+                pending.append(a)
+        if uses[item] == 1 and count <= _LONGEST and item not in atoms:
+            pending.append(item)
+            sizes[item] = count
+        elif count == 1:
+            statements.append(Assign((item,)))
+        else:
+            pending.append(item)
+            statements.append(Assign(tuple(dict.fromkeys(pending[-count:]))))
+            del pending[-count:]
+    return tuple(statements)
