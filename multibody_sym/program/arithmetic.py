@@ -39,7 +39,7 @@ def integer_exponent(node: Node) -> int | None:
     return None
 
 
-def pow(a: float, b: float) -> float:  # noqa: A001 - its name in C and in the expression language
+def pow(a: float, b: float) -> float:
     """Return a^b for any b."""
     try:
         return math.pow(a, b)

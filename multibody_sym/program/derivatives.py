@@ -18,7 +18,7 @@ from multibody_sym.scalars.node import ONE, ZERO, Node, add, multiply, subtract,
 Vector = tuple[Node, ...]
 
 
-def jacobian(program: Program, output: str, input: str) -> Program:  # noqa: A002 - the Program's own word
+def jacobian(program: Program, output: str, input: str) -> Program:
     """Return the Program of d output / d input, forward; it has the inputs of `program` and one output, `jacobian`.
 
     Its shape is that of the output followed by that of the input.
@@ -31,7 +31,7 @@ def jacobian(program: Program, output: str, input: str) -> Program:  # noqa: A00
     return sweep.trace.finish({"jacobian": ((*wanted.shape, *given.shape), values)})
 
 
-def gradient(program: Program, output: str, input: str) -> Program:  # noqa: A002 - the Program's own word
+def gradient(program: Program, output: str, input: str) -> Program:
     """Return the Program of d output / d input for an output of one element, in one backward pass.
 
     It has the inputs of `program` and one output, `gradient`, of the shape of the input.
@@ -103,7 +103,8 @@ class _Forward:
             rates = [Array(_unused(array.name, "_rate", names), array.shape) for array in moving]
             sweep = _Forward(_resumed(program, f"{program.name}_rate", rates))
             sweep.callees = self.callees
-            seeds = {leaf: r for x, dx in zip(moving, rates, strict=True) for leaf, r in zip(x.slots, dx.slots, strict=True)}
+            pairs = zip(moving, rates, strict=True)
+            seeds = {leaf: rate for x, dx in pairs for leaf, rate in zip(x.slots, dx.slots, strict=True)}
             found = {o.name: (o.shape, sweep.rates(program, seeds, o.values)) for o in program.outputs}
             self.callees[id(program), active] = sweep.trace.finish(found)
         return self.callees[id(program), active]

@@ -45,7 +45,9 @@ def expression(nodes: tuple[Node, ...], names: MutableMapping[Node, str], langua
     return names[nodes[-1]]
 
 
-def _operation(node: Node, names: Mapping[Node, str], levels: Mapping[Node, int], language: Language) -> tuple[str, int]:
+def _operation(
+    node: Node, names: Mapping[Node, str], levels: Mapping[Node, int], language: Language
+) -> tuple[str, int]:
     op, args = node.op, node.args
     if op == "mul":
         left = _operand(args[0], _PRODUCT, names, levels)

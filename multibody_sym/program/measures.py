@@ -82,11 +82,12 @@ _CONSTANT, _CALL, _SOLVE, _INPUT, _OUTPUT = range(1, 6)
 
 
 class _Numbers(dict[Node, int]):
-    """The words that are hashed, and the number of every Node that has one by now; a constant gets one when it is met."""
+    """The words that are hashed, and the number of each Node that has one by now; constants get theirs when met."""
 
-    def __init__(self) -> None:
+    def __init__(self, callees: dict[int, bytes]) -> None:
         super().__init__()
         self.words: list[int] = []
+        self.callees = callees
 
     def __missing__(self, node: Node) -> int:
         self.words += (_CONSTANT, *struct.unpack("<Q", struct.pack("<d", node.shadow)))
@@ -100,12 +101,12 @@ class _Numbers(dict[Node, int]):
 
 def _digest(program: Program, known: dict[int, bytes]) -> bytes:
     if id(program) not in known:
-        numbers = _Numbers()
+        numbers = _Numbers(known)
         for given in program.inputs:
             numbers.words += (_INPUT, len(given.shape), *given.shape)
             numbers.define(given.slots)
         for statement in program.statements:
-            _HASHERS[type(statement)](statement, numbers, known)
+            _HASHERS[type(statement)](statement, numbers)
         for output in program.outputs:
             numbers.words += (_OUTPUT, len(output.shape), *output.shape)
             numbers.words += [numbers[value] for value in output.values]
@@ -116,7 +117,7 @@ def _digest(program: Program, known: dict[int, bytes]) -> bytes:
     return known[id(program)]
 
 
-def _hash_assign(statement: Assign, numbers: _Numbers, known: dict[int, bytes]) -> None:
+def _hash_assign(statement: Assign, numbers: _Numbers) -> None:
     for node in statement.nodes:
         arguments = [numbers[a] for a in node.args]
         numbers.words.append(_WORDS[node.op])
@@ -125,12 +126,12 @@ def _hash_assign(statement: Assign, numbers: _Numbers, known: dict[int, bytes]) 
             numbers[node] = len(numbers)
 
 
-def _hash_call(statement: Call, numbers: _Numbers, known: dict[int, bytes]) -> None:
-    callee = struct.unpack("<4Q", _digest(statement.program, known))
+def _hash_call(statement: Call, numbers: _Numbers) -> None:
+    callee = struct.unpack("<4Q", _digest(statement.program, numbers.callees))
     _hash_record((_CALL, *callee), statement, numbers)
 
 
-def _hash_solve(statement: Solve, numbers: _Numbers, known: dict[int, bytes]) -> None:
+def _hash_solve(statement: Solve, numbers: _Numbers) -> None:
     _hash_record((_SOLVE, len(statement.right), len(statement.solution)), statement, numbers)
 
 
@@ -142,7 +143,7 @@ def _hash_record(head: tuple[int, ...], statement: Call | Solve, numbers: _Numbe
         numbers.define(leaves)
 
 
-_HASHERS: Final[dict[type[Statement], Callable[[Any, _Numbers, dict[int, bytes]], None]]] = {
+_HASHERS: Final[dict[type[Statement], Callable[[Any, _Numbers], None]]] = {
     Assign: _hash_assign,
     Call: _hash_call,
     Solve: _hash_solve,

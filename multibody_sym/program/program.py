@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any, ClassVar, Final
+from typing import ClassVar, Final, TypeVar
 
 from multibody_sym.errors import MultibodyError
 from multibody_sym.scalars.node import Node, slot
@@ -94,7 +94,7 @@ class Solve:
 
 
 Statement = Assign | Call | Solve
-"""What a Program consists of. Operands of calls and solves are atoms: constants, slots, values of earlier statements."""
+"""Operands of calls and solves are atoms: constants, input slots, values of earlier statements."""
 
 
 def operands(statement: Call | Solve) -> tuple[tuple[Node, ...], ...]:
@@ -153,7 +153,10 @@ class Program:
         return _named(name, self.inputs, "input")
 
 
-def _named(name: str, things: Iterable[Any], kind: str) -> Any:
+_Part = TypeVar("_Part", Array, Output)
+
+
+def _named(name: str, things: Iterable[_Part], kind: str) -> _Part:
     for thing in things:
         if thing.name == name:
             return thing

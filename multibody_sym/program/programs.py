@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Final
 
-from multibody_sym.program.program import Program, ProgramError, ShapeError
+from multibody_sym.program.program import Array, Output, Program, ProgramError, ShapeError
 
 _INPUTS: Final = ("t", "q", "u", "parameters", "inputs", "modes")
 _OUTPUTS: Final = {
@@ -112,7 +112,8 @@ def _verify_names(name: str, program: Program) -> None:
 
 def _verify_sizes(name: str, program: Program, sizes: dict[str, tuple[int, ...]]) -> None:
     correction = sizes["q" if name == "project_position" else "u"]
-    for part in (*program.inputs, *program.outputs):
+    parts: list[Array | Output] = [*program.inputs, *program.outputs]
+    for part in parts:
         wanted = correction if part.name == "correction" else sizes[part.name]
         if part.shape != wanted:
             raise ShapeError(f"program {name}: {part.name} has the shape {part.shape}, not {wanted}")

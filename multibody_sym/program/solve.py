@@ -1,4 +1,4 @@
-"""The rank-revealing solve of A x = r by Householder QR with column pivoting: the reference that `mbs_solve` in C repeats."""
+"""The rank-revealing solve of A x = r by pivoted Householder QR: the reference that `mbs_solve` in C repeats."""
 
 from __future__ import annotations
 

@@ -129,7 +129,7 @@ def _ordered(roots: list[Node], records: list[Call | Solve], makers: dict[Node, 
 
 
 def _statements(order: _Order) -> tuple[Statement, ...]:
-    """Cut the items into statements; `pending` ends with what stands inline in the next item, `sizes` tells how much."""
+    """Cut the items into statements; `pending` ends with what stands inline in the next item."""
     statements: list[Statement] = []
     pending: list[Node] = []
     sizes: dict[Node, int] = {}
