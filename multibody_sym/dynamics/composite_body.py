@@ -25,6 +25,7 @@ from multibody_sym.kinematics.vectors import (
     matrix_sum,
     product,
     scale,
+    steiner,
     transpose,
 )
 from multibody_sym.kinematics.wrenches import Wrench
@@ -89,7 +90,7 @@ def _composites(motion: Motion) -> list[Composite]:
 
 def _single(mass: BodyMass) -> Composite:
     moment = scale(mass.mass, mass.com)
-    return Composite(mass.mass, moment, matrix_sum(mass.inertia, _steiner(moment, mass.com)))
+    return Composite(mass.mass, moment, matrix_sum(mass.inertia, steiner(moment, mass.com)))
 
 
 def _joined(parent: Composite, child: Composite, R: Mat, p: Vec) -> Composite:
@@ -97,15 +98,5 @@ def _joined(parent: Composite, child: Composite, R: Mat, p: Vec) -> Composite:
     h = apply(R, child.moment)
     moment = add(h, scale(child.mass, p))
     turned = product(product(R, child.inertia), transpose(R))
-    shifted = matrix_sum(turned, matrix_sum(_steiner(h, p), _steiner(p, moment)))
+    shifted = matrix_sum(turned, matrix_sum(steiner(h, p), steiner(p, moment)))
     return Composite(parent.mass + child.mass, add(parent.moment, moment), matrix_sum(parent.inertia, shifted))
-
-
-def _steiner(a: Vec, b: Vec) -> Mat:
-    """Return -[a][b] = (a . b) E - b a^T."""
-    d = dot(a, b)
-    return (
-        (d - b[0] * a[0], -(b[0] * a[1]), -(b[0] * a[2])),
-        (-(b[1] * a[0]), d - b[1] * a[1], -(b[1] * a[2])),
-        (-(b[2] * a[0]), -(b[2] * a[1]), d - b[2] * a[2]),
-    )

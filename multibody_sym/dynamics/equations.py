@@ -1,27 +1,44 @@
-"""EquationsOfMotion: what every formalism that forms a mass matrix returns, over any scalar.
+"""What every formalism returns, over any scalar: the equations of motion, with or without the mass matrix itself.
 
     M udot = Q - c + H^T lambda        H udot = gamma        qdot = N u
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
+from multibody_sym.dynamics.factorization import factorized
 from multibody_sym.kinematics.motion import Motion, coordinate_rates
 from multibody_sym.kinematics.rows import RowMotion
+from multibody_sym.kinematics.state import State
 from multibody_sym.kinematics.vectors import S
+from multibody_sym.model.mechanism import Mechanism
+
+
+class MassFactors(Protocol):
+    """A factorised mass matrix M = G^T G: what dynamics asks of it, formed or not."""
+
+    def solve(self, right: Sequence[S]) -> list[S]:
+        """Return M^-1 right (n)."""
+
+    def weighted(self, right: Sequence[S]) -> list[S]:
+        """Return G^-T right (n): forces in the coordinates in which the mass matrix is the unit matrix."""
+
+    def unweighted(self, x: Sequence[S]) -> list[S]:
+        """Return G^-1 x (n): accelerations from those coordinates."""
 
 
 @dataclass(frozen=True)
-class EquationsOfMotion:
-    """The equations of motion at a state; n speeds, s rows.
+class TreeDynamics:
+    """The dynamics at a state; n speeds, s rows.
 
-    `mass_matrix` M (n x n), `applied` Q (n), `velocity_terms` c (n), `rows` (s) with H_j and gamma_j, `rates` qdot.
+    `factors` apply M^-1; `applied` Q (n), `velocity_terms` c (n), `rows` (s) with H_j and gamma_j, `rates` qdot.
     `coordinates`, `speeds` and `row_names` name what the numbers belong to.
     """
 
-    mass_matrix: list[list[S]]
+    factors: MassFactors
     applied: list[S]
     velocity_terms: list[S]
     rows: list[RowMotion]
@@ -46,13 +63,32 @@ class EquationsOfMotion:
         return [row.gamma for row in self.rows]
 
 
+@dataclass(frozen=True)
+class EquationsOfMotion(TreeDynamics):
+    """The dynamics with `mass_matrix` M (n x n) formed."""
+
+    mass_matrix: list[list[S]]
+
+
+Formalism = Callable[[Mechanism, State], TreeDynamics]
+"""A route from a mechanism to its dynamics at a state, over the state's scalar."""
+
+
 def equations(
     motion: Motion, mass_matrix: list[list[S]], applied: Sequence[S], velocity_terms: Sequence[S], rows: list[RowMotion]
 ) -> EquationsOfMotion:
     """Return the equations of motion of a mechanism at a state, with the names it declares."""
+    tree = tree_dynamics(motion, factorized(mass_matrix), applied, velocity_terms, rows)
+    return EquationsOfMotion(**vars(tree), mass_matrix=mass_matrix)
+
+
+def tree_dynamics(
+    motion: Motion, factors: MassFactors, applied: Sequence[S], velocity_terms: Sequence[S], rows: list[RowMotion]
+) -> TreeDynamics:
+    """Return the dynamics of a mechanism at a state, with the names it declares."""
     mechanism, state = motion.mechanism, motion.state
-    return EquationsOfMotion(
-        mass_matrix,
+    return TreeDynamics(
+        factors,
         list(applied),
         list(velocity_terms),
         rows,

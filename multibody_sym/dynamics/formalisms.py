@@ -5,8 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
+from multibody_sym.dynamics.block_ldl import block_ldl
 from multibody_sym.dynamics.composite_body import composite_body
-from multibody_sym.dynamics.programs import Formalism
+from multibody_sym.dynamics.equations import Formalism
+from multibody_sym.model.mechanism import Mechanism
 
-DEFAULT: Final = "composite_body"
-FORMALISMS: Final[Mapping[str, Formalism]] = {"composite_body": composite_body}
+FORMALISMS: Final[Mapping[str, Formalism]] = {"composite_body": composite_body, "block_ldl": block_ldl}
+_LARGEST_FORMED: Final = 10
+"""Speeds up to which forming the mass matrix takes fewer operations than the recursion (benchmarks/chains.py)."""
+
+
+def cheapest(mechanism: Mechanism) -> str:
+    """Return the name of the formalism whose programs of a mechanism take the fewest operations."""
+    return "composite_body" if len(mechanism.speeds) <= _LARGEST_FORMED else "block_ldl"

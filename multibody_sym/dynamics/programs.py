@@ -1,11 +1,10 @@
-"""From equations of motion over Nodes to the Programs that a simulation runs."""
+"""From dynamics over Nodes to the Programs that a simulation runs."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from multibody_sym.dynamics.equations import EquationsOfMotion
-from multibody_sym.dynamics.factorization import Factors, factorized
+from multibody_sym.dynamics.equations import Formalism, TreeDynamics
 from multibody_sym.dynamics.quantities import quantities
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.motion import coordinate_rates, motion_of
@@ -18,20 +17,16 @@ from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import absolute, evaluate, maximum, sqrt
 from multibody_sym.scalars.node import ZERO, Node, as_node, leaves
 
-Formalism = Callable[[Mechanism, State], EquationsOfMotion]
-"""A route from a mechanism to its equations of motion at a state, over the state's scalar."""
-
-
 def programs(mechanism: Mechanism, formalism: Formalism) -> Programs:
     """Return all Programs of a mechanism by one formalism."""
-    equations = formalism(mechanism, slot_state(mechanism))
-    derivative = state_derivative(mechanism, equations)
+    dynamics = formalism(mechanism, slot_state(mechanism))
+    derivative = state_derivative(mechanism, dynamics)
     constrained = bool(mechanism.rows)
     return Programs(
         inputs=_inputs(mechanism),
         state_derivative=derivative,
-        project_position=_project_position(mechanism, equations) if constrained else None,
-        project_velocity=_project_velocity(mechanism, equations) if constrained else None,
+        project_position=_project_position(mechanism, dynamics) if constrained else None,
+        project_velocity=_project_velocity(mechanism, dynamics) if constrained else None,
         normalize=_normalize(mechanism),
         energy=_energy(mechanism),
         outputs=_outputs(mechanism, derivative),
@@ -50,32 +45,32 @@ def arrays(mechanism: Mechanism) -> tuple[Array, ...]:
     )
 
 
-def state_derivative(mechanism: Mechanism, equations: EquationsOfMotion) -> Program:
+def state_derivative(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
     """Return (t, q, u, ...) -> qdot, udot, multipliers, report.
 
     Without rows udot = M^-1 f, written out. With rows, x = D^1/2 L udot turns the mass matrix into the unit matrix:
     x = x_f + A^T lambda, A x = gamma, which `Solve` answers whatever the rank of A.
     """
     trace = Trace("state_derivative", arrays(mechanism))
-    factors = factorized(_nodes(equations.mass_matrix))
-    rows = len(equations.rows)
+    factors = dynamics.factors
+    rows = len(dynamics.rows)
     if rows == 0:
-        udot = factors.solve(equations.forcing)
+        udot = factors.solve(dynamics.forcing)
         multipliers: Sequence[Node] = ()
         report: Sequence[Node] = (ZERO,) * 3
     else:
-        free = factors.weighted(equations.forcing)
-        matrix = [factors.weighted(row.jacobian) for row in equations.rows]
+        free = factors.weighted(dynamics.forcing)
+        matrix = [factors.weighted(row.jacobian) for row in dynamics.rows]
         wanted = [
             gamma - sum((a * x for a, x in zip(row, free, strict=True)), ZERO)
-            for row, gamma in zip(matrix, _stabilised(equations, mechanism), strict=True)
+            for row, gamma in zip(matrix, _stabilised(dynamics, mechanism), strict=True)
         ]
         solved = trace.solve(_nodes(matrix), wanted)
         udot = factors.unweighted([x + d for x, d in zip(free, solved.solution, strict=True)])
         multipliers, report = solved.multipliers, solved.report
     return trace.finish(
         {
-            "qdot": ((len(equations.rates),), equations.rates),
+            "qdot": ((len(dynamics.rates),), dynamics.rates),
             "udot": ((len(udot),), udot),
             "multipliers": ((rows,), multipliers),
             "report": ((3,), report),
@@ -83,32 +78,32 @@ def state_derivative(mechanism: Mechanism, equations: EquationsOfMotion) -> Prog
     )
 
 
-def _stabilised(equations: EquationsOfMotion, mechanism: Mechanism) -> list[Node]:
+def _stabilised(dynamics: TreeDynamics, mechanism: Mechanism) -> list[Node]:
     """Return gamma - 2 alpha phidot - beta^2 phi (Baumgarte 1972)."""
     alpha, beta = arrays(mechanism)[3].slots[-2:]
-    return [row.gamma - 2 * alpha * row.phidot - beta**2 * row.phi for row in equations.rows]
+    return [row.gamma - 2 * alpha * row.phidot - beta**2 * row.phi for row in dynamics.rows]
 
 
-def _correction(trace: Trace, equations: EquationsOfMotion, wanted: Sequence[Node]) -> list[Node]:
+def _correction(trace: Trace, dynamics: TreeDynamics, wanted: Sequence[Node]) -> list[Node]:
     """Return the change of the speeds, smallest in the norm of the mass matrix, with H change = wanted."""
-    factors: Factors = factorized(_nodes(equations.mass_matrix))
-    matrix = [factors.weighted(row.jacobian) for row in equations.rows]
+    factors = dynamics.factors
+    matrix = [factors.weighted(row.jacobian) for row in dynamics.rows]
     solved = trace.solve(_nodes(matrix), wanted)
     return factors.unweighted(solved.solution)
 
 
-def _project_position(mechanism: Mechanism, equations: EquationsOfMotion) -> Program:
+def _project_position(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
     trace = Trace("project_position", arrays(mechanism))
-    phi = [row.phi for row in equations.rows]
-    change = _correction(trace, equations, [-x for x in phi])
+    phi = [row.phi for row in dynamics.rows]
+    change = _correction(trace, dynamics, [-x for x in phi])
     correction = coordinate_rates(mechanism, trace["q"], change)
     return trace.finish({"phi": ((len(phi),), phi), "correction": ((len(correction),), correction)})
 
 
-def _project_velocity(mechanism: Mechanism, equations: EquationsOfMotion) -> Program:
+def _project_velocity(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
     trace = Trace("project_velocity", arrays(mechanism))
-    phidot = [row.phidot for row in equations.rows]
-    correction = _correction(trace, equations, [-x for x in phidot])
+    phidot = [row.phidot for row in dynamics.rows]
+    correction = _correction(trace, dynamics, [-x for x in phidot])
     return trace.finish({"residual": ((len(phidot),), phidot), "correction": ((len(correction),), correction)})
 
 

@@ -86,3 +86,13 @@ def symmetric(elements: Sequence[S]) -> Mat:
     """Return the symmetric matrix with the elements (xx, yy, zz, xy, xz, yz)."""
     xx, yy, zz, xy, xz, yz = elements
     return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)
+
+
+def steiner(a: Vec, b: Vec) -> Mat:
+    """Return -[a][b] = (a . b) E - b a^T."""
+    d = dot(a, b)
+    return (
+        (d - b[0] * a[0], -(b[0] * a[1]), -(b[0] * a[2])),
+        (-(b[1] * a[0]), d - b[1] * a[1], -(b[1] * a[2])),
+        (-(b[2] * a[0]), -(b[2] * a[1]), d - b[2] * a[2]),
+    )
