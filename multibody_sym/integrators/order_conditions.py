@@ -3,7 +3,8 @@
 A rooted tree is the sorted tuple of its branches, each a tree; `()` is the single node. A method with coefficients
 A, weights b and nodes c = A 1 has order p when every tree t of at most p nodes satisfies
 
-    sum_i b_i Phi_i(t) = 1 / gamma(t),   Phi_i((t1, .., tm)) = prod_k sum_j a_ij Phi_j(tk),   gamma(t) = |t| prod_k gamma(tk)
+    sum_i b_i Phi_i(t) = 1 / gamma(t)
+    Phi_i((t1, .., tm)) = prod_k sum_j a_ij Phi_j(tk),   gamma((t1, .., tm)) = |t| prod_k gamma(tk)
 
 Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, section II.2.
 """
@@ -67,9 +68,9 @@ def reached_order(weights: StageWeights, b: Sequence[Fraction]) -> int:
 
 
 def reached_dense_order(weights: StageWeights, dense: Matrix) -> int:
-    """Return the order of the continuous extension b_i(theta) = sum_k dense[i][k] theta^(k+1), as far as `weights` tell.
+    """Return the order of the extension b_i(theta) = sum_k dense[i][k] theta^(k+1), as far as `weights` can tell.
 
-    It has order p when sum_i b_i(theta) Phi_i(t) = theta^|t| / gamma(t) as polynomials for every tree of at most p nodes.
+    It is p when sum_i b_i(theta) Phi_i(t) = theta^|t| / gamma(t) as polynomials for every tree of at most p nodes.
     """
     columns = list(enumerate(zip(*dense, strict=True), 1))
     wrong = (

@@ -43,14 +43,18 @@ class Status(IntEnum):
     INTERRUPTED = 7
 
 
-class StepFailed(Exception):
-    """A step could not be taken: `status`, at which `time`, and the `component` of the state or row it shows in."""
+class StepError(Exception):
+    """A step could not be taken: `status`, at which `time`, and the `component` of the state or row it shows in.
 
-    def __init__(self, status: Status, time: float, component: int) -> None:
+    `rejected` counts the trials that were made in vain.
+    """
+
+    def __init__(self, status: Status, time: float, component: int, rejected: int = 0) -> None:
         super().__init__(f"{status.name} at t = {time!r} in component {component}")
         self.status = status
         self.time = time
         self.component = component
+        self.rejected = rejected
 
 
 @dataclass(frozen=True)
@@ -58,7 +62,7 @@ class Flow:
     """x' = derivative(t, x) from (t0, x0) to t_end under a method's tableau.
 
     `settle(t, x)` returns the state from which to go on after an accepted step (put back onto constraints,
-    normalised), or x itself; it may raise StepFailed, as may the derivative.
+    normalised), or x itself; it may raise StepError, as may the derivative.
     """
 
     tableau: Tableau
@@ -71,7 +75,7 @@ class Flow:
 
 @dataclass(frozen=True)
 class Step:
-    """An accepted step from (t, x) over h with stage slopes k, s of (n,), to (t_new, x_new), where the slope is slope_new.
+    """An accepted step from (t, x) over h with stage slopes k to (t_new, x_new), where the slope is slope_new.
 
     `h_next` is the step to try next and `error` the scaled error norm that control remembers (adaptive steps);
     `rejected` counts the trials that failed since the step before.
@@ -90,7 +94,7 @@ class Step:
 
 
 def fixed_steps(flow: Flow, step: float) -> Iterator[Step]:
-    """Yield steps of length `step`; the last one ends exactly at t_end and may be shorter. Raises StepFailed."""
+    """Yield steps of length `step`; the last one ends exactly at t_end and may be shorter. Raises StepError."""
     count = step_count(flow.t0, flow.t_end, step)
     t, x, slope = flow.t0, flow.x0, finite_slope(flow, flow.t0, flow.x0)
     for number in range(1, count + 1):
@@ -113,7 +117,7 @@ def step_count(t0: float, t_end: float, step: float) -> int:
 def adaptive_steps(flow: Flow, rtol: float, atol: float) -> Iterator[Step]:
     """Yield steps whose estimated error is at most atol + rtol |x| in the mean square; the last ends exactly at t_end.
 
-    Raises StepFailed: for a trial that cannot be evaluated only after shorter ones failed, down to the least step.
+    Raises StepError: for a trial that cannot be evaluated only after shorter ones failed, down to the least step.
     """
     slope = finite_slope(flow, flow.t0, flow.x0)
     h = first_step(flow, slope, rtol, atol)
@@ -126,7 +130,7 @@ def adaptive_steps(flow: Flow, rtol: float, atol: float) -> Iterator[Step]:
 def _accepted_step(flow: Flow, before: Step, rtol: float, atol: float) -> Step:
     t, x, proposed, rejected = before.t_new, before.x_new, before.h_next, 0
     least = max(16.0 * float_info.epsilon * abs(t), 1e-16 * (flow.t_end - flow.t0))
-    failure = StepFailed(Status.STEP_UNDERFLOW, t, 0)
+    failure = StepError(Status.STEP_UNDERFLOW, t, 0)
     while proposed >= least:
         last = t + 1.01 * proposed >= flow.t_end
         t_new = flow.t_end if last else t + proposed
@@ -139,11 +143,11 @@ def _accepted_step(flow: Flow, before: Step, rtol: float, atol: float) -> Step:
                 h_next = min(h / change, h) if rejected else h / change
                 done = Step(t, x, h, k, t_new, x_new, before.slope_new, h_next, max(error, LEAST_ERROR), rejected)
                 return _closed(flow, done)
-            failure, proposed = StepFailed(Status.STEP_UNDERFLOW, t, worst), h / shrink
-        except StepFailed as problem:
+            failure, proposed = StepError(Status.STEP_UNDERFLOW, t, worst), h / shrink
+        except StepError as problem:
             failure, proposed = problem, h * RETREAT
         rejected += 1
-    raise failure
+    raise StepError(failure.status, failure.time, failure.component, rejected)
 
 
 def _changes(tableau: Tableau, error: float, remembered: float) -> tuple[float, float]:
@@ -188,7 +192,7 @@ def combination(weights: Floats, k: list[Floats]) -> Floats:
 
 
 def finite_slope(flow: Flow, t: float, x: Floats) -> Floats:
-    """Return the derivative at (t, x); raises StepFailed where it is not finite."""
+    """Return the derivative at (t, x); raises StepError where it is not finite."""
     slope = flow.derivative(t, x)
     _require_finite(slope, t)
     return slope
@@ -197,7 +201,7 @@ def finite_slope(flow: Flow, t: float, x: Floats) -> Floats:
 def _require_finite(values: Floats, time: float) -> None:
     finite = np.isfinite(values)
     if not finite.all():
-        raise StepFailed(Status.NOT_FINITE, time, int(np.argmin(finite)))
+        raise StepError(Status.NOT_FINITE, time, int(np.argmin(finite)))
 
 
 def _scaled_norm(values: Floats, scales: Floats) -> float:
@@ -227,7 +231,7 @@ def first_step(flow: Flow, slope: Floats, rtol: float, atol: float) -> float:
         try:
             bend = finite_slope(flow, flow.t0 + h, flow.x0 + h * slope) - slope
             break
-        except StepFailed:
+        except StepError:
             h *= 0.1
     else:
         return h
@@ -237,9 +241,11 @@ def first_step(flow: Flow, slope: Floats, rtol: float, atol: float) -> float:
     return min(100.0 * h, tried, span)
 
 
-def sample_time(t0: float, t_end: float, samples: int, index: int) -> float:
-    """Return the time of sample `index` of `samples` evenly spaced ones, both ends among them and exact."""
-    return t_end if index == samples - 1 else t0 + (t_end - t0) * index / (samples - 1)
+def sample_times(t0: float, t_end: float, samples: int) -> Floats:
+    """Return the times (samples,) of evenly spaced samples, both ends among them and exact."""
+    times = t0 + (t_end - t0) * np.arange(samples) / (samples - 1)
+    times[-1] = t_end
+    return times
 
 
 def at_end(step: Step, time: float) -> bool:
@@ -275,9 +281,9 @@ def solution(
     atol: float = 1e-8,
     samples: int = 1001,
 ) -> tuple[Floats, Floats]:
-    """Return evenly spaced times (samples,) and states (samples, n) of x' = f(t, x); steps are fixed if `step` is given."""
+    """Return evenly spaced times (samples,) and states (samples, n) of x' = f(t, x); `step` makes the steps fixed."""
     flow = Flow(method.tableau, f, t0, t_end, np.array(x0, dtype=float))
-    times = [sample_time(t0, t_end, samples, index) for index in range(samples)]
+    times = sample_times(t0, t_end, samples).tolist()
     states = [flow.x0]
     for done in adaptive_steps(flow, rtol, atol) if step is None else fixed_steps(flow, step):
         while len(states) < samples and reaches(done, times[len(states)]):

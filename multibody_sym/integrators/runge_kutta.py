@@ -69,7 +69,7 @@ class RungeKutta:
             ([len(row) for row in self.A] == list(range(self.stages)), "row i of A has i entries"),
             (len(self.c) == len(self.dense) == self.stages, "c and dense have one entry a stage"),
             (list(self.c) == [sum(row, Fraction(0)) for row in self.A], "c_i is the sum of row i of A"),
-            (self.c[-1:] == (1,), "the last stage is the end point"),
+            (self.c[-1:] == (Fraction(1),), "the last stage is the end point"),
             ((self.error is None) == (self.error_order == 0), "an error estimate has an order"),
             (self.error is None or len(self.error) == self.stages, "error has one entry a stage"),
         ):
@@ -113,7 +113,7 @@ class RungeKutta:
 
 
 def hermite(b: Sequence[Fraction]) -> tuple[Weights, ...]:
-    """Return the cubic Hermite interpolant of x, f at both ends as a continuous extension of weights `b` (end included).
+    """Return the cubic Hermite interpolant of x and f at both ends as an extension of weights `b` (end included).
 
     b_i(theta) = theta^2 (3 - 2 theta) b_i, plus theta (1 - theta)^2 for the first and theta^2 (theta - 1) for the
     last stage: order 3, or that of b if lower.
@@ -127,9 +127,7 @@ def hermite(b: Sequence[Fraction]) -> tuple[Weights, ...]:
 
 def _quartic(b: Sequence[Fraction], d: Sequence[Fraction]) -> tuple[Weights, ...]:
     """Return the Hermite extension of `b` plus theta^2 (1 - theta)^2 d_i."""
-    return tuple(
-        (linear, square + x, cube - 2 * x, x) for (linear, square, cube), x in zip(hermite(b), d, strict=True)
-    )
+    return tuple((linear, square + x, cube - 2 * x, x) for (linear, square, cube), x in zip(hermite(b), d, strict=True))
 
 
 def _row(text: str) -> Weights:
@@ -153,7 +151,7 @@ def _method(name: str, order: int, A: str, b_hat: str = "", error_order: int = 0
 
 
 def _dormand_prince() -> RungeKutta:
-    """Return the 5(4) pair of J. R. Dormand, P. J. Prince (J. Comput. Appl. Math. 6, 1980) with an extension of order 4.
+    """Return the 5(4) pair of J. R. Dormand and P. J. Prince (J. Comput. Appl. Math. 6, 1980), extended with order 4.
 
     The extensions of order 4 that share x and f with the step at both ends form one family, in the last number of
     d; taken is the member whose fifth-order error coefficients have the least mean square over the step. It is the

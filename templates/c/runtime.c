@@ -619,14 +619,12 @@ static double first_step(run *r)
 
 static int start(run *r, double *samples)
 {
-    int status = derivative(r, r->state->t, r->x, r->k);
-    if (status != MBS_RUNNING)
-        return status;
-    if (!(r->problem->step > 0.0))
-        r->state->h_next = first_step(r);
+    int status;
     copy(r->n, r->x, samples);
     ++r->state->sample;
     r->state->phase = STEPPING;
+    if ((status = derivative(r, r->state->t, r->x, r->k)) == MBS_RUNNING && !(r->problem->step > 0.0))
+        r->state->h_next = first_step(r);
     return status;
 }
 
@@ -670,8 +668,8 @@ long long mbs_integrate(const mbs_problem *problem, mbs_state *state, double *wo
         if (state->phase == STARTING) {
             if (rows == 0)
                 break;
-            if ((state->status = start(&r, samples)) == MBS_RUNNING)
-                ++written;
+            state->status = start(&r, samples);
+            ++written;
         } else if (state->phase == STEPPING) {
             state->status = step(&r);
         } else {

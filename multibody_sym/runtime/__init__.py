@@ -1,0 +1,1 @@
+"""Runtime: Programs compiled, cached, loaded and called, and the integration loop over them."""

@@ -1,0 +1,185 @@
+"""The C compiler: found without a look at the working folder, called without a shell and with a time limit."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from multibody_sym.errors import OutputError
+from multibody_sym.runtime import cache
+
+_NAMES: Final = ("cc", "gcc", "clang")
+_FLAGS: Final = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC")
+_NATIVE_FLAGS: Final = ("-std=c99", "-O2", "-march=native", "-ffp-contract=fast", "-fPIC")
+_SECONDS: Final = 60.0
+_BYTES_PER_SECOND: Final = 20_000.0  # more time for a large source: a slow compiler is not a hanging one
+
+
+class CompilerError(OutputError):
+    """There is no usable C compiler, or it failed."""
+
+    code = "compiler"
+
+
+@dataclass(frozen=True)
+class Compiler:
+    """A compiler's command (absolute path, then what CC adds to it), flags, and what tells it from another one.
+
+    `identity` names the file by path, size and time of change, and for native code the processor: enough to look
+    into the cache without starting the compiler.
+    """
+
+    command: tuple[str, ...]
+    flags: tuple[str, ...]
+    identity: str
+
+    def version(self) -> str:
+        """Return what the compiler says about itself."""
+        with tempfile.TemporaryDirectory(prefix="multibody_sym-") as place:
+            return _run([[*self.command, "--version"]], Path(place), 10.0)
+
+
+def find_compiler(*, native: bool = False) -> Compiler:
+    """Return the compiler named by CC, or the first of cc, gcc, clang on PATH; raises CompilerError without one."""
+    try:
+        words = shlex.split(os.environ.get("CC", ""))
+    except ValueError as problem:
+        raise CompilerError(f"the environment variable CC cannot be read: {problem}") from None
+    for name in words[:1] or _NAMES:
+        path = _executable(name)
+        if path is not None:
+            flags = _NATIVE_FLAGS if native else _FLAGS
+            return Compiler((path, *words[1:]), flags, _identity(path, words[1:], flags, native))
+    sought = f"CC = {words[0]!r}, which is not" if words else f"none of {', '.join(_NAMES)} is"
+    raise CompilerError(f"no C compiler: {sought} an executable on PATH or an absolute path")
+
+
+def _identity(path: str, extra: Sequence[str], flags: Sequence[str], native: bool) -> str:
+    status = os.stat(path)
+    parts = [os.path.realpath(path), str(status.st_size), str(status.st_mtime_ns), sys.platform, *_machine(), *flags]
+    return cache.digest(path, *parts, *extra, _processor() if native else "")
+
+
+def _machine() -> tuple[str, ...]:
+    return (os.uname().machine,) if hasattr(os, "uname") else (os.environ.get("PROCESSOR_ARCHITECTURE", ""),)
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(errors="replace").splitlines()
+    except OSError:
+        import platform
+
+        return platform.processor()
+    return "\n".join(sorted({line for line in lines if line.startswith(("model name", "flags", "Features"))}))
+
+
+def _executable(name: str) -> str | None:
+    """Return the absolute path of the program `name`, not looking into the working folder."""
+    if os.path.isabs(name):
+        return name if _runs(name) else None
+    if os.path.dirname(name):
+        return None
+    candidates = (os.path.join(place, name) for place in _search_path())
+    return next((path for path in candidates if _runs(path)), None)
+
+
+def _search_path() -> list[str]:
+    here = os.path.realpath(os.curdir)
+    places = os.environ.get("PATH", os.defpath).split(os.pathsep)
+    return [place for place in places if os.path.isabs(place) and os.path.realpath(place) != here]
+
+
+def _runs(path: str) -> bool:
+    return os.path.isfile(path) and os.access(path, os.X_OK)
+
+
+def build_library(compiler: Compiler, sources: Mapping[str, str]) -> Path:
+    """Return the cached shared library of `model.c` and `runtime.c` in `sources` (file name -> text).
+
+    Both are compiled at the same time; the object of runtime.c is kept, since all models share it. Raises
+    CompilerError, and OSError if nothing can be written.
+    """
+    version = compiler.version()
+    origin = "\0".join([*compiler.command, *compiler.flags, version, compiler.identity])
+    library_key = cache.digest("library", origin, *(text for item in sorted(sources.items()) for text in item))
+    found = cache.find(library_key)
+    if found is not None:
+        return found.path
+    content = _compiled(compiler, sources, origin)
+    library = cache.keep(content, library_key, ".so")
+    cache.store(library_key, library, {})
+    return library
+
+
+def _compiled(compiler: Compiler, sources: Mapping[str, str], origin: str) -> bytes:
+    runtime_key = cache.digest("runtime", origin, sources["runtime.c"], sources["runtime.h"])
+    runtime = cache.find(runtime_key)
+    with tempfile.TemporaryDirectory(prefix="multibody_sym-") as name:
+        place = Path(name)
+        for file, text in sources.items():
+            (place / file).write_text(text, encoding="ascii")
+        units = ["model"] if runtime else ["model", "runtime"]
+        limit = _SECONDS + sum(map(len, sources.values())) / _BYTES_PER_SECOND
+        start = [*compiler.command, *compiler.flags]
+        _run([[*start, "-c", f"{unit}.c", "-o", f"{unit}.o"] for unit in units], place, limit)
+        if runtime is None:
+            kept = cache.keep((place / "runtime.o").read_bytes(), runtime_key, ".o")
+            cache.store(runtime_key, kept, {})
+        runtime_object = str(runtime.path) if runtime else "runtime.o"
+        _run([[*start, "-shared", "model.o", runtime_object, "-lm", "-o", "model.so"]], place, limit)
+        return (place / "model.so").read_bytes()
+
+
+def _run(commands: Sequence[Sequence[str]], place: Path, limit: float) -> str:
+    """Run `commands` at the same time in the private folder `place`; return what they printed."""
+    environment = {**os.environ, "PATH": os.pathsep.join(_search_path()), "TMPDIR": str(place), "LC_ALL": "C"}
+    end = time.monotonic() + limit
+    processes: list[subprocess.Popen[bytes]] = []
+    with tempfile.TemporaryFile(dir=place) as output:
+        try:
+            for command in commands:
+                processes.append(
+                    subprocess.Popen(
+                        command,
+                        cwd=place,
+                        env=environment,
+                        stdin=subprocess.DEVNULL,
+                        stdout=output,
+                        stderr=subprocess.STDOUT,
+                        start_new_session=True,
+                    )
+                )
+            codes = [process.wait(max(0.0, end - time.monotonic())) for process in processes]
+        except subprocess.TimeoutExpired:
+            raise CompilerError(f"the C compiler {commands[0][0]} took more than {limit:.0f} s") from None
+        except OSError as problem:
+            raise CompilerError(f"the C compiler {commands[0][0]} cannot be started: {problem.strerror}") from None
+        finally:
+            _end(processes)
+        output.seek(0)
+        printed = output.read().decode(errors="replace")
+    if any(codes):
+        first = next((line for line in printed.splitlines() if "error" in line), printed.strip()[:200])
+        raise CompilerError(f"the C compiler {commands[0][0]} failed: {first}")
+    return printed
+
+
+def _end(processes: Sequence[subprocess.Popen[bytes]]) -> None:
+    """End what still runs, with everything it started (a compiler is several programs)."""
+    for process in processes:
+        if process.poll() is None:
+            try:
+                os.killpg(process.pid, signal.SIGKILL)
+            except (OSError, AttributeError):
+                process.kill()
+            process.wait()

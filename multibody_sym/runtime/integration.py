@@ -1,0 +1,80 @@
+"""Integration of loaded programs: one call that runs the loop in C or Python, shows progress and keeps what it has."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multibody_sym.integrators.reference import Status
+from multibody_sym.runtime.native_loop import native_loop
+from multibody_sym.runtime.problem import Chunk, Loop, Problem, Progress, RunFailure, Statistics
+from multibody_sym.runtime.python_loop import python_loop
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Integration:
+    """Samples t (m,), q (m, nq), u (m, nu) as far as the run got, the state (q_final, u_final) at t_final, statistics.
+
+    `failure` is None for a run that reached t_end.
+    """
+
+    t: Floats
+    q: Floats
+    u: Floats
+    t_final: float
+    q_final: Floats
+    u_final: Floats
+    statistics: Statistics
+    failure: RunFailure | None
+
+    @property
+    def status(self) -> Status:
+        """DONE, or the status of the failure."""
+        return self.failure.status if self.failure else Status.DONE
+
+
+def integrate(
+    problem: Problem, *, on_chunk: Callable[[Chunk], None] | None = None, loop: Loop | None = None
+) -> Integration:
+    """Return the motion of `problem`; a run that fails, or is interrupted by Ctrl-C, keeps what it had computed.
+
+    `on_chunk` is called about ten times a second with the samples that are new (perhaps none), for a progress bar or
+    to write them. `loop` is the one that fits `problem.compiled` unless another is given.
+    """
+    run = loop or (native_loop if problem.compiled.backend == "c" else python_loop)
+    times, samples = problem.times(), np.empty((problem.samples, len(problem.q0) + len(problem.u0)))
+    x0 = np.concatenate([problem.q0, problem.u0])
+    progress = Progress(0, problem.t0, x0, Statistics(), None)
+    try:
+        with np.errstate(all="ignore"):
+            for latest in run(problem, samples):
+                before, progress = progress, latest
+                if on_chunk is not None:
+                    on_chunk(_chunk(problem, times, samples, before, latest))
+    except KeyboardInterrupt:
+        progress = replace(progress, failure=RunFailure(Status.INTERRUPTED, progress.time, None))
+    return _integration(problem, times, samples, progress)
+
+
+def _chunk(problem: Problem, times: Floats, samples: Floats, before: Progress, latest: Progress) -> Chunk:
+    new, nq = slice(before.written, latest.written), len(problem.q0)
+    return Chunk(before.written, times[new], samples[new, :nq], samples[new, nq:], latest.time)
+
+
+def _integration(problem: Problem, times: Floats, samples: Floats, progress: Progress) -> Integration:
+    written, nq = slice(progress.written), len(problem.q0)
+    return Integration(
+        t=times[written],
+        q=samples[written, :nq],
+        u=samples[written, nq:],
+        t_final=progress.time,
+        q_final=progress.x[:nq],
+        u_final=progress.x[nq:],
+        statistics=progress.statistics,
+        failure=progress.failure,
+    )

@@ -1,0 +1,184 @@
+"""Programs made callable: compiled or taken from the cache, in C or, where that cannot be, in generated Python."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from multibody_sym.errors import OutputError
+from multibody_sym.runtime import cache
+from multibody_sym.runtime.compiler import CompilerError, build_library, find_compiler
+from multibody_sym.runtime.native import NativeFunction, open_library
+from multibody_sym.runtime.python_module import PythonFunction, open_module
+from multibody_sym.runtime.signature import Signature
+
+if TYPE_CHECKING:
+    from multibody_sym.program.program import Program
+
+Floats = NDArray[np.float64]
+Backend = Literal["c", "python"]
+_PYTHON: Final = "python"
+
+
+class FallbackNotice(UserWarning):
+    """Programs run as generated Python because C is not available; given once for each reason."""
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """Programs ready to be called: `compiled[name](*arrays)`, `compiled.map(name, *arrays stacked by sample)`.
+
+    `path` is the library or module in the cache, `origin` tells what made it. `notice` says why it is Python although
+    C was wanted, else None.
+    """
+
+    backend: Backend
+    path: Path
+    origin: str
+    functions: Mapping[str, NativeFunction] | Mapping[str, PythonFunction]
+    notice: str | None = None
+
+    def __getitem__(self, name: str) -> NativeFunction | PythonFunction:
+        return self.functions[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.functions
+
+    def map(self, name: str, *arrays: ArrayLike) -> tuple[Floats, ...]:
+        """Return the outputs (samples, *shape) of program `name` for inputs stacked by sample, or the same for all."""
+        return self.functions[name].map(*arrays)
+
+
+def load(programs: Mapping[str, Program], *, native: bool = False, backend: Backend | None = None) -> Compiled:
+    """Return `programs` callable by name; what the cache holds is neither printed nor compiled again.
+
+    `backend` None takes C and falls back to Python with one FallbackNotice; "c" raises OutputError instead; "python"
+    takes Python. `native`: C for this processor only, whose last digits may differ.
+    """
+    from multibody_sym.program.measures import program_hash
+
+    signatures = [Signature.of(name, program) for name, program in programs.items()]
+    key = cache.digest("programs", *(part for name, p in programs.items() for part in (name, program_hash(p))))
+
+    def printed_c() -> Mapping[str, str]:
+        from multibody_sym.codegen.c import c_source
+
+        return c_source(programs)
+
+    def printed_python() -> str:
+        from multibody_sym.codegen.python import python_source
+
+        return python_source(programs)
+
+    return _in_c_or_python(
+        backend,
+        lambda: load_c(signatures, key, printed_c, native=native),
+        lambda: load_python(signatures, key, printed_python),
+    )
+
+
+def _in_c_or_python(
+    backend: Backend | None, in_c: Callable[[], Compiled], in_python: Callable[[], Compiled]
+) -> Compiled:
+    if backend == "python":
+        return in_python()
+    try:
+        return in_c()
+    except (CompilerError, OSError) as problem:
+        reason = problem.message if isinstance(problem, CompilerError) else str(problem)
+        if backend == "c":
+            raise OutputError(f"C is not available: {reason}") from problem
+    return _with_notice(in_python(), reason)
+
+
+def _with_notice(compiled: Compiled, reason: str) -> Compiled:
+    notice = f"the model runs as Python, many times slower: {reason}"
+    _warn_once(notice)
+    return replace(compiled, notice=notice)
+
+
+@functools.cache
+def _warn_once(notice: str) -> None:
+    warnings.warn(notice, FallbackNotice, stacklevel=4)
+
+
+def load_c(
+    signatures: Sequence[Signature], key: str, sources: Callable[[], Mapping[str, str]], *, native: bool = False
+) -> Compiled:
+    """Return the programs of the library known as `key`, built from `sources` if need be; raises OutputError, OSError.
+
+    `sources()` gives the texts of model.c, runtime.c and headers by file name.
+    """
+    compiler = find_compiler(native=native)
+    full_key = cache.digest("c", key, compiler.identity, cache.toolkit())
+    artifact = cache.find(full_key)
+    if artifact is not None:
+        with contextlib.suppress(OSError, ValueError):
+            return _opened("c", artifact.path, compiler.identity, signatures)
+    library = build_library(compiler, sources())
+    cache.store(full_key, library, {})
+    return _opened("c", library, compiler.identity, signatures)
+
+
+def load_python(signatures: Sequence[Signature], key: str, source: Callable[[], str]) -> Compiled:
+    """Return the programs of the module known as `key`, written from `source()` if need be; raises OSError."""
+    full_key = cache.digest("python", key, cache.toolkit())
+    artifact = cache.find(full_key)
+    if artifact is not None:
+        return _opened("python", artifact.path, _PYTHON, signatures)
+    module = cache.keep(source().encode("ascii"), full_key, ".py")
+    cache.store(full_key, module, {})
+    return _opened("python", module, _PYTHON, signatures)
+
+
+def _opened(backend: Backend, path: Path, origin: str, signatures: Sequence[Signature]) -> Compiled:
+    functions = open_library(path, signatures) if backend == "c" else open_module(path, signatures)
+    return Compiled(backend, path, origin, functions)
+
+
+@dataclass(frozen=True)
+class Recalled:
+    """Programs found under a caller's key, and what the caller stored with them."""
+
+    compiled: Compiled
+    metadata: Mapping[str, Any]
+
+
+def remember(key: str, compiled: Compiled, metadata: Mapping[str, Any]) -> None:
+    """Let `recall(key)` find `compiled` and `metadata` (JSON values) as long as toolkit and compiler stay the same."""
+    programs = [function.signature.as_json() for function in compiled.functions.values()]
+    full_key = cache.digest("recall", key, compiled.origin, cache.toolkit())
+    cache.store(full_key, compiled.path, {"programs": programs, "caller": dict(metadata)})
+
+
+def recall(key: str, *, native: bool = False, backend: Backend | None = None) -> Recalled | None:
+    """Return what was remembered under `key` for these options, or None; needs no Program and starts no compiler.
+
+    `backend` as for `load`. The key has to name everything the programs were derived from.
+    """
+    if backend == "python":
+        return _recalled(key, "python", _PYTHON)
+    try:
+        return _recalled(key, "c", find_compiler(native=native).identity)
+    except CompilerError as problem:
+        found = _recalled(key, "python", _PYTHON) if backend is None else None
+        return found and replace(found, compiled=_with_notice(found.compiled, problem.message))
+
+
+def _recalled(key: str, backend: Backend, origin: str) -> Recalled | None:
+    artifact = cache.find(cache.digest("recall", key, origin, cache.toolkit()))
+    if artifact is None:
+        return None
+    try:
+        signatures = [Signature.from_json(entry) for entry in artifact.metadata["programs"]]
+        return Recalled(_opened(backend, artifact.path, origin, signatures), artifact.metadata["caller"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None

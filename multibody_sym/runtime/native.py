@@ -1,0 +1,147 @@
+"""The C side seen from Python: structures of runtime.h, the programs of a shared library, and how to call them."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import accumulate, pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from multibody_sym.runtime.signature import Signature
+
+Floats = NDArray[np.float64]
+
+
+class ProgramStruct(ctypes.Structure):
+    """`mbs_program` of runtime.h."""
+
+    _fields_ = (
+        ("name", ctypes.c_char_p),
+        ("n_in", ctypes.c_int),
+        ("in_sizes", ctypes.POINTER(ctypes.c_int)),
+        ("n_out", ctypes.c_int),
+        ("out_sizes", ctypes.POINTER(ctypes.c_int)),
+        ("call", ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)),
+    )
+
+
+class MethodStruct(ctypes.Structure):
+    """`mbs_method` of runtime.h."""
+
+    _fields_ = (
+        *((name, ctypes.c_int) for name in ("stages", "order", "error_order", "dense_degree")),
+        *((name, ctypes.c_void_p) for name in ("a", "c", "error", "dense")),
+    )
+
+
+class SystemStruct(ctypes.Structure):
+    """`mbs_system` of runtime.h."""
+
+    _fields_ = (
+        ("inputs", ctypes.c_void_p),
+        ("state_derivative", ctypes.c_void_p),
+        ("project_position", ctypes.c_void_p),
+        ("project_velocity", ctypes.c_void_p),
+        ("normalize", ctypes.c_void_p),
+        ("parameters", ctypes.c_void_p),
+        ("modes", ctypes.c_void_p),
+        *((name, ctypes.c_int) for name in ("nq", "nu", "ns", "nw")),
+    )
+
+
+class ProblemStruct(ctypes.Structure):
+    """`mbs_problem` of runtime.h."""
+
+    _fields_ = (
+        ("method", ctypes.POINTER(MethodStruct)),
+        ("system", ctypes.POINTER(SystemStruct)),
+        *((name, ctypes.c_double) for name in ("t0", "t_end", "step", "rtol", "atol", "contradiction", "closure")),
+        ("max_steps", ctypes.c_longlong),
+        ("samples", ctypes.c_longlong),
+        ("project", ctypes.c_int),
+    )
+
+
+class StateStruct(ctypes.Structure):
+    """`mbs_state` of runtime.h."""
+
+    _fields_ = (
+        *((name, ctypes.c_double) for name in ("t", "t_new", "h", "h_next", "error", "failure_time")),
+        *((name, ctypes.c_double) for name in ("drift_position", "drift_velocity")),
+        *((name, ctypes.c_double) for name in ("removed_position", "removed_velocity", "quaternion_deviation")),
+        *((name, ctypes.c_double) for name in ("least_rank", "greatest_rank")),
+        *((name, ctypes.c_double) for name in ("conditioning", "conditioning_time", "residual")),
+        *((name, ctypes.c_longlong) for name in ("steps", "rejected", "evaluations", "sample")),
+        *((name, ctypes.c_int) for name in ("status", "component", "phase")),
+    )
+
+
+@dataclass(frozen=True)
+class NativeFunction:
+    """One program of a loaded library; `structure` is its entry in `mbs_programs`."""
+
+    signature: Signature
+    structure: ProgramStruct
+    library: ctypes.CDLL
+
+    def __call__(self, *arrays: ArrayLike) -> tuple[Floats, ...]:
+        """Return the outputs, shaped as declared, for the inputs in their declared order; raises ValueError."""
+        inputs = np.concatenate([values.ravel() for values in self.signature.arranged(arrays)])
+        outputs = np.empty(self._starts[1][-1])
+        self.structure.call(self._pointers(0, inputs), self._pointers(1, outputs))
+        starts, shapes = self._starts[1], (shape for _, shape in self.signature.outputs)
+        return tuple(outputs[a:b].reshape(shape) for (a, b), shape in zip(pairwise(starts), shapes, strict=True))
+
+    @cached_property
+    def _starts(self) -> tuple[list[int], list[int]]:
+        """Where inputs, and outputs, begin when they stand one after the other, and how many numbers they are."""
+        inputs, outputs = (list(accumulate(self.signature.sizes(s), initial=0)) for s in ("inputs", "outputs"))
+        return inputs, outputs
+
+    def _pointers(self, side: int, values: Floats) -> ctypes.Array[ctypes.c_void_p]:
+        # one address and sums: asking numpy for the address of each array takes longer than a small program
+        begin, starts = values.ctypes.data, self._starts[side][:-1]
+        return (ctypes.c_void_p * len(starts))(*[begin + values.itemsize * start for start in starts])
+
+    def map(self, *arrays: ArrayLike) -> tuple[Floats, ...]:
+        """Return the outputs (samples, *shape) for inputs that are stacked by sample or the same for all."""
+        samples, inputs, changing = self.signature.stacked(arrays)
+        outputs = [np.empty((samples, *shape)) for _, shape in self.signature.outputs]
+        advance = (ctypes.c_int * len(changing))(*changing)
+        count = ctypes.c_longlong(samples)
+        self.library.mbs_map(ctypes.byref(self.structure), count, _addresses(inputs), advance, _addresses(outputs))
+        return tuple(outputs)
+
+
+def _addresses(arrays: Sequence[Floats]) -> ctypes.Array[ctypes.c_void_p]:
+    return (ctypes.c_void_p * len(arrays))(*[array.ctypes.data for array in arrays])
+
+
+def open_library(path: Path, signatures: Sequence[Signature]) -> Mapping[str, NativeFunction]:
+    """Return the programs of the shared library at `path` by name.
+
+    Raises OSError if it cannot be loaded, and ValueError if it does not hold programs of these signatures.
+    """
+    library = ctypes.CDLL(str(path))
+    library.mbs_map.restype = None
+    library.mbs_start.restype = None
+    library.mbs_integrate.restype = ctypes.c_longlong
+    count = ctypes.c_int.in_dll(library, "mbs_program_count").value
+    structures = (ProgramStruct * count).in_dll(library, "mbs_programs")
+    found = {structure.name.decode("ascii"): structure for structure in structures}
+    for signature in signatures:
+        structure = found.get(signature.program)
+        if structure is None or not _fits(structure, signature):
+            raise ValueError(f"{path} has no program {signature.program} of the expected sizes")
+    return {s.program: NativeFunction(s, found[s.program], library) for s in signatures}
+
+
+def _fits(structure: ProgramStruct, signature: Signature) -> bool:
+    inputs: list[int] = structure.in_sizes[: structure.n_in]
+    outputs: list[int] = structure.out_sizes[: structure.n_out]
+    return inputs == signature.sizes("inputs") and outputs == signature.sizes("outputs")

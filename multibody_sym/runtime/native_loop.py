@@ -1,0 +1,123 @@
+"""The integration loop of runtime.c, driven from Python in pieces of about a tenth of a second."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import time
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multibody_sym.integrators.reference import Status
+from multibody_sym.integrators.runge_kutta import Tableau
+from multibody_sym.runtime.native import MethodStruct, NativeFunction, ProblemStruct, StateStruct, SystemStruct
+from multibody_sym.runtime.problem import Problem, Progress, RunFailure, Statistics
+
+Floats = NDArray[np.float64]
+
+_FIRST_PIECE: Final = 200  # steps
+_SECONDS: Final = 0.1
+_PROGRAMS: Final = ("inputs", "state_derivative", "project_position", "project_velocity", "normalize")
+
+
+def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
+    """Integrate in C; see `Loop`. What was written before an interruption stays in `samples`."""
+    tableau = problem.method.tableau
+    parameters, modes = np.ascontiguousarray(problem.parameters), np.ascontiguousarray(problem.modes)
+    method, system = _method(tableau), _system(problem, parameters, modes)
+    structure = _problem(problem, method, system)
+    x0 = np.concatenate([problem.q0, problem.u0])
+    work = np.zeros((len(tableau.c) + 6) * len(x0) + 2 * system.ns + system.nw + 4)
+    state, steps, done = StateStruct(), _FIRST_PIECE, False
+    derivative = problem.compiled["state_derivative"]
+    assert isinstance(derivative, NativeFunction)
+    library, handles = derivative.library, [ctypes.byref(s) for s in (structure, state)]
+    library.mbs_start(handles[0], _address(x0), handles[1], _address(work))
+    while not done:
+        begin, piece = time.perf_counter(), ctypes.c_longlong(steps)
+        room = ctypes.c_longlong(problem.samples - state.sample)
+        library.mbs_integrate(*handles, _address(work), piece, room, _address(samples[state.sample :]))
+        done = state.status != Status.RUNNING
+        seconds = max(time.perf_counter() - begin, 1e-6)
+        steps = max(1, min(10 * steps, int(steps * _SECONDS / seconds)))
+        yield _progress(problem, state, work[: len(x0)])
+
+
+def _address(array: Floats) -> ctypes.c_void_p:
+    return ctypes.c_void_p(array.ctypes.data)
+
+
+def _method(tableau: Tableau) -> MethodStruct:
+    """Return the tableau for C; it points into `tableau`, which must live as long."""
+    return MethodStruct(
+        stages=len(tableau.c),
+        order=tableau.order,
+        error_order=tableau.error_order,
+        dense_degree=tableau.dense.shape[1],
+        a=_address(tableau.A),
+        c=_address(tableau.c),
+        error=None if tableau.error is None else _address(tableau.error),
+        dense=_address(tableau.dense),
+    )
+
+
+def _system(problem: Problem, parameters: Floats, modes: Floats) -> SystemStruct:
+    programs = {}
+    for name in _PROGRAMS:
+        if name in problem.compiled:
+            function = problem.compiled[name]
+            assert isinstance(function, NativeFunction)
+            programs[name] = ctypes.addressof(function.structure)
+    inputs = dict(problem.compiled["state_derivative"].signature.inputs)["inputs"]
+    return SystemStruct(
+        **programs,
+        parameters=_address(parameters),
+        modes=_address(modes),
+        nq=len(problem.q0),
+        nu=len(problem.u0),
+        ns=problem.rows,
+        nw=inputs[0],
+    )
+
+
+def _problem(problem: Problem, method: MethodStruct, system: SystemStruct) -> ProblemStruct:
+    return ProblemStruct(
+        method=ctypes.pointer(method),
+        system=ctypes.pointer(system),
+        step=problem.step or 0.0,
+        project=problem.project,
+        **{
+            name: getattr(problem, name)
+            for name in ("t0", "t_end", "rtol", "atol", "contradiction", "closure", "max_steps", "samples")
+        },
+    )
+
+
+def _progress(problem: Problem, state: StateStruct, x: Floats) -> Progress:
+    return Progress(state.sample, state.t, x.copy(), _statistics(problem, state), _failure(state))
+
+
+def _statistics(problem: Problem, state: StateStruct) -> Statistics:
+    same = ("rejected", "evaluations", "drift_position", "drift_velocity", "removed_position", "removed_velocity")
+    rows = math.isfinite(state.least_rank)
+    return Statistics(
+        steps=state.steps,
+        mean_step=(state.t - problem.t0) / state.steps if state.steps else 0.0,
+        quaternion_deviation=state.quaternion_deviation,
+        least_rank=int(state.least_rank) if rows else 0,
+        greatest_rank=int(state.greatest_rank),
+        conditioning=state.conditioning if rows else 1.0,
+        conditioning_time=state.conditioning_time,
+        residual=state.residual,
+        **{name: getattr(state, name) for name in same},
+    )
+
+
+def _failure(state: StateStruct) -> RunFailure | None:
+    status = Status(state.status)
+    if status in (Status.RUNNING, Status.DONE):
+        return None
+    return RunFailure(status, state.failure_time, state.component if state.component >= 0 else None)

@@ -1,0 +1,136 @@
+"""What is integrated and what comes of it: the records that both loops, in C and in Python, take and give."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multibody_sym.integrators.reference import Status, sample_times
+from multibody_sym.integrators.runge_kutta import RungeKutta
+from multibody_sym.runtime.loading import Compiled
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """An initial value problem for the programs in `compiled`, x = (q, u).
+
+    Arguments: `q0` (nq,), `u0` (nu,), `parameters` (np,), `modes` (nm,); `step` fixed, or None: adaptive by `rtol`,
+    `atol`; `samples` evenly spaced from t0 to t_end, both among them; `project`: each accepted step and each sample is
+    put back onto the constraints. `contradiction`: the largest scaled residual of dependent rows that still counts as
+    consistent; `closure`: the largest |phi| / (1 + max |q|) that a projection may leave. Raises ValueError.
+    """
+
+    compiled: Compiled
+    method: RungeKutta
+    t0: float
+    t_end: float
+    q0: Floats
+    u0: Floats
+    parameters: Floats
+    modes: Floats
+    step: float | None = None
+    rtol: float = 1e-8
+    atol: float = 1e-8
+    samples: int = 1001
+    project: bool = False
+    max_steps: int = 10_000_000
+    contradiction: float = 1e-5
+    closure: float = 1e-8
+
+    def __post_init__(self) -> None:
+        for true, claim in (
+            (self.t_end > self.t0, "t_end is later than t0"),
+            (self.step is None or self.step > 0.0, "step is positive"),
+            (self.step is not None or self.method.error is not None, f"{self.method.name} has a step, no tolerances"),
+            (self.rtol >= 0.0 and self.atol > 0.0, "rtol is not negative and atol is positive"),
+            (self.samples >= 2, "there are at least two samples"),
+            (self.max_steps >= 1, "max_steps is at least one"),
+        ):
+            if not true:
+                raise ValueError(f"not true that {claim}")
+        arrays = {"q": self.q0, "u": self.u0, "parameters": self.parameters, "modes": self.modes}
+        for name, shape in self.compiled["state_derivative"].signature.inputs:
+            if name in arrays and arrays[name].shape != shape:
+                raise ValueError(f"{name} has the shape {arrays[name].shape}, not {shape}")
+
+    @property
+    def rows(self) -> int:
+        """The number of constraint rows."""
+        outputs = dict(self.compiled["state_derivative"].signature.outputs)
+        return outputs["multipliers"][0]
+
+    def times(self) -> Floats:
+        """Return the times of all samples."""
+        return sample_times(self.t0, self.t_end, self.samples)
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What a run took and how well it held; the fields are those of `mbs_state` in runtime.h.
+
+    `drift_position`, `drift_velocity`: largest |phi|, |phidot| of the integrated state; with projection after it at
+    each step, without at the steps in which a sample falls. `removed_position`, `removed_velocity`: largest |phi|,
+    |phidot| that projection found after a step. `quaternion_deviation`: of a quaternion's length from 1 after a step,
+    before it was normalised. `least_rank`, `greatest_rank` of the rows; `conditioning`: smallest kept |R_kk| / |R_11|,
+    seen at `conditioning_time`; `residual`: largest scaled residual of dependent rows. Without rows the ranks are 0 and
+    conditioning is 1.
+    """
+
+    steps: int = 0
+    rejected: int = 0
+    evaluations: int = 0
+    mean_step: float = 0.0
+    drift_position: float = 0.0
+    drift_velocity: float = 0.0
+    removed_position: float = 0.0
+    removed_velocity: float = 0.0
+    quaternion_deviation: float = 0.0
+    least_rank: int = 0
+    greatest_rank: int = 0
+    conditioning: float = 1.0
+    conditioning_time: float = 0.0
+    residual: float = 0.0
+
+
+@dataclass(frozen=True)
+class RunFailure:
+    """Why a run ended early: `status` at `time`, in a `component`.
+
+    NOT_FINITE, STEP_UNDERFLOW: component of (q, u) whose derivative is not finite, or whose error does not get small;
+    NOT_CLOSED: the row that projection cannot satisfy; None for STEP_LIMIT, CONTRADICTION and INTERRUPTED.
+    """
+
+    status: Status
+    time: float
+    component: int | None
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Samples from number `first` on, just written: t (m,), q (m, nq), u (m, nu); the run has got to `time`."""
+
+    first: int
+    t: Floats
+    q: Floats
+    u: Floats
+    time: float
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where a loop stands: samples written, time and state reached, statistics, status and failure."""
+
+    written: int
+    time: float
+    x: Floats
+    statistics: Statistics
+    failure: RunFailure | None
+
+
+Loop = Callable[[Problem, Floats], Iterator[Progress]]
+"""Writes samples (samples, nq + nu) row by row and yields now and then, the last time when the run has ended."""

@@ -1,0 +1,209 @@
+"""The integration loop of runtime.c in Python: the same steps and, to round-off, the same trajectory."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multibody_sym.integrators.reference import (
+    Flow,
+    Status,
+    Step,
+    StepError,
+    adaptive_steps,
+    fixed_steps,
+    reaches,
+    sampled,
+)
+from multibody_sym.runtime.problem import Problem, Progress, RunFailure, Statistics
+
+Floats = NDArray[np.float64]
+
+_SECONDS: Final = 0.1
+_ROUNDS: Final = 20
+_ROUND_OFF: Final = 1e-14
+
+
+def python_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
+    """Integrate in Python; see `Loop`."""
+    run = _Run(problem, problem.times().tolist())
+    x = np.concatenate([problem.q0, problem.u0])
+    samples[0] = x
+    written, reached, failure, shown = 1, problem.t0, None, time.perf_counter()
+    try:
+        for done in run.steps(x):
+            run.accept(done, written)
+            while run.due(done, written):
+                samples[written] = run.sample(done, written)
+                written += 1
+            reached, x = done.t_new, done.x_new
+            if time.perf_counter() - shown > _SECONDS:
+                yield Progress(written, reached, x, run.statistics(reached), None)
+                shown = time.perf_counter()
+    except StepError as problem_met:
+        run.rejected += problem_met.rejected
+        component = problem_met.component if problem_met.component >= 0 else None
+        failure = RunFailure(problem_met.status, problem_met.time, component)
+    yield Progress(written, reached, x, run.statistics(reached), failure)
+
+
+@dataclass
+class _Trial:
+    """What was measured at the end of a step on trial."""
+
+    drift_position: float = 0.0
+    drift_velocity: float = 0.0
+    removed_position: float = 0.0
+    removed_velocity: float = 0.0
+    quaternion_deviation: float = 0.0
+
+
+@dataclass
+class _Run:
+    """The functions a step needs, and the counts and largest values that become Statistics."""
+
+    problem: Problem
+    times: list[float]
+    count: int = 0
+    rejected: int = 0
+    evaluations: int = 0
+    least_rank: float = math.inf
+    greatest_rank: float = 0.0
+    conditioning: float = math.inf
+    conditioning_time: float = 0.0
+    residual: float = 0.0
+    trial: _Trial = field(default_factory=_Trial)
+    largest: _Trial = field(default_factory=_Trial)
+
+    def steps(self, x0: Floats) -> Iterator[Step]:
+        """Yield the accepted steps; raises StepError."""
+        p = self.problem
+        flow = Flow(p.method.tableau, self.derivative, p.t0, p.t_end, x0, self.settle)
+        steps = adaptive_steps(flow, p.rtol, p.atol) if p.step is None else fixed_steps(flow, p.step)
+        for number, done in enumerate(steps, 1):
+            yield done
+            if number >= p.max_steps and done.t_new < p.t_end:
+                raise StepError(Status.STEP_LIMIT, done.t_new, -1)
+
+    def call(self, program: str, t: float, x: Floats) -> tuple[Floats, ...]:
+        """Return the outputs of `program` at (t, x)."""
+        p = self.problem
+        known = (t, x[: len(p.q0)], x[len(p.q0) :], p.parameters)
+        inputs = p.compiled["inputs"](*known)[0] if "inputs" in p.compiled else np.zeros(0)
+        return p.compiled[program](*known, inputs, p.modes)
+
+    def derivative(self, t: float, x: Floats) -> Floats:
+        """Return x', and watch the rank of the rows and whether they contradict each other."""
+        qdot, udot, _, report = self.call("state_derivative", t, x)
+        self.evaluations += 1
+        slope = np.concatenate([qdot, udot])
+        if self.problem.rows and np.isfinite(slope).all():
+            self._note(t, *report.tolist())
+        return slope
+
+    def _note(self, t: float, rank: float, conditioning: float, residual: float) -> None:
+        self.least_rank = min(self.least_rank, rank)
+        self.greatest_rank = max(self.greatest_rank, rank)
+        if conditioning < self.conditioning:
+            self.conditioning, self.conditioning_time = conditioning, t
+        self.residual = max(self.residual, residual)
+        if residual > self.problem.contradiction:
+            raise StepError(Status.CONTRADICTION, t, -1)
+
+    def settle(self, t: float, x: Floats) -> Floats:
+        """Return the end of a step on trial, normalised and put back onto the constraints."""
+        x = self._normalized(t, x)
+        return self._projected(t, x) if self.problem.project else x
+
+    def _normalized(self, t: float, x: Floats) -> Floats:
+        if "normalize" not in self.problem.compiled:
+            return x
+        q, deviation = self.call("normalize", t, x)
+        self.trial.quaternion_deviation = float(deviation)
+        return np.concatenate([q, x[len(q) :]])
+
+    def _projected(self, t: float, x: Floats) -> Floats:
+        if "project_position" in self.problem.compiled:
+            part = slice(0, len(self.problem.q0))
+            x, self.trial.removed_position, self.trial.drift_position = self._closed("project_position", t, x, part)
+        if "project_velocity" in self.problem.compiled:
+            part = slice(len(self.problem.q0), len(x))
+            x, self.trial.removed_velocity, self.trial.drift_velocity = self._closed("project_velocity", t, x, part)
+        return x
+
+    def _closed(self, program: str, t: float, x: Floats, part: slice) -> tuple[Floats, float, float]:
+        """Correct `part` of x until the rows hold or get no better; return x, the largest |row| before and after."""
+        size = 1.0 + _largest(x[part])
+        rows, correction = self.call(program, t, x)
+        before = after = _largest(rows)
+        previous = math.inf
+        for _ in range(_ROUNDS):
+            if not (after > _ROUND_OFF * size and after < 0.5 * previous):
+                break
+            previous, tried = after, x.copy()
+            tried[part] += correction
+            rows, correction = self.call(program, t, tried)
+            after = _largest(rows)
+            if after < previous:
+                x = tried
+            else:
+                after = previous
+        if not after <= self.problem.closure * size:
+            raise StepError(Status.NOT_CLOSED, t, int(np.argmax(np.abs(rows))))
+        return x, before, after
+
+    def due(self, done: Step, index: int) -> bool:
+        """Tell whether sample `index` lies within the step."""
+        return index < len(self.times) and reaches(done, self.times[index])
+
+    def sample(self, done: Step, index: int) -> Floats:
+        """Return sample `index`, normalised and projected like a step; where that fails as interpolated."""
+        at = self.times[index]
+        x = sampled(self.problem.method.tableau, done, at)
+        if x is done.x_new:
+            return x
+        x = self._normalized(at, x)
+        try:
+            return self._projected(at, x) if self.problem.project else x
+        except StepError:
+            return x
+
+    def accept(self, done: Step, written: int) -> None:
+        """Record an accepted step; drift without projection is measured at the steps in which a sample falls."""
+        self.count += 1
+        self.rejected += done.rejected
+        trial, programs = self.trial, self.problem.compiled
+        if not self.problem.project and self.due(done, written):
+            if "project_position" in programs:
+                trial.drift_position = _largest(self.call("project_position", done.t_new, done.x_new)[0])
+            if "project_velocity" in programs:
+                trial.drift_velocity = _largest(self.call("project_velocity", done.t_new, done.x_new)[0])
+        for name, value in vars(trial).items():
+            if not value <= getattr(self.largest, name):
+                setattr(self.largest, name, value)
+
+    def statistics(self, reached: float) -> Statistics:
+        """Return what was counted and measured up to time `reached`."""
+        rows = math.isfinite(self.least_rank)
+        return Statistics(
+            steps=self.count,
+            rejected=self.rejected,
+            evaluations=self.evaluations,
+            mean_step=(reached - self.problem.t0) / self.count if self.count else 0.0,
+            least_rank=int(self.least_rank) if rows else 0,
+            greatest_rank=int(self.greatest_rank),
+            conditioning=self.conditioning if rows else 1.0,
+            conditioning_time=self.conditioning_time,
+            residual=self.residual,
+            **vars(self.largest),
+        )
+
+
+def _largest(values: Floats) -> float:
+    return float(np.abs(values).max(initial=0.0))
