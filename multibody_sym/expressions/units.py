@@ -171,7 +171,7 @@ class _Unit:
         self.place += 1
         return result
 
-    def exponent(self) -> Exponent:
+    def exponent(self) -> Fraction:
         token = self.rest[self.place]
         self.place += 1
         if token.kind in ("-", "+"):
@@ -185,7 +185,7 @@ class _Unit:
         self.place += 1
         return result
 
-    def exponent_quotient(self) -> Exponent:
+    def exponent_quotient(self) -> Fraction:
         sign = -1 if self.rest[self.place].kind == "-" else 1
         self.place += sign < 0
         above = sign * self.plain_number()

@@ -1,0 +1,202 @@
+"""Tables of results as CSV, NPZ or Parquet, and CSV that grows during a long run."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import PurePath
+from typing import Any, BinaryIO, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from multibody_sym.errors import InputError, OutputError, Where
+from multibody_sym.formats.files import open_new, output_errors, put_in_place, replace_with
+
+Column = npt.NDArray[np.float64]
+PARTIAL: Final = ".partial"
+_METADATA: Final = "__metadata__"
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Columns of floats in order, all of one length; `units` of some of them, and what else belongs to the result.
+
+    CSV holds names and numbers only; NPZ and Parquet hold units and metadata too.
+    """
+
+    columns: Mapping[str, Column]
+    units: Mapping[str, str] = field(default_factory=dict)
+    metadata: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        columns = {name: np.asarray(values, dtype=np.float64) for name, values in self.columns.items()}
+        if len({values.shape for values in columns.values()}) > 1 or any(v.ndim != 1 for v in columns.values()):
+            raise ValueError("the columns of a table are one-dimensional and of one length")
+        for name in columns:
+            if not name or not name.isprintable() or name == _METADATA:
+                raise ValueError(f"{name!r} is no name of a column")
+        object.__setattr__(self, "columns", columns)
+
+    def __len__(self) -> int:
+        return len(next(iter(self.columns.values()), ()))
+
+    def rows(self) -> npt.NDArray[np.float64]:
+        """Return the numbers, one row a sample: (samples, columns)."""
+        return np.column_stack(list(self.columns.values())) if self.columns else np.empty((0, 0))
+
+
+def write_table(table: Table, path: str | os.PathLike[str]) -> None:
+    """Write the table in the format that the ending of `path` names: .csv, .npz or .parquet.
+
+    Raises InputError for another ending, OutputError where writing fails; an existing file is then unharmed.
+    """
+    write = _WRITERS[table_format(path)]
+    replace_with(path, lambda file: write(table, file))
+
+
+def table_format(path: str | os.PathLike[str]) -> str:
+    """Return the ending of `path` that names a format; raise InputError for another one."""
+    ending = PurePath(path).suffix.lower()
+    if ending not in _WRITERS:
+        message = f"results are written to {', '.join(_WRITERS)} files, by the ending of the name, not '{ending}'"
+        raise InputError(message, where=Where(file=os.fspath(path)))
+    return ending
+
+
+def _write_csv(table: Table, file: BinaryIO) -> None:
+    file.write(_csv_header(table.columns))
+    file.write(_csv_lines(table.rows()))
+
+
+def _csv_header(names: Mapping[str, Any] | list[str]) -> bytes:
+    line = io.StringIO()
+    csv.writer(line, lineterminator="\n").writerow(names)
+    return line.getvalue().encode("utf-8")
+
+
+def _csv_lines(rows: npt.NDArray[np.float64]) -> bytes:
+    """Return rows as lines; `repr` of a float is the shortest text that reads back to the same bits."""
+    return "".join(",".join(map(repr, row)) + "\n" for row in rows.tolist()).encode("ascii")
+
+
+def _write_npz(table: Table, file: BinaryIO) -> None:
+    from zipfile import ZipFile, ZipInfo
+
+    about = json.dumps({"units": dict(table.units), "metadata": dict(table.metadata)}, sort_keys=True)
+    arrays: dict[str, npt.NDArray[Any]] = {**table.columns, _METADATA: np.array(about)}
+    with ZipFile(file, "w") as archive:
+        for name, values in arrays.items():
+            entry = ZipInfo(f"{name}.npy")  # without a time: equal tables give equal bytes
+            with archive.open(entry, "w", force_zip64=True) as member:
+                np.lib.format.write_array(member, values, allow_pickle=False)
+
+
+def _write_parquet(table: Table, file: BinaryIO) -> None:
+    arrow, parquet = _pyarrow()
+    about = {"units": json.dumps(dict(table.units)), "metadata": json.dumps(dict(table.metadata), sort_keys=True)}
+    content = arrow.table(dict(table.columns)).replace_schema_metadata(about)
+    parquet.write_table(content, file)
+
+
+def _pyarrow() -> tuple[Any, Any]:
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError:
+        message = "Parquet files need pyarrow: pip install 'multibody_sym[parquet]', or write .csv or .npz"
+        raise OutputError(message) from None
+    return pyarrow, pyarrow.parquet
+
+
+_WRITERS: Final[dict[str, Callable[[Table, BinaryIO], None]]] = {
+    ".csv": _write_csv, ".npz": _write_npz, ".parquet": _write_parquet,
+}
+
+
+# --- CSV that grows ---------------------------------------------------------------------------------------------
+
+
+@contextmanager
+def growing_csv(path: str | os.PathLike[str], names: list[str]) -> Iterator[Callable[[npt.NDArray[np.float64]], None]]:
+    """Give a function that appends rows (samples, columns) to `<path>.partial`, renamed to `path` at the end.
+
+    After each call the rows are in the file, whatever then happens to the process; where the block ends with an
+    exception, the partial file stays, and `path` is as before. A partial file of an earlier run is kept as
+    `<path>.partial.old`. Raises OutputError.
+    """
+    target = os.path.realpath(os.fspath(path))
+    partial = target + PARTIAL
+    with output_errors(os.fspath(path)):
+        with suppress(FileNotFoundError):
+            os.replace(partial, partial + ".old")
+        file = open_new(partial)
+
+    def append(rows: npt.NDArray[np.float64]) -> None:
+        with output_errors(partial):
+            file.write(_csv_lines(np.asarray(rows, dtype=np.float64)))
+            file.flush()
+
+    try:
+        with output_errors(partial):
+            file.write(_csv_header(names))
+            file.flush()
+        yield append
+        with output_errors(os.fspath(path)):
+            os.fsync(file.fileno())
+            file.close()
+            put_in_place(partial, target)
+    finally:
+        with suppress(OSError):
+            file.close()
+
+
+# --- reading ----------------------------------------------------------------------------------------------------
+
+
+def read_table(path: str | os.PathLike[str]) -> Table:
+    """Return the table in a .csv, .npz or .parquet file, or in the `.csv.partial` of an interrupted run.
+
+    Raises InputError for a file that cannot be read or holds something else.
+    """
+    name = os.fspath(path)
+    read = _READERS[table_format(name.removesuffix(PARTIAL))]
+    try:
+        with open(name, "rb") as file:
+            return read(file)
+    except (OSError, ValueError, KeyError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"the table cannot be read: {reason}", where=Where(file=name)) from None
+
+
+def _read_csv(file: BinaryIO) -> Table:
+    text = file.read().decode("utf-8")
+    whole = text[: text.rfind("\n") + 1]  # the last line of an interrupted run may be torn
+    header, *lines = csv.reader(io.StringIO(whole, newline=""))
+    rows = np.array([list(map(float, line)) for line in lines]).reshape(len(lines), len(header))
+    return Table(dict(zip(header, rows.T, strict=True)))
+
+
+def _read_npz(file: BinaryIO) -> Table:
+    with np.load(file, allow_pickle=False) as archive:
+        about = json.loads(archive[_METADATA].item())
+        columns = {name: archive[name] for name in archive.files if name != _METADATA}
+    return Table(columns, about["units"], about["metadata"])
+
+
+def _read_parquet(file: BinaryIO) -> Table:
+    _arrow, parquet = _pyarrow()
+    content = parquet.read_table(file)
+    about = {key: json.loads(content.schema.metadata[key.encode()]) for key in ("units", "metadata")}
+    columns = {name: content.column(name).to_numpy() for name in content.column_names}
+    return Table(columns, about["units"], about["metadata"])
+
+
+_READERS: Final[dict[str, Callable[[BinaryIO], Table]]] = {
+    ".csv": _read_csv, ".npz": _read_npz, ".parquet": _read_parquet,
+}

@@ -1,0 +1,266 @@
+"""YAML text to a plain tree of maps, lists and text, with the line and column of everything.
+
+Only the events of PyYAML's parser are used, never its constructors: every scalar stays the text that was written, so
+`1e3`, `012`, `on`, `1:30` and `0x1F` mean what the place where they stand makes of them. The parser in Python is taken
+rather than the one in C, which crashes on deep nesting and accepts a slightly different language.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Final, NamedTuple
+
+from yaml.error import MarkedYAMLError
+from yaml.events import (
+    AliasEvent,
+    DocumentStartEvent,
+    MappingEndEvent,
+    MappingStartEvent,
+    NodeEvent,
+    ScalarEvent,
+    SequenceEndEvent,
+    StreamEndEvent,
+)
+from yaml.parser import Parser
+from yaml.reader import Reader
+from yaml.scanner import Scanner
+
+from multibody_sym.errors import InputError, Where
+
+LARGEST_FILE: Final = 1 << 20
+DEEPEST: Final = 40
+MOST_NODES: Final = 100_000
+
+Path = tuple[str, ...]
+
+_FORBIDDEN: Final = re.compile(
+    "[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069"
+    "\ud800-\udfff\ufeff\ufffe\uffff]"
+)
+_LINE_END: Final = re.compile(r"\r\n|\r|\n")
+
+
+class Place(NamedTuple):
+    """Line and column (from 1) of a key or a value; `inner` is the column of the first character of a text.
+
+    `inner` is None where the text does not stand in the file as it is: block scalars, several lines, escapes.
+    """
+
+    line: int
+    column: int
+    inner: int | None = None
+    is_text: bool = False
+
+
+@dataclass(frozen=True)
+class Tree:
+    """What a file holds (maps, lists, text), and where: the places of keys and of values by their paths.
+
+    A path is the keys, and the indices of list items as text, from the root: `("bodies", "crank", "com", "1")`.
+    """
+
+    data: Any
+    keys: dict[Path, Place] = field(default_factory=dict, compare=False)
+    values: dict[Path, Place] = field(default_factory=dict, compare=False)
+
+
+def read_bytes(content: bytes, name: str) -> Tree:
+    """Return the tree of a YAML file's bytes; `name` stands in the errors. Raises InputError with line and column."""
+    _require_size(len(content), name)
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\x00" in content[:4]:
+        raise _error(name, Place(1, 1), "the file is not in UTF-8 (it looks like UTF-16); save it as UTF-8")
+    try:
+        text = content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        before = content[: error.start].decode("utf-8")
+        message = f"the byte 0x{content[error.start]:02X} is not valid UTF-8; save the file as UTF-8"
+        raise _error(name, _place_at(before, len(before)), message) from None
+    return read_text(text, name)
+
+
+def read_text(text: str, name: str) -> Tree:
+    """Return the tree of a YAML text; `name` stands in the errors. Raises InputError with line and column."""
+    text = text.removeprefix("\ufeff")
+    _require_size(len(text), name)
+    forbidden = _FORBIDDEN.search(text)
+    if forbidden:
+        message = f"the character U+{ord(forbidden[0]):04X} has no place in a model file"
+        raise _error(name, _place_at(text, forbidden.start()), message)
+    return _TreeBuilder(text, name).whole()
+
+
+def _require_size(size: int, name: str) -> None:
+    if size > LARGEST_FILE:
+        raise _error(name, Place(1, 1), f"a model file has at most {LARGEST_FILE} bytes, not {size}")
+
+
+def _error(name: str, place: Place, message: str) -> InputError:
+    return InputError(message, where=Where(file=name, line=place.line, column=place.column))
+
+
+def _place_at(text: str, index: int) -> Place:
+    ends = [match.end() for match in _LINE_END.finditer(text, 0, index)]
+    return Place(len(ends) + 1, index - (ends[-1] if ends else 0) + 1)
+
+
+class _Events(Reader, Scanner, Parser):
+    """PyYAML's reader, scanner and parser without composer, constructor and resolver."""
+
+    def __init__(self, text: str) -> None:
+        Reader.__init__(self, text)
+        Scanner.__init__(self)
+        Parser.__init__(self)
+
+
+class _TreeBuilder:
+    """The state of one reading: the events to come, the places found."""
+
+    def __init__(self, text: str, name: str) -> None:
+        self.text, self.name = text, name
+        self.events: Any = _Events(text)
+        self.nodes = 0
+        self.keys: dict[Path, Place] = {}
+        self.values: dict[Path, Place] = {}
+
+    def whole(self) -> Tree:
+        self.next()
+        start = self.next()
+        if isinstance(start, StreamEndEvent):
+            raise _error(self.name, Place(1, 1), "the file is empty")
+        data = self.value(self.next(), (), False)
+        self.next()
+        after = self.next()
+        if isinstance(after, DocumentStartEvent):
+            raise self.error(after.start_mark, "a second document starts here; a model file holds one")
+        return Tree(data, self.keys, self.values)
+
+    def error(self, mark: Any, message: str) -> InputError:
+        return _error(self.name, Place(mark.line + 1, mark.column + 1) if mark else Place(1, 1), message)
+
+    def next(self) -> Any:
+        try:
+            event = self.events.get_event()
+        except MarkedYAMLError as error:
+            raise self.error(error.problem_mark or error.context_mark, _in_plain_words(error)) from None
+        except (ValueError, OverflowError):
+            raise self.error(self.events.get_mark(), "a number in this escape or directive is out of range") from None
+        if isinstance(event, NodeEvent):
+            self.check(event)
+        return event
+
+    def check(self, event: Any) -> None:
+        self.nodes += 1
+        if self.nodes > MOST_NODES:
+            raise self.error(event.start_mark, f"a model file has at most {MOST_NODES} keys and values")
+        if isinstance(event, AliasEvent) or event.anchor is not None:
+            message = "anchors (&name) and aliases (*name) are not allowed; quote text that starts with & or *"
+            raise self.error(event.start_mark, message)
+        if getattr(event, "tag", None) is not None:
+            raise self.error(event.start_mark, "tags (!name) are not allowed; quote text that starts with !")
+
+    def value(self, event: Any, path: Path, in_flow: bool) -> Any:
+        if len(path) > DEEPEST:
+            raise self.error(event.start_mark, f"the file is nested more than {DEEPEST} deep")
+        if isinstance(event, ScalarEvent):
+            self.values[path] = self.scalar_place(event)
+            return self.scalar(event, in_flow)
+        mark = event.start_mark
+        self.values[path] = Place(mark.line + 1, mark.column + 1)
+        if isinstance(event, MappingStartEvent):
+            return self.mapping(path, bool(event.flow_style))
+        return self.sequence(path, bool(event.flow_style))
+
+    def sequence(self, path: Path, in_flow: bool) -> list[Any]:
+        items: list[Any] = []
+        while not isinstance(event := self.next(), SequenceEndEvent):
+            items.append(self.value(event, (*path, str(len(items))), in_flow))
+        return items
+
+    def mapping(self, path: Path, in_flow: bool) -> dict[str, Any]:
+        content: dict[str, Any] = {}
+        while not isinstance(event := self.next(), MappingEndEvent):
+            if not isinstance(event, ScalarEvent):
+                raise self.error(event.start_mark, "a key must be a name, not a list or a map")
+            key, place = self.scalar(event, in_flow), self.scalar_place(event)
+            inside = (*path, key)
+            if key in content:
+                first = self.keys[inside]
+                message = f"the key {key!r} stands here a second time; first in line {first.line}"
+                raise self.error(event.start_mark, message)
+            if not key or "\n" in key:
+                raise self.error(event.start_mark, "a key must be a name on one line")
+            self.keys[inside] = place
+            content[key] = self.value(self.next(), inside, in_flow)
+        return content
+
+    def scalar(self, event: Any, in_flow: bool) -> str:
+        text: str = event.value
+        forbidden = _FORBIDDEN.search(text)
+        if forbidden:
+            message = f"the character U+{ord(forbidden[0]):04X} has no place in a model file"
+            raise self.error(event.start_mark, message)
+        if in_flow and not event.style and text.count("(") > text.count(")"):
+            message = f'inside [...] or {{...}} an expression that contains a comma is quoted: "{text[:20]}, ...)"'
+            raise self.error(event.start_mark, message)
+        return text
+
+    def scalar_place(self, event: Any) -> Place:
+        start, end = event.start_mark, event.end_mark
+        quote = 1 if event.style in ("'", '"') else 0
+        verbatim = self.text[start.index + quote : end.index - quote] == event.value
+        return Place(start.line + 1, start.column + 1, start.column + 1 + quote if verbatim else None, True)
+
+
+def _in_plain_words(error: MarkedYAMLError) -> str:
+    problem = str(error.problem or error.context or "this is not YAML")
+    for pattern, message in _PLAIN_WORDS.items():
+        match = re.search(pattern, problem)
+        if match:
+            return message(match) if callable(message) else message
+    return _printable(problem)
+
+
+def _printable(text: str) -> str:
+    return "".join(c if c.isprintable() else "?" for c in text)
+
+
+def _special_character(match: re.Match[str]) -> str:
+    character = match[1]
+    if character == "\\t":
+        return "a tab has no place here; indent with blanks"
+    return f"text that starts with {_printable(character)} is quoted"
+
+
+_PLAIN_WORDS: Final[dict[str, str | Callable[[re.Match[str]], str]]] = {
+    r"^found character '(.*)' that cannot start any token": _special_character,
+    r"^found duplicate anchor": "anchors are not allowed",
+    r"^mapping values are not allowed here": "a ':' has no place here; is a quote, a line break or an indent missing?",
+    r"^could not find expected ':'": "this line is neither 'key: value' nor the continuation of the one before",
+    r"^expected <block end>, but found '(.*)'": lambda m: (
+        f"{_found(m[1])} has no place here; does the indent fit the lines above?"
+    ),
+    r"^expected ',' or '([\]}])', but got '(.*)'": lambda m: (
+        f"a ',' or '{m[1]}' is missing before {_found(m[2])}"
+    ),
+    r"^expected the node content, but found '(.*)'": lambda m: f"a value is missing before {_found(m[1])}",
+    r"^found unexpected end of stream": "the quote that opens before is never closed",
+    r"^found unexpected document separator": "the quote that opens before is never closed",
+    r"^found undefined tag handle": "tags (!name) are not allowed; quote text that starts with !",
+    r"^expected '<document start>', but found": "the document ends before this; is an indent or a bracket wrong?",
+    r"^(sequence|block sequence) entries are not allowed here": "a '- ' has no place here; does the indent fit?",
+    r"^mapping keys are not allowed here": "a key has no place here; does the indent fit?",
+}
+
+
+def _found(token: str) -> str:
+    return {
+        "<stream end>": "the end of the file",
+        "<block mapping start>": "this key",
+        "<block sequence start>": "this list",
+        "<block end>": "the end of the indented part",
+        "<scalar>": "this text",
+        "?": "this key",
+        "<block mapping end>": "the end of the indented part",
+    }.get(token, f"'{_printable(token)}'")
