@@ -7,6 +7,7 @@ Two Nodes are equal exactly when they are the same object. Constants from text a
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from fractions import Fraction
 from sys import getrefcount
@@ -15,6 +16,7 @@ from typing import Any, Final
 from multibody_sym.errors import ExpressionError
 
 Exact = int | Fraction
+_NUMBERS: Final = frozenset({"number", "real"})
 _EXACT_BITS: Final = 256
 _HELD_BY_TABLE: Final = 2  # the table's reference and the argument of getrefcount
 _SMALLEST_LIMIT: Final = 200_000
@@ -67,25 +69,25 @@ class Node:
         return True
 
     def __add__(self, other: object) -> Node:
-        return _binary(add, self, other)
+        return add(self, other) if isinstance(other, Node) else _binary(add, self, other)
 
     def __radd__(self, other: object) -> Node:
         return _binary(add, other, self)
 
     def __sub__(self, other: object) -> Node:
-        return _binary(subtract, self, other)
+        return subtract(self, other) if isinstance(other, Node) else _binary(subtract, self, other)
 
     def __rsub__(self, other: object) -> Node:
         return _binary(subtract, other, self)
 
     def __mul__(self, other: object) -> Node:
-        return _binary(multiply, self, other)
+        return multiply(self, other) if isinstance(other, Node) else _binary(multiply, self, other)
 
     def __rmul__(self, other: object) -> Node:
         return _binary(multiply, other, self)
 
     def __truediv__(self, other: object) -> Node:
-        return _binary(divide, self, other)
+        return divide(self, other) if isinstance(other, Node) else _binary(divide, self, other)
 
     def __rtruediv__(self, other: object) -> Node:
         return _binary(divide, other, self)
@@ -130,6 +132,8 @@ def as_node(value: object) -> Node:
     """
     if isinstance(value, Node):
         return value
+    if value.__class__ is int and value in _SMALL:
+        return _SMALL[value]
     if isinstance(value, (int, Fraction)) and not isinstance(value, bool):
         return number(value)
     if isinstance(value, float):
@@ -205,7 +209,7 @@ def _intern(op: str, args: tuple[Node, ...], data: Any = None) -> Node:
     _set_args(node, args)
     _set_data(node, data)
     _set_key(node, hash((_CODE[op], *[a.key for a in args])) if args else hash((_CODE[op], _data_key(data))))
-    _set_shadow(node, _shadow(op, args, data))
+    _set_shadow(node, None if args and args[-1].shadow is None else _shadow(op, args, data))
     if len(_table) >= _limit[0]:
         _forget_unused()
     _table[identity] = node
@@ -267,16 +271,11 @@ def _number_or_real(value: Exact) -> Node:
     return real(_float(value)) if big else number(value)
 
 
-def _constants(op: Callable[[Any, Any], Any], a: Node, b: Node) -> Node | None:
+def _constant(op: Callable[[Any, Any], Any], a: Node, b: Node) -> Node:
+    """Return the operation of two constants, exactly where both are exact."""
     if a.op == "number" and b.op == "number":
         return _number_or_real(op(a.data, b.data))
-    if a.op in ("number", "real") and b.op in ("number", "real"):
-        return real(op(float(a.data), float(b.data)))
-    return None
-
-
-def _ordered(a: Node, b: Node) -> tuple[Node, Node]:
-    return (a, b) if a.key <= b.key else (b, a)
+    return real(op(float(a.data), float(b.data)))
 
 
 def add(a: Node, b: Node) -> Node:
@@ -285,9 +284,8 @@ def add(a: Node, b: Node) -> Node:
         return b
     if b is ZERO:
         return a
-    folded = _constants(lambda x, y: x + y, a, b)
-    if folded is not None:
-        return folded
+    if a.op in _NUMBERS and b.op in _NUMBERS:
+        return _constant(operator.add, a, b)
     if a is b:
         return multiply(TWO, a)
     if a.op == "neg":
@@ -300,7 +298,7 @@ def add(a: Node, b: Node) -> Node:
         return ZERO if b.args[0] is a else _intern("add", (a, b))
     if a.op == "pow" and b.op == "pow" and _is_circle(a, b):
         return ONE
-    return _intern("add", _ordered(a, b))
+    return _intern("add", (a, b) if a.key <= b.key else (b, a))
 
 
 def _is_circle(a: Node, b: Node) -> bool:
@@ -327,9 +325,9 @@ def negate(a: Node) -> Node:
 
 def multiply(a: Node, b: Node) -> Node:
     """Return a b; a constant factor stands first, and x x is x^2."""
-    if b.op in ("number", "real"):
-        a, b = b, a
-    if a.op in ("number", "real"):
+    if b.op in _NUMBERS:
+        return _scaled(b, a)
+    if a.op in _NUMBERS:
         return _scaled(a, b)
     if a.op == "neg":
         return negate(multiply(a.args[0], b))
@@ -337,15 +335,11 @@ def multiply(a: Node, b: Node) -> Node:
         return negate(multiply(a, b.args[0]))
     if a is b:
         return power(a, TWO)
-    if _has_factor(b):
-        a, b = b, a
-    if _has_factor(a):
+    if b.op == "mul" and b.args[0].op in _NUMBERS:
+        return multiply(b.args[0], multiply(b.args[1], a))
+    if a.op == "mul" and a.args[0].op in _NUMBERS:
         return multiply(a.args[0], multiply(a.args[1], b))
-    return _intern("mul", _ordered(a, b))
-
-
-def _has_factor(a: Node) -> bool:
-    return a.op == "mul" and a.args[0].op in ("number", "real")
+    return _intern("mul", (a, b) if a.key <= b.key else (b, a))
 
 
 def _scaled(factor: Node, b: Node) -> Node:
@@ -353,14 +347,13 @@ def _scaled(factor: Node, b: Node) -> Node:
         return ZERO
     if factor is ONE:
         return b
-    folded = _constants(lambda x, y: x * y, factor, b)
-    if folded is not None:
-        return folded
+    if b.op in _NUMBERS:
+        return _constant(operator.mul, factor, b)
     if factor.data < 0:
         return negate(_scaled(negate(factor), b))
     if b.op == "neg":
         return negate(_scaled(factor, b.args[0]))
-    if _has_factor(b):
+    if b.op == "mul" and b.args[0].op in _NUMBERS:
         return multiply(multiply(factor, b.args[0]), b.args[1])
     return _intern("mul", (factor, b))
 
@@ -540,7 +533,7 @@ def _extreme(op: str, a: Node, b: Node) -> Node:
         return a
     if a.shadow is not None and b.shadow is not None:
         return a if FLOAT_OPERATIONS[op](a.shadow, b.shadow) == a.shadow else b
-    return _intern(op, _ordered(a, b))
+    return _intern(op, (a, b) if a.key <= b.key else (b, a))
 
 
 def minimum(a: Node, b: Node) -> Node:
@@ -605,6 +598,7 @@ _SHOWN: Final = {"neg": "-", "pow": "power", "add": "sum", "mul": "product", "di
 ZERO: Final = number(0)
 ONE: Final = number(1)
 TWO: Final = number(2)
+_SMALL: Final[dict[object, Node]] = {n: number(n) for n in range(-2, 5)}
 PI: Final = _intern("pi", ())
 
 
