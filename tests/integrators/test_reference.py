@@ -1,0 +1,140 @@
+"""The stepping loop in Python: measured orders, exact ends, step control, and failures that say where."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.special import ellipj, ellipk
+
+from multibody_sym.integrators.reference import (
+    Flow,
+    Status,
+    StepError,
+    adaptive_steps,
+    fixed_steps,
+    sample_times,
+    solution,
+    step_count,
+)
+from multibody_sym.integrators.runge_kutta import METHODS
+
+AMPLITUDE = 2.0
+FINEST = {"explicit_euler": 6000, "midpoint": 1600, "heun": 1600, "rk4": 800, "bogacki_shampine": 800}
+
+
+def pendulum(t, x):
+    return np.array([x[1], -math.sin(x[0])])
+
+
+def pendulum_angle(t):
+    """The angle of theta'' = -sin(theta) let go at AMPLITUDE, by elliptic functions."""
+    k = math.sin(AMPLITUDE / 2)
+    sn = ellipj(ellipk(k * k) - np.asarray(t), k * k)[0]
+    return 2 * np.arcsin(k * sn)
+
+
+def error(method, steps, samples, t_end=5.0):
+    t, x = solution(METHODS[method], pendulum, 0.0, t_end, [AMPLITUDE, 0.0], step=t_end / steps, samples=samples)
+    return np.abs(x[:, 0] - pendulum_angle(t)).max()
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("samples", [11, 98], ids=["at steps", "between steps"])
+def test_the_measured_order_is_the_nominal_one(method, samples):
+    finest = FINEST.get(method, 400)
+    slope = math.log2(error(method, finest // 2, samples) / error(method, finest, samples))
+    assert slope == pytest.approx(METHODS[method].order, abs=0.05)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_explicit_time_is_seen_by_every_stage(method):
+    nominal = METHODS[method].order
+    errors = []
+    for steps in (100, 200):
+        t, x = solution(METHODS[method], lambda t, x: x * np.cos(t), 0.0, 2.0, [1.0], step=2.0 / steps, samples=2)
+        errors.append(abs(x[-1, 0] - math.exp(math.sin(t[-1]))))
+    assert math.log2(errors[0] / errors[1]) > nominal - 0.1
+
+
+@pytest.mark.parametrize(("step", "count"), [(0.1, 10), (0.3, 4), (1.0, 1), (7.0, 1), (1 / 3, 3), (0.7, 2)])
+def test_fixed_steps_end_exactly_at_t_end(step, count):
+    flow = Flow(METHODS["rk4"].tableau, pendulum, 0.0, 1.0, np.array([1.0, 0.0]))
+    steps = list(fixed_steps(flow, step))
+    assert len(steps) == step_count(0.0, 1.0, step) == count
+    assert steps[-1].t_new == 1.0
+    assert all(done.h == step for done in steps[:-1])
+    assert math.fsum(done.h for done in steps) == pytest.approx(1.0, abs=1e-15)
+
+
+def test_samples_are_evenly_spaced_with_both_ends_exact():
+    times = sample_times(0.1, 0.7, 7)
+    assert times[0] == 0.1
+    assert times[-1] == 0.7
+    np.testing.assert_allclose(np.diff(times), 0.1, rtol=1e-14)
+
+
+@pytest.mark.parametrize("method", ["bogacki_shampine", "dormand_prince"])
+def test_the_error_follows_the_tolerance(method):
+    errors = []
+    for tolerance in (1e-5, 1e-7, 1e-9):
+        t, x = solution(METHODS[method], pendulum, 0.0, 10.0, [AMPLITUDE, 0.0], rtol=tolerance, atol=tolerance)
+        errors.append(np.abs(x[:, 0] - pendulum_angle(t)).max())
+        assert errors[-1] < 100 * tolerance
+    assert errors[0] > 10 * errors[1] > 100 * errors[2]
+
+
+def test_dormand_prince_takes_the_steps_that_scipy_needs():
+    """Another implementation of the same method needs about as many evaluations for the same tolerance."""
+    from scipy.integrate import solve_ivp
+
+    calls = []
+    flow = Flow(METHODS["dormand_prince"].tableau, lambda t, x: calls.append(t) or pendulum(t, x), 0.0, 50.0,
+                np.array([AMPLITUDE, 0.0]))  # fmt: skip
+    last = list(adaptive_steps(flow, 1e-8, 1e-8))[-1]
+    other = solve_ivp(pendulum, (0, 50), [AMPLITUDE, 0], rtol=1e-8, atol=1e-8)
+    assert last.t_new == 50.0
+    assert abs(last.x_new[0] - pendulum_angle(50.0)) < 2e-6
+    assert 0.7 < len(calls) / other.nfev < 1.3
+
+
+def test_a_changed_end_gets_a_slope_of_its_own():
+    slopes = []
+
+    def derivative(t, x):
+        slopes.append(x.copy())
+        return -x
+
+    for name, kept in (("dormand_prince", 1 + 6 * 4), ("rk4", 1 + 4 * 4)):
+        for settle, more in ((None, 0), (lambda _, x: x, 0), (lambda _, x: x * 1.01, 4 if name != "rk4" else 0)):
+            slopes.clear()
+            steps = list(fixed_steps(Flow(METHODS[name].tableau, derivative, 0.0, 1.0, np.ones(1), settle), 0.25))
+            assert len(slopes) == kept + more
+            assert steps[-1].slope_new == -steps[-1].x_new
+            assert slopes[-1] == steps[-1].x_new
+
+
+def test_a_pole_is_met_with_the_time_and_the_component():
+    flow = Flow(METHODS["dormand_prince"].tableau, lambda _, x: np.array([1.0, x[1] ** 2]), 0.0, 2.0, np.ones(2))
+    with pytest.raises(StepError) as met:
+        list(adaptive_steps(flow, 1e-6, 1e-6))
+    assert met.value.status in (Status.STEP_UNDERFLOW, Status.NOT_FINITE)
+    assert met.value.time == pytest.approx(1.0, abs=1e-4)
+    assert met.value.component == 1
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_what_is_not_finite_is_met_in_its_step(method):
+    flow = Flow(METHODS[method].tableau, lambda t, _: np.array([0.0, np.sqrt(0.5 - t)]), 0.0, 1.0, np.zeros(2))
+    with np.errstate(invalid="ignore"), pytest.raises(StepError) as met:
+        list(fixed_steps(flow, 0.2))
+    assert (met.value.status, met.value.component) == (Status.NOT_FINITE, 1)
+    assert 0.5 < met.value.time <= 0.6 + 1e-12
+
+
+def test_a_trial_that_cannot_be_evaluated_is_shortened_first():
+    """The root exists up to t = 1, and the motion ends there: the step must not fail because a stage looks beyond."""
+    flow = Flow(METHODS["dormand_prince"].tableau, lambda t, x: np.sqrt(1.0 - t) + 0 * x, 0.0, 1.0, np.zeros(1))
+    with np.errstate(invalid="ignore"):
+        steps = list(adaptive_steps(flow, 1e-10, 1e-10))
+    assert steps[-1].t_new == 1.0
+    assert steps[-1].x_new[0] == pytest.approx(2 / 3, abs=1e-8)
