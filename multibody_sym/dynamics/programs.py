@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from multibody_sym.dynamics.equations import Formalism, TreeDynamics
 from multibody_sym.dynamics.quantities import quantities
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.motion import coordinate_rates, motion_of
-from multibody_sym.kinematics.state import State, slot_state
+from multibody_sym.kinematics.state import slot_state
 from multibody_sym.model.elements import Spherical
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.program.program import Array, Program
@@ -16,6 +16,7 @@ from multibody_sym.program.programs import Programs
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import absolute, evaluate, maximum, sqrt
 from multibody_sym.scalars.node import ZERO, Node, as_node, leaves
+
 
 def programs(mechanism: Mechanism, formalism: Formalism) -> Programs:
     """Return all Programs of a mechanism by one formalism."""

@@ -5,18 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Final
+from typing import Final
 
-from multibody_sym.dynamics.reactions import COMPONENTS, reactions
-from multibody_sym.errors import ModelError
+from multibody_sym.dynamics.reactions import reactions
 from multibody_sym.kinematics import points
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.vectors import ZERO_VECTOR, S, Vec, add, apply, cross, dot, scale, subtract
 from multibody_sym.model.bodies import Pose
-from multibody_sym.model.mechanism import TENSION_ROWS, Marker
-from multibody_sym.model.slots import AXES, suggestion
+from multibody_sym.model.mechanism import Marker
+from multibody_sym.model.slots import AXES
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import Node
 
@@ -48,28 +47,20 @@ class Instant:
 def quantities(
     motion: Motion, udot: Sequence[S], multipliers: Sequence[S], asked: Iterable[Node]
 ) -> dict[Node, S]:
-    """Return the values of `quantity` leaves over the motion's scalar; raises ModelError for unknown names."""
+    """Return the values of `quantity` leaves over the motion's scalar; their names were verified with the model."""
     instant = Instant(motion, udot, multipliers)
     return {leaf: _QUANTITIES[leaf.data[0]](instant, *leaf.data[1]) for leaf in asked}
 
 
-def _of(name: str, table: Mapping[str, Any], what: str) -> Any:
-    if name not in table:
-        raise ModelError(f"no {what} is called {name!r}{suggestion(name, table)}")
-    return table[name]
-
-
 def _component(vector: Vec, axis: str) -> S:
-    if axis not in AXES:
-        raise ModelError(f"{axis!r} is no axis: write x, y or z")
     return vector[AXES.index(axis)]
 
 
 def _marker(instant: Instant, name: str) -> Marker:
     """Return the point that a name stands for; a body alone stands for its centre of mass."""
     mechanism = instant.motion.mechanism
-    marker: Marker = _of(name, mechanism.markers, "point")
-    if name == "ground" or "." in name:
+    marker = mechanism.markers[name]
+    if marker.body < 0 or mechanism.bodies[marker.body].name != name:
         return marker
     return Marker(name, marker.body, Pose(mechanism.bodies[marker.body].mass.com))
 
@@ -107,21 +98,12 @@ def _distance(instant: Instant, a: str, b: str) -> S:
 
 
 def _reaction(instant: Instant, joint: str, component: str) -> S:
-    found = _of(joint, instant.reactions, "joint")
-    if component not in COMPONENTS:
-        raise ModelError(f"{component!r} is no component of a reaction: {', '.join(COMPONENTS)}")
-    return found[component]
+    return instant.reactions[joint][component]
 
 
 def _multiplier(instant: Instant, name: str) -> S:
     rows = {row.name: k for k, row in enumerate(instant.motion.mechanism.rows)}
-    return instant.multipliers[_of(name, rows, "constraint")]
-
-
-def _tension(instant: Instant, name: str) -> S:
-    rows = {r.name: r for r in instant.motion.mechanism.rows if isinstance(r, TENSION_ROWS)}
-    _of(name, rows, "rope or rod")
-    return _multiplier(instant, name)
+    return instant.multipliers[rows[name]]
 
 
 def _momentum(instant: Instant, axis: str) -> S:
@@ -172,7 +154,7 @@ _QUANTITIES: Final[dict[str, Callable[..., S]]] = {
     "angular_acceleration": _angular_acceleration,
     "distance": _distance,
     "reaction": _reaction,
-    "tension": _tension,
+    "tension": _multiplier,
     "multiplier": _multiplier,
     "total_energy": _total,
     "kinetic_energy": _kinetic,

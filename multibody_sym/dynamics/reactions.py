@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Final
 
 from multibody_sym.dynamics.inverse_dynamics import joint_wrenches
 from multibody_sym.kinematics.loads import applied
@@ -11,8 +10,7 @@ from multibody_sym.kinematics.motion import Motion, pose
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.vectors import S, add, apply, apply_transposed, cross, scale, subtract
 from multibody_sym.kinematics.wrenches import Wrench
-
-COMPONENTS: Final = ("fx", "fy", "fz", "mx", "my", "mz")
+from multibody_sym.model.mechanism import COMPONENTS
 
 
 def reactions(

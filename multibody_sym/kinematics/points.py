@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.vectors import ZERO_VECTOR, Vec, add, apply, cross
 from multibody_sym.model.mechanism import Marker
@@ -24,7 +26,7 @@ def velocity(motion: Motion, marker: Marker) -> Vec:
     return apply(body.R_WB, add(body.v_WB, cross(body.w_WB, motion.point(marker))))
 
 
-def acceleration(motion: Motion, marker: Marker, bodies: list[tuple[Vec, Vec]]) -> Vec:
+def acceleration(motion: Motion, marker: Marker, bodies: Sequence[tuple[Vec, Vec]]) -> Vec:
     """Return a marker's acceleration in world axes, given those of the bodies (`motion.accelerations`)."""
     if marker.body < 0:
         return ZERO_VECTOR

@@ -74,8 +74,9 @@ MOST_REPEATS: Final = 10_000
 def _repeats(value: Any) -> list[tuple[tuple[str, ...], Repeat]]:
     if value in (None, ""):
         return []
-    listed = [((str(i),), x) for i, x in enumerate(value)] if isinstance(value, list) else [((), value)]
-    read = []
+    single: list[tuple[tuple[str, ...], Any]] = [((), value)]
+    listed = [((str(i),), x) for i, x in enumerate(value)] if isinstance(value, list) else single
+    read: list[tuple[tuple[str, ...], Repeat]] = []
     for index, entry in listed:
         with at("repeat", *index):
             repeat = Record(Repeat).accept(entry)

@@ -560,7 +560,16 @@ class Settings(Element):
 
 JOINTS: Final = OneOf(
     {cls.kind: cls for cls in (Revolute, Prismatic, Planar, Spherical, Fixed)},
-    {"hinge": "revolute", "pin": "revolute", "continuous": "revolute", "slider": "prismatic", "ball": "spherical", "weld": "fixed"},
+    {
+        "hinge": "revolute",
+        "pin": "revolute",
+        "continuous": "revolute",
+        "slider": "prismatic",
+        "ball": "spherical",
+        "weld": "fixed",
+    },
 )
-FORCES: Final = OneOf({"force": Force, "torque": Torque, "spring_damper": SpringDamper, "damper": Damper}, {"spring": "spring_damper"})
+FORCES: Final = OneOf(
+    {"force": Force, "torque": Torque, "spring_damper": SpringDamper, "damper": Damper}, {"spring": "spring_damper"}
+)
 CONSTRAINTS: Final = OneOf({"distance": Distance, "rope": Rope, "expression": Expression}, {})

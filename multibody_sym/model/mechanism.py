@@ -16,6 +16,8 @@ from multibody_sym.model.slots import suggestion
 from multibody_sym.scalars.node import Node, slot
 
 TIME: Final = slot("t", 0)
+COMPONENTS: Final = ("fx", "fy", "fz", "mx", "my", "mz")
+"""The components of a reaction: force and moment."""
 
 
 @dataclass(frozen=True)
@@ -166,7 +168,6 @@ class ExpressionRow:
 
 
 Row = DistanceRow | RopeRow | ExpressionRow
-TENSION_ROWS: Final = (DistanceRow, RopeRow)
 
 
 @dataclass(frozen=True)

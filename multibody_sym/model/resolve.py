@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from multibody_sym.errors import ExpressionError, ModelError
+from multibody_sym.expressions.quantities import QUANTITIES
 from multibody_sym.expressions.units import Dimension, dimension_of
 from multibody_sym.model.bodies import GROUND, ORIGIN, Pose, mass_of, pose_of, unit_vector
 from multibody_sym.model.elements import (
@@ -22,6 +23,7 @@ from multibody_sym.model.elements import (
     Torque,
 )
 from multibody_sym.model.mechanism import (
+    COMPONENTS,
     TIME,
     Bend,
     BodyTorque,
@@ -41,7 +43,7 @@ from multibody_sym.model.mechanism import (
     Speed,
     TreeBody,
 )
-from multibody_sym.model.slots import Element, at, dimension_of_unit, suggestion
+from multibody_sym.model.slots import AXES, Element, at, dimension_of_unit, suggestion
 from multibody_sym.model.system import RESERVED, System, expressions, verify_symbol, with_expressions
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, leaves, slot, symbol
@@ -59,7 +61,7 @@ def mechanism(system: System) -> Mechanism:
     coordinates = tuple(c for name, joint in joints for c in _coordinates(name, joint))
     speeds = tuple(s for name, joint in joints for s in _speeds(name, joint))
     names = _names(system, coordinates, speeds)
-    _verify_expressions(system, names, coordinates, speeds)
+    _verify_expressions(system, names)
     slots = _slots(system, coordinates, speeds)
 
     def in_slots(part: Any) -> Any:
@@ -250,13 +252,14 @@ _MAY_NAME: Final[Mapping[str, tuple[str, ...]]] = {
 _MAY_ASK: Final = ("outputs", "ask")
 
 
-def _verify_expressions(
-    system: System, names: Mapping[str, str], coordinates: Iterable[Coordinate], speeds: Iterable[Speed]
-) -> None:
-    dimensions = _dimensions(system, coordinates, speeds)
+def _verify_expressions(system: System, names: Mapping[str, str]) -> None:
+    dimensions = _dimensions(system)
+    vocabulary = _vocabulary(system)
     for path, node, unit in expressions(system):
         try:
             _verify_leaves(node, path[0], names)
+            for leaf in leaves([node], "quantity"):
+                _verify_quantity(leaf, path[0], vocabulary)
             _verify_dimension(node, unit, dimensions)
         except (ModelError, ExpressionError) as error:
             raise ModelError(error.message, where=replace(error.where, path=path, column=None)) from None
@@ -264,15 +267,34 @@ def _verify_expressions(
 
 def _verify_leaves(node: Node, section: str, names: Mapping[str, str]) -> None:
     allowed = _MAY_NAME.get(section, _ONLY_PARAMETERS)
-    for leaf in leaves([node], "symbol", "quantity"):
-        if leaf.op == "quantity":
-            if section not in _MAY_ASK:
-                raise ModelError(f"{leaf} can be asked in outputs and ask only")
-            continue
+    for leaf in leaves([node], "symbol"):
         if leaf.data not in names:
             raise ModelError(f"{leaf.data!r} is not declared{suggestion(leaf.data, names)}")
         if names[leaf.data] not in allowed:
             raise ModelError(f"{leaf.data!r} is {names[leaf.data]}; here an expression names {_listed(allowed)} only")
+
+
+def _vocabulary(system: System) -> dict[str, list[str]]:
+    """Return the names that each kind of argument of a quantity may be."""
+    bodies = {GROUND: _BARE, **system.bodies}
+    return {
+        "point": [*bodies, *(f"{name}.{part}" for name, b in bodies.items() for part in (*b.points, *b.frames))],
+        "body": list(bodies),
+        "joint": list(system.joints),
+        "rope": [name for name, c in system.constraints.items() if isinstance(c, (Rope, Distance))],
+        "constraint": list(system.constraints),
+        "axis": list(AXES),
+        "component": list(COMPONENTS),
+    }
+
+
+def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str]]) -> None:
+    function, arguments = leaf.data
+    if section not in _MAY_ASK:
+        raise ModelError(f"{leaf} can be asked in outputs and ask only")
+    for kind, name in zip(QUANTITIES[function].arguments, arguments, strict=True):
+        if name not in vocabulary[kind]:
+            raise ModelError(f"{leaf}: {name!r} is no {kind}{suggestion(name, vocabulary[kind])}")
 
 
 def _listed(words: tuple[str, ...]) -> str:
@@ -280,25 +302,19 @@ def _listed(words: tuple[str, ...]) -> str:
     return ", ".join("the time" if w == "the time" else w + "s" for w in plain)
 
 
-def _dimensions(
-    system: System, coordinates: Iterable[Coordinate], speeds: Iterable[Speed]
-) -> dict[Node, Dimension | None]:
-    known: dict[Node, Dimension | None] = {symbol("t"): dimension_of_unit("s")}
-    for named in (*coordinates, *speeds):
-        known[symbol(named.name)] = dimension_of_unit("" if named.unit == "rad" else named.unit)
-    for name, parameter in system.parameters.items():
-        known[symbol(name)] = parameter.dimension
-    return known
+def _dimensions(system: System) -> dict[Node, Dimension | None]:
+    """Return the dimensions that were given with units. Time and motion have none: `5*sin(3*t)` may be a force."""
+    return {symbol(name): parameter.dimension for name, parameter in system.parameters.items()}
 
 
 def _verify_dimension(node: Node, unit: str | None, known: Mapping[Node, Dimension | None]) -> None:
-    found = dimension_of(node, lambda leaf: known.get(leaf))
+    found = dimension_of(node, known.get)
     if found is not None and unit is not None and found != dimension_of_unit(unit) and node.shadow is None:
         raise ModelError(f"the expression is a quantity in {found}; here one in {unit or 'no unit'} is wanted")
 
 
 def _parameter_entries(system: System, slots: Mapping[Node, Node]) -> tuple[ParameterEntry, ...]:
-    """Return the declared parameters, the ropes' lengths at the start, and Baumgarte's coefficients if there are rows."""
+    """Return the declared parameters, the ropes' lengths at the start and, with rows, Baumgarte's coefficients."""
     entries = [
         ParameterEntry(name, _in(slots, parameter.value), parameter.positive)
         for name, parameter in system.parameters.items()

@@ -13,7 +13,8 @@ from multibody_sym.errors import InputError, ModelError
 from multibody_sym.expressions.parser import parse_scalar
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.units import DIMENSIONLESS, Dimension, parse_unit
-from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, negate
+from multibody_sym.scalars.functions import node_of
+from multibody_sym.scalars.node import ONE, ZERO, Node, negate
 
 AXES = ("x", "y", "z")
 
@@ -52,7 +53,7 @@ def scalar(value: Any, unit: str | None) -> Node:
     """Return a number, Node, sympy expression or text such as `45 deg` or `m1*r^2` as a Node in SI units."""
     if not isinstance(value, str):
         try:
-            return as_node(value)
+            return node_of(value)
         except TypeError:
             raise ModelError(f"expected a number or an expression, got {described(value)}") from None
     node, dimension = parse_scalar(value)
@@ -180,8 +181,7 @@ class Choice:
 
     def accept(self, value: Any) -> str:
         if value not in self.words:
-            near = suggestion(str(value), self.words)
-            raise ModelError(f"{described(value)} is not one of {', '.join(self.words)}{near if 'mean' in near else ''}")
+            raise ModelError(f"{described(value)} is no choice here{suggestion(str(value), self.words)}")
         return str(value)
 
     def tree(self, value: str) -> str:
@@ -311,7 +311,7 @@ class OneOf:
     aliases: Mapping[str, str]
 
     def accept(self, value: Any) -> Element:
-        if isinstance(value, tuple(self.table.values())):
+        if isinstance(value, Element) and type(value) in self.table.values():
             return value
         if not isinstance(value, Mapping):
             raise ModelError(f"expected a map with a type ({', '.join(self.table)}), got {described(value)}")
@@ -323,7 +323,8 @@ class OneOf:
         name = self.aliases.get(word, word) if isinstance(word, str) else word
         if not isinstance(name, str) or name not in self.table:
             with at("type"):
-                raise ModelError(f"{described(word)} is no known type{suggestion(str(word), [*self.table, *self.aliases])}")
+                known = [*self.table, *self.aliases]
+                raise ModelError(f"{described(word)} is no known type{suggestion(str(word), known)}")
         return self.table[name]
 
     def tree(self, value: Element) -> dict[str, Any]:

@@ -15,7 +15,6 @@ from multibody_sym.model.elements import (
     Ask,
     AskSlot,
     Body,
-    Element,
     Joint,
     Parameter,
     ParameterSlot,
@@ -23,7 +22,7 @@ from multibody_sym.model.elements import (
     Pulley,
     Settings,
 )
-from multibody_sym.model.slots import MapOf, Names, Record, Scalar, Text, Vector, at, holds, slots_of, unit_of
+from multibody_sym.model.slots import Element, MapOf, Names, Record, Scalar, Text, Vector, at, holds, slots_of, unit_of
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, leaves, symbol, symbol_with
 

@@ -11,6 +11,15 @@ from multibody_sym.scalars.node import BUILD, FLOAT_OPERATIONS, Node, as_node, p
 S = TypeVar("S")
 """A scalar: float, Node or sympy.Expr. Plain integers are welcome among all three."""
 
+def node_of(value: object) -> Node:
+    """Return a number, Node or sympy expression as a Node; raises TypeError for everything else."""
+    if type(value).__module__.partition(".")[0] == "sympy" and hasattr(value, "free_symbols"):
+        from multibody_sym.scalars.sympy_bridge import from_sympy
+
+        return from_sympy(value)
+    return as_node(value)
+
+
 _EXACT_AT_INTEGERS: Final = {("sin", 0): 0, ("cos", 0): 1, ("sqrt", 0): 0, ("sqrt", 1): 1}
 
 
@@ -102,7 +111,7 @@ def where(condition: Any, a: Any, b: Any) -> Any:
 
 
 def evaluate(nodes: Iterable[Node], leaf: Mapping[Node, Any] | Callable[[Node], Any], scalar: type = Node) -> list[Any]:
-    """Return `nodes` over `scalar` (float, Node or sympy.Expr): each symbol, slot and quantity becomes what `leaf` gives.
+    """Return `nodes` over `scalar` (float, Node or sympy.Expr), each leaf replaced by what `leaf` gives for it.
 
     With Node this is substitution; with float, evaluation; with sympy.Expr, translation (constants stay exact).
     Raises KeyError for a leaf that a mapping does not hold.

@@ -27,9 +27,10 @@ _limit = [_SMALLEST_LIMIT]
 class Node:
     """A scalar expression: `op`, operands `args`, and for leaves `data`.
 
-    Leaves: `number` (int or Fraction), `real` (float), `pi`, `symbol` (a name of the model), `declared` (a symbol that carries its declaration), `slot` ((array, index):
-    an element of a program's input or a temporary), `quantity` ((function, names): asked of the moving system, such
-    as `reaction(C, fx)`). `key` orders operands; `shadow` is the float value of a constant expression, else None.
+    Leaves: `number` (int or Fraction), `real` (float), `pi`, `symbol` (a name of the model), `declared` (a symbol that
+    carries its declaration), `slot` ((array, index): an element of a program's input or a temporary), `quantity`
+    ((function, names): asked of the moving system, such as `reaction(C, fx)`). `key` orders operands; `shadow` is the
+    float value of a constant expression, else None.
     """
 
     __slots__ = ("args", "data", "key", "op", "shadow")
@@ -117,16 +118,16 @@ class Node:
         return _binary(less_equal, other, self)
 
 
-def _binary(operation: Callable[[Node, Node], Node], a: object, b: object) -> Any:
+def _binary(operation: Callable[[Node, Node], Node], a: object, b: object) -> Node:
     try:
         left, right = as_node(a), as_node(b)
     except TypeError:
-        return NotImplemented
+        return NotImplemented  # type: ignore[no-any-return]
     return operation(left, right)
 
 
 def as_node(value: object) -> Node:
-    """Return `value` as a Node: a Node, int, Fraction, float (read as the decimal it prints as) or sympy expression.
+    """Return `value` as a Node: a Node, int, Fraction or float (read as the decimal it prints as).
 
     Raises TypeError for everything else, strings and bools included, and ExpressionError for nan and inf.
     """
@@ -140,14 +141,10 @@ def as_node(value: object) -> Node:
         if not math.isfinite(value):
             raise ExpressionError(f"{value} is not a finite number")
         return number(Fraction(repr(float(value))))
-    if hasattr(value, "free_symbols") and type(value).__module__.partition(".")[0] == "sympy":
-        from multibody_sym.scalars.sympy_bridge import from_sympy
-
-        return from_sympy(value)
     item = getattr(value, "item", None)
     if callable(item) and getattr(value, "ndim", None) == 0:
         return as_node(item())
-    raise TypeError(f"{value!r} is not a scalar expression (a number, a Node or a sympy expression)")
+    raise TypeError(f"{value!r} is not a number or an expression")
 
 
 # --- leaves -----------------------------------------------------------------------------------------------------
@@ -442,8 +439,9 @@ def _turns(a: Node) -> Fraction | None:
     return None
 
 
-_SINES: Final = {Fraction(0): 0, Fraction(1, 6): Fraction(1, 2), Fraction(1, 2): 1, Fraction(5, 6): Fraction(1, 2),
-                 Fraction(1): 0, Fraction(7, 6): Fraction(-1, 2), Fraction(3, 2): -1, Fraction(11, 6): Fraction(-1, 2)}
+_SINES: Final[dict[Fraction, Exact]] = {
+    Fraction(k, 6): Fraction(v, 2) for k, v in ((0, 0), (1, 1), (3, 2), (5, 1), (6, 0), (7, -1), (9, -2), (11, -1))
+}
 
 
 def sin(a: Node) -> Node:

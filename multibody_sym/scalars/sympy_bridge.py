@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import Any, Final
 
 import sympy
+
 from multibody_sym.errors import ExpressionError
 from multibody_sym.scalars.node import BUILD, PI, Node, number, postorder, real, symbol
 
