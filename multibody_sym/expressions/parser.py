@@ -203,7 +203,7 @@ class _Parser:
         while True:
             token = self.found[self.place]
             if token.kind not in ("name", "quoted"):
-                raise self.error(token, f"a name must stand here{_instead(token)}; other names are quoted: 'rod-2'.pin")
+                raise self.error(token, f"a name must stand here{_instead(token)}; {_QUOTED_NAMES}")
             quote = token.text[0]
             name = token.text if token.kind == "name" else token.text[1:-1].replace(quote * 2, quote)
             if not name:
@@ -217,7 +217,7 @@ class _Parser:
     def no_name(self, function: Token, token: Token) -> str:
         if token.kind == "end":
             return f"the parenthesis of {function.text}( is never closed; {_QUOTE}"
-        return f"'{token.text}' has no place in a name; names that are not letters, digits and _ are quoted: 'rod-2'.pin"
+        return f"'{token.text}' has no place in a name; {_QUOTED_NAMES}"
 
     def real(self, token: Token) -> Node:
         sign = self.found[self.place]
@@ -232,7 +232,7 @@ class _Parser:
     def no_operand(self, token: Token) -> str:
         before = self.found[self.place - 2] if self.place > 1 else None
         if before is None:
-            return "an expression is missing" if token.kind == "end" else f"an expression cannot start with {token.text}"
+            return f"an expression cannot start with {token.text}" if token.text else "an expression is missing"
         if token.kind == "quoted":
             return "quoted names stand only in the arguments of position(...), reaction(...) and the like"
         if before.text == "*" and token.text == "*":
@@ -338,6 +338,8 @@ class _Parser:
 
 
 _QUOTE: Final = 'in a list or map {...} an expression that contains a comma is quoted: "atan2(y, x)"'
+
+_QUOTED_NAMES: Final = "names with other characters than letters, digits and _ are quoted: 'rod-2'.pin"
 
 
 def _unchanged(a: Node) -> Node:

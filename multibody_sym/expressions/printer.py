@@ -28,7 +28,7 @@ def text(node: Node) -> str:
     """
     pieces: dict[Node, Piece] = {}
     for n in postorder([node]):
-        piece = _PRINTERS.get(n.op, _function)(n, pieces)
+        piece = _PRINTERS.get(n.op, _function)(n, pieces) if n.args else _leaf(n)
         if len(piece.text) > LONGEST_TEXT:
             raise ExpressionError(f"the expression is longer than {LONGEST_TEXT} characters; give its parts names")
         pieces[n] = piece
@@ -39,7 +39,9 @@ def _within(piece: Piece, strength: int) -> str:
     return piece.text if piece.strength >= strength else f"({piece.text})"
 
 
-def _leaf(n: Node, pieces: dict[Node, Piece]) -> Piece:
+def _leaf(n: Node) -> Piece:
+    if n.op == "number":
+        return Piece("-" + _exact(-n.data).text, SUM) if n.data < 0 else _exact(n.data)
     if n.op == "slot":
         return Piece(f"{n.data[0]}[{n.data[1]}]", ATOM)
     if n.op == "quantity":
@@ -53,12 +55,6 @@ def _leaf(n: Node, pieces: dict[Node, Piece]) -> Piece:
 def _quoted(name: str) -> str:
     plain = name.isascii() and name[:1].isalpha() and name.replace("_", "").isalnum()
     return name if plain else "'" + name.replace("'", "''") + "'"
-
-
-def _number(n: Node, pieces: dict[Node, Piece]) -> Piece:
-    if n.data < 0:
-        return Piece("-" + _exact(-n.data).text, SUM)
-    return _exact(n.data)
 
 
 def _exact(value: int | Fraction) -> Piece:
@@ -147,7 +143,7 @@ def _mul(n: Node, pieces: dict[Node, Piece]) -> Piece:
 def _multiple(factor: int | Fraction, n: Node, pieces: dict[Node, Piece]) -> Piece:
     """Return factor * n, where factor > 0: `m*r^2/12`, `2*x/3`, `0.1*x`."""
     above, below = factor.numerator, factor.denominator
-    small = below < 10 and above < 10 or above == 1 and below < 100 and below % 10 != 0
+    small = (below < 10 and above < 10) or (above == 1 and below < 100 and below % 10 != 0)
     if not small and below != 1 and _decimal(Fraction(factor)):
         return Piece(f"{_exact(factor).text}*{_led(n, pieces)}", PRODUCT)
     product = f"{_exact(above).text}*{_led(n, pieces)}" if above != 1 else _within(pieces[n], PRODUCT)
@@ -190,7 +186,6 @@ def _function(n: Node, pieces: dict[Node, Piece]) -> Piece:
 
 
 _PRINTERS: Final[dict[str, Callable[[Node, dict[Node, Piece]], Piece]]] = {
-    "symbol": _leaf, "slot": _leaf, "quantity": _leaf, "real": _leaf, "pi": _leaf, "number": _number,
     "neg": _neg, "add": _add, "mul": _mul, "div": _div, "pow": _pow, "less": _comparison, "less_equal": _comparison,
     "min": _extreme, "max": _extreme,
 }

@@ -110,7 +110,8 @@ def exact_number(text: str, token: Token) -> Fraction:
     """Return the value of a number token, exactly; raise ExpressionError where no float can hold it."""
     mantissa, _, exponent = token.text.lower().partition("e")
     if len(exponent) > 5 or abs(int(exponent or 0)) > LARGEST_EXPONENT:
-        raise failure(text, token.column, f"the exponent of a number is at most {LARGEST_EXPONENT}, not {exponent[:20]}")
+        message = f"the exponent of a number is at most {LARGEST_EXPONENT}, not {exponent[:20]}"
+        raise failure(text, token.column, message)
     value = Fraction(mantissa) * Fraction(10) ** int(exponent or 0)
     try:
         too_small = value != 0 and float(value) == 0

@@ -14,6 +14,7 @@ from multibody_sym.scalars.node import ONE, PI, Node, as_node, postorder
 Exponent = int | Fraction
 _LARGEST_UNIT_EXPONENT: Final = 20
 _SHOWN: Final = 40
+_PURE_ABOVE, _PURE_BELOW = 10, 100  # 2, 1/12 and 3/10 are pure numbers; 10, 9.81 and 0.033 may be measured ones
 
 
 class Dimension(NamedTuple):
@@ -223,24 +224,46 @@ def dimension_of(node: Node, known: Callable[[Node], Dimension | None]) -> Dimen
     """Return the dimension of `node`, given those of its symbols and quantities (None: not known).
 
     Returns None where it is not known and where the expression is a pure number, which fits every dimension; a pure
-    number in a sum fits the other side. Raises ExpressionError where two dimensions contradict each other.
+    number in a sum fits the other side. A factor that is no quotient of small integers (9.81) may carry a unit.
+    Raises ExpressionError where two dimensions contradict each other.
     """
     found: dict[Node, Dimension | None] = {}
     for n in postorder([node]):
         if n.shadow is not None:
-            found[n] = DIMENSIONLESS
+            found[n] = DIMENSIONLESS if _counts(n) else None
         elif not n.args:
             found[n] = known(n)
         else:
-            found[n] = _RULES.get(n.op, _pure)(n, [found[a] for a in n.args])
+            found[n] = _dimension(n, [found[a] for a in n.args])
     return found[node] if found[node] != DIMENSIONLESS else None
 
 
 Dimensions = list[Dimension | None]
 
 
-def _first(n: Node, dimensions: Dimensions) -> Dimension | None:
-    return dimensions[0]
+def _counts(n: Node) -> bool:
+    """Return whether a constant is a pure number; `9.81` in `9.81*m` carries a unit that nobody wrote."""
+    if n.op == "number":
+        return abs(n.data.numerator) < _PURE_ABOVE and n.data.denominator <= _PURE_BELOW
+    return True
+
+
+def _dimension(n: Node, operands: Dimensions) -> Dimension | None:
+    if n.op in ("neg", "abs"):
+        return operands[0]
+    if n.op in ("add", "min", "max", "where"):
+        return _common(n, operands)
+    if n.op in ("mul", "div"):
+        return _product(n, operands)
+    if n.op == "pow":
+        return _power(n, operands)
+    if n.op == "sqrt":
+        return None if operands[0] is None else DIMENSIONLESS.times(operands[0], Fraction(1, 2))
+    if n.op in ("less", "less_equal", "atan2"):
+        _common(n, operands)
+    elif n.op != "sign":
+        _require_pure_operands(n, operands)
+    return DIMENSIONLESS
 
 
 def _product(n: Node, dimensions: Dimensions) -> Dimension | None:
@@ -257,11 +280,7 @@ def _power(n: Node, dimensions: Dimensions) -> Dimension | None:
     return DIMENSIONLESS if dimensions[0] == DIMENSIONLESS else None
 
 
-def _root(n: Node, dimensions: Dimensions) -> Dimension | None:
-    return None if dimensions[0] is None else DIMENSIONLESS.times(dimensions[0], Fraction(1, 2))
-
-
-def _same(n: Node, dimensions: Dimensions) -> Dimension | None:
+def _common(n: Node, dimensions: Dimensions) -> Dimension | None:
     """Return the common dimension of operands that are added, compared or chosen from."""
     first = len(n.args) - 2
     (a, da), (b, db) = list(zip(n.args, dimensions, strict=True))[first:]
@@ -277,21 +296,10 @@ def _same(n: Node, dimensions: Dimensions) -> Dimension | None:
 _VERBS: Final = {"add": "a sum of", "less": "a comparison of", "less_equal": "a comparison of", "where": "a choice of"}
 
 
-def _same_then_pure(n: Node, dimensions: Dimensions) -> Dimension | None:
-    _same(n, dimensions)
-    return DIMENSIONLESS
-
-
-def _sign(n: Node, dimensions: Dimensions) -> Dimension | None:
-    return DIMENSIONLESS
-
-
-def _pure(n: Node, dimensions: Dimensions) -> Dimension | None:
-    """Return no dimension, and require none: sin, exp, log and the like."""
+def _require_pure_operands(n: Node, dimensions: Dimensions) -> None:
     for a, dimension in zip(n.args, dimensions, strict=True):
         if dimension:
             _require_pure(a, dimension, f"{n.op}()")
-    return DIMENSIONLESS
 
 
 def _require_pure(a: Node, dimension: Dimension, what: str) -> None:
@@ -305,10 +313,3 @@ def _brief(n: Node) -> str:
     except ExpressionError:
         return "this expression"
     return shown if len(shown) <= _SHOWN else shown[: _SHOWN - 3] + "..."
-
-
-_RULES: Final[dict[str, Callable[[Node, Dimensions], Dimension | None]]] = {
-    "neg": _first, "abs": _first, "add": _same, "min": _same, "max": _same, "where": _same,
-    "mul": _product, "div": _product, "pow": _power, "sqrt": _root, "sign": _sign,
-    "less": _same_then_pure, "less_equal": _same_then_pure, "atan2": _same_then_pure,
-}

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -14,18 +17,39 @@ from multibody_sym.model.system import System
 _TEXT_NAME: Final = "<text>"
 
 
+@dataclass(frozen=True)
+class Places:
+    """Where the parts of a model stand in its file; a side table, no part of the System."""
+
+    name: str
+    tree: Tree
+
+    @contextmanager
+    def shown(self) -> Iterator[None]:
+        """Give errors about the model that are raised inside their file, line and column."""
+        try:
+            yield
+        except InputError as error:
+            raise located(error, self.tree, self.name) from None
+
+
 def load(path: str | os.PathLike[str]) -> System:
     """Return the System that the model file at `path` describes.
 
     Raises InputError (with file, line and column) for a file that cannot be read or that is wrong.
     """
-    name = os.fspath(path)
-    return _system(read_bytes(_content(name), name), name)
+    return load_with_places(path)[0]
 
 
 def loads(text: str, name: str = _TEXT_NAME) -> System:
     """Return the System that a model file's text describes; `name` stands in the errors."""
-    return _system(read_text(text, name), name)
+    return _with_places(read_text(text, name), name)[0]
+
+
+def load_with_places(path: str | os.PathLike[str]) -> tuple[System, Places]:
+    """Return what `load` returns, and the places for errors that come up later, as in `with places.shown(): ...`."""
+    name = os.fspath(path)
+    return _with_places(read_bytes(_content(name), name), name)
 
 
 def _content(name: str) -> bytes:
@@ -53,23 +77,23 @@ def _neighbour(name: str) -> str:
     return f"; did you mean {path.parent / near[0]}?" if near else ""
 
 
-def _system(tree: Tree, name: str) -> System:
-    try:
-        return system_from_tree(tree.data)
-    except InputError as error:
-        raise located(error, tree, name) from None
+def _with_places(tree: Tree, name: str) -> tuple[System, Places]:
+    places = Places(name, tree)
+    with places.shown():
+        return system_from_tree(tree.data), places
 
 
 def located(error: InputError, tree: Tree, name: str) -> InputError:
     """Return `error` with the file, line and column of the nearest thing in the file that `where.path` names."""
+    if error.where.file is not None:
+        return error
     place = _place(error, tree)
     error.where = Where(name, place.line, place.column, error.where.path)
     return error
 
 
 def _place(error: InputError, tree: Tree) -> Place:
-    wanted = tuple(map(str, error.where.path))
-    path = wanted
+    wanted = path = error.where.path
     while path not in tree.values:
         path = path[:-1]
     value = tree.values[path]
