@@ -7,10 +7,30 @@ from typing import Final
 
 from multibody_sym.dynamics.block_ldl import block_ldl
 from multibody_sym.dynamics.composite_body import composite_body
-from multibody_sym.dynamics.equations import Formalism
+from multibody_sym.dynamics.equations import Formalism, TreeDynamics
+from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism import Mechanism
 
-FORMALISMS: Final[Mapping[str, Formalism]] = {"composite_body": composite_body, "block_ldl": block_ldl}
+
+def _lagrange(mechanism: Mechanism, state: State) -> TreeDynamics:
+    from multibody_sym.dynamics.lagrange import lagrange
+
+    return lagrange(mechanism, state)
+
+
+def _multipliers(mechanism: Mechanism, state: State) -> TreeDynamics:
+    from multibody_sym.dynamics.multipliers import multipliers
+
+    return multipliers(mechanism, state)
+
+
+FORMALISMS: Final[Mapping[str, Formalism]] = {
+    "composite_body": composite_body,
+    "block_ldl": block_ldl,
+    "lagrange": _lagrange,
+    "multipliers": _multipliers,
+}
+"""Each by name. Those that derive with sympy import it when they are called."""
 _LARGEST_FORMED: Final = 10
 """Speeds up to which forming the mass matrix takes fewer operations than the recursion (benchmarks/chains.py)."""
 

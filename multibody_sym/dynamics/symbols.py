@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import sympy
+
 from multibody_sym.model.mechanism import TIME, Mechanism
 from multibody_sym.scalars.node import Node, slot
 
@@ -15,8 +16,8 @@ from multibody_sym.scalars.node import Node, slot
 class Symbols:
     """The symbols of a mechanism, real, and positive where the model says so.
 
-    `slots` gives the symbol of each slot; `free_prefix` begins no other symbol's name, so that names of sub-expressions
-    can be made from it.
+    `slots` gives the symbol of each slot; `free_prefix` and a number name no other symbol, so that names of
+    sub-expressions can be made from them.
     """
 
     time: sympy.Symbol
@@ -44,7 +45,7 @@ def symbols_of(mechanism: Mechanism) -> Symbols:
     slots = {TIME: time}
     for array, made in (("q", coordinates), ("u", speeds), ("parameters", parameters), ("inputs", inputs)):
         slots.update((slot(array, i), x) for i, x in enumerate(made))
-    prefix = _free("z", lambda word: any(name.startswith(word) for name in taken))
+    prefix = _free("z", lambda word: any(re.fullmatch(rf"{word}\d+", name) for name in taken))
     return Symbols(time, coordinates, speeds, accelerations, parameters, inputs, multipliers, slots, prefix)
 
 
@@ -58,3 +59,9 @@ def _named(
         taken.add(spelt)
         made.append(sympy.Symbol(spelt, positive=True) if above_zero else sympy.Symbol(spelt, real=True))
     return tuple(made)
+
+
+def _free(word: str, is_taken: Callable[[str], bool]) -> str:
+    while is_taken(word):
+        word += "_"
+    return word

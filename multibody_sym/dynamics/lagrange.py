@@ -1,0 +1,266 @@
+"""Lagrange's equations of the second kind, derived with sympy from T, V and the generalised forces.
+
+    N(q)^T ( d/dt dT/dqdot - dT/dq + dV/dq ) = Q
+
+T and V are the energies of the kinematics; Q is the virtual work of everything that V does not hold. Derivatives are
+exact and by the chain rule over named sub-expressions. The result is M udot = Q - c like every other formalism's, with
+dV/dq inside Q; it is lowered to Nodes, so that what sympy derived is what is compiled.
+"""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import singledispatch
+from typing import Any
+
+import sympy
+
+from multibody_sym.dynamics.budget import Budget
+from multibody_sym.dynamics.equations import EquationsOfMotion, equations
+from multibody_sym.dynamics.subexpressions import Subexpressions
+from multibody_sym.dynamics.symbols import Symbols, symbols_of
+from multibody_sym.errors import ModelError
+from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
+from multibody_sym.kinematics.joints import rates
+from multibody_sym.kinematics.loads import applied, applied_generalized_forces
+from multibody_sym.kinematics.motion import coordinate_rates, motion_of
+from multibody_sym.kinematics.rows import RowMotion, row_motions
+from multibody_sym.kinematics.state import State, slot_state
+from multibody_sym.kinematics.vectors import cross
+from multibody_sym.model.elements import Joint, Spherical
+from multibody_sym.model.mechanism import JointSpring, Load, Mechanism, PointSpring
+from multibody_sym.scalars.node import ZERO, Node, leaves, slot
+
+
+def lagrange(mechanism: Mechanism, state: State) -> EquationsOfMotion:
+    """Return the equations of motion at a state; raises ModelError where rows restrict the tree."""
+    verify_free(mechanism)
+    return derived_once(mechanism, _lowered_tree).at(mechanism, state)
+
+
+def verify_free(mechanism: Mechanism) -> None:
+    """Raise ModelError where rows restrict the tree, so that its coordinates are not independent."""
+    if mechanism.rows:
+        raise ModelError(
+            f"{mechanism.rows[0].name!r} restricts the coordinates; Lagrange's equations of the second kind need "
+            "independent ones: choose multipliers"
+        )
+
+
+@dataclass(frozen=True)
+class Energies:
+    """What the equations are derived from, in sympy: T(q, u), V(q, t), the forces Q (nu) and the rows' phi(q, t)."""
+
+    kinetic: Any
+    potential: Any
+    forces: tuple[Any, ...]
+    constraints: tuple[Any, ...]
+
+
+def energies(mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> Energies:
+    """Return T, V, the virtual work of what V does not hold, and the rows' phi.
+
+    Springs belong to V where stiffness and rest are constant or given in time; all other loads, and the damping of
+    every spring, to Q. Quaternions have length one here, which holds wherever the equations do.
+    """
+    state = slot_state(mechanism)
+    motion = motion_of(mechanism, state)
+    stored, working = split(mechanism.loads)
+    conservative = replace(motion, mechanism=replace(mechanism, loads=stored))
+    forces = applied_generalized_forces(motion, applied(motion, working, weight=False))
+    constraints = [row.phi for row in row_motions(motion)]
+    nodes = [kinetic_energy(motion), potential_energy(conservative), *forces, *constraints]
+    T, V, *rest = names.translated(nodes, {**symbols.slots, **dict.fromkeys(_squared_norms(mechanism), sympy.S.One)})
+    count = len(forces)
+    return Energies(T, V, tuple(rest[:count]), tuple(rest[count:]))
+
+
+def split(loads: Sequence[Load]) -> tuple[tuple[Load, ...], tuple[Load, ...]]:
+    """Return the loads that the potential energy holds, and those that do virtual work instead."""
+    stored: list[Load] = []
+    working: list[Load] = []
+    for load in loads:
+        if not isinstance(load, (JointSpring, PointSpring)):
+            working.append(load)
+        elif _has_potential(load):
+            stored.append(load)
+            if load.damping is not ZERO:
+                working.append(replace(load, stiffness=ZERO))
+        else:
+            working.append(load)
+    return tuple(stored), tuple(working)
+
+
+def _has_potential(spring: JointSpring | PointSpring) -> bool:
+    rest = spring.rest if isinstance(spring, JointSpring) else spring.length
+    return all(leaf.data[0] in ("parameters", "t") for leaf in leaves([spring.stiffness, rest], "slot"))
+
+
+def _squared_norms(mechanism: Mechanism) -> list[Node]:
+    """Return |q|^2 of every quaternion, built as the kinematics builds it."""
+    norms = []
+    for body in mechanism.bodies:
+        if isinstance(body.joint, Spherical):
+            w, x, y, z = (slot("q", k) for k in body.q)
+            norms.append(w * w + x * x + y * y + z * z)
+    return norms
+
+
+# --- the equations -------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class LagrangeTerms:
+    """The parts of the equations, in sympy, each by speed (nu): what a student writes one after the other.
+
+    `momenta` dT/du; `mass_matrix` M; `momentum_rates` d/dt dT/du without udot; `turning` what quasi-velocities add
+    (omega x dT/domega); `kinetic_gradient` N^T dT/dq; `potential_gradient` N^T dV/dq; `forces` Q.
+    """
+
+    momenta: list[Any]
+    mass_matrix: list[list[Any]]
+    momentum_rates: list[Any]
+    turning: list[Any]
+    kinetic_gradient: list[Any]
+    potential_gradient: list[Any]
+    forces: list[Any]
+
+    @property
+    def velocity_terms(self) -> list[Any]:
+        """c (nu): everything on the left without udot, except the forces."""
+        parts = zip(self.momentum_rates, self.turning, self.kinetic_gradient, strict=True)
+        return [rate + turned - gradient for rate, turned, gradient in parts]
+
+    @property
+    def applied(self) -> list[Any]:
+        """Q - N^T dV/dq (nu): all generalised forces, those of V included."""
+        return [force - gradient for force, gradient in zip(self.forces, self.potential_gradient, strict=True)]
+
+
+def lagrange_terms(mechanism: Mechanism, symbols: Symbols, names: Subexpressions, given: Energies) -> LagrangeTerms:
+    """Derive the terms of Lagrange's equations."""
+    q, u = symbols.coordinates, symbols.speeds
+    names.budget.enter("the momenta dT/du and the gradient dT/dq")
+    derivatives = names.gradient(given.kinetic, [*u, *q])
+    momenta, kinetic = derivatives[: len(u)], derivatives[len(u) :]
+    names.budget.enter("the mass matrix, d/dt dT/du")
+    mass_matrix = _symmetric([names.tangents(momenta[: k + 1], {u[k]: 1}) for k in range(len(u))])
+    names.budget.enter("the velocity terms of d/dt dT/du")
+    momentum_rates = names.tangents(momenta, time_rates(mechanism, symbols, names))
+    names.budget.enter("the gradient dV/dq")
+    potential = names.gradient(given.potential, q)
+    return LagrangeTerms(
+        momenta,
+        mass_matrix,
+        momentum_rates,
+        _turning(mechanism, u, momenta),
+        projected(mechanism, q, kinetic),
+        projected(mechanism, q, potential),
+        list(given.forces),
+    )
+
+
+def time_rates(mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> dict[Any, Any]:
+    """Return the rates of t and q at constant u: the direction of d/dt without accelerations."""
+    qdot = [names.sum([rate]) for rate in coordinate_rates(mechanism, symbols.coordinates, symbols.speeds)]
+    return {symbols.time: 1, **dict(zip(symbols.coordinates, qdot, strict=True))}
+
+
+def projected(mechanism: Mechanism, q: Sequence[Any], by_coordinate: Sequence[Any]) -> list[Any]:
+    """Return N(q)^T g (nu) of a gradient g (nq)."""
+    found: list[Any] = []
+    for body in mechanism.bodies:
+        here = [q[k] for k in body.q]
+        for k in range(len(body.u)):
+            column = rates(body.joint, here, [int(j == k) for j in range(len(body.u))])
+            found.append(sum((n * by_coordinate[i] for n, i in zip(column, body.q, strict=True)), 0 * here[0]))
+    return found
+
+
+def _turning(mechanism: Mechanism, u: Sequence[Any], momenta: Sequence[Any]) -> list[Any]:
+    terms: list[Any] = []
+    for body in mechanism.bodies:
+        terms.extend(turning(body.joint, [u[k] for k in body.u], [momenta[k] for k in body.u]))
+    return terms
+
+
+@singledispatch
+def turning(joint: Joint, u: Sequence[Any], momenta: Sequence[Any]) -> Sequence[Any]:
+    """Return what N^T (d/dt dT/dqdot - dT/dq) holds besides d/dt dT/du - N^T dT/dq: nothing where u = qdot."""
+    if not joint.holonomic_speeds:
+        raise TypeError(f"no quasi-velocities for {type(joint).__name__}")
+    return [momenta[0] * 0] * len(u) if u else []
+
+
+@turning.register
+def _(_joint: Spherical, u: Sequence[Any], momenta: Sequence[Any]) -> Sequence[Any]:
+    """Return omega x dT/domega.
+
+    With omega = 2 E(q) qdot and N = E^T / 2, dT/dqdot = 2 E^T p, p = dT/domega, and the projection leaves
+    N^T (d/dt (2 E^T) - (d(2 E qdot)/dq)^T) p = omega x p; the multiplier of |q| = 1 drops out because N^T q = 0.
+    """
+    return cross(u, momenta)
+
+
+def _symmetric(upper: Sequence[Sequence[Any]]) -> list[list[Any]]:
+    """Return the matrix whose column k down to the diagonal is `upper[k]`."""
+    size = len(upper)
+    return [[upper[max(i, j)][min(i, j)] for j in range(size)] for i in range(size)]
+
+
+# --- what sympy derived, as Nodes ----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Lowered:
+    """Derived equations as lists of Nodes in slots: the rows of M, Q, c (nu each); then (phi, phidot, gamma, H_j)."""
+
+    lists: tuple[tuple[Node, ...], ...]
+
+    def at(self, mechanism: Mechanism, state: State) -> EquationsOfMotion:
+        """Return the equations of motion over the state's scalar."""
+        n = len(mechanism.speeds)
+        motion = motion_of(mechanism, state)
+        values = _cut(state.values([x for part in self.lists for x in part]), self.lists)
+        rows = [
+            RowMotion(phi, phidot, jacobian, gamma, row.of_body)
+            for (phi, phidot, gamma, *jacobian), row in zip(values[n + 2 :], row_motions(motion), strict=True)
+        ]
+        return equations(motion, values[:n], values[n], values[n + 1], rows)
+
+
+def lowered(
+    symbols: Symbols, names: Subexpressions, terms: LagrangeTerms, rows: Sequence[Sequence[Any]] = ()
+) -> Lowered:
+    """Return derived terms, and rows (phi, phidot, gamma, H_j ...), as Nodes."""
+    lists = [*terms.mass_matrix, terms.applied, terms.velocity_terms, *rows]
+    leaves_of = {symbol: node for node, symbol in symbols.slots.items()}
+    nodes = names.lowered([x for part in lists for x in part], leaves_of)
+    return Lowered(tuple(tuple(part) for part in _cut(nodes, lists)))
+
+
+def _cut(flat: Sequence[Any], like: Sequence[Sequence[Any]]) -> list[list[Any]]:
+    """Return one list cut into lists as long as those of `like`."""
+    values = iter(flat)
+    return [[next(values) for _ in part] for part in like]
+
+
+def _lowered_tree(mechanism: Mechanism) -> Lowered:
+    symbols = symbols_of(mechanism)
+    names = Subexpressions(symbols.free_prefix, Budget())
+    given = energies(mechanism, symbols, names)
+    return lowered(symbols, names, lagrange_terms(mechanism, symbols, names, given))
+
+
+_known: dict[int, Lowered] = {}
+
+
+def derived_once(mechanism: Mechanism, derive: Callable[[Mechanism], Lowered]) -> Lowered:
+    """Return what `derive` makes of a mechanism, made once as long as the mechanism lives."""
+    key = id(mechanism)
+    if key not in _known:
+        _known[key] = derive(mechanism)
+        weakref.finalize(mechanism, _known.pop, key, None)
+    return _known[key]
