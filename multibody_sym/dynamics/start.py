@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from multibody_sym.dynamics.forward_dynamics import UNDEFINED, verify_inertia
 
-from multibody_sym.errors import ModelError, Where
-from multibody_sym.kinematics.motion import Motion, motion_of
+from multibody_sym.dynamics.block_ldl import tree_factors
+from multibody_sym.dynamics.forward_dynamics import UNDEFINED, verify_inertia
+from multibody_sym.errors import ModelError, NoSolutionError, Where
+from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism import Mechanism, RopeRow
 from multibody_sym.model.slots import suggestion
+from multibody_sym.program.solve import solve
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, leaves, slot
 

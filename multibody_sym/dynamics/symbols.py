@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import sympy
-
 from multibody_sym.model.mechanism import TIME, Mechanism
 from multibody_sym.scalars.node import Node, slot
 
