@@ -9,7 +9,6 @@ from multibody_sym.dynamics.quantities import quantities
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.motion import coordinate_rates, motion_of
 from multibody_sym.kinematics.state import slot_state
-from multibody_sym.model.elements import Spherical
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.program.program import Array, Program
 from multibody_sym.program.programs import Programs
@@ -113,10 +112,10 @@ def _normalize(mechanism: Mechanism) -> Program | None:
     q = list(trace["q"])
     deviation: Node = ZERO
     for body in mechanism.bodies:
-        if isinstance(body.joint, Spherical):
-            norm = sqrt(sum((q[k] ** 2 for k in body.q), ZERO))
+        if body.ball:
+            norm = sqrt(sum((q[k] ** 2 for k in body.quaternion), ZERO))
             deviation = maximum(deviation, absolute(norm - 1))
-            for k in body.q:
+            for k in body.quaternion:
                 q[k] = q[k] / norm
     if deviation is ZERO:
         return None

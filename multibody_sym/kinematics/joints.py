@@ -1,14 +1,13 @@
-"""What each joint lets happen: rotation, position, free directions and their rates, over any scalar.
+"""What a joint lets happen, over any scalar: the motion of its frame M relative to F, step by step.
 
-Frame F is fixed on the parent, frame M on the child; at zero coordinates they coincide. Vectors that describe the
-motion of M relative to F are in M's axes.
+Vectors that describe the motion are in M's axes. One rule serves all joints: a joint is its elementary steps, and a
+ball if free rotation follows them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import singledispatch
+from dataclasses import dataclass, replace
 
 from multibody_sym.kinematics.vectors import (
     UNIT_MATRIX,
@@ -16,9 +15,13 @@ from multibody_sym.kinematics.vectors import (
     Mat,
     S,
     Vec,
+    add,
+    apply,
+    apply_transposed,
+    cross,
+    product,
     scale,
 )
-from multibody_sym.model.elements import Fixed, Joint, Planar, Prismatic, Revolute, Spherical
 from multibody_sym.scalars.functions import cos, sin
 
 
@@ -27,54 +30,59 @@ class JointMotion:
     """The motion of M relative to F.
 
     `rotation` R_FM, `position` of M in F's axes; `linear[k]`, `angular[k]`: velocity and angular velocity of M for a
-    unit speed u[k], in M's axes; `linear_bias`, `angular_bias`: what the derivatives of both contain besides udot
-    (the linear one as an acceleration relative to F).
+    unit speed u[k], in M's axes; `turning`: its angular velocity; `linear_bias`, `angular_bias`: its acceleration and
+    angular acceleration relative to F without udot.
     """
 
-    rotation: Mat
-    position: Vec
-    linear: tuple[Vec, ...]
-    angular: tuple[Vec, ...]
+    rotation: Mat = UNIT_MATRIX
+    position: Vec = ZERO_VECTOR
+    linear: tuple[Vec, ...] = ()
+    angular: tuple[Vec, ...] = ()
+    turning: Vec = ZERO_VECTOR
     linear_bias: Vec = ZERO_VECTOR
     angular_bias: Vec = ZERO_VECTOR
 
 
-@singledispatch
-def motion(joint: Joint, axis: Vec, q: Sequence[S], u: Sequence[S]) -> JointMotion:
-    """Return the joint's motion at coordinates `q` and speeds `u`; `axis` is its unit axis where it has one."""
-    raise TypeError(f"no kinematics for {type(joint).__name__}")
-
-
-@motion.register
-def _(joint: Fixed, axis: Vec, q: Sequence[S], u: Sequence[S]) -> JointMotion:
-    return JointMotion(UNIT_MATRIX, ZERO_VECTOR, (), ())
-
-
-@motion.register
-def _(joint: Revolute, axis: Vec, q: Sequence[S], u: Sequence[S]) -> JointMotion:
-    return JointMotion(turned(axis, q[0]), ZERO_VECTOR, (ZERO_VECTOR,), (axis,))
-
-
-@motion.register
-def _(joint: Prismatic, axis: Vec, q: Sequence[S], u: Sequence[S]) -> JointMotion:
-    return JointMotion(UNIT_MATRIX, scale(q[0], axis), (axis,), (ZERO_VECTOR,))
-
-
-@motion.register
-def _(joint: Planar, axis: Vec, q: Sequence[S], u: Sequence[S]) -> JointMotion:
-    rotation = turned((0, 0, 1), q[2])
-    x_axis, y_axis = rotation[0], rotation[1]  # rows of R_FM: F's axes in M
-    return JointMotion(
-        rotation,
-        (q[0], q[1], 0),
-        (x_axis, y_axis, ZERO_VECTOR),
-        (ZERO_VECTOR, ZERO_VECTOR, (0, 0, 1)),
+def translated(before: JointMotion, axis: Vec, q: S, u: S) -> JointMotion:
+    """Return the motion when M has moved on by q along a unit axis: the velocity of M gains u a + omega x q a."""
+    arm, w = scale(q, axis), before.turning
+    along = scale(u, axis)
+    bias = add(cross(before.angular_bias, arm), cross(w, add(cross(w, arm), add(along, along))))
+    return replace(
+        before,
+        position=add(before.position, apply(before.rotation, arm)),
+        linear=(*(add(v, cross(w_k, arm)) for v, w_k in zip(before.linear, before.angular, strict=True)), axis),
+        angular=(*before.angular, ZERO_VECTOR),
+        linear_bias=add(before.linear_bias, bias),
     )
 
 
-@motion.register
-def _(joint: Spherical, axis: Vec, q: Sequence[S], u: Sequence[S]) -> JointMotion:
-    return JointMotion(quaternion_rotation(q), ZERO_VECTOR, (ZERO_VECTOR,) * 3, UNIT_MATRIX)
+def rotated(before: JointMotion, rotation: Mat, axes: Sequence[Vec], u: Sequence[S]) -> JointMotion:
+    """Return the motion when M has turned: angular velocity sum u_k a_k, with the axes a_k constant in the new M."""
+    carried = apply_transposed(rotation, before.turning)
+    own: Vec = ZERO_VECTOR
+    for axis, rate in zip(axes, u, strict=True):
+        own = add(own, scale(rate, axis))
+    return JointMotion(
+        rotation=product(before.rotation, rotation),
+        position=before.position,
+        linear=(*(apply_transposed(rotation, v) for v in before.linear), *(ZERO_VECTOR for _ in axes)),
+        angular=(*(apply_transposed(rotation, w) for w in before.angular), *axes),
+        turning=add(carried, own),
+        linear_bias=apply_transposed(rotation, before.linear_bias),
+        angular_bias=add(apply_transposed(rotation, before.angular_bias), cross(carried, own)),
+    )
+
+
+def screwed(before: JointMotion, axis: Vec, lead: S, q: S, u: S) -> JointMotion:
+    """Return the motion when M has turned by q about a unit axis and advanced by lead q along it."""
+    moved = translated(before, axis, lead * q, lead * u)
+    turned_too = rotated(moved, turned(axis, q), (axis,), (u,))
+    return replace(
+        turned_too,
+        linear=(*turned_too.linear[:-2], scale(lead, axis)),
+        angular=(*turned_too.angular[:-2], axis),
+    )
 
 
 def turned(axis: Vec, angle: S) -> Mat:
@@ -100,20 +108,13 @@ def quaternion_rotation(q: Sequence[S]) -> Mat:
     )
 
 
-@singledispatch
-def rates(joint: Joint, q: Sequence[S], u: Sequence[S]) -> tuple[S, ...]:
-    """Return qdot = N(q) u of a joint."""
-    return tuple(u)
-
-
-@rates.register
-def _(joint: Spherical, q: Sequence[S], u: Sequence[S]) -> tuple[S, ...]:
-    """qdot = q * (0, omega) / 2 with omega in the child's axes (Wittenburg, section 2.1; Diebel 2006)."""
-    w, x, y, z = q
-    a, b, c = u
+def quaternion_rates(q: Sequence[S], w: Sequence[S]) -> tuple[S, ...]:
+    """Return qdot = q * (0, omega) / 2 with omega in the turned axes (Diebel 2006, Representing Attitude)."""
+    q0, x, y, z = q
+    a, b, c = w
     return (
         -(x * a + y * b + z * c) / 2,
-        (w * a + y * c - z * b) / 2,
-        (w * b + z * a - x * c) / 2,
-        (w * c + x * b - y * a) / 2,
+        (q0 * a + y * c - z * b) / 2,
+        (q0 * b + z * a - x * c) / 2,
+        (q0 * c + x * b - y * a) / 2,
     )

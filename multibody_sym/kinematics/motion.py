@@ -5,8 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from multibody_sym.kinematics.joints import motion as joint_motion
-from multibody_sym.kinematics.joints import rates
+from multibody_sym.kinematics.joints import (
+    JointMotion,
+    quaternion_rates,
+    quaternion_rotation,
+    rotated,
+    screwed,
+    translated,
+    turned,
+)
 from multibody_sym.kinematics.state import State
 from multibody_sym.kinematics.vectors import (
     UNIT_MATRIX,
@@ -117,17 +124,33 @@ def _relative(
     """Return R_PB, p_PB, B's partial velocities relative to P in B's axes, and the relative accelerations' bias."""
     R_PF, p_PF = pose(state, body.frame_on_parent)
     R_BM, p_BM = pose(state, body.frame_on_body)
-    joint = joint_motion(body.joint, _triple(state, body.axis), [state.q[k] for k in body.q], u)
+    joint = _joint_motion(body, u, state)
     R_PB = product(product(R_PF, joint.rotation), transpose(R_BM))
     p_PB = subtract(add(p_PF, apply(R_PF, joint.position)), apply(R_PB, p_BM))
     angular = tuple(apply(R_BM, w) for w in joint.angular)
     linear = tuple(
         subtract(apply(R_BM, v), cross(w, p_BM)) for v, w in zip(joint.linear, angular, strict=True)
     )
-    w_rel = combination(angular, u)
+    w_rel = apply(R_BM, joint.turning)
     angular_bias = apply(R_BM, joint.angular_bias)
     offset = add(cross(angular_bias, p_BM), cross(w_rel, cross(w_rel, p_BM)))
     return R_PB, p_PB, linear, angular, (subtract(apply(R_BM, joint.linear_bias), offset), angular_bias)
+
+
+def _joint_motion(body: TreeBody, u: Sequence[S], state: State) -> JointMotion:
+    moved = JointMotion()
+    for step, k, rate in zip(body.steps, body.q, u, strict=False):
+        axis, q = _triple(state, step.axis), state.q[k]
+        if step.kind == "translate":
+            moved = translated(moved, axis, q, rate)
+        elif step.kind == "rotate":
+            moved = rotated(moved, turned(axis, q), (axis,), (rate,))
+        else:
+            moved = screwed(moved, axis, state.values([step.lead])[0], q, rate)
+    if body.ball:
+        rotation = quaternion_rotation([state.q[k] for k in body.quaternion])
+        moved = rotated(moved, rotation, UNIT_MATRIX, u[-3:])
+    return moved
 
 
 def accelerations(motion: Motion, udot: Sequence[S], base: Vec = ZERO_VECTOR) -> list[tuple[Vec, Vec]]:
@@ -151,8 +174,16 @@ def coordinate_rates(mechanism: Mechanism, q: Sequence[S], u: Sequence[S]) -> li
     """Return qdot = N(q) u of the whole mechanism."""
     qdot: list[S] = []
     for body in mechanism.bodies:
-        qdot.extend(rates(body.joint, [q[k] for k in body.q], [u[k] for k in body.u]))
+        qdot.extend(joint_rates(body, q, u))
     return qdot
+
+
+def joint_rates(body: TreeBody, q: Sequence[S], u: Sequence[S]) -> list[S]:
+    """Return the part of qdot = N(q) u that belongs to the joint of `body`; q and u are those of the mechanism."""
+    rates = [u[k] for k in body.u[: len(body.steps)]]
+    if body.ball:
+        rates += quaternion_rates([q[k] for k in body.quaternion], [u[k] for k in body.u[-3:]])
+    return rates
 
 
 def pose(state: State, declared: Pose) -> tuple[Mat, Vec]:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from multibody_sym.errors import ModelError
-from multibody_sym.model.elements import JOINTS, Body
+from multibody_sym.model.elements import Body
+from multibody_sym.model.joints import JOINTS
 from multibody_sym.model.slots import Count, Element, Record, Text, at, described, fields_tree, from_fields, holds
 from multibody_sym.model.system import System
 

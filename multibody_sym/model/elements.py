@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Final
+from typing import Any, Final
 
 from multibody_sym.errors import ModelError
 from multibody_sym.expressions.parser import parse_scalar
@@ -220,132 +220,6 @@ class Body(Element):
                 raise ModelError(f"{name!r} is both a point and a frame")
 
 
-# --- joints --------------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Initial(Element):
-    """The state of a joint at t = 0; `known` coordinates are held when closed loops are assembled."""
-
-    q: tuple[Node, ...] | None = holds(Scalars(), None)
-    u: tuple[Node, ...] | None = holds(Scalars(), None)
-    known: bool = holds(Flag(), False)
-
-
-@dataclass(frozen=True)
-class Joint(Element):
-    """A joint from a body, point or frame of the parent to one of the child; both coincide at zero coordinates."""
-
-    kind: ClassVar[str]
-    coordinate_suffixes: ClassVar[tuple[str, ...]]
-    coordinate_units: ClassVar[tuple[str, ...]]
-    speed_suffixes: ClassVar[tuple[str, ...]]
-    speed_units: ClassVar[tuple[str, ...]]
-
-    parent: str = holds(Text())
-    child: str = holds(Text())
-
-    @property
-    def coordinates(self) -> int:
-        """The number of coordinates."""
-        return len(self.coordinate_suffixes)
-
-    @property
-    def speeds(self) -> int:
-        """The number of speeds, which is the joint's freedom."""
-        return len(self.speed_suffixes)
-
-    @property
-    def holonomic_speeds(self) -> bool:
-        """Whether the speeds are the rates of the coordinates (N = 1)."""
-        return self.coordinate_suffixes == self.speed_suffixes
-
-    def zero_coordinates(self) -> tuple[int, ...]:
-        """Return the coordinates at which both frames coincide."""
-        return (0,) * self.coordinates
-
-
-@dataclass(frozen=True)
-class MovingJoint(Joint):
-    """A joint with freedom: names and initial values of its coordinates."""
-
-    q: tuple[str, ...] | None = holds(ListOf(Text(), least=1), None)
-    initial: Initial | None = holds(Record(Initial), None)
-    label: str | None = holds(Text(), None)
-
-    def verify(self) -> None:
-        if self.q is not None and len(self.q) != self.coordinates:
-            raise ModelError(f"a {self.kind} joint has {self.coordinates} coordinates, q names {len(self.q)}")
-        if self.initial is None:
-            return
-        for name, wanted in (("q", self.coordinates), ("u", self.speeds)):
-            given = getattr(self.initial, name)
-            if given is not None and len(given) != wanted:
-                with at("initial", name):
-                    raise ModelError(f"a {self.kind} joint needs {wanted} initial values here, got {len(given)}")
-
-
-@dataclass(frozen=True)
-class Revolute(MovingJoint):
-    """A hinge: rotation by q about `axis` (components in the parent's attachment frame)."""
-
-    kind: ClassVar[str] = "revolute"
-    coordinate_suffixes: ClassVar[tuple[str, ...]] = ("",)
-    coordinate_units: ClassVar[tuple[str, ...]] = ("rad",)
-    speed_suffixes: ClassVar[tuple[str, ...]] = ("",)
-    speed_units: ClassVar[tuple[str, ...]] = ("rad/s",)
-    axis: Point = holds(Direction(), "z")
-
-
-@dataclass(frozen=True)
-class Prismatic(MovingJoint):
-    """A slider: translation by q along `axis` (components in the parent's attachment frame)."""
-
-    kind: ClassVar[str] = "prismatic"
-    coordinate_suffixes: ClassVar[tuple[str, ...]] = ("",)
-    coordinate_units: ClassVar[tuple[str, ...]] = ("m",)
-    speed_suffixes: ClassVar[tuple[str, ...]] = ("",)
-    speed_units: ClassVar[tuple[str, ...]] = ("m/s",)
-    axis: Point = holds(Direction(), "x")
-
-
-@dataclass(frozen=True)
-class Planar(MovingJoint):
-    """Motion in the x-y plane of the parent's attachment frame: x, y along its axes, then rotation theta about z."""
-
-    kind: ClassVar[str] = "planar"
-    coordinate_suffixes: ClassVar[tuple[str, ...]] = ("_x", "_y", "_theta")
-    coordinate_units: ClassVar[tuple[str, ...]] = ("m", "m", "rad")
-    speed_suffixes: ClassVar[tuple[str, ...]] = ("_x", "_y", "_theta")
-    speed_units: ClassVar[tuple[str, ...]] = ("m/s", "m/s", "rad/s")
-
-
-@dataclass(frozen=True)
-class Spherical(MovingJoint):
-    """A ball joint: unit quaternion (w first) as coordinates, angular velocity in the child's axes as speeds."""
-
-    kind: ClassVar[str] = "spherical"
-    coordinate_suffixes: ClassVar[tuple[str, ...]] = ("_qw", "_qx", "_qy", "_qz")
-    coordinate_units: ClassVar[tuple[str, ...]] = ("", "", "", "")
-    speed_suffixes: ClassVar[tuple[str, ...]] = ("_wx", "_wy", "_wz")
-    speed_units: ClassVar[tuple[str, ...]] = ("rad/s", "rad/s", "rad/s")
-
-    def zero_coordinates(self) -> tuple[int, ...]:
-        return (1, 0, 0, 0)
-
-
-@dataclass(frozen=True)
-class Fixed(Joint):
-    """A weld: no freedom."""
-
-    kind: ClassVar[str] = "fixed"
-    coordinate_suffixes: ClassVar[tuple[str, ...]] = ()
-    coordinate_units: ClassVar[tuple[str, ...]] = ()
-    speed_suffixes: ClassVar[tuple[str, ...]] = ()
-    speed_units: ClassVar[tuple[str, ...]] = ()
-    label: str | None = holds(Text(), None)
-
-
 # --- forces --------------------------------------------------------------------------------------------------------
 
 
@@ -558,17 +432,6 @@ class Settings(Element):
     constraints: Stabilisation | None = holds(Record(Stabilisation), None)
 
 
-JOINTS: Final = OneOf(
-    {cls.kind: cls for cls in (Revolute, Prismatic, Planar, Spherical, Fixed)},
-    {
-        "hinge": "revolute",
-        "pin": "revolute",
-        "continuous": "revolute",
-        "slider": "prismatic",
-        "ball": "spherical",
-        "weld": "fixed",
-    },
-)
 FORCES: Final = OneOf(
     {"force": Force, "torque": Torque, "spring_damper": SpringDamper, "damper": Damper}, {"spring": "spring_damper"}
 )

@@ -11,7 +11,8 @@ from typing import Final
 
 from multibody_sym.errors import ModelError
 from multibody_sym.model.bodies import GROUND, Mass, Pose
-from multibody_sym.model.elements import Joint, Point
+from multibody_sym.model.elements import Point
+from multibody_sym.model.joints import Step
 from multibody_sym.model.slots import suggestion
 from multibody_sym.scalars.node import Node, slot
 
@@ -56,19 +57,25 @@ class Marker:
 class TreeBody:
     """A body and the joint that carries it: frame F on the parent, frame M on the body, coinciding at zero coordinates.
 
-    `q` and `u` are the positions of the joint's coordinates and speeds in those of the mechanism.
+    The joint moves by `steps` (unit axes), then freely about M's origin if it is a `ball`. `q` and `u` are the places of
+    its coordinates and speeds among those of the mechanism.
     """
 
     name: str
     parent: int
     joint_name: str
-    joint: Joint
-    axis: Point
+    steps: tuple[Step, ...]
+    ball: bool
     frame_on_parent: Pose
     frame_on_body: Pose
     mass: Mass
     q: tuple[int, ...]
     u: tuple[int, ...]
+
+    @property
+    def quaternion(self) -> tuple[int, ...]:
+        """The positions of the unit quaternion, if there is one, in the mechanism's coordinates."""
+        return self.q[-4:] if self.ball else ()
 
 
 # --- loads ---------------------------------------------------------------------------------------------------------

@@ -16,12 +16,11 @@ from multibody_sym.model.elements import (
     Distance,
     Expression,
     Force,
-    Joint,
-    MovingJoint,
     Rope,
     SpringDamper,
     Torque,
 )
+from multibody_sym.model.joints import Joint, MovingJoint
 from multibody_sym.model.mechanism import (
     COMPONENTS,
     TIME,
@@ -178,7 +177,7 @@ def _coordinate_names(name: str, joint: Joint) -> tuple[str, ...]:
 def _coordinates(name: str, joint: Joint) -> list[Coordinate]:
     initial = joint.initial if isinstance(joint, MovingJoint) else None
     values = initial.q if initial and initial.q else None
-    start = values or tuple(as_node(x) for x in joint.zero_coordinates())
+    start = values or tuple(as_node(x) for x in joint.zero_coordinates)
     names = _coordinate_names(name, joint)
     known = bool(initial and initial.known)
     return [
@@ -190,11 +189,10 @@ def _coordinates(name: str, joint: Joint) -> list[Coordinate]:
 def _speeds(name: str, joint: Joint) -> list[Speed]:
     initial = joint.initial if isinstance(joint, MovingJoint) else None
     values = initial.u if initial and initial.u else None
-    start = values or (ZERO,) * joint.speeds
-    if joint.holonomic_speeds:
-        names = tuple(f"u_{q}" for q in _coordinate_names(name, joint))
-    else:
-        names = tuple(name + suffix for suffix in joint.speed_suffixes)
+    suffixes = joint.speed_suffixes
+    start = values or (ZERO,) * len(suffixes)
+    coordinates = _coordinate_names(name, joint)
+    names = [f"u_{coordinates[k]}" if suffix is None else name + suffix for k, suffix in enumerate(suffixes)]
     return [
         Speed(u, name, unit, value, values is not None)
         for u, unit, value in zip(names, joint.speed_units, start, strict=True)
@@ -365,11 +363,13 @@ class _Resolver:
                 on_parent = self.marker(joint.parent)
             with at("joints", name, "child"):
                 on_body = self.marker(joint.child)
-            axis = unit_vector(getattr(joint, "axis", (ZERO, ZERO, ONE)))
+            steps = tuple(replace(step, axis=unit_vector(step.axis)) for step in joint.steps)
             mass = mass_of(self.system.bodies[child])
-            nq, nu = tuple(range(q, q + joint.coordinates)), tuple(range(u, u + joint.speeds))
-            made.append(TreeBody(child, on_parent.body, name, joint, axis, on_parent.pose, on_body.pose, mass, nq, nu))
-            q, u = q + joint.coordinates, u + joint.speeds
+            nq, nu = len(joint.coordinate_units), len(joint.speed_units)
+            numbers = tuple(range(q, q + nq)), tuple(range(u, u + nu))
+            ends = on_parent.pose, on_body.pose
+            made.append(TreeBody(child, on_parent.body, name, steps, joint.ball, *ends, mass, *numbers))
+            q, u = q + nq, u + nu
         return tuple(made)
 
     def pair(self, references: tuple[str, ...]) -> tuple[Marker, Marker]:

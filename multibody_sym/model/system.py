@@ -11,17 +11,16 @@ from multibody_sym.errors import ModelError
 from multibody_sym.model.elements import (
     CONSTRAINTS,
     FORCES,
-    JOINTS,
     Ask,
     AskSlot,
     Body,
-    Joint,
     Parameter,
     ParameterSlot,
     Point,
     Pulley,
     Settings,
 )
+from multibody_sym.model.joints import JOINTS, Joint
 from multibody_sym.model.slots import Element, MapOf, Names, Record, Scalar, Text, Vector, at, holds, slots_of, unit_of
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, leaves, symbol, symbol_with
