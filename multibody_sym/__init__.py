@@ -1,0 +1,99 @@
+"""Equations of motion of multibody systems: `import multibody_sym as mbs`; names are imported on first use."""
+
+TYPE_CHECKING = False  # as in typing, without importing it
+if TYPE_CHECKING:
+    from multibody_sym.errors import ExpressionError as ExpressionError
+    from multibody_sym.errors import InputError as InputError
+    from multibody_sym.errors import ModelError as ModelError
+    from multibody_sym.errors import MultibodyError as MultibodyError
+    from multibody_sym.errors import NoSolutionError as NoSolutionError
+    from multibody_sym.errors import OutputError as OutputError
+    from multibody_sym.errors import RunError as RunError
+    from multibody_sym.formats.reader import load as load
+    from multibody_sym.formats.reader import loads as loads
+    from multibody_sym.formats.writer import dump as dump
+    from multibody_sym.formats.writer import dumps as dumps
+    from multibody_sym.model.elements import Ask as Ask
+    from multibody_sym.model.elements import Baumgarte as Baumgarte
+    from multibody_sym.model.elements import Body as Body
+    from multibody_sym.model.elements import Damper as Damper
+    from multibody_sym.model.elements import Distance as Distance
+    from multibody_sym.model.elements import Expression as Expression
+    from multibody_sym.model.elements import Fixed as Fixed
+    from multibody_sym.model.elements import Force as Force
+    from multibody_sym.model.elements import Frame as Frame
+    from multibody_sym.model.elements import Initial as Initial
+    from multibody_sym.model.elements import Parameter as Parameter
+    from multibody_sym.model.elements import Planar as Planar
+    from multibody_sym.model.elements import Prismatic as Prismatic
+    from multibody_sym.model.elements import Pulley as Pulley
+    from multibody_sym.model.elements import Revolute as Revolute
+    from multibody_sym.model.elements import Rope as Rope
+    from multibody_sym.model.elements import Settings as Settings
+    from multibody_sym.model.elements import Shape as Shape
+    from multibody_sym.model.elements import Spherical as Spherical
+    from multibody_sym.model.elements import SpringDamper as SpringDamper
+    from multibody_sym.model.elements import Stabilisation as Stabilisation
+    from multibody_sym.model.elements import Torque as Torque
+    from multibody_sym.model.elements import Turn as Turn
+    from multibody_sym.model.resolve import mechanism as mechanism
+    from multibody_sym.model.system import System as System
+    from multibody_sym.model.system import parameters as parameters
+    from multibody_sym.model.system import variable as variable
+    from multibody_sym.scalars.functions import absolute as absolute
+    from multibody_sym.scalars.functions import acos as acos
+    from multibody_sym.scalars.functions import asin as asin
+    from multibody_sym.scalars.functions import atan as atan
+    from multibody_sym.scalars.functions import atan2 as atan2
+    from multibody_sym.scalars.functions import cos as cos
+    from multibody_sym.scalars.functions import exp as exp
+    from multibody_sym.scalars.functions import log as log
+    from multibody_sym.scalars.functions import maximum as maximum
+    from multibody_sym.scalars.functions import minimum as minimum
+    from multibody_sym.scalars.functions import pi as pi
+    from multibody_sym.scalars.functions import sign as sign
+    from multibody_sym.scalars.functions import sin as sin
+    from multibody_sym.scalars.functions import sqrt as sqrt
+    from multibody_sym.scalars.functions import tan as tan
+    from multibody_sym.scalars.functions import where as where
+    from multibody_sym.simulation.export import export as export
+    from multibody_sym.simulation.right_side import compile as compile
+    from multibody_sym.simulation.right_side import state_derivative as state_derivative
+    from multibody_sym.simulation.simulate import simulate as simulate
+    from multibody_sym.simulation.trajectory import Trajectory as Trajectory
+
+_NAMES = {
+    "errors": "ExpressionError InputError ModelError MultibodyError NoSolutionError OutputError RunError",
+    "formats.reader": "load loads",
+    "formats.writer": "dump dumps",
+    "model.elements": "Ask Baumgarte Body Damper Distance Expression Fixed Force Frame Initial Parameter Planar "
+    "Prismatic Pulley Revolute Rope Settings Shape Spherical SpringDamper Stabilisation Torque Turn",
+    "model.resolve": "mechanism",
+    "model.system": "System parameters variable",
+    "scalars.functions": "absolute acos asin atan atan2 cos exp log maximum minimum pi sign sin sqrt tan where",
+    "simulation.export": "export",
+    "simulation.right_side": "compile state_derivative",
+    "simulation.simulate": "simulate",
+    "simulation.trajectory": "Trajectory",
+}
+_MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}
+
+__all__ = sorted(_MODULES)  # noqa: PLE0605
+
+
+def __getattr__(name: str) -> object:
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("multibody-sym")
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    value = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_MODULES})

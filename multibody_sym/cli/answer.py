@@ -1,0 +1,16 @@
+"""What a command gives: an object for programs, text for people, and the code that the process ends with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Answer:
+    """`--json` prints `json` on standard output and `text` on standard error; without it `text` is the output."""
+
+    json: Mapping[str, Any]
+    text: str
+    exit_code: int = 0

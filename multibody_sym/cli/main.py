@@ -1,0 +1,131 @@
+"""From the words of a command line to its output and exit code; nothing that a user does wrong ends in a traceback."""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+import warnings
+from collections.abc import Sequence
+from typing import Any, Final, TextIO, cast
+
+from multibody_sym.cli.answer import Answer
+from multibody_sym.cli.options import Shown, parsed
+from multibody_sym.errors import MultibodyError, OutputError
+
+DEBUG: Final = "MULTIBODY_SYM_DEBUG"
+INTERRUPTED: Final = 130
+INTERNAL: Final = 70
+NO_MEMORY: Final = 4
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code.
+
+    0 done; 2 the input is wrong; 3 no solution, a failed run or a disagreement; 4 output, compiler, memory;
+    70 a defect of the toolkit; 130 Ctrl-C.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    answer = _guarded(words)
+    try:
+        _print(answer, as_json="--json" in words)
+    except BrokenPipeError:  # whoever read the output has seen enough
+        _silence(sys.stdout)
+    except OSError as problem:
+        _silence(sys.stdout)
+        _say(f"error: the output cannot be written: {problem.strerror}")
+        return OutputError.exit_code
+    return answer.exit_code
+
+
+def _guarded(words: Sequence[str]) -> Answer:
+    try:
+        return _run(words)
+    except Shown as shown:
+        return Answer({"text": shown.text}, shown.text)
+    except MultibodyError as error:
+        return Answer(error.as_json(), f"error: {error}", error.exit_code)
+    except KeyboardInterrupt:
+        return _failure("interrupted", "interrupted", INTERRUPTED)
+    except MemoryError:
+        return _failure("memory", "there is not enough memory for this", NO_MEMORY)
+    except Exception as error:
+        if os.environ.get(DEBUG):
+            raise
+        what = f"{type(error).__name__}: {error}".splitlines()[0]
+        advice = f"this is a defect of multibody-sym, please report it; {DEBUG}=1 shows where it happened"
+        return _failure("internal", f"{what} ({advice})", INTERNAL)
+
+
+def _run(words: Sequence[str]) -> Answer:
+    options = parsed(words)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        warnings.showwarning = cast(Any, _show_notice)
+        answer: Answer = options.run(options)
+        return answer
+
+
+def _failure(code: str, message: str, exit_code: int) -> Answer:
+    where = {"file": None, "line": None, "column": None, "path": ""}
+    error = {"error": {"code": code, "message": message, "where": where}}
+    return Answer(error, message if code == "interrupted" else f"error: {message}", exit_code)
+
+
+def _show_notice(message: Warning | str, category: type[Warning], *_place: Any, **_options: Any) -> None:
+    """Print the toolkit's own notices as a line; the user of a command can do nothing about other libraries' warnings."""
+    if category.__module__.startswith("multibody_sym."):
+        _say(f"note: {message}")
+
+
+def _print(answer: Answer, *, as_json: bool) -> None:
+    failed = "error" in answer.json
+    if as_json:
+        if answer.text:
+            _say(answer.text)
+        _write(sys.stdout, _json_text(answer.json))
+    elif failed:
+        _say(answer.text)
+    elif answer.text:
+        _write(sys.stdout, answer.text)
+
+
+def _write(stream: TextIO | None, text: str) -> None:
+    if stream is not None:
+        stream.write(text.rstrip("\n") + "\n")
+        stream.flush()
+
+
+def _say(text: str) -> None:
+    """Print a line on standard error, if anybody listens."""
+    try:
+        _write(sys.stderr, text)
+    except OSError:
+        _silence(sys.stderr)
+
+
+def _silence(stream: TextIO | None) -> None:
+    """Let what is left in a stream's buffer go nowhere when the interpreter closes it."""
+    if stream is not None:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def _json_text(value: Any) -> str:
+    import json
+
+    try:
+        return json.dumps(value, allow_nan=False)
+    except ValueError:
+        return json.dumps(_finite(value), allow_nan=False)
+
+
+def _finite(value: Any) -> Any:
+    """Return the value with None where it is not a finite number."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {key: _finite(x) for key, x in value.items()}
+    return [_finite(x) for x in value] if isinstance(value, (list, tuple)) else value

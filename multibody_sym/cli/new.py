@@ -1,0 +1,68 @@
+"""`new`: write a commented model file to start from, one of the shipped examples."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Final
+
+from multibody_sym.cli.answer import Answer
+from multibody_sym.errors import InputError, OutputError, Where
+
+HELP: Final = "write a model file to start from, any of the shipped examples"
+STARTER: Final = "pendulum"
+_PACKAGE: Final = Path(__file__).parent.parent
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of the command."""
+    parser.add_argument("name", metavar="NAME", nargs="?", default=STARTER, help=f"an example; default: {STARTER}")
+    parser.add_argument("--list", action="store_true", help="list the examples")
+    parser.add_argument("-o", "--output", metavar="FILE", help="the file to write; default: NAME.yaml")
+
+
+def run(options: argparse.Namespace) -> Answer:
+    """List the examples, or write one; an existing file is never replaced."""
+    examples = {path.stem: path for path in sorted(_folder().rglob("*.yaml"))}
+    if options.list:
+        titles = {name: _title(path) for name, path in examples.items()}
+        width = max(map(len, titles), default=0)
+        return Answer({"examples": titles}, "\n".join(f"{name:{width}}  {title}" for name, title in titles.items()))
+    name = options.name
+    if name not in examples:
+        raise InputError(f"there is no example {name!r}{_nearest(name, list(examples))}; `new --list` shows all")
+    target = options.output or f"{name}.yaml"
+    _write_new(target, examples[name].read_bytes())
+    return Answer({"file": target, "example": name}, f"wrote {target}; next: multibody-sym simulate {target} --plot")
+
+
+def _folder() -> Path:
+    """Return the examples of the installed package, or of the checkout."""
+    inside = _PACKAGE / "examples"
+    return inside if inside.is_dir() else _PACKAGE.parent / "examples"
+
+
+def _title(path: Path) -> str:
+    """Return the comment in the first line of an example."""
+    with path.open(encoding="utf-8") as file:
+        return file.readline().removeprefix("#").strip()
+
+
+def _nearest(name: str, known: list[str]) -> str:
+    from difflib import get_close_matches
+
+    near = get_close_matches(name, known, n=1)
+    return f"; did you mean {near[0]}?" if near else ""
+
+
+def _write_new(target: str, content: bytes) -> None:
+    try:
+        with open(target, "xb") as file:
+            file.write(content)
+            file.flush()
+    except FileExistsError:
+        raise InputError("this file exists already; choose another one with -o", where=Where(file=target)) from None
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or str(problem)
+        raise OutputError(f"the file cannot be written: {reason}", where=Where(file=target)) from None
+

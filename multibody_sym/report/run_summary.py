@@ -1,0 +1,57 @@
+"""What a run came to, in a few lines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+from multibody_sym.simulation.samples import mechanism_units
+from multibody_sym.simulation.trajectory import Trajectory
+
+_MOST: Final = 20
+
+
+def run_summary(run: Trajectory) -> str:
+    """Return how the run was done, where it ended, and how well energy and constraints were kept."""
+    return "\n".join([_headline(run), *_end(run), *_energy(run), *_constraints(run)])
+
+
+def _headline(run: Trajectory) -> str:
+    problem, taken, ready = run.problem, run.integration.statistics, run.ready
+    accuracy = f"step {problem.step:g} s" if problem.step else f"rtol {problem.rtol:g}, atol {problem.atol:g}"
+    code = {"c": "C", "python": "Python"}[ready.compiled.backend]
+    done = "interrupted" if run.interrupted else "done"
+    return (
+        f"{ready.mechanism.name}: {done} at t = {run.t_final:g} s of {problem.t_end:g} s, {len(run)} samples\n"
+        f"{problem.method.name} ({accuracy}), {ready.formalism} in {code}: {taken.steps} steps, "
+        f"{taken.rejected} rejected, {taken.evaluations} evaluations"
+    )
+
+
+def _end(run: Trajectory) -> list[str]:
+    mechanism = run.ready.mechanism
+    units = mechanism_units(mechanism)
+    values: Mapping[str, float] = {**run.final["coordinates"], **run.final["speeds"]}
+    width = max(map(len, values), default=0)
+    lines = [f"  {name:{width}} {value: .10g} {units[name]}".rstrip() for name, value in values.items()]
+    more = [f"  ... {len(lines) - _MOST} more"] if len(lines) > _MOST else []
+    return [f"at t = {run.t_final:g} s:", *lines[:_MOST], *more]
+
+
+def _energy(run: Trajectory) -> list[str]:
+    if len(run) == 0:
+        return []
+    return [f"total energy {run.energy[0]:.6g} J at the start; it changed by at most {run.drift['energy']:.2g} J"]
+
+
+def _constraints(run: Trajectory) -> list[str]:
+    drift, lines = run.drift, []
+    if run.ready.mechanism.rows:
+        how = "projection after each step" if run.problem.project else "nothing"
+        if run.baumgarte is not None and any(run.baumgarte.values()):
+            how = "Baumgarte with alpha = {alpha:.4g}/s, beta = {beta:.4g}/s".format(**run.baumgarte)
+        reached = f"|phi| <= {drift['position']:.2g}, |phidot| <= {drift['velocity']:.2g}"
+        lines.append(f"constraints kept by {how}: {reached}")
+    if drift["quaternion"]:
+        lines.append(f"quaternions were within {drift['quaternion']:.2g} of unit length when they were normalised")
+    return lines

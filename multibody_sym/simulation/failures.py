@@ -1,0 +1,52 @@
+"""Why a run ended early, in the names of the model."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from multibody_sym.errors import RunError
+from multibody_sym.integrators.reference import Status
+from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.runtime.problem import RunFailure
+
+if TYPE_CHECKING:
+    from multibody_sym.simulation.trajectory import Trajectory
+
+
+class FailedRunError(RunError):
+    """A run that could not go on; `trajectory` holds what it had computed."""
+
+    def __init__(self, message: str, trajectory: Trajectory) -> None:
+        super().__init__(message)
+        self.trajectory = trajectory
+
+
+def failure_message(mechanism: Mechanism, failure: RunFailure) -> str:
+    """Return what happened, to which coordinate, speed or constraint, when, and what to do."""
+    when = f"at t = {failure.time:.6g} s"
+    what = _component(mechanism, failure)
+    if failure.status is Status.NOT_FINITE:
+        return f"{what} {when}: a force or an expression has no finite value there, or the motion grows without bound"
+    if failure.status is Status.STEP_UNDERFLOW:
+        return f"the step became too small {when}, on account of {what}: the motion has a jump or a singularity there"
+    if failure.status is Status.STEP_LIMIT:
+        return f"the run took its largest number of steps {when}; ask for less accuracy or a shorter time"
+    if failure.status is Status.CONTRADICTION:
+        rows = ", ".join(row.name for row in mechanism.rows)
+        return f"the constraints contradict each other {when}: no acceleration satisfies all of {rows}"
+    assert failure.status is Status.NOT_CLOSED
+    return f"constraint {what} cannot be satisfied {when}: the mechanism comes to a position that it cannot pass"
+
+
+def _component(mechanism: Mechanism, failure: RunFailure) -> str:
+    index = failure.component
+    if index is None:
+        return "the state"
+    if failure.status is Status.NOT_CLOSED:
+        return mechanism.rows[index].name
+    coordinates = len(mechanism.coordinates)
+    if failure.status is Status.NOT_FINITE:
+        named = mechanism.coordinates[index] if index < coordinates else mechanism.speeds[index - coordinates]
+        return f"the rate of {named.name} is no finite number"
+    named = mechanism.coordinates[index] if index < coordinates else mechanism.speeds[index - coordinates]
+    return named.name

@@ -1,0 +1,61 @@
+"""The initial value problem of a run: settings in numbers, and how its constraints are kept."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.integrators.reference import Status
+from multibody_sym.runtime.integration import integrate
+from multibody_sym.runtime.problem import Problem
+from multibody_sym.simulation.runnable import Runnable
+from multibody_sym.simulation.settings import RunSettings, run_settings
+
+_BY_FIXED_STEP: Final = 0.05
+_BY_MEAN_STEP: Final = 0.01
+
+
+def settings_of(ready: Runnable) -> RunSettings:
+    """Return the settings of a system in numbers. Raises ModelError."""
+    return run_settings(ready.system.simulation, ready.parameter_values)
+
+
+def problem_of(ready: Runnable, settings: RunSettings) -> Problem:
+    """Return the problem of a run; with rows it projects each step, or stabilises them (Baumgarte 1972) if asked."""
+    constrained = bool(ready.mechanism.rows)
+    problem = Problem(
+        compiled=ready.compiled,
+        method=settings.method,
+        t0=0.0,
+        t_end=settings.t_end,
+        q0=ready.q0,
+        u0=ready.u0,
+        parameters=ready.parameters,
+        modes=np.empty(0),
+        step=settings.step,
+        rtol=settings.rtol,
+        atol=settings.atol,
+        samples=settings.samples,
+        project=constrained and settings.project,
+    )
+    if not constrained or settings.baumgarte is None:
+        return problem
+    given = (settings.baumgarte.alpha, settings.baumgarte.beta)
+    alpha, beta = (_own_coefficient(problem) if x is None else x for x in given)
+    return replace(problem, parameters=np.array([*ready.parameters[:-2], alpha, beta]))
+
+
+def _own_coefficient(problem: Problem) -> float:
+    """Return alpha = beta: 0.05/h for a fixed step; else 0.01/h with the mean accepted step h of a run without it.
+
+    It is a constant of the run, for tied to the current step it would shorten the step that it is chosen from.
+    """
+    if problem.step is not None:
+        return _BY_FIXED_STEP / problem.step
+    pilot = integrate(replace(problem, samples=2))
+    if pilot.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
+    mean_step = pilot.statistics.mean_step
+    return _BY_MEAN_STEP / mean_step if mean_step > 0.0 else 0.0

@@ -1,0 +1,53 @@
+"""A system ready to run: resolved, its parameters in numbers, its start assembled, its Programs compiled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multibody_sym.dynamics.start import start
+from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.resolve import mechanism
+from multibody_sym.model.system import System
+from multibody_sym.runtime.loading import Backend, Compiled
+from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.simulation.recall import compiled, formalism_name
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Runnable:
+    """A system with its mechanism and compiled Programs; parameter vector (np,) and start q0 (nq,), u0 (nu,)."""
+
+    system: System
+    mechanism: Mechanism
+    formalism: str
+    compiled: Compiled
+    parameters: Floats
+    q0: Floats
+    u0: Floats
+
+    @property
+    def parameter_values(self) -> dict[Node, float]:
+        """The value of each parameter's symbol."""
+        entries = zip(self.mechanism.parameters, self.parameters.tolist(), strict=True)
+        return {symbol(entry.name): value for entry, value in entries}
+
+
+def runnable(
+    system: System, formalism: str | None = None, *, native: bool = False, backend: Backend | None = None
+) -> Runnable:
+    """Return the system ready to run by a formalism, in C or Python (`runtime.loading.load`).
+
+    Raises InputError for what the model contradicts, and NoSolutionError where no start satisfies the constraints or a
+    free direction has no inertia.
+    """
+    resolved = mechanism(system)
+    name = formalism_name(formalism, resolved)
+    begin = start(resolved)
+    programs = compiled(system, resolved, name, native=native, backend=backend)
+    parameters, q0, u0 = (np.array(values, dtype=float) for values in (begin.parameters, begin.q, begin.u))
+    return Runnable(system, resolved, name, programs, parameters, q0, u0)

@@ -1,0 +1,142 @@
+"""Samples of a motion: times, coordinates and speeds, and everything that follows from them at those times."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multibody_sym.errors import InputError, ModelError
+from multibody_sym.formats.tables import Table
+from multibody_sym.model.mechanism import COMPONENTS, Mechanism
+from multibody_sym.model.slots import suggestion
+from multibody_sym.simulation.runnable import Runnable
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Samples:
+    """A motion at times t (m,): coordinates q (m, nq) and speeds u (m, nu) of a system with `parameters` (np,).
+
+    `samples["theta"]` is a coordinate, a speed, an input or a declared output by name, (m,).
+    """
+
+    ready: Runnable
+    parameters: Floats
+    t: Floats
+    q: Floats
+    u: Floats
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __getitem__(self, name: str) -> Floats:
+        for columns in (self.coordinates, self.speeds, self.outputs, self.inputs):
+            if name in columns:
+                return columns[name]
+        known = [*self.coordinates, *self.speeds, *self.ready.mechanism.outputs, *self.ready.mechanism.inputs]
+        raise InputError(f"nothing in this run is called {name!r}{suggestion(name, known)}")
+
+    @property
+    def coordinates(self) -> Mapping[str, Floats]:
+        """Each coordinate (m,) by name."""
+        return dict(zip((c.name for c in self.ready.mechanism.coordinates), self.q.T, strict=True))
+
+    @property
+    def speeds(self) -> Mapping[str, Floats]:
+        """Each speed (m,) by name."""
+        return dict(zip((s.name for s in self.ready.mechanism.speeds), self.u.T, strict=True))
+
+    @cached_property
+    def inputs(self) -> Mapping[str, Floats]:
+        """Each input (m,) by name."""
+        return dict(zip(self.ready.mechanism.inputs, self._arguments[4].T, strict=True))
+
+    @cached_property
+    def outputs(self) -> Mapping[str, Floats]:
+        """Each declared output (m,) by name."""
+        (values,) = self._evaluated("outputs")
+        return dict(zip(self.ready.mechanism.outputs, values.T, strict=True))
+
+    @cached_property
+    def kinetic_energy(self) -> Floats:
+        """T (m,) in J."""
+        return self._energies[0]
+
+    @cached_property
+    def potential_energy(self) -> Floats:
+        """V (m,) in J: of weights and springs."""
+        return self._energies[1]
+
+    @cached_property
+    def energy(self) -> Floats:
+        """T + V (m,) in J."""
+        return self.kinetic_energy + self.potential_energy
+
+    @cached_property
+    def accelerations(self) -> Mapping[str, Floats]:
+        """The rate of each speed (m,), by the speed's name."""
+        return dict(zip((s.name for s in self.ready.mechanism.speeds), self._derivative[1].T, strict=True))
+
+    @cached_property
+    def multipliers(self) -> Mapping[str, Floats]:
+        """The multiplier of each constraint (m,) by name: a rope's or rod's tension."""
+        return dict(zip((row.name for row in self.ready.mechanism.rows), self._derivative[2].T, strict=True))
+
+    @cached_property
+    def reactions(self) -> Mapping[str, Mapping[str, Floats]]:
+        """What each joint exerts on its child: fx, fy, fz, mx, my, mz (m,), by the joint's name.
+
+        About the joint's point on the child, in the axes of the joint's frame on the parent; components along free
+        directions are those of motors and springs in the joint.
+        """
+        from multibody_sym.simulation.reactions import reaction_program
+
+        program = reaction_program(self.ready.mechanism, self.ready.compiled.backend)
+        (values,) = program.map("reactions", *self._arguments, self._derivative[1], self._derivative[2])
+        names = [body.joint_name for body in self.ready.mechanism.bodies]
+        return {name: dict(zip(COMPONENTS, values[:, k].T, strict=True)) for k, name in enumerate(names)}
+
+    def table(self) -> Table:
+        """Return time, coordinates, speeds and outputs as columns."""
+        mechanism = self.ready.mechanism
+        columns = {"t": self.t, **self.coordinates, **self.speeds}
+        for name, values in self.outputs.items():
+            columns[f"output {name}" if name in columns else name] = values
+        units = {"t": "s", **mechanism_units(mechanism)}
+        try:
+            return Table(columns, units, {"system": mechanism.name, "formalism": self.ready.formalism})
+        except ValueError as problem:
+            raise ModelError(f"the outputs cannot be columns of a table: {problem}") from None
+
+    # --- evaluated over all samples -------------------------------------------------------------------------------
+
+    @cached_property
+    def _arguments(self) -> tuple[Floats, ...]:
+        """What every Program takes: t, q, u, parameters, inputs, modes."""
+        given = (self.t, self.q, self.u, self.parameters)
+        if len(self.t) == 0:
+            return (*given, np.empty((0, len(self.ready.mechanism.inputs))), np.empty(0))
+        (inputs,) = self.ready.compiled.map("inputs", *given)
+        return (*given, inputs, np.empty(0))
+
+    @cached_property
+    def _derivative(self) -> tuple[Floats, ...]:
+        return self._evaluated("state_derivative")
+
+    @cached_property
+    def _energies(self) -> tuple[Floats, ...]:
+        return self._evaluated("energy")
+
+    def _evaluated(self, name: str) -> tuple[Floats, ...]:
+        return self.ready.compiled.map(name, *self._arguments)
+
+
+def mechanism_units(mechanism: Mechanism) -> dict[str, str]:
+    """Return the unit of each coordinate and speed by name; a quaternion's is empty."""
+    coordinates = {c.name: c.unit for c in mechanism.coordinates}
+    return {**coordinates, **{s.name: s.unit for s in mechanism.speeds}}

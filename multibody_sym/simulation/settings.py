@@ -1,0 +1,118 @@
+"""The settings of a run in numbers: expressions of the file evaluated from the parameter vector, defaults filled in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from multibody_sym.errors import ModelError
+from multibody_sym.integrators.runge_kutta import METHODS, RungeKutta
+from multibody_sym.model.elements import Baumgarte, Settings
+from multibody_sym.model.slots import at, suggestion
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import Node
+
+_RTOL: Final = 1e-9
+_ATOL_BY_RTOL: Final = 0.1
+_MOST_SAMPLES: Final = 100_000_000
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """Baumgarte's alpha and beta in 1/s; None where the run chooses them."""
+
+    alpha: float | None
+    beta: float | None
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """How a run is done: until `t_end`, with `step` fixed or by `rtol`, `atol`; `samples` evenly spaced.
+
+    `project`: each step is put back onto the constraints; `baumgarte`: they are stabilised instead.
+    """
+
+    method: RungeKutta
+    t_end: float
+    step: float | None
+    rtol: float
+    atol: float
+    samples: int
+    project: bool
+    baumgarte: Coefficients | None
+
+
+def run_settings(settings: Settings, values: Mapping[Node, float]) -> RunSettings:
+    """Return the settings in numbers, given the values of the parameters' symbols. Raises ModelError."""
+    with at("simulation"):
+        method, step = _method(settings.method), _number("step", settings.step, values)
+        rtol, atol = _tolerances(settings, values)
+        if step is not None and (settings.rtol is not None or settings.atol is not None):
+            raise ModelError("give a step or tolerances (rtol, atol), not both")
+        if step is None and method.error is None:
+            adaptive = ", ".join(name for name, m in METHODS.items() if m.error is not None)
+            raise ModelError(f"{method.name} estimates no error and needs a step; adaptive methods: {adaptive}")
+        t_end = _number("t_end", settings.t_end, values)
+        assert t_end is not None
+        samples, baumgarte = _samples(settings.samples, values), _baumgarte(settings, values)
+        unwanted = settings.constraints is not None and settings.constraints.projection is False
+        return RunSettings(method, t_end, step, rtol, atol, samples, baumgarte is None and not unwanted, baumgarte)
+
+
+def _method(name: str) -> RungeKutta:
+    with at("method"):
+        if name not in METHODS:
+            raise ModelError(f"there is no method {name!r}{suggestion(name, METHODS)}")
+        return METHODS[name]
+
+
+def _tolerances(settings: Settings, values: Mapping[Node, float]) -> tuple[float, float]:
+    rtol = _number("rtol", settings.rtol, values) or _RTOL
+    return rtol, _number("atol", settings.atol, values) or rtol * _ATOL_BY_RTOL
+
+
+def _number(name: str, node: Node | None, values: Mapping[Node, float]) -> float | None:
+    """Return the value of a setting, which must be positive and finite."""
+    if node is None:
+        return None
+    with at(name):
+        number = _value(node, values)
+        if not 0.0 < number < float("inf"):
+            raise ModelError(f"expected a positive number, got {number:g}")
+        return number
+
+
+def _value(node: Node, values: Mapping[Node, float]) -> float:
+    try:
+        return evaluate_float([node], values)[0]
+    except (ArithmeticError, ValueError) as problem:
+        raise ModelError(f"the expression has no value: {problem}") from None
+
+
+def _samples(node: Node, values: Mapping[Node, float]) -> int:
+    with at("samples"):
+        number = _value(node, values)
+        if not 2 <= number <= _MOST_SAMPLES or abs(number - round(number)) > 1e-9 * number:
+            raise ModelError(f"expected a whole number from 2 to {_MOST_SAMPLES}, got {number:g}")
+        return round(number)
+
+
+def _baumgarte(settings: Settings, values: Mapping[Node, float]) -> Coefficients | None:
+    asked = settings.constraints.baumgarte if settings.constraints else None
+    if asked is None:
+        return None
+    with at("constraints", "baumgarte"):
+        alpha, beta = (_coefficient(asked, name, values) for name in ("alpha", "beta"))
+        return Coefficients(alpha if alpha is not None else beta, beta if beta is not None else alpha)
+
+
+def _coefficient(asked: Baumgarte, name: str, values: Mapping[Node, float]) -> float | None:
+    node: Node | None = getattr(asked, name)
+    if node is None:
+        return None
+    with at(name):
+        number = _value(node, values)
+        if not 0.0 <= number < float("inf"):
+            raise ModelError(f"expected a number that is not negative, got {number:g}")
+        return number

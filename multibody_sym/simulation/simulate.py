@@ -1,0 +1,68 @@
+"""`simulate`: from a declared system to its motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from multibody_sym.integrators.reference import Status
+from multibody_sym.model.slots import at
+from multibody_sym.model.system import System
+from multibody_sym.runtime.integration import Integration, integrate
+from multibody_sym.runtime.loading import Backend
+from multibody_sym.runtime.problem import Chunk, Problem
+from multibody_sym.simulation.failures import FailedRunError, failure_message
+from multibody_sym.simulation.overrides import with_settings, with_values
+from multibody_sym.simulation.problem import problem_of, settings_of
+from multibody_sym.simulation.runnable import Runnable, runnable
+from multibody_sym.simulation.samples import Samples
+from multibody_sym.simulation.trajectory import Trajectory
+
+
+def simulate(
+    system: System,
+    *,
+    t_end: Any = None,
+    method: str | None = None,
+    step: Any = None,
+    rtol: Any = None,
+    atol: Any = None,
+    samples: Any = None,
+    constraints: Any = None,
+    parameters: Mapping[str, Any] | None = None,
+    formalism: str | None = None,
+    native: bool = False,
+    backend: Backend | None = None,
+    on_progress: Callable[[Samples, float], None] | None = None,
+) -> Trajectory:
+    """Return the motion of a system from its start at t = 0 to `t_end`.
+
+    Arguments: the keys of `simulation:` in a model file, in whose place they stand (numbers, expressions of parameters,
+    or text such as `2 s`; `constraints` also the word `projection` or `baumgarte`); `parameters`, values by name;
+    `formalism` by name, None for the cheapest; `native` and `backend` ("c", "python") as for `runtime.loading.load`;
+    `on_progress`, called about ten times a second with the samples that are new and the part of the time that is done.
+    Returns what was computed until then if Ctrl-C interrupts it.
+    Raises InputError, NoSolutionError (no start, no inertia) and FailedRunError, which holds what was computed.
+    """
+    chosen = {"baumgarte": {"baumgarte": {}}, "projection": {"projection": True}}
+    named = chosen.get(constraints, constraints) if isinstance(constraints, str) else constraints
+    settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
+    with at("parameters"):
+        valued = with_values(system, parameters)
+    asked = with_settings(valued, {**settings, "constraints": named})
+    ready = runnable(asked, formalism, native=native, backend=backend)
+    problem = problem_of(ready, settings_of(ready))
+
+    def report(chunk: Chunk) -> None:
+        if on_progress is not None:
+            new = Samples(ready, problem.parameters, chunk.t, chunk.q, chunk.u)
+            on_progress(new, chunk.time / problem.t_end)
+
+    return _trajectory(ready, problem, integrate(problem, on_chunk=report))
+
+
+def _trajectory(ready: Runnable, problem: Problem, done: Integration) -> Trajectory:
+    trajectory = Trajectory(ready, problem.parameters, done.t, done.q, done.u, problem, done)
+    if done.failure is None or done.failure.status is Status.INTERRUPTED:
+        return trajectory
+    raise FailedRunError(failure_message(ready.mechanism, done.failure), trajectory)

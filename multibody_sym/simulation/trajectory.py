@@ -1,0 +1,126 @@
+"""Trajectory: a run's samples with its end, its drift and what it took."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from multibody_sym.integrators.reference import Status
+from multibody_sym.runtime.integration import Integration
+from multibody_sym.runtime.problem import Problem
+from multibody_sym.simulation.samples import Floats, Samples
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory(Samples):
+    """The motion of a system: `samples` evenly spaced, `problem` as it was integrated, `integration` as it ended.
+
+    `run["theta"]`, `run.energy`, `run.reactions["hinge"]["fx"]`; see `Samples`.
+    """
+
+    problem: Problem
+    integration: Integration
+
+    def __repr__(self) -> str:
+        return f"<Trajectory of {self.ready.mechanism.name}: {len(self)} samples to t = {self.t_final:g} s>"
+
+    @property
+    def t_final(self) -> float:
+        """The time that the run reached."""
+        return self.integration.t_final
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C ended the run."""
+        return self.integration.status is Status.INTERRUPTED
+
+    @property
+    def events(self) -> list[dict[str, Any]]:
+        """What happened on the way: nothing, for equality constraints have no events."""
+        return []
+
+    @property
+    def final(self) -> dict[str, Any]:
+        """Time, coordinates and speeds that the run reached."""
+        mechanism, end = self.ready.mechanism, self.integration
+        return {
+            "t": end.t_final,
+            "coordinates": dict(zip((c.name for c in mechanism.coordinates), end.q_final.tolist(), strict=True)),
+            "speeds": dict(zip((s.name for s in mechanism.speeds), end.u_final.tolist(), strict=True)),
+        }
+
+    @property
+    def drift(self) -> Mapping[str, float]:
+        """How far the integrated state went astray.
+
+        `position`, `velocity`: largest |phi| and |phidot|; `quaternion`: largest deviation of a length from 1 before it
+        was normalised; `energy`: largest change of T + V in J, an error only where nothing drives or brakes the system.
+        """
+        statistics = self.integration.statistics
+        return {
+            "position": statistics.drift_position,
+            "velocity": statistics.drift_velocity,
+            "energy": _largest_change(self.energy),
+            "quaternion": statistics.quaternion_deviation,
+        }
+
+    @property
+    def statistics(self) -> dict[str, Any]:
+        """Steps, evaluations and the like, with the method and what kept the constraints."""
+        problem = self.problem
+        return {
+            **asdict(self.integration.statistics),
+            "method": problem.method.name,
+            "formalism": self.ready.formalism,
+            "backend": self.ready.compiled.backend,
+            "projection": problem.project,
+            "baumgarte": self.baumgarte,
+        }
+
+    @property
+    def baumgarte(self) -> dict[str, float] | None:
+        """Baumgarte's alpha and beta in 1/s where they stabilised the run."""
+        if not self.ready.mechanism.rows or self.problem.project:
+            return None
+        alpha, beta = self.parameters[-2:].tolist()
+        return {"alpha": alpha, "beta": beta}
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `simulate --json` prints; nan and infinity become None."""
+        columns = {"coordinates": self.coordinates, "speeds": self.speeds, "outputs": self.outputs}
+        return {
+            "t": self.t.tolist(),
+            **{kind: {name: _plain(x) for name, x in named.items()} for kind, named in columns.items()},
+            "events": self.events,
+            "final": self.final,
+            "drift": {name: x if math.isfinite(x) else None for name, x in self.drift.items()},
+            "statistics": self.statistics,
+            "interrupted": self.interrupted,
+        }
+
+    def plot(self, path: str | os.PathLike[str] | None = None) -> Any:
+        """Return a matplotlib figure of coordinates, speeds and outputs over time, written to `path` if one is given.
+
+        Raises OutputError where matplotlib is missing or the file cannot be written.
+        """
+        from multibody_sym.simulation.plot import figure_of, write_figure
+
+        figure = figure_of(self)
+        if path is not None:
+            write_figure(figure, path)
+        return figure
+
+
+def _largest_change(values: Floats) -> float:
+    return float(np.max(np.abs(values - values[0]))) if len(values) else 0.0
+
+
+def _plain(values: Floats) -> list[float | None]:
+    if np.isfinite(values).all():
+        return list(values.tolist())
+    return [x if math.isfinite(x) else None for x in values.tolist()]
