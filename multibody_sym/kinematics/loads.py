@@ -11,6 +11,7 @@ from multibody_sym.kinematics.points import position, velocity
 from multibody_sym.kinematics.vectors import ZERO_VECTOR, S, Vec, apply, apply_transposed, cross, dot, scale, subtract
 from multibody_sym.kinematics.wrenches import Wrench, Wrenches, add_force, add_pair, generalized_forces
 from multibody_sym.model.mechanism import BodyTorque, JointForce, JointSpring, Load, Marker, PointForce, PointSpring
+from multibody_sym.model.slots import at
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import Node
 
@@ -28,7 +29,8 @@ def applied(motion: Motion, loads: Iterable[Load] | None = None, *, weight: bool
     wrenches = Wrenches(len(motion.bodies))
     of_speed: list[S] = [0] * len(motion.state.u)
     for load in motion.mechanism.loads if loads is None else loads:
-        exert(load, motion, wrenches, of_speed)
+        with at("forces", load.name):
+            exert(load, motion, wrenches, of_speed)
     if weight:
         _add_weight(motion, wrenches)
     return Applied(wrenches.of_body, of_speed)

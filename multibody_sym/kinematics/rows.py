@@ -17,6 +17,7 @@ from multibody_sym.kinematics.ropes import Segment, segments
 from multibody_sym.kinematics.vectors import S, Vec, dot, scale, subtract
 from multibody_sym.kinematics.wrenches import Wrench, Wrenches, add_pair, generalized_forces
 from multibody_sym.model.mechanism import TIME, DistanceRow, ExpressionRow, Mechanism, RopeRow, Row
+from multibody_sym.model.slots import at
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import ONE, Node, slot
@@ -38,7 +39,11 @@ def row_motions(motion: Motion) -> list[RowMotion]:
     if not motion.mechanism.rows:
         return []
     bias = accelerations(motion, [0] * len(motion.state.u))
-    return [row_motion(row, motion, bias) for row in motion.mechanism.rows]
+    found = []
+    for row in motion.mechanism.rows:
+        with at("constraints", row.name):
+            found.append(row_motion(row, motion, bias))
+    return found
 
 
 @singledispatch

@@ -144,7 +144,7 @@ def _statements(order: _Order) -> tuple[Statement, ...]:
         for a in item.args:
             if a in sizes:
                 count += sizes[a]
-            elif a.op == "neg" and a not in atoms:
+            elif a.op == "neg" and a.shadow is None and a not in atoms:
                 count += 1 + sizes.get(a.args[0], 0)
                 pending.append(a)
         if uses[item] == 1 and count <= _LONGEST and item not in atoms:

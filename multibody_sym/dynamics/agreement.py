@@ -1,0 +1,80 @@
+"""Agreement: how well accelerations and multipliers of one route satisfy the equations of motion of another.
+
+Residuals are compared, not accelerations: on long chains of thin rods two good routes differ in udot by 1e-5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from multibody_sym.dynamics.dalembert import Reference, dalembert
+from multibody_sym.dynamics.equations import Formalism
+from multibody_sym.dynamics.forward_dynamics import forward_dynamics
+from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.state import State
+from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.program.solve import EPSILON
+
+Floats = npt.NDArray[np.float64]
+
+LARGEST_ON_TREES: Final = 10.0
+LARGEST_WITH_ROWS: Final = 100.0
+"""Ratios up to these are rounding; wrong equations give 1e10 and more."""
+
+
+def agreement(
+    mechanism: Mechanism, states: Iterable[State], formalisms: Mapping[str, Formalism]
+) -> dict[str, float]:
+    """Return each formalism's worst ratio over states with floats, measured with d'Alembert's principle."""
+    worst = dict.fromkeys(formalisms, 0.0)
+    for state in states:
+        reference = dalembert(motion_of(mechanism, state))
+        for name, formalism in formalisms.items():
+            found = forward_dynamics(formalism(mechanism, state))
+            worst[name] = max(worst[name], ratio(reference, found.udot, found.multipliers))
+    return worst
+
+
+def agrees(mechanism: Mechanism, ratios: Mapping[str, float]) -> bool:
+    """Return whether all ratios are those of rounding."""
+    largest = LARGEST_WITH_ROWS if mechanism.rows else LARGEST_ON_TREES
+    return all(value <= largest for value in ratios.values())
+
+
+def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Sequence[float] | Floats) -> float:
+    """Return the largest scaled residual of udot (n) and lambda (s) in a reference's equations of motion.
+
+    With D = diag(M)^(-1/2) and r = M udot - (Q - c) - H^T lambda:
+
+        |D r| / (eps n (|D M D| |udot / D| + |D Q| + |D c| + |D H^T| |lambda|)),   norms: largest row sums,
+
+    where |Q|, |c| are sums of absolute contributions; and |H_j udot - gamma_j| / (eps n (|H_j D|_1 |udot / D| +
+    |gamma_j|)) for each row. 0/0 is 0; nan is returned where anything is not finite.
+    """
+    x, multiplier = np.asarray(udot, dtype=float), np.asarray(multipliers, dtype=float)
+    equations = reference.equations
+    matrix = np.array(equations.mass_matrix, dtype=float)
+    jacobian = np.array(equations.constraint_jacobian, dtype=float).reshape(-1, len(x))
+    scale = 1.0 / np.sqrt(matrix.diagonal())
+    residual = matrix @ x - np.array(equations.forcing) - jacobian.T @ multiplier
+    size = _norm(x / scale)
+    terms = _norm(np.abs(scale[:, None] * matrix * scale).sum(axis=1)) * size
+    terms += _norm(scale * reference.absolute_applied) + _norm(scale * reference.absolute_velocity_terms)
+    terms += _norm(np.abs(scale[:, None] * jacobian.T).sum(axis=1)) * _norm(multiplier)
+    ratios = [_quotient(_norm(scale * residual), terms)]
+    for row, gamma in zip(jacobian, equations.constraint_forcing, strict=True):
+        row_size = float(np.abs(row * scale).sum()) * size + abs(gamma)
+        ratios.append(_quotient(abs(float(row @ x) - gamma), row_size))
+    return float(np.max(ratios)) / (EPSILON * len(x))
+
+
+def _norm(x: Floats) -> float:
+    return float(np.abs(x).max(initial=0.0))
+
+
+def _quotient(residual: float, size: float) -> float:
+    return 0.0 if residual == 0.0 else residual / size if size else np.inf

@@ -1,0 +1,285 @@
+"""Assembly: coordinates with phi = 0 and speeds with H u = -phi_t from declared ones, in floats.
+
+Which declared values are held is one rule for both: those marked `known`; without marks those that were given, in
+their order, as long as the rest can close; if all were given, none, and the change is the smallest in the norm of the
+mass matrix.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from multibody_sym.dynamics.block_ldl import tree_factors
+from multibody_sym.dynamics.forward_dynamics import UNDEFINED
+from multibody_sym.errors import NoSolutionError, Where
+from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
+from multibody_sym.kinematics.rows import RowMotion, row_motions
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.program.solve import solve
+
+Floats = npt.NDArray[np.float64]
+
+NEAR: Final = 1e-6
+"""Values that are all given are projected onto the rows when they miss them by less than this."""
+_CLOSED: Final = 1e-10
+_STEPS: Final = 60
+_HALVINGS: Final = 12
+_RESTARTS: Final = 8
+_LARGEST_STEP: Final = 1.0
+_SEED: Final = 1
+
+
+@dataclass(frozen=True)
+class Assembled:
+    """Coordinates or speeds that satisfy the rows; names of those held and found; the largest change of a given one."""
+
+    values: Floats
+    held: tuple[str, ...] = ()
+    found: tuple[str, ...] = ()
+    shift: float = 0.0
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Those rows of a mechanism that are to be closed, at t = 0, for given parameters."""
+
+    mechanism: Mechanism
+    parameters: Sequence[float]
+    active: Sequence[int]
+
+    def motion(self, q: Floats, u: Floats) -> Motion:
+        """Return the motion of all bodies."""
+        state = state_of(self.mechanism, float, 0.0, q.tolist(), u.tolist(), self.parameters)
+        return motion_of(self.mechanism, state)
+
+    def of(self, motion: Motion) -> list[RowMotion]:
+        """Return the active rows."""
+        rows = row_motions(motion) if self.active else []
+        return [rows[k] for k in self.active]
+
+    def at(self, q: Floats) -> tuple[Floats, Floats] | None:
+        """Return phi (s) and H (s x n) at rest, None where they have no value."""
+        try:
+            rows = self.of(self.motion(q, np.zeros(len(self.mechanism.speeds))))
+        except UNDEFINED:
+            return None
+        phi, jacobian = np.array([row.phi for row in rows], dtype=float), self.jacobian(rows)
+        return (phi, jacobian) if np.isfinite(phi).all() and np.isfinite(jacobian).all() else None
+
+    def jacobian(self, rows: Iterable[RowMotion]) -> Floats:
+        """Return H (s x n) of rows."""
+        return np.array([row.jacobian for row in rows], dtype=float).reshape(-1, len(self.mechanism.speeds))
+
+    def failure(self, what: str, residuals: Floats | None) -> NoSolutionError:
+        """Return the error that names the residuals of rows which cannot be closed."""
+        names = [self.mechanism.rows[k].name for k in self.active]
+        missed = ["no position was found at which they have a value"]
+        if residuals is not None:
+            pairs = zip(names, residuals, strict=True)
+            missed = [f"{name} misses by {abs(x):.6g}" for name, x in pairs if abs(x) > _CLOSED]
+        return NoSolutionError(f"{what}: {', '.join(missed)}", where=Where(path=("constraints",)))
+
+
+class _Item(NamedTuple):
+    """What is held or found together: a coordinate or speed, or a quaternion; its places in q or u, and its speeds."""
+
+    names: tuple[str, ...]
+    places: tuple[int, ...]
+    speeds: tuple[int, ...]
+    given: bool
+    known: bool
+
+
+Close = Callable[[Sequence[int], bool], Floats | None]
+"""Find values with these speeds free; weighted by the mass matrix or not. None where the rows do not close."""
+
+
+# --- positions -----------------------------------------------------------------------------------------------------
+
+
+def assembled_position(rows: Rows, q: Floats) -> Assembled:
+    """Return coordinates with phi = 0, from declared ones. Raises NoSolutionError with the residuals by name."""
+    if not rows.active:
+        return Assembled(q)
+    start = rows.at(q)
+    phi, jacobian = start if start is not None else (np.full(len(rows.active), math.inf), None)
+
+    def close(free: Sequence[int], weighted: bool) -> Floats | None:
+        return _closed(rows, q, free, weighted)
+
+    found = _chosen(_position_items(rows.mechanism), jacobian, phi, close)
+    if found is None:
+        raise rows.failure("the start values do not satisfy the constraints", start[0] if start is not None else None)
+    return _compared(q, *found)
+
+
+def _position_items(mechanism: Mechanism) -> list[_Item]:
+    items = []
+    for body in mechanism.bodies:
+        alone = len(body.q) == len(body.u)
+        groups = [((i,), (k,)) for i, k in zip(body.q, body.u, strict=True)] if alone else [(body.q, body.u)]
+        for places, speeds in groups:
+            declared = [mechanism.coordinates[i] for i in places]
+            if declared:
+                names = tuple(c.name for c in declared)
+                items.append(_Item(names, places, speeds, declared[0].given, declared[0].known))
+    return items
+
+
+def _closed(rows: Rows, start: Floats, free: Sequence[int], weighted: bool) -> Floats | None:
+    """Return coordinates with phi = 0 by Newton's method on the free speeds, from other guesses if the first fails."""
+    rng = np.random.default_rng(_SEED)
+    q: Floats | None = start
+    for restart in range(_RESTARTS + 1):
+        found = _newton(rows, q, free, weighted) if q is not None else None
+        if found is not None or not free:
+            return found
+        change = np.zeros(len(rows.mechanism.speeds))
+        change[list(free)] = rng.normal(size=len(free)) * (restart + 1) / _RESTARTS
+        q = _moved(rows.mechanism, start, change)
+    return None
+
+
+def _newton(rows: Rows, q: Floats, free: Sequence[int], weighted: bool) -> Floats | None:
+    here = rows.at(q)
+    for _ in range(_STEPS):
+        if here is None:
+            return None
+        phi, jacobian = here
+        closed = _is_closed(phi, jacobian, q)
+        step = _least_change(rows, q, jacobian, -phi, free, weighted)
+        step *= min(1.0, _LARGEST_STEP / max(float(np.abs(step).max(initial=0.0)), _LARGEST_STEP))
+        ahead = _line_search(rows, q, step, float(np.linalg.norm(phi)))
+        if ahead is None:
+            return q if closed else None
+        q, here = ahead
+    return None
+
+
+def _line_search(rows: Rows, q: Floats, step: Floats, size: float) -> tuple[Floats, tuple[Floats, Floats]] | None:
+    """Return the farthest of ever smaller steps that brings phi down, None where none does."""
+    for halving in range(_HALVINGS):
+        ahead = _moved(rows.mechanism, q, step / 2**halving)
+        there = rows.at(ahead)
+        if there is not None and float(np.linalg.norm(there[0])) < size:
+            return ahead, there
+    return None
+
+
+def _is_closed(phi: Floats, jacobian: Floats, values: Floats) -> bool:
+    """Return whether phi is small beside what the row makes of values of their own size."""
+    sizes = np.abs(jacobian).sum(axis=1) * max(1.0, float(np.abs(values).max(initial=0.0)))
+    return bool((np.abs(phi) <= _CLOSED * np.maximum(1.0, sizes)).all())
+
+
+def _moved(mechanism: Mechanism, q: Floats, change: Floats) -> Floats:
+    """Return q moved by a small change of the speeds' integrals, quaternions normalised."""
+    moved = q + np.array(coordinate_rates(mechanism, q.tolist(), change.tolist()), dtype=float)
+    normalize(mechanism, moved)
+    return moved
+
+
+def normalize(mechanism: Mechanism, q: Floats) -> None:
+    """Give every quaternion in q unit length. Raises NoSolutionError naming the joint of one that is zero."""
+    for body in mechanism.bodies:
+        places = list(body.quaternion)
+        if places:
+            length = float(np.linalg.norm(q[places]))
+            if length == 0.0:
+                where = Where(path=("joints", body.joint_name, "initial", "q"))
+                raise NoSolutionError("the quaternion is zero; no rotation is [1, 0, 0, 0]", where=where)
+            q[places] /= length
+
+
+# --- speeds --------------------------------------------------------------------------------------------------------
+
+
+def assembled_speeds(rows: Rows, q: Floats, u: Floats) -> Assembled:
+    """Return speeds with H u = -phi_t, from declared ones. Raises NoSolutionError with the residuals by name."""
+    if not rows.active:
+        return Assembled(u)
+    moving = rows.of(rows.motion(q, u))
+    phidot, jacobian = np.array([row.phidot for row in moving], dtype=float), rows.jacobian(moving)
+
+    def close(free: Sequence[int], weighted: bool) -> Floats | None:
+        change = _least_change(rows, q, jacobian, -phidot, free, weighted)
+        found: Floats = np.add(u, change)
+        return found if _is_closed(phidot + jacobian @ change, jacobian, u) else None
+
+    chosen = _chosen(_speed_items(rows.mechanism), jacobian, phidot, close)
+    if chosen is None:
+        raise rows.failure("the initial speeds do not satisfy the constraints", phidot)
+    return _compared(u, *chosen)
+
+
+def _speed_items(mechanism: Mechanism) -> list[_Item]:
+    known = {c.joint for c in mechanism.coordinates if c.known}
+    return [_Item((s.name,), (k,), (k,), s.given, s.given and s.joint in known) for k, s in enumerate(mechanism.speeds)]
+
+
+# --- both ----------------------------------------------------------------------------------------------------------
+
+
+def _chosen(
+    items: Sequence[_Item], jacobian: Floats | None, residual: Floats, close: Close
+) -> tuple[Floats, Sequence[_Item], Sequence[_Item]] | None:
+    """Return closed values, the items held, and those that could have moved; None where nothing closes."""
+    concerned = [item for item in items if jacobian is None or np.abs(jacobian[:, list(item.speeds)]).max() > 0]
+    given = [item for item in concerned if item.given]
+    known = [item for item in concerned if item.known]
+
+    def attempt(held: Sequence[_Item]) -> Floats | None:
+        fixed = {k for item in held for k in item.speeds}
+        free = [k for item in items for k in item.speeds if k not in fixed]
+        return close(free, not held)
+
+    if known or (given and len(given) == len(concerned)):
+        near = bool((np.abs(residual) <= NEAR).all())
+        values = attempt(known) if known or near else None
+        return None if values is None else (values, known, concerned)
+    held, values = given, attempt(given)
+    if values is None and given:
+        held, values = _held_one_by_one(given, attempt)
+    return None if values is None else (values, held, concerned)
+
+
+def _held_one_by_one(
+    given: Sequence[_Item], attempt: Callable[[Sequence[_Item]], Floats | None]
+) -> tuple[list[_Item], Floats | None]:
+    held: list[_Item] = []
+    values = attempt(held)
+    for item in given if values is not None else ():
+        trial = attempt([*held, item])
+        if trial is not None:
+            held, values = [*held, item], trial
+    return held, values
+
+
+def _compared(
+    declared: Floats, values: Floats, held: Sequence[_Item], concerned: Sequence[_Item]
+) -> Assembled:
+    found = [item for item in concerned if item not in held]
+    changes = [float(np.abs(values - declared)[list(item.places)].max()) for item in found if item.given]
+    names = [tuple(name for item in part for name in item.names) for part in (held, found)]
+    return Assembled(values, names[0], names[1], max(changes, default=0.0))
+
+
+def _least_change(
+    rows: Rows, q: Floats, jacobian: Floats, wanted: Floats, free: Sequence[int], weighted: bool
+) -> Floats:
+    """Return the smallest change of the free speeds with H change = wanted, least squares where rows are dependent."""
+    change = np.zeros(len(rows.mechanism.speeds))
+    if weighted:
+        factors = tree_factors(rows.motion(q, change))
+        matrix = np.array([factors.weighted(row) for row in jacobian.tolist()], dtype=float)
+        return np.array(factors.unweighted(solve(matrix, wanted).solution.tolist()), dtype=float)
+    if free:
+        change[list(free)] = solve(jacobian[:, list(free)], wanted).solution
+    return change

@@ -1,0 +1,126 @@
+"""d'Alembert's principle in Lagrange's form, body by body in world axes, in floats: an independent reference.
+
+The active and inertia forces of all bodies do no work on virtual displacements. Projected on the partial velocities
+J_C = dv_C/du and J_w = domega/du of each body:
+
+    M = sum m J_C^T J_C + J_w^T I J_w,   c = sum J_C^T m a_C + J_w^T (I alpha + omega x I omega)   (for udot = 0)
+
+Source: Wittenburg, Dynamics of Multibody Systems, section 5.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from multibody_sym.dynamics.equations import EquationsOfMotion, equations
+from multibody_sym.kinematics.loads import applied
+from multibody_sym.kinematics.motion import Motion, accelerations
+from multibody_sym.kinematics.rows import row_motions
+from multibody_sym.kinematics.wrenches import Wrench
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Equations of motion, and the sums of absolute contributions to Q and c (nu each)."""
+
+    equations: EquationsOfMotion
+    absolute_applied: Floats
+    absolute_velocity_terms: Floats
+
+
+@dataclass(frozen=True)
+class Partials:
+    """One body in world axes: rotation R_WB, partial velocities of its origin and of its rotation (3 x nu)."""
+
+    rotation: Floats
+    linear: Floats
+    angular: Floats
+
+    def force(self, force: Floats, moment: Floats) -> tuple[Floats, Floats]:
+        """Return the generalised forces of a wrench about the origin (world axes), and their absolute contributions."""
+        value = self.linear.T @ force + self.angular.T @ moment
+        return value, np.abs(self.linear).T @ np.abs(force) + np.abs(self.angular).T @ np.abs(moment)
+
+
+def dalembert(motion: Motion) -> Reference:
+    """Return the equations of motion at a state over floats."""
+    partials = partial_velocities(motion)
+    count = len(motion.state.u)
+    matrix = np.zeros((count, count))
+    terms, absolute_terms = np.zeros(count), np.zeros(count)
+    for index, (a, alpha) in enumerate(accelerations(motion, [0] * count)):
+        at_com, tensor = _about_com(motion, partials[index], index)
+        mass = float(motion.masses[index].mass)
+        matrix += mass * at_com.linear.T @ at_com.linear + at_com.angular.T @ tensor @ at_com.angular
+        force, moment = _inertia_force(motion, at_com.rotation, tensor, index, a, alpha)
+        value, absolute = at_com.force(force, moment)
+        terms += value
+        absolute_terms += absolute
+    forces, absolute_forces = _applied(motion, partials)
+    formed = equations(motion, matrix.tolist(), forces.tolist(), terms.tolist(), row_motions(motion))
+    return Reference(formed, absolute_forces, absolute_terms)
+
+
+def partial_velocities(motion: Motion) -> list[Partials]:
+    """Return each body's partial velocities with respect to all speeds."""
+    found: list[Partials] = []
+    count = len(motion.state.u)
+    ground = Partials(np.eye(3), np.zeros((3, count)), np.zeros((3, count)))
+    for body, moved in zip(motion.mechanism.bodies, motion.bodies, strict=True):
+        parent = found[body.parent] if body.parent >= 0 else ground
+        rotation = _array(moved.R_WB)
+        linear = parent.linear - _skew(parent.rotation @ _array(moved.p_PB)) @ parent.angular
+        angular = parent.angular.copy()
+        for k, v, w in zip(body.u, moved.linear, moved.angular, strict=True):
+            linear[:, k] += rotation @ _array(v)
+            angular[:, k] += rotation @ _array(w)
+        found.append(Partials(rotation, linear, angular))
+    return found
+
+
+def _about_com(motion: Motion, body: Partials, index: int) -> tuple[Partials, Floats]:
+    """Return a body's partial velocities at its centre of mass, and its inertia in world axes."""
+    mass, R = motion.masses[index], body.rotation
+    linear = body.linear - _skew(R @ _array(mass.com)) @ body.angular
+    return Partials(R, linear, body.angular), R @ _array(mass.inertia) @ R.T
+
+
+def _inertia_force(
+    motion: Motion, R: Floats, tensor: Floats, index: int, a: Sequence[float], alpha: Sequence[float]
+) -> tuple[Floats, Floats]:
+    """Return m a_C and I alpha + omega x I omega in world axes."""
+    spin, turning, com = R @ _array(motion.bodies[index].w_WB), R @ _array(alpha), R @ _array(motion.masses[index].com)
+    a_com = R @ _array(a) + np.cross(turning, com) + np.cross(spin, np.cross(spin, com))
+    return float(motion.masses[index].mass) * a_com, tensor @ turning + np.cross(spin, tensor @ spin)
+
+
+def _applied(motion: Motion, partials: Sequence[Partials]) -> tuple[Floats, Floats]:
+    """Return Q and its absolute contributions: each load's on each body, each weight, each drive."""
+    total, absolute = np.zeros(len(motion.state.u)), np.zeros(len(motion.state.u))
+    acting = [applied(motion, [load], weight=False) for load in motion.mechanism.loads]
+    for forces in [*acting, applied(motion, [])]:
+        drives = np.array(forces.of_speed, dtype=float)
+        total, absolute = total + drives, absolute + np.abs(drives)
+        for body, wrench in zip(partials, forces.of_body, strict=True):
+            value, part = body.force(*_in_world(body.rotation, wrench))
+            total, absolute = total + value, absolute + part
+    return total, absolute
+
+
+def _in_world(R: Floats, wrench: Wrench) -> tuple[Floats, Floats]:
+    return R @ _array(wrench[0]), R @ _array(wrench[1])
+
+
+def _array(vector: object) -> Floats:
+    return np.array(vector, dtype=float)
+
+
+def _skew(a: Floats) -> Floats:
+    x, y, z = a
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -1,0 +1,72 @@
+"""Forward dynamics in floats: accelerations and multipliers, the reference for every program.
+
+With M = G^T G: x = G udot, A = H G^-1 turns M udot = f + H^T lambda, H udot = gamma into x = G^-T f + A^T lambda,
+A x = gamma, which the rank-revealing solve answers whatever the rank of A.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from multibody_sym.dynamics.composite_body import mass_matrix
+from multibody_sym.dynamics.equations import TreeDynamics
+from multibody_sym.errors import NoSolutionError, Where
+from multibody_sym.kinematics.motion import Motion
+from multibody_sym.program.solve import EPSILON, solve
+
+Floats = npt.NDArray[np.float64]
+
+UNDEFINED: Final = (ValueError, ZeroDivisionError, OverflowError)
+"""What arithmetic on floats raises where an expression has no value."""
+_SAFETY: Final = 10
+
+
+@dataclass(frozen=True)
+class Accelerations:
+    """What forward dynamics finds: udot (nu), multipliers (ns), and the solve's report (3)."""
+
+    udot: Floats
+    multipliers: Floats
+    report: Floats
+
+
+def forward_dynamics(dynamics: TreeDynamics) -> Accelerations:
+    """Return udot and the multipliers at a state over floats.
+
+    M udot = Q - c + H^T lambda, H udot = gamma. Multipliers of dependent rows are zero.
+    """
+    if not dynamics.rows:
+        return Accelerations(np.array(dynamics.factors.solve(dynamics.forcing), dtype=float), np.zeros(0), np.zeros(3))
+    free = np.array(dynamics.factors.weighted(dynamics.forcing), dtype=float)
+    matrix = np.array([dynamics.factors.weighted(row.jacobian) for row in dynamics.rows], dtype=float)
+    found = solve(matrix, np.array(dynamics.constraint_forcing, dtype=float) - matrix @ free)
+    udot = dynamics.factors.unweighted((free + found.solution).tolist())
+    return Accelerations(np.array(udot, dtype=float), found.multipliers, found.report)
+
+
+def verify_inertia(motion: Motion) -> None:
+    """Raise NoSolutionError naming the first speed that no inertia resists (M is not positive definite)."""
+    index = speed_without_inertia(mass_matrix(motion))
+    if index is not None:
+        speed = motion.mechanism.speeds[index]
+        raise NoSolutionError(
+            f"no inertia resists the speed {speed.name}: what joint {speed.joint!r} moves has neither mass nor inertia "
+            "in that direction; give the body an inertia, or hold the direction",
+            where=Where(path=("joints", speed.joint)),
+        )
+
+
+def speed_without_inertia(matrix: Sequence[Sequence[float]]) -> int | None:
+    """Return the speed at which M = L^T D L meets a pivot that is not positive beside its own diagonal element."""
+    m = np.array(matrix, dtype=float)
+    diagonal = m.diagonal().copy()
+    for k in range(len(m) - 1, -1, -1):
+        if not m[k, k] > _SAFETY * EPSILON * len(m) * diagonal[k]:
+            return k
+        m[:k, :k] -= np.outer(m[:k, k], m[k, :k] / m[k, k])
+    return None

@@ -1,0 +1,1 @@
+"""Makes the shared modules beside it (`mechanisms`) importable from every test."""

@@ -1,0 +1,356 @@
+"""Seeded random systems and states, drawn from the tables of joints, forces and constraints that the model knows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from multibody_sym.dynamics.start import parameter_values
+from multibody_sym.kinematics.loads import applied, span
+from multibody_sym.kinematics.motion import Motion, motion_of
+from multibody_sym.kinematics.rows import row_motions
+from multibody_sym.kinematics.state import State, state_of
+from multibody_sym.model.elements import (
+    CONSTRAINTS,
+    FORCES,
+    JOINTS,
+    Body,
+    Damper,
+    Distance,
+    Expression,
+    Fixed,
+    Force,
+    Frame,
+    Initial,
+    Joint,
+    MovingJoint,
+    Parameter,
+    Planar,
+    Pulley,
+    Rope,
+    SpringDamper,
+    Torque,
+    Turn,
+)
+from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.resolve import mechanism
+from multibody_sym.model.slots import Direction, Element, OneOf, Scalar, slots_of
+from multibody_sym.model.system import System, variable
+
+Random = np.random.Generator
+UNDEFINED = (ValueError, ZeroDivisionError, OverflowError)
+"""What a state raises at which a rope or an expression has no value."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A random system with its mechanism and parameter vector."""
+
+    seed: int
+    system: System
+    mechanism: Mechanism
+    parameters: list[float]
+
+    def motion(self, t: float, q: list[float], u: list[float]) -> Motion:
+        return motion_of(self.mechanism, self.state(t, q, u))
+
+    def state(self, t: float, q: list[float], u: list[float]) -> State:
+        return state_of(self.mechanism, float, t, q, u, self.parameters)
+
+
+def random_case(seed: int, *, bodies: tuple[int, int] = (1, 12), rows: bool = False) -> Case:
+    """Return a random case; `rows` asks for at least one row, and all its rows are independent where it is tried."""
+    rng = np.random.default_rng([seed, rows])
+    while True:
+        system = _Builder(rng, int(rng.integers(bodies[0], bodies[1] + 1)), rows).system()
+        resolved = mechanism(system)
+        if resolved.speeds and (not rows or (resolved.rows and len(resolved.rows) < len(resolved.speeds))):
+            case = Case(seed, system, resolved, parameter_values(resolved, {}))
+            state = _tried_state(rng, case)
+            if state is not None and _independent(case, state):
+                return case
+
+
+def _independent(case: Case, state: tuple[float, list[float], list[float]]) -> bool:
+    jacobian = np.array([row.jacobian for row in row_motions(case.motion(*state))], dtype=float)
+    if not len(jacobian):
+        return True
+    lengths = np.linalg.norm(jacobian, axis=1, keepdims=True)
+    return bool(lengths.min() > 1e-3 and np.linalg.svd(jacobian / lengths, compute_uv=False)[-1] > 1e-3)
+
+
+def random_state(rng: Random, case: Case) -> tuple[float, list[float], list[float]]:
+    """Return t, q, u at which everything declared has a value."""
+    state = _tried_state(rng, case)
+    assert state is not None, f"seed {case.seed}: no state at which everything has a value"
+    return state
+
+
+def _tried_state(rng: Random, case: Case) -> tuple[float, list[float], list[float]] | None:
+    for _ in range(50):
+        u = _floats(rng.uniform(-2, 2, len(case.mechanism.speeds)))
+        state = float(rng.uniform(0, 3)), random_coordinates(rng, case.mechanism), u
+        try:
+            motion = case.motion(*state)
+            row_motions(motion)
+            applied(motion)
+        except UNDEFINED:
+            continue
+        if all(_apart(motion, part) for part in (*case.mechanism.loads, *case.mechanism.rows)):
+            return state
+    return None
+
+
+def _apart(motion: Motion, part: Any) -> bool:
+    """Return whether the points that a load or row joins do not coincide."""
+    return not hasattr(part, "ends") or span(motion, part.ends)[0] > 1e-3
+
+
+def random_coordinates(rng: Random, resolved: Mechanism) -> list[float]:
+    """Return coordinates: angles all round, lengths within a metre, unit quaternions."""
+    q: list[float] = []
+    for body in resolved.bodies:
+        units = body.joint.coordinate_units
+        values = rng.normal(size=len(units)) if "" in units else rng.uniform(-1, 1, len(units))
+        quaternion = np.array([unit == "" for unit in units], dtype=bool)
+        if quaternion.any():
+            values[quaternion] /= np.linalg.norm(values[quaternion])
+        values[[unit == "rad" for unit in units]] *= math.pi
+        q += _floats(values)
+    return q
+
+
+def _floats(values: Any) -> list[float]:
+    return [float(x) for x in values]
+
+
+@dataclass
+class _Builder:
+    """Draws one system; planar ones move in the x-y plane, where ropes may run over wheels."""
+
+    rng: Random
+    count: int
+    constrained: bool
+
+    def __post_init__(self) -> None:
+        self.planar = self.rng.random() < (0.5 if self.constrained else 0.25)
+        self.names = [f"b{k}" for k in range(1, self.count + 1)]
+        self.bodies: dict[str, Body] = {"ground": self.ground()}
+        self.joints: dict[str, Joint] = {}
+        self.parameters: dict[str, Parameter] = {}
+        self.coordinates: list[str] = []
+        self.speeds: list[str] = []
+
+    def system(self) -> System:
+        g = self.parameter("g", 9.81)
+        directions: list[list[Any]] = [[0, -g, 0]] if self.planar else [[0, -g, 0], [0.3 * g, 0, -g], [0, 0, 0]]
+        for k, name in enumerate(self.names):
+            self.add_joint(f"j{k + 1}", self.some(["ground", *self.names[:k][-3:]]), name)
+        inputs = {f"w{k}": self.expression(time=True) for k in range(int(self.rng.integers(0, 3)))}
+        rows = self.numbered("c", 1, 3) if self.constrained and self.speeds else []
+        pulleys = {f"P{k}": self.pulley() for k in range(2)} if self.constrained else {}
+        return System(
+            "random",
+            gravity=self.some(directions),
+            parameters=self.parameters,
+            bodies=self.shuffled(self.bodies),
+            joints=self.shuffled(self.joints),
+            forces=self.elements(FORCES, _FORCES, self.numbered("f", 0, 4), inputs),
+            constraints=self.elements(CONSTRAINTS, _CONSTRAINTS, rows, pulleys),
+            pulleys=pulleys,
+            inputs=inputs,
+            outputs={"energy": "total_energy()"},
+        )
+
+    # numbers
+
+    def some(self, choices: Any) -> Any:
+        return choices[int(self.rng.integers(len(choices)))]
+
+    def uniform(self, low: float = -1.0, high: float = 1.0) -> float:
+        return round(float(self.rng.uniform(low, high)), 3)
+
+    def decades(self, low: float, high: float) -> float:
+        return float(f"{10 ** self.rng.uniform(low, high):.4g}")
+
+    def vector(self, size: float = 1.0) -> list[float]:
+        x, y, z = (self.uniform(-size, size) for _ in range(3))
+        return [x, y, 0.0] if self.planar else [x, y, z]
+
+    def parameter(self, name: str, value: float) -> Any:
+        self.parameters[name] = Parameter(value)
+        return variable(name)
+
+    def shuffled(self, content: Mapping[str, Any]) -> dict[str, Any]:
+        names = list(content)
+        self.rng.shuffle(names)
+        return {name: content[name] for name in names}
+
+    def expression(self, *, time: bool = False, moving: bool = True, inputs: Mapping[str, Any] | None = None) -> str:
+        """Return an expression of a few of the names that may stand where it is used."""
+        terms = [f"{self.uniform(-5, 5)}"]
+        if moving and self.coordinates:
+            terms.append(f"{self.uniform(-5, 5)}*sin({self.some(self.coordinates)})")
+            terms.append(f"{self.uniform()}*{self.some(self.speeds)}")
+        if time:
+            terms.append(f"{self.uniform()}*cos({self.uniform()}*t)")
+        if inputs:
+            terms.append(f"{self.uniform()}*{self.some(list(inputs))}")
+        return " + ".join(terms)
+
+    # bodies and joints
+
+    def ground(self) -> Body:
+        return Body(points={"o": [0, 0, 0], "a": self.vector(), "b": self.vector(2)}, frames={"F": self.frame()})
+
+    def frame(self) -> Frame:
+        axis = (lambda: [0, 0, 1]) if self.planar else (lambda: _floats(np.round(self.rng.normal(size=3), 2) + 0.005))
+        turns = [Turn(axis(), self.uniform(-3, 3)) for _ in range(int(self.rng.integers(0, 3)))]
+        return Frame(self.vector(), turns)
+
+    def body(self, name: str, particle: bool) -> Body:
+        mass = self.decades(-3, 3)
+        if self.rng.random() < 0.3:
+            mass = self.parameter(f"m_{name}", mass)
+        inertia = None if particle and self.rng.random() < 0.5 else self.inertia(mass)
+        points = {"a": self.vector(), "b": self.vector()}
+        return Body(mass=mass, com=self.vector(0.5), inertia=inertia, points=points, frames={"F": self.frame()})
+
+    def inertia(self, mass: Any) -> list[Any]:
+        """Return m R diag(b + c, a + c, a + b) R^T: the inertia of some mass distribution."""
+        a, b, c = self.rng.uniform(0.01, 0.3, 3) ** 2
+        turn, _ = np.linalg.qr(self.rng.normal(size=(3, 3)))
+        tensor = np.round(turn @ np.diag([b + c, a + c, a + b]) @ turn.T, 6)
+        return [mass * float(tensor[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+
+    def add_joint(self, name: str, parent: str, child: str) -> None:
+        kinds = [cls for cls in JOINTS.table.values() if not self.planar or _stays_in_plane(cls)]
+        cls = Fixed if self.rng.random() < 0.05 else self.some([c for c in kinds if c is not Fixed])
+        self.bodies[child] = self.body(child, particle=not _turns(cls))
+        joint = cls(parent=self.place(parent), child=self.place(child), **self.fields(cls))
+        self.joints[name] = joint
+        self.coordinates += [name + suffix for suffix in joint.coordinate_suffixes]
+        prefix = "u_" if joint.holonomic_speeds else ""
+        self.speeds += [prefix + name + suffix for suffix in joint.speed_suffixes]
+
+    def fields(self, cls: type[Joint]) -> dict[str, Any]:
+        """Return values for what a kind of joint has besides its ends, names and start."""
+        taken = {f.name for f in fields(MovingJoint)}
+        made: dict[str, Any] = {}
+        for name, slot in slots_of(cls).items():
+            if name in taken:
+                continue
+            if isinstance(slot, Direction):
+                made[name] = self.axis(cls)
+            elif isinstance(slot, Scalar):
+                made[name] = self.uniform(0.1, 1)
+            else:
+                raise AssertionError(f"{cls.__name__}.{name}: no random value for {slot}")
+        if issubclass(cls, MovingJoint) and self.rng.random() < 0.5:
+            made["initial"] = self.initial(cls)
+        return made
+
+    def axis(self, cls: type[Joint]) -> Any:
+        if not self.planar:
+            return self.some(["x", "y", "z", "-y", [0.6, 0, 0.8], [1, 2, -2], [1, 1, 1]])
+        return "z" if _turns(cls) else self.some(["x", "y", [0.6, 0.8, 0]])
+
+    def initial(self, cls: type[MovingJoint]) -> Initial:
+        values = [self.uniform() for _ in cls.coordinate_suffixes]
+        if "" in cls.coordinate_units:
+            values[0] = 2.0
+        return Initial(q=values, u=[self.uniform() for _ in cls.speed_suffixes])
+
+    def place(self, body: str) -> str:
+        return self.some([body, f"{body}.a", f"{body}.b", f"{body}.F"])
+
+    def two_places(self) -> list[str]:
+        first, second = self.rng.permutation(["ground", *self.names])[:2]
+        return [f"{first}.{self.some('ab')}", f"{second}.{self.some('ab')}"]
+
+    def pulley(self) -> Pulley:
+        at = self.some(["ground", *self.names]) + "." + self.some("ab")
+        return Pulley(at, radius=self.uniform(0.01, 0.05) if self.planar and self.rng.random() < 0.6 else 0)
+
+    def one_freedom(self) -> str | None:
+        names = [name for name, joint in self.joints.items() if joint.speeds == 1 and joint.coordinates == 1]
+        return self.some(names) if names else None
+
+    def elements(self, kinds: OneOf, makers: Mapping[type, Any], names: Sequence[str], known: Any) -> dict[str, Any]:
+        """Return elements of random kinds; `known` is what their makers choose from besides bodies and joints."""
+        return {name: makers[self.some(list(kinds.table.values()))](self, known) for name in names}
+
+    def numbered(self, prefix: str, least: int, most: int) -> list[str]:
+        return [f"{prefix}{k}" for k in range(int(self.rng.integers(least, most + 1)))]
+
+
+def _turns(cls: type[Joint]) -> bool:
+    return any("rad" in unit for unit in cls.speed_units)
+
+
+def _stays_in_plane(cls: type[Joint]) -> bool:
+    return cls is Planar or len(cls.speed_units) == 1
+
+
+def _force(build: _Builder, inputs: Mapping[str, Any]) -> Force:
+    value = [build.expression(time=True, inputs=inputs), *build.vector(5)[1:]]
+    frame = build.some(["ground", *build.names])
+    return Force(build.some(build.names), value, at=build.some([None, "a", "b"]), frame=frame)
+
+
+def _torque(build: _Builder, inputs: Mapping[str, Any]) -> Torque:
+    joint = build.one_freedom()
+    if joint and build.rng.random() < 0.5:
+        return Torque(build.expression(time=True, inputs=inputs), joint=joint)
+    value = [build.uniform(), 0, build.expression(inputs=inputs)]
+    return Torque(value, on=build.some(build.names), frame=build.some(["ground", *build.names]))
+
+
+def _spring(build: _Builder, inputs: Mapping[str, Any]) -> SpringDamper:
+    joint = build.one_freedom()
+    where = {"joint": joint} if joint and build.rng.random() < 0.4 else {"between": build.two_places()}
+    stiffness: Any = build.decades(0, 3)
+    if build.rng.random() < 0.25:
+        stiffness = build.expression(time=True, inputs=inputs)
+    rest: Any = build.uniform(0, 1) if build.rng.random() < 0.7 else build.expression(time=True, moving=False)
+    return SpringDamper(stiffness, damping=build.decades(-2, 1), length=rest, **where)
+
+
+def _damper(build: _Builder, inputs: Mapping[str, Any]) -> Damper:
+    joint = build.one_freedom()
+    where = {"joint": joint} if joint and build.rng.random() < 0.5 else {"between": build.two_places()}
+    return Damper(build.decades(-2, 1), **where)
+
+
+def _distance(build: _Builder, pulleys: Mapping[str, Pulley]) -> Distance:
+    value = build.some([build.uniform(0.5, 2), f"1 + {build.uniform(0, 1)}*sin(t)"])
+    return Distance(build.two_places(), value)
+
+
+def _rope(build: _Builder, pulleys: Mapping[str, Pulley]) -> Rope:
+    start, end = build.two_places()
+    between = list(build.rng.permutation(list(pulleys)))[: int(build.rng.integers(0, 3))]
+    length = build.some([None, build.uniform(1, 5), f"2 + {build.uniform()}*t"])
+    return Rope([start, *map(str, between), end], length=length)
+
+
+def _expression(build: _Builder, pulleys: Mapping[str, Pulley]) -> Expression:
+    names = [str(name) for name in build.rng.permutation(build.coordinates)[:3]]
+    linear = " + ".join(f"{build.uniform()}*{name}" for name in names)
+    return Expression(f"{linear} + {build.uniform()}*sin({names[0]})*t - {build.uniform()}*t^2")
+
+
+_FORCES: Mapping[type, Callable[..., Element]] = {
+    Force: _force,
+    Torque: _torque,
+    SpringDamper: _spring,
+    Damper: _damper,
+}
+_CONSTRAINTS: Mapping[type, Callable[..., Element]] = {Distance: _distance, Rope: _rope, Expression: _expression}
+
+assert set(_FORCES) == set(FORCES.table.values()), "every kind of force is drawn"
+assert set(_CONSTRAINTS) == set(CONSTRAINTS.table.values()), "every kind of constraint is drawn"
