@@ -129,9 +129,8 @@ def adaptive_steps(flow: Flow, rtol: float, atol: float) -> Iterator[Step]:
 
 def _accepted_step(flow: Flow, before: Step, rtol: float, atol: float) -> Step:
     t, x, proposed, rejected = before.t_new, before.x_new, before.h_next, 0
-    least = max(16.0 * float_info.epsilon * abs(t), 1e-16 * (flow.t_end - flow.t0))
     failure = StepError(Status.STEP_UNDERFLOW, t, 0)
-    while proposed >= least:
+    while proposed >= _least_step(flow, t):
         last = t + 1.01 * proposed >= flow.t_end
         t_new = flow.t_end if last else t + proposed
         h = flow.t_end - t if last else proposed
@@ -148,6 +147,10 @@ def _accepted_step(flow: Flow, before: Step, rtol: float, atol: float) -> Step:
             failure, proposed = problem, h * RETREAT
         rejected += 1
     raise StepError(failure.status, failure.time, failure.component, rejected)
+
+
+def _least_step(flow: Flow, t: float) -> float:
+    return max(16.0 * float_info.epsilon * abs(t), 1e-16 * (flow.t_end - flow.t0))
 
 
 def _changes(tableau: Tableau, error: float, remembered: float) -> tuple[float, float]:
@@ -227,14 +230,14 @@ def first_step(flow: Flow, slope: Floats, rtol: float, atol: float) -> float:
     size, speed = _scaled_norm(flow.x0, scales), _scaled_norm(slope, scales)
     span = flow.t_end - flow.t0
     h = min(1e-6 if size < 1e-5 or speed < 1e-5 else 0.01 * size / speed, span)
-    for _ in range(20):
+    while True:
         try:
             bend = finite_slope(flow, flow.t0 + h, flow.x0 + h * slope) - slope
             break
         except StepError:
             h *= 0.1
-    else:
-        return h
+            if not h > _least_step(flow, flow.t0):
+                return _least_step(flow, flow.t0)
     steepest = max(speed, _scaled_norm(bend, scales) / h)
     power = 1.0 / (min(flow.tableau.order, flow.tableau.error_order) + 1.0)
     tried = max(1e-6, h * 1e-3) if steepest <= 1e-15 else math.pow(0.01 / steepest, power)

@@ -133,11 +133,18 @@ def _compiled(compiler: Compiler, sources: Mapping[str, str], origin: str) -> by
         start = [*compiler.command, *compiler.flags]
         _run([[*start, "-c", f"{unit}.c", "-o", f"{unit}.o"] for unit in units], place, limit)
         if runtime is None:
-            kept = cache.keep((place / "runtime.o").read_bytes(), runtime_key, ".o")
+            kept = cache.keep(_written(compiler, place / "runtime.o"), runtime_key, ".o")
             cache.store(runtime_key, kept, {})
         runtime_object = str(runtime.path) if runtime else "runtime.o"
         _run([[*start, "-shared", "model.o", runtime_object, "-lm", "-o", "model.so"]], place, limit)
-        return (place / "model.so").read_bytes()
+        return _written(compiler, place / "model.so")
+
+
+def _written(compiler: Compiler, path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        raise CompilerError(f"the C compiler {compiler.command[0]} wrote no {path.name}") from None
 
 
 def _run(commands: Sequence[Sequence[str]], place: Path, limit: float) -> str:

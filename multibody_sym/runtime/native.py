@@ -75,7 +75,7 @@ class StateStruct(ctypes.Structure):
         *((name, ctypes.c_double) for name in ("drift_position", "drift_velocity")),
         *((name, ctypes.c_double) for name in ("removed_position", "removed_velocity", "quaternion_deviation")),
         *((name, ctypes.c_double) for name in ("least_rank", "greatest_rank")),
-        *((name, ctypes.c_double) for name in ("conditioning", "conditioning_time", "residual")),
+        *((name, ctypes.c_double) for name in ("conditioning", "conditioning_time")),
         *((name, ctypes.c_longlong) for name in ("steps", "rejected", "evaluations", "sample")),
         *((name, ctypes.c_int) for name in ("status", "component", "phase")),
     )

@@ -19,6 +19,7 @@ from multibody_sym.runtime.problem import Problem, Progress, RunFailure, Statist
 Floats = NDArray[np.float64]
 
 _FIRST_PIECE: Final = 200  # steps
+_LARGEST_PIECE: Final = 10_000_000
 _SECONDS: Final = 0.1
 _PROGRAMS: Final = ("inputs", "state_derivative", "project_position", "project_velocity", "normalize")
 
@@ -42,7 +43,7 @@ def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
         library.mbs_integrate(*handles, _address(work), piece, room, _address(samples[state.sample :]))
         done = state.status != Status.RUNNING
         seconds = max(time.perf_counter() - begin, 1e-6)
-        steps = max(1, min(10 * steps, int(steps * _SECONDS / seconds)))
+        steps = max(1, min(10 * steps, int(steps * _SECONDS / seconds), _LARGEST_PIECE))
         yield _progress(problem, state, work[: len(x0)])
 
 
@@ -67,11 +68,10 @@ def _method(tableau: Tableau) -> MethodStruct:
 def _system(problem: Problem, parameters: Floats, modes: Floats) -> SystemStruct:
     programs = {}
     for name in _PROGRAMS:
-        if name in problem.compiled:
+        if name in problem.compiled and (name != "inputs" or problem.inputs):
             function = problem.compiled[name]
             assert isinstance(function, NativeFunction)
             programs[name] = ctypes.addressof(function.structure)
-    inputs = dict(problem.compiled["state_derivative"].signature.inputs)["inputs"]
     return SystemStruct(
         **programs,
         parameters=_address(parameters),
@@ -79,7 +79,7 @@ def _system(problem: Problem, parameters: Floats, modes: Floats) -> SystemStruct
         nq=len(problem.q0),
         nu=len(problem.u0),
         ns=problem.rows,
-        nw=inputs[0],
+        nw=problem.inputs,
     )
 
 
@@ -111,7 +111,6 @@ def _statistics(problem: Problem, state: StateStruct) -> Statistics:
         greatest_rank=int(state.greatest_rank),
         conditioning=state.conditioning if rows else 1.0,
         conditioning_time=state.conditioning_time,
-        residual=state.residual,
         **{name: getattr(state, name) for name in same},
     )
 

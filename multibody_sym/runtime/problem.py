@@ -21,8 +21,9 @@ class Problem:
 
     Arguments: `q0` (nq,), `u0` (nu,), `parameters` (np,), `modes` (nm,); `step` fixed, or None: adaptive by `rtol`,
     `atol`; `samples` evenly spaced from t0 to t_end, both among them; `project`: each accepted step and each sample is
-    put back onto the constraints. `contradiction`: the largest scaled residual of dependent rows that still counts as
-    consistent; `closure`: the largest |phi| / (1 + max |q|) that a projection may leave. Raises ValueError.
+    put back onto the constraints. `contradiction`: rows contradict each other if both the scaled residual of dependent
+    ones and max |phidot| / (1 + max |u|) exceed it; `closure`: the largest |phi| / (1 + max |q|), and the like for u,
+    that a projection may leave. Raises ValueError.
     """
 
     compiled: Compiled
@@ -39,7 +40,7 @@ class Problem:
     samples: int = 1001
     project: bool = False
     max_steps: int = 10_000_000
-    contradiction: float = 1e-5
+    contradiction: float = 1e-3
     closure: float = 1e-8
 
     def __post_init__(self) -> None:
@@ -61,8 +62,12 @@ class Problem:
     @property
     def rows(self) -> int:
         """The number of constraint rows."""
-        outputs = dict(self.compiled["state_derivative"].signature.outputs)
-        return outputs["multipliers"][0]
+        return dict(self.compiled["state_derivative"].signature.outputs)["multipliers"][0]
+
+    @property
+    def inputs(self) -> int:
+        """The number of inputs, which the program of that name computes."""
+        return dict(self.compiled["state_derivative"].signature.inputs)["inputs"][0]
 
     def times(self) -> Floats:
         """Return the times of all samples."""
@@ -77,8 +82,7 @@ class Statistics:
     each step, without at the steps in which a sample falls. `removed_position`, `removed_velocity`: largest |phi|,
     |phidot| that projection found after a step. `quaternion_deviation`: of a quaternion's length from 1 after a step,
     before it was normalised. `least_rank`, `greatest_rank` of the rows; `conditioning`: smallest kept |R_kk| / |R_11|,
-    seen at `conditioning_time`; `residual`: largest scaled residual of dependent rows. Without rows the ranks are 0 and
-    conditioning is 1.
+    seen at `conditioning_time`. Without rows the ranks are 0 and conditioning is 1.
     """
 
     steps: int = 0
@@ -94,7 +98,6 @@ class Statistics:
     greatest_rank: int = 0
     conditioning: float = 1.0
     conditioning_time: float = 0.0
-    residual: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -102,7 +105,7 @@ class RunFailure:
     """Why a run ended early: `status` at `time`, in a `component`.
 
     NOT_FINITE, STEP_UNDERFLOW: component of (q, u) whose derivative is not finite, or whose error does not get small;
-    NOT_CLOSED: the row that projection cannot satisfy; None for STEP_LIMIT, CONTRADICTION and INTERRUPTED.
+    NOT_CLOSED, CONTRADICTION: the row that is broken; None for STEP_LIMIT and INTERRUPTED.
     """
 
     status: Status

@@ -209,6 +209,7 @@ typedef struct {
     double *x, *x_new, *slope_new, *stage, *spare, *correction, *k;
     double *inputs, *multipliers, *rows, *report;
     double drift_position, drift_velocity, removed_position, removed_velocity, deviation; /* of the step on trial */
+    double residual; /* largest scaled residual of dependent rows in it */
 } run;
 
 static run unpack(const mbs_problem *problem, mbs_state *state, double *work)
@@ -259,7 +260,7 @@ static void call(run *r, const mbs_program *program, double t, const double *x, 
     program->call(in, out);
 }
 
-static int note_report(run *r, double t)
+static void note_report(run *r, double t)
 {
     mbs_state *state = r->state;
     if (r->report[0] < state->least_rank)
@@ -270,9 +271,8 @@ static int note_report(run *r, double t)
         state->conditioning = r->report[1];
         state->conditioning_time = t;
     }
-    if (r->report[2] > state->residual)
-        state->residual = r->report[2];
-    return r->report[2] > r->problem->contradiction ? failed(r, MBS_CONTRADICTION, t, -1) : MBS_RUNNING;
+    if (r->report[2] > r->residual)
+        r->residual = r->report[2];
 }
 
 static int derivative(run *r, double t, const double *x, double *slope)
@@ -281,7 +281,9 @@ static int derivative(run *r, double t, const double *x, double *slope)
     call(r, r->system->state_derivative, t, x, out);
     ++r->state->evaluations;
     int status = finite(r, t, slope);
-    return status != MBS_RUNNING || r->system->ns == 0 ? status : note_report(r, t);
+    if (status == MBS_RUNNING && r->system->ns > 0)
+        note_report(r, t);
+    return status;
 }
 
 /* to = x + h sum_j weights_j k_j, added in order of j and without the zero weights. */
@@ -309,6 +311,7 @@ static int stages(run *r, double t, double h, double t_new)
 {
     const mbs_method *m = r->method;
     int end = m->stages - 1, status;
+    r->residual = 0.0;
     for (int i = 1; i < end; ++i) {
         advance(r, h, i, m->a + i * m->stages, r->stage);
         if ((status = derivative(r, t + m->c[i] * h, r->stage, r->k + i * r->n)) != MBS_RUNNING)
@@ -327,6 +330,15 @@ static double violation(run *r, const mbs_program *program, double t, const doub
     double *out[2] = {r->rows, r->correction};
     call(r, program, t, x, out);
     return largest(r->system->ns, r->rows);
+}
+
+static int worst_row(const run *r)
+{
+    int row = 0;
+    for (int i = 1; i < r->system->ns; ++i)
+        if (!(fabs(r->rows[i]) <= fabs(r->rows[row])))
+            row = i;
+    return row;
 }
 
 /* Correct `count` entries of x from `first` on until the rows hold to round-off or get no better; `before` and `after`
@@ -350,11 +362,7 @@ static int close_rows(run *r, const mbs_program *program, double t, double *x, i
     }
     if (*after <= r->problem->closure * size)
         return MBS_RUNNING;
-    int row = 0;
-    for (int i = 1; i < r->system->ns; ++i)
-        if (!(fabs(r->rows[i]) <= fabs(r->rows[row])))
-            row = i;
-    return failed(r, MBS_NOT_CLOSED, t, row);
+    return failed(r, MBS_NOT_CLOSED, t, worst_row(r));
 }
 
 static void normalize(run *r, double t, double *x, double *deviation)
@@ -461,8 +469,21 @@ static void keep_largest(double *kept, double value)
         *kept = value;
 }
 
+/* Dependent rows that disagree are a contradiction only if a row is broken: where hardly any force acts on them, their
+   residual is round-off by round-off. */
+static int contradiction(run *r)
+{
+    const mbs_system *s = r->system;
+    double allowed = r->problem->contradiction, t = r->state->t_new;
+    if (!(r->residual > allowed) || !s->project_velocity)
+        return MBS_RUNNING;
+    if (!(violation(r, s->project_velocity, t, r->x_new) > allowed * (1.0 + largest(s->nu, r->x_new + s->nq))))
+        return MBS_RUNNING;
+    return failed(r, MBS_CONTRADICTION, t, worst_row(r));
+}
+
 /* Record an accepted step; drift without projection is measured at the steps in which a sample falls. */
-static void accept(run *r, double t_new, double h)
+static int accept(run *r, double t_new, double h)
 {
     mbs_state *s = r->state;
     const mbs_system *system = r->system;
@@ -481,6 +502,7 @@ static void accept(run *r, double t_new, double h)
     keep_largest(&s->removed_velocity, r->removed_velocity);
     keep_largest(&s->quaternion_deviation, r->deviation);
     s->phase = SAMPLING;
+    return contradiction(r);
 }
 
 static double steps_needed(const mbs_problem *p)
@@ -498,7 +520,7 @@ static int fixed_step(run *r)
     int last = number >= steps_needed(p), status;
     double t_new = last ? p->t_end : p->t0 + number * p->step, h = last ? p->t_end - t : p->step;
     if ((status = stages(r, t, h, t_new)) == MBS_RUNNING && (status = close_step(r, t_new)) == MBS_RUNNING)
-        accept(r, t_new, h);
+        status = accept(r, t_new, h);
     return status;
 }
 
@@ -565,24 +587,27 @@ static int adaptive_trial(run *r, int rejected)
             if (rejected && s->h_next > h)
                 s->h_next = h;
             s->error = error > 1e-4 ? error : 1e-4;
-            accept(r, t_new, h);
-            return MBS_RUNNING;
+            return accept(r, t_new, h);
         }
     }
     s->h_next = h * 0.25;
     return status;
 }
 
+static double least_step(const run *r)
+{
+    double by_time = 16.0 * EPSILON * fabs(r->state->t), by_span = 1e-16 * (r->problem->t_end - r->problem->t0);
+    return by_time > by_span ? by_time : by_span;
+}
+
 static int adaptive_step(run *r)
 {
     mbs_state *s = r->state;
-    double least = 16.0 * EPSILON * fabs(s->t), floor_ = 1e-16 * (r->problem->t_end - r->problem->t0);
     int status = failed(r, MBS_STEP_UNDERFLOW, s->t, 0);
-    if (least < floor_)
-        least = floor_;
-    for (int rejected = 0; s->h_next >= least; rejected = 1) {
-        if ((status = adaptive_trial(r, rejected)) == MBS_RUNNING)
-            return status;
+    for (int rejected = 0; s->h_next >= least_step(r); rejected = 1) {
+        status = adaptive_trial(r, rejected);
+        if (s->phase == SAMPLING)
+            break;
         ++s->rejected;
     }
     return status;
@@ -594,19 +619,17 @@ static double first_step(run *r)
     const mbs_problem *p = r->problem;
     const double *x = r->x, *slope = r->k;
     double span = p->t_end - p->t0;
-    int worst, status = MBS_NOT_FINITE;
+    int worst, status;
     double size = scaled_norm(r, x, x, x, &worst), speed = scaled_norm(r, slope, x, x, &worst);
     double h = size < 1e-5 || speed < 1e-5 ? 1e-6 : 0.01 * size / speed;
     h = h < span ? h : span;
-    for (int round = 0; round < 20 && status != MBS_RUNNING; ++round) {
+    do {
         for (int i = 0; i < r->n; ++i)
             r->stage[i] = x[i] + h * slope[i];
         status = derivative(r, p->t0 + h, r->stage, r->spare);
-        if (status != MBS_RUNNING)
-            h *= 0.1;
-    }
-    if (status != MBS_RUNNING)
-        return h;
+        if (status != MBS_RUNNING && !((h *= 0.1) > least_step(r)))
+            return least_step(r);
+    } while (status != MBS_RUNNING);
     for (int i = 0; i < r->n; ++i)
         r->spare[i] -= slope[i];
     double steepest = scaled_norm(r, r->spare, x, x, &worst) / h;

@@ -55,7 +55,8 @@ typedef struct {
     double t0, t_end;
     double step;          /* fixed step; 0: adaptive steps by rtol and atol */
     double rtol, atol;
-    double contradiction; /* largest scaled residual of dependent rows that still counts as consistent */
+    double contradiction; /* largest scaled residual of dependent rows and largest |phidot| / (1 + |u|), of which at
+                             least one must hold for rows to count as consistent */
     double closure;       /* largest |phi| / (1 + |q|) that a projection may leave */
     long long max_steps;
     long long samples;    /* evenly spaced from t0 to t_end, both among them */
@@ -68,7 +69,7 @@ enum {
     MBS_NOT_FINITE = 2,     /* component of (q, u) whose derivative or value is not finite */
     MBS_STEP_UNDERFLOW = 3, /* component of (q, u) with the largest error */
     MBS_STEP_LIMIT = 4,
-    MBS_CONTRADICTION = 5,  /* dependent rows ask for different accelerations */
+    MBS_CONTRADICTION = 5,  /* row that is broken because dependent rows ask for different accelerations */
     MBS_NOT_CLOSED = 6      /* row that projection cannot satisfy */
 };
 
@@ -81,7 +82,6 @@ typedef struct {
     double quaternion_deviation;               /* largest deviation of a quaternion's length from 1 after a step */
     double least_rank, greatest_rank;
     double conditioning, conditioning_time;    /* smallest kept |R_kk| / |R_11| and when */
-    double residual;                           /* largest scaled residual of dependent rows */
     long long steps, rejected, evaluations;
     long long sample;                          /* samples written so far */
     int status, component;

@@ -37,7 +37,8 @@ class HandModel:
         return [self.signature(name) for name, _ in self.programs()]
 
     def programs(self) -> list[tuple[str, str]]:
-        return [("state_derivative", self.state_derivative), *self.others]
+        no_report = "" if self.ns else "\n    out[3][0] = out[3][1] = out[3][2] = 0.0;"
+        return [("state_derivative", self.state_derivative + no_report), *self.others]
 
     def signature(self, name: str) -> Signature:
         inputs = (("t", ()), ("q", (self.nq,)), ("u", (self.nu,)), ("parameters", (self.np,)))
@@ -98,7 +99,7 @@ DOUBLE_PENDULUM = HandModel(
 def planar_pendulum(*, copies: int = 1, offset: float = 0.0, stabilised: bool = False) -> HandModel:
     """Return a unit mass in x, y (y down is negative) on `copies` equal distance rows |q| = p[1]; gravity p[0].
 
-    `offset` is added to the second row's acceleration, which then contradicts the first.
+    `offset`: the second row asks for |q| = p[1] + offset t^3/6 and so contradicts the first.
     """
     ns = copies
     damping = "- 2.0*p[2]*velocity - p[3]*p[3]*(d - p[1])" if stabilised else ""
@@ -117,12 +118,12 @@ def planar_pendulum(*, copies: int = 1, offset: float = 0.0, stabilised: bool = 
     out[1][1] -= p[0];
 """
     position = f"""{setup}
-    for (int i = 0; i < {ns}; ++i) {{ out[0][i] = d - p[1]; right[i] = p[1] - d; }}
+    for (int i = 0; i < {ns}; ++i) {{ out[0][i] = d - p[1] - (i ? {offset!r} : 0.0)*t*t*t/6.0; right[i] = -out[0][i]; }}
     mbs_solve({ns}, 2, rows, right, out[1], multipliers, report, work);
     (void)velocity;
 """
     speed = f"""{setup}
-    for (int i = 0; i < {ns}; ++i) {{ out[0][i] = velocity; right[i] = -velocity; }}
+    for (int i = 0; i < {ns}; ++i) {{ out[0][i] = velocity - (i ? {offset!r} : 0.0)*t*t/2.0; right[i] = -out[0][i]; }}
     mbs_solve({ns}, 2, rows, right, out[1], multipliers, report, work);
 """
     return HandModel(2, 2, 4, derivative, ns=ns, others=(("project_position", position), ("project_velocity", speed)))

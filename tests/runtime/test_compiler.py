@@ -1,0 +1,144 @@
+"""The compiler: how it is found, that it is neither trusted nor waited for without end."""
+
+import os
+import shutil
+import time
+
+import pytest
+from hand_models import OSCILLATOR
+
+from multibody_sym.runtime import compiler as module
+from multibody_sym.runtime.compiler import CompilerError, build_library, find_compiler
+
+REAL = shutil.which("cc") or shutil.which("gcc")
+
+
+def script(path, text):
+    path.write_text(f"#!/bin/sh\n{text}\n")
+    path.chmod(0o755)
+    return path
+
+
+@pytest.fixture
+def fresh(tmp_path, monkeypatch):
+    """An empty cache, no CC, and a PATH with nothing but the real compiler's neighbours."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.delenv("CC", raising=False)
+    return tmp_path
+
+
+def test_the_compiler_is_an_absolute_path(fresh):
+    assert os.path.isabs(find_compiler().command[0])
+
+
+@pytest.mark.parametrize("entry", ["", ".", "here", "absolute"])
+def test_the_working_folder_is_not_searched(fresh, monkeypatch, entry):
+    here = fresh / "here"
+    here.mkdir()
+    trap = script(here / "cc", f"touch {fresh}/sprung")
+    monkeypatch.chdir(fresh if entry == "here" else here)
+    first = str(here) if entry == "absolute" else entry
+    monkeypatch.setenv("PATH", os.pathsep.join([first, os.environ["PATH"]]))
+    found = find_compiler()
+    assert found.command[0] != str(trap)
+    build_library(found, OSCILLATOR.sources())
+    assert not (fresh / "sprung").exists()
+
+
+def test_cc_names_the_compiler_and_its_arguments(fresh, monkeypatch):
+    mine = script(fresh / "my compiler", f'exec {REAL} "$@"')
+    monkeypatch.setenv("CC", f"'{mine}' -DA='b c'")
+    assert find_compiler().command == (str(mine), "-DA=b c")
+    assert build_library(find_compiler(), OSCILLATOR.sources()).exists()
+
+
+@pytest.mark.parametrize("value", ["./cc", "no-such-compiler", "/no/such/compiler", "'unbalanced"])
+def test_a_cc_that_cannot_be_used_is_an_error_and_nothing_else_is_tried(fresh, monkeypatch, value):
+    script(fresh / "cc", "exit 0")
+    monkeypatch.chdir(fresh)
+    monkeypatch.setenv("CC", value)
+    with pytest.raises(CompilerError, match="CC"):
+        find_compiler()
+
+
+def test_no_shell_reads_the_command(fresh, monkeypatch):
+    monkeypatch.setenv("CC", f"{REAL} ; touch {fresh}/sprung")
+    with pytest.raises(CompilerError):
+        build_library(find_compiler(), OSCILLATOR.sources())
+    assert not (fresh / "sprung").exists()
+
+
+def test_without_a_compiler_the_error_says_what_was_sought(fresh, monkeypatch):
+    monkeypatch.setenv("PATH", str(fresh))
+    with pytest.raises(CompilerError, match="none of cc, gcc, clang"):
+        find_compiler()
+
+
+def test_a_failing_compiler_is_an_error_with_its_message(fresh, monkeypatch):
+    monkeypatch.setenv("CC", str(script(fresh / "bad", "echo 'bad: fatal error: out of paper' >&2; exit 3")))
+    with pytest.raises(CompilerError, match="out of paper"):
+        build_library(find_compiler(), OSCILLATOR.sources())
+
+
+def test_a_file_that_is_no_program_is_an_error(fresh, monkeypatch):
+    (fresh / "odd").write_bytes(b"\x7fELF nothing")
+    (fresh / "odd").chmod(0o755)
+    monkeypatch.setenv("CC", str(fresh / "odd"))
+    with pytest.raises(CompilerError, match="cannot be started"):
+        build_library(find_compiler(), OSCILLATOR.sources())
+
+
+def test_a_compiler_that_writes_nothing_is_an_error(fresh, monkeypatch):
+    monkeypatch.setenv("CC", "/bin/true")
+    with pytest.raises(CompilerError, match="wrote no"):
+        build_library(find_compiler(), OSCILLATOR.sources())
+
+
+def test_a_hanging_compiler_is_ended_with_all_it_started(fresh, monkeypatch):
+    monkeypatch.setattr(module, "_SECONDS", 0.2)
+    monkeypatch.setattr(module, "_BYTES_PER_SECOND", 1e9)
+    hanging = script(fresh / "slow", f'[ "$1" = --version ] && echo slow && exit 0\nsleep 1\ntouch {fresh}/late')
+    monkeypatch.setenv("CC", str(hanging))
+    begin = time.monotonic()
+    with pytest.raises(CompilerError, match="took more than"):
+        build_library(find_compiler(), OSCILLATOR.sources())
+    assert time.monotonic() - begin < 1.0
+    time.sleep(1.2)
+    assert not (fresh / "late").exists()
+
+
+def test_a_changed_compiler_is_another_one(fresh, monkeypatch):
+    mine = script(fresh / "mine", f'exec {REAL} "$@"')
+    monkeypatch.setenv("CC", str(mine))
+    before = find_compiler()
+    os.utime(mine, (1, 1))
+    assert find_compiler().identity != before.identity
+    assert find_compiler(native=True).identity != find_compiler().identity
+
+
+def test_the_environment_cannot_leave_files_in_the_working_folder(fresh, monkeypatch):
+    work = fresh / "work"
+    work.mkdir()
+    monkeypatch.chdir(work)
+    build_library(find_compiler(), OSCILLATOR.sources())
+    assert list(work.iterdir()) == []
+
+
+def test_the_runtime_is_compiled_once_for_all_models(fresh, monkeypatch):
+    log = fresh / "log"
+    monkeypatch.setenv("CC", str(script(fresh / "logged", f'echo "$@" >> {log}\nexec {REAL} "$@"')))
+    sources = OSCILLATOR.sources()
+    build_library(find_compiler(), sources)
+    build_library(find_compiler(), {**sources, "model.c": sources["model.c"] + "\n"})
+    build_library(find_compiler(), sources)
+    lines = log.read_text().splitlines()
+    assert sum("-c runtime.c" in line for line in lines) == 1
+    assert sum("-c model.c" in line for line in lines) == 2
+
+
+def test_the_same_source_gives_the_same_library(fresh, monkeypatch):
+    first = build_library(find_compiler(), OSCILLATOR.sources())
+    monkeypatch.setenv("XDG_CACHE_HOME", str(fresh / "another"))
+    second = build_library(find_compiler(), OSCILLATOR.sources())
+    assert first != second
+    assert first.name == second.name

@@ -1,0 +1,112 @@
+"""mbs_solve in C against its NumPy reference and against what defines the solution, on all kinds of matrices."""
+
+import ctypes
+
+import numpy as np
+import pytest
+from hand_models import OSCILLATOR
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from multibody_sym.program.solve import solve
+
+POINTER = ctypes.POINTER(ctypes.c_double)
+
+
+@pytest.fixture(scope="module")
+def in_c():
+    function = ctypes.CDLL(str(OSCILLATOR.load().path)).mbs_solve
+    function.restype = None
+
+    def call(matrix, right):
+        (s, n), guard = matrix.shape, 12345.0
+        arrays = [np.ascontiguousarray(matrix, dtype=float), np.array(right, dtype=float)]
+        arrays += [np.full(size + 1, guard) for size in (n, s, 3, s * n + 6 * s + n + 8)]
+        function(s, n, *[a.ctypes.data_as(POINTER) for a in arrays])
+        assert all(a[-1] == guard for a in arrays[2:])
+        return tuple(a[:-1] for a in arrays[2:5])
+
+    return call
+
+
+def rows_of(draw, s, n, rank, spread):
+    """Return a matrix of the given rank whose rows have lengths over many orders of magnitude."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    matrix = rng.standard_normal((s, rank)) @ rng.standard_normal((rank, n)) if rank else np.zeros((s, n))
+    return matrix * 10.0 ** rng.uniform(-spread, spread, size=(s, 1)), rng
+
+
+@st.composite
+def problems(draw):
+    s, n = draw(st.integers(1, 9)), draw(st.integers(1, 9))
+    rank = draw(st.integers(0, min(s, n)))
+    matrix, rng = rows_of(draw, s, n, rank, draw(st.sampled_from([0.0, 1.0, 6.0])))
+    consistent = draw(st.booleans())
+    right = matrix @ rng.standard_normal(n) if consistent else rng.standard_normal(s)
+    return matrix, right, rank, consistent
+
+
+@settings(max_examples=400, deadline=None)
+@given(problem=problems())
+def test_c_and_numpy_agree(problem, in_c):
+    matrix, right, rank, consistent = problem
+    x, multipliers, report = in_c(matrix, right)
+    wanted = solve(matrix, right)
+    assert report[0] == wanted.report[0] == rank
+    lengths = np.linalg.norm(matrix, axis=1)
+    blurred = 1e-13 * len(lengths) / max(report[1], 1e-12) ** 2
+    scale = np.abs(wanted.solution).max(initial=1e-300)
+    assert np.abs(x - wanted.solution).max(initial=0.0) <= blurred * scale
+    forces, wanted_forces = multipliers * lengths, wanted.multipliers * lengths
+    assert np.abs(forces - wanted_forces).max() <= blurred * max(np.abs(wanted_forces).max(), 1e-300)
+    assert report[1] == pytest.approx(wanted.report[1], rel=1e-8)
+    assert report[2] == pytest.approx(wanted.report[2], abs=blurred)
+    if consistent:
+        assert report[2] < blurred
+
+
+@settings(max_examples=200, deadline=None)
+@given(problem=problems())
+def test_the_solution_has_least_norm_and_comes_from_the_multipliers(problem, in_c):
+    matrix, right, _, consistent = problem
+    x, multipliers, report = in_c(matrix, right)
+    blurred = 1e-12 / max(report[1], 1e-12) ** 2
+    np.testing.assert_allclose(matrix.T @ multipliers, x, rtol=0, atol=blurred * max(np.abs(x).max(), 1e-300))
+    assert np.count_nonzero(multipliers) <= report[0]
+    if consistent:
+        lengths = np.linalg.norm(matrix, axis=1)
+        scaled = matrix / np.where(lengths, lengths, 1.0)[:, None]
+        least = np.linalg.pinv(scaled, rcond=1e-10) @ (right / np.where(lengths, lengths, 1.0))
+        np.testing.assert_allclose(x, least, rtol=0, atol=blurred * max(np.abs(least).max(), 1e-300))
+
+
+def test_of_equal_rows_the_first_declared_is_kept(in_c):
+    matrix = np.array([[0.6, 0.8, 0.0], [6.0, 8.0, 0.0], [0.0, 0.0, 2.0], [3e-6, 4e-6, 0.0]])
+    x, multipliers, report = in_c(matrix, matrix @ [1.0, 1.0, 1.0])
+    assert report[0] == 2
+    np.testing.assert_allclose(multipliers, [1.4, 0.0, 0.5, 0.0], atol=1e-15)
+    np.testing.assert_allclose(x, [0.84, 1.12, 1.0], rtol=1e-15)
+
+
+def test_contradicting_rows_show_in_the_residual(in_c):
+    x, _, report = in_c(np.array([[1.0, 0.0], [2.0, 0.0]]), [1.0, 4.0])
+    assert (x[0], report[0], report[2]) == (1.0, 1.0, 0.5)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_what_is_not_finite_gives_nan_everywhere(in_c, bad):
+    for matrix, right in (([[1.0, bad]], [1.0]), ([[1.0, 1.0]], [bad])):
+        assert all(np.isnan(part).all() for part in in_c(np.array(matrix), right))
+
+
+def test_zero_rows_have_rank_zero(in_c):
+    x, multipliers, report = in_c(np.zeros((2, 3)), [0.0, 0.0])
+    assert not x.any()
+    assert not multipliers.any()
+    np.testing.assert_array_equal(report, 0.0)
+
+
+def test_extreme_lengths_do_not_overflow(in_c):
+    x, _, report = in_c(np.array([[1e200, 1e200], [1e-200, -1e-200]]), [2e200, 0.0])
+    np.testing.assert_allclose(x, 1.0)
+    assert report[0] == 2
