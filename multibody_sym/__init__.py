@@ -19,23 +19,29 @@ if TYPE_CHECKING:
     from multibody_sym.model.elements import Damper as Damper
     from multibody_sym.model.elements import Distance as Distance
     from multibody_sym.model.elements import Expression as Expression
-    from multibody_sym.model.elements import Fixed as Fixed
     from multibody_sym.model.elements import Force as Force
     from multibody_sym.model.elements import Frame as Frame
-    from multibody_sym.model.elements import Initial as Initial
     from multibody_sym.model.elements import Parameter as Parameter
-    from multibody_sym.model.elements import Planar as Planar
-    from multibody_sym.model.elements import Prismatic as Prismatic
     from multibody_sym.model.elements import Pulley as Pulley
-    from multibody_sym.model.elements import Revolute as Revolute
     from multibody_sym.model.elements import Rope as Rope
     from multibody_sym.model.elements import Settings as Settings
     from multibody_sym.model.elements import Shape as Shape
-    from multibody_sym.model.elements import Spherical as Spherical
     from multibody_sym.model.elements import SpringDamper as SpringDamper
     from multibody_sym.model.elements import Stabilisation as Stabilisation
     from multibody_sym.model.elements import Torque as Torque
     from multibody_sym.model.elements import Turn as Turn
+    from multibody_sym.model.joints import Custom as Custom
+    from multibody_sym.model.joints import Cylindrical as Cylindrical
+    from multibody_sym.model.joints import Direct as Direct
+    from multibody_sym.model.joints import Fixed as Fixed
+    from multibody_sym.model.joints import Free as Free
+    from multibody_sym.model.joints import Initial as Initial
+    from multibody_sym.model.joints import Planar as Planar
+    from multibody_sym.model.joints import Prismatic as Prismatic
+    from multibody_sym.model.joints import Revolute as Revolute
+    from multibody_sym.model.joints import Screw as Screw
+    from multibody_sym.model.joints import Spherical as Spherical
+    from multibody_sym.model.joints import Universal as Universal
     from multibody_sym.model.resolve import mechanism as mechanism
     from multibody_sym.model.system import System as System
     from multibody_sym.model.system import parameters as parameters
@@ -66,8 +72,9 @@ _NAMES = {
     "errors": "ExpressionError InputError ModelError MultibodyError NoSolutionError OutputError RunError",
     "formats.reader": "load loads",
     "formats.writer": "dump dumps",
-    "model.elements": "Ask Baumgarte Body Damper Distance Expression Fixed Force Frame Initial Parameter Planar "
-    "Prismatic Pulley Revolute Rope Settings Shape Spherical SpringDamper Stabilisation Torque Turn",
+    "model.elements": "Ask Baumgarte Body Damper Distance Expression Force Frame Parameter Pulley Rope Settings Shape "
+    "SpringDamper Stabilisation Torque Turn",
+    "model.joints": "Custom Cylindrical Direct Fixed Free Initial Planar Prismatic Revolute Screw Spherical Universal",
     "model.resolve": "mechanism",
     "model.system": "System parameters variable",
     "scalars.functions": "absolute acos asin atan atan2 cos exp log maximum minimum pi sign sin sqrt tan where",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace, replace
 from typing import Any
 
 import numpy as np
@@ -17,28 +17,35 @@ from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.elements import (
     CONSTRAINTS,
     FORCES,
-    JOINTS,
     Body,
     Damper,
     Distance,
     Expression,
-    Fixed,
     Force,
     Frame,
-    Initial,
-    Joint,
-    MovingJoint,
     Parameter,
-    Planar,
     Pulley,
     Rope,
     SpringDamper,
     Torque,
     Turn,
 )
+from multibody_sym.model.joints import (
+    JOINTS,
+    Angles,
+    Direct,
+    Fixed,
+    Initial,
+    Joint,
+    MovingJoint,
+    Planar,
+    Prismatic,
+    Revolute,
+)
+from multibody_sym.model.joints import JOINTS, Angles, Direct, Fixed, Initial, Joint, MovingJoint
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.slots import Direction, Element, OneOf, Scalar, slots_of
+from multibody_sym.model.slots import Direction, Element, ListOf, OneOf, Record, Scalar, slots_of
 from multibody_sym.model.system import System, variable
 
 Random = np.random.Generator
@@ -112,16 +119,13 @@ def _apart(motion: Motion, part: Any) -> bool:
 
 def random_coordinates(rng: Random, resolved: Mechanism) -> list[float]:
     """Return coordinates: angles all round, lengths within a metre, unit quaternions."""
-    q: list[float] = []
+    sizes = {"rad": math.pi, "m": 1.0, "": 1.0}
+    q = np.array([rng.uniform(-1, 1) * sizes[c.unit] for c in resolved.coordinates])
     for body in resolved.bodies:
-        units = body.joint.coordinate_units
-        values = rng.normal(size=len(units)) if "" in units else rng.uniform(-1, 1, len(units))
-        quaternion = np.array([unit == "" for unit in units], dtype=bool)
-        if quaternion.any():
-            values[quaternion] /= np.linalg.norm(values[quaternion])
-        values[[unit == "rad" for unit in units]] *= math.pi
-        q += _floats(values)
-    return q
+        if body.ball:
+            quaternion = rng.normal(size=4)
+            q[list(body.quaternion)] = quaternion / np.linalg.norm(quaternion)
+    return _floats(q)
 
 
 def _floats(values: Any) -> list[float]:
@@ -228,42 +232,50 @@ class _Builder:
         return [mass * float(tensor[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
 
     def add_joint(self, name: str, parent: str, child: str) -> None:
-        kinds = [cls for cls in JOINTS.table.values() if not self.planar or _stays_in_plane(cls)]
-        cls = Fixed if self.rng.random() < 0.05 else self.some([c for c in kinds if c is not Fixed])
-        self.bodies[child] = self.body(child, particle=not _turns(cls))
-        joint = cls(parent=self.place(parent), child=self.place(child), **self.fields(cls))
+        joint = self.joint(parent, child)
         self.joints[name] = joint
+        self.bodies[child] = self.body(child, particle=not _turns(joint))
         self.coordinates += [name + suffix for suffix in joint.coordinate_suffixes]
-        prefix = "u_" if joint.holonomic_speeds else ""
-        self.speeds += [prefix + name + suffix for suffix in joint.speed_suffixes]
+        for k, suffix in enumerate(joint.speed_suffixes):
+            self.speeds.append(f"u_{name}{joint.coordinate_suffixes[k]}" if suffix is None else name + suffix)
+
+    def joint(self, parent: str, child: str) -> Joint:
+        """Return a joint of any kind; in a planar system one that stays in the plane."""
+        while True:
+            cls = Fixed if self.rng.random() < 0.03 else self.some([c for c in JOINTS.table.values() if c is not Fixed])
+            joint: Joint = cls(parent=self.place(parent), child=self.place(child), **self.fields(cls))
+            if issubclass(cls, MovingJoint):
+                joint = replace(joint, initial=self.initial(joint))
+            if not self.planar or _stays_in_plane(joint):
+                return joint
 
     def fields(self, cls: type[Joint]) -> dict[str, Any]:
         """Return values for what a kind of joint has besides its ends, names and start."""
         taken = {f.name for f in fields(MovingJoint)}
-        made: dict[str, Any] = {}
-        for name, slot in slots_of(cls).items():
-            if name in taken:
-                continue
-            if isinstance(slot, Direction):
-                made[name] = self.axis(cls)
-            elif isinstance(slot, Scalar):
-                made[name] = self.uniform(0.1, 1)
-            else:
-                raise AssertionError(f"{cls.__name__}.{name}: no random value for {slot}")
-        if issubclass(cls, MovingJoint) and self.rng.random() < 0.5:
-            made["initial"] = self.initial(cls)
-        return made
+        return {name: self.content(slot) for name, slot in slots_of(cls).items() if name not in taken}
 
-    def axis(self, cls: type[Joint]) -> Any:
-        if not self.planar:
-            return self.some(["x", "y", "z", "-y", [0.6, 0, 0.8], [1, 2, -2], [1, 1, 1]])
-        return "z" if _turns(cls) else self.some(["x", "y", [0.6, 0.8, 0]])
+    def content(self, slot: Slot) -> Any:
+        if isinstance(slot, Direction):
+            return self.some(_DIRECTIONS[:4] if self.planar else _DIRECTIONS)
+        if isinstance(slot, ListOf) and slot.least == slot.most == 2:
+            return self.some([["x", "y"], ["z", "x"], [[1, 2, -2], "y"]])
+        if isinstance(slot, Scalar):
+            return self.uniform(0.1, 1)
+        if isinstance(slot, Angles):
+            return self.some([None, "zxz", "xyz"])
+        if isinstance(slot, ListOf):
+            return [self.freedom() for _ in range(int(self.rng.integers(1, 4)))]
+        if isinstance(slot, Text):
+            return None
+        raise AssertionError(f"no random value for {slot}")
 
-    def initial(self, cls: type[MovingJoint]) -> Initial:
-        values = [self.uniform() for _ in cls.coordinate_suffixes]
-        if "" in cls.coordinate_units:
-            values[0] = 2.0
-        return Initial(q=values, u=[self.uniform() for _ in cls.speed_suffixes])
+    def freedom(self) -> Direct:
+        axis = self.content(Direction())
+        return self.some([Direct(translate=axis), Direct(rotate=axis), Direct(rotate=axis, pitch=self.uniform())])
+
+    def initial(self, joint: Joint) -> Initial | None:
+        values = [self.uniform() for _ in joint.coordinate_units]
+        return self.some([None, Initial(q=values, u=[self.uniform() for _ in joint.speed_units])])
 
     def place(self, body: str) -> str:
         return self.some([body, f"{body}.a", f"{body}.b", f"{body}.F"])
@@ -277,7 +289,7 @@ class _Builder:
         return Pulley(at, radius=self.uniform(0.01, 0.05) if self.planar and self.rng.random() < 0.6 else 0)
 
     def one_freedom(self) -> str | None:
-        names = [name for name, joint in self.joints.items() if joint.speeds == 1 and joint.coordinates == 1]
+        names = [name for name, joint in self.joints.items() if len(joint.speed_units) == 1]
         return self.some(names) if names else None
 
     def elements(self, kinds: OneOf, makers: Mapping[type, Any], names: Sequence[str], known: Any) -> dict[str, Any]:
@@ -288,12 +300,20 @@ class _Builder:
         return [f"{prefix}{k}" for k in range(int(self.rng.integers(least, most + 1)))]
 
 
-def _turns(cls: type[Joint]) -> bool:
-    return any("rad" in unit for unit in cls.speed_units)
+_IN_PLANE = (Revolute, Prismatic, Planar)
 
 
-def _stays_in_plane(cls: type[Joint]) -> bool:
-    return cls is Planar or len(cls.speed_units) == 1
+_DIRECTIONS = ("z", "x", "y", [0.6, 0.8, 0], "-y", [0.6, 0, 0.8], [1, 2, -2], [1, 1, 1])
+
+
+def _turns(joint: Joint) -> bool:
+    return any("rad" in unit for unit in joint.speed_units)
+
+
+def _stays_in_plane(joint: Joint) -> bool:
+    """Return whether all steps rotate about z or translate along x, y."""
+    flat = {"translate": lambda axis: axis[2].shadow == 0, "rotate": lambda axis: axis[0].shadow == axis[1].shadow == 0}
+    return not joint.ball and all(step.kind in flat and flat[step.kind](step.axis) for step in joint.steps)
 
 
 def _force(build: _Builder, inputs: Mapping[str, Any]) -> Force:

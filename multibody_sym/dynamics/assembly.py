@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from multibody_sym.dynamics.block_ldl import tree_factors
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED
-from multibody_sym.errors import NoSolutionError, Where
+from multibody_sym.errors import ModelError, NoSolutionError, Where
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import state_of
@@ -123,13 +123,12 @@ def assembled_position(rows: Rows, q: Floats) -> Assembled:
 def _position_items(mechanism: Mechanism) -> list[_Item]:
     items = []
     for body in mechanism.bodies:
-        alone = len(body.q) == len(body.u)
-        groups = [((i,), (k,)) for i, k in zip(body.q, body.u, strict=True)] if alone else [(body.q, body.u)]
+        groups = [((i,), (k,)) for i, k in zip(body.q[: len(body.steps)], body.u, strict=False)]
+        groups += [(body.quaternion, body.u[-3:])] if body.ball else []
         for places, speeds in groups:
             declared = [mechanism.coordinates[i] for i in places]
-            if declared:
-                names = tuple(c.name for c in declared)
-                items.append(_Item(names, places, speeds, declared[0].given, declared[0].known))
+            names = tuple(c.name for c in declared)
+            items.append(_Item(names, places, speeds, declared[0].given, declared[0].known))
     return items
 
 
@@ -181,20 +180,20 @@ def _is_closed(phi: Floats, jacobian: Floats, values: Floats) -> bool:
 
 def _moved(mechanism: Mechanism, q: Floats, change: Floats) -> Floats:
     """Return q moved by a small change of the speeds' integrals, quaternions normalised."""
-    moved = q + np.array(coordinate_rates(mechanism, q.tolist(), change.tolist()), dtype=float)
+    moved: Floats = q + np.array(coordinate_rates(mechanism, q.tolist(), change.tolist()), dtype=float)
     normalize(mechanism, moved)
     return moved
 
 
 def normalize(mechanism: Mechanism, q: Floats) -> None:
-    """Give every quaternion in q unit length. Raises NoSolutionError naming the joint of one that is zero."""
+    """Give every quaternion in q unit length. Raises ModelError naming the joint of one that is zero."""
     for body in mechanism.bodies:
-        places = list(body.quaternion)
-        if places:
+        if body.ball:
+            places = list(body.quaternion)
             length = float(np.linalg.norm(q[places]))
             if length == 0.0:
                 where = Where(path=("joints", body.joint_name, "initial", "q"))
-                raise NoSolutionError("the quaternion is zero; no rotation is [1, 0, 0, 0]", where=where)
+                raise ModelError("the quaternion is zero; no rotation is [1, 0, 0, 0]", where=where)
             q[places] /= length
 
 

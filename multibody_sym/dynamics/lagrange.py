@@ -12,7 +12,6 @@ from __future__ import annotations
 import weakref
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import singledispatch
 from typing import Any
 
 import sympy
@@ -23,13 +22,11 @@ from multibody_sym.dynamics.subexpressions import Subexpressions
 from multibody_sym.dynamics.symbols import Symbols, symbols_of
 from multibody_sym.errors import ModelError
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
-from multibody_sym.kinematics.joints import rates
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
-from multibody_sym.kinematics.motion import coordinate_rates, motion_of
+from multibody_sym.kinematics.motion import coordinate_rates, joint_rates, motion_of
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import State, slot_state
 from multibody_sym.kinematics.vectors import cross
-from multibody_sym.model.elements import Joint, Spherical
 from multibody_sym.model.mechanism import JointSpring, Load, Mechanism, PointSpring
 from multibody_sym.scalars.node import ZERO, Node, leaves, slot
 
@@ -102,8 +99,8 @@ def _squared_norms(mechanism: Mechanism) -> list[Node]:
     """Return |q|^2 of every quaternion, built as the kinematics builds it."""
     norms = []
     for body in mechanism.bodies:
-        if isinstance(body.joint, Spherical):
-            w, x, y, z = (slot("q", k) for k in body.q)
+        if body.ball:
+            w, x, y, z = (slot("q", k) for k in body.quaternion)
             norms.append(w * w + x * x + y * y + z * z)
     return norms
 
@@ -155,7 +152,7 @@ def lagrange_terms(mechanism: Mechanism, symbols: Symbols, names: Subexpressions
         momenta,
         mass_matrix,
         momentum_rates,
-        _turning(mechanism, u, momenta),
+        turning(mechanism, u, momenta),
         projected(mechanism, q, kinetic),
         projected(mechanism, q, potential),
         list(given.forces),
@@ -172,36 +169,25 @@ def projected(mechanism: Mechanism, q: Sequence[Any], by_coordinate: Sequence[An
     """Return N(q)^T g (nu) of a gradient g (nq)."""
     found: list[Any] = []
     for body in mechanism.bodies:
-        here = [q[k] for k in body.q]
-        for k in range(len(body.u)):
-            column = rates(body.joint, here, [int(j == k) for j in range(len(body.u))])
-            found.append(sum((n * by_coordinate[i] for n, i in zip(column, body.q, strict=True)), 0 * here[0]))
+        for k in body.u:
+            column = joint_rates(body, q, [int(j == k) for j in range(len(mechanism.speeds))])
+            found.append(sum((n * by_coordinate[i] for n, i in zip(column, body.q, strict=True)), 0 * q[0]))
     return found
 
 
-def _turning(mechanism: Mechanism, u: Sequence[Any], momenta: Sequence[Any]) -> list[Any]:
+def turning(mechanism: Mechanism, u: Sequence[Any], momenta: Sequence[Any]) -> list[Any]:
+    """Return what N^T (d/dt dT/dqdot - dT/dq) holds besides d/dt dT/du - N^T dT/dq: nothing where u = qdot.
+
+    Of a ball's angular velocity omega = 2 E(q) qdot, N = E^T / 2: with p = dT/domega, dT/dqdot = 2 E^T p, and the
+    projection leaves N^T (d/dt (2 E^T) - (d(2 E qdot)/dq)^T) p = omega x p; the multiplier of |q| = 1 drops out
+    because N^T q = 0.
+    """
     terms: list[Any] = []
     for body in mechanism.bodies:
-        terms.extend(turning(body.joint, [u[k] for k in body.u], [momenta[k] for k in body.u]))
+        terms += [0 * momenta[0]] * len(body.steps)
+        if body.ball:
+            terms += cross([u[k] for k in body.u[-3:]], [momenta[k] for k in body.u[-3:]])
     return terms
-
-
-@singledispatch
-def turning(joint: Joint, u: Sequence[Any], momenta: Sequence[Any]) -> Sequence[Any]:
-    """Return what N^T (d/dt dT/dqdot - dT/dq) holds besides d/dt dT/du - N^T dT/dq: nothing where u = qdot."""
-    if not joint.holonomic_speeds:
-        raise TypeError(f"no quasi-velocities for {type(joint).__name__}")
-    return [momenta[0] * 0] * len(u) if u else []
-
-
-@turning.register
-def _(_joint: Spherical, u: Sequence[Any], momenta: Sequence[Any]) -> Sequence[Any]:
-    """Return omega x dT/domega.
-
-    With omega = 2 E(q) qdot and N = E^T / 2, dT/dqdot = 2 E^T p, p = dT/domega, and the projection leaves
-    N^T (d/dt (2 E^T) - (d(2 E qdot)/dq)^T) p = omega x p; the multiplier of |q| = 1 drops out because N^T q = 0.
-    """
-    return cross(u, momenta)
 
 
 def _symmetric(upper: Sequence[Sequence[Any]]) -> list[list[Any]]:
