@@ -1,0 +1,220 @@
+"""Exact quotients as a book prints them: factored, with the shorter of sin^2 and 1 - cos^2, with tan and one root."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import reduce
+from typing import Final
+
+from multibody_sym.dynamics.quotient_field import Field, NoClosedFormError, Poly, Quotient
+from multibody_sym.expressions.printer import text
+from multibody_sym.scalars.node import BUILD, ONE, ZERO, Node, add, divide, multiply, negate, number, power
+
+_MOST_FORMS: Final = 8
+_MOST_TERMS: Final = 120
+_SMALL: Final = 12
+
+
+def book_form(a: Quotient) -> Node:
+    """Return a quotient in the shortest of its forms; raises NoClosedFormError for one that is too long to be read."""
+    if a.is_zero:
+        return ZERO
+    if a.size > _MOST_TERMS:
+        raise NoClosedFormError("the closed form is too long")
+    field = a.field
+    pairs = {
+        field.cancelled(above, below)
+        for above in trigonometric_forms(field, a.above)
+        for below in trigonometric_forms(field, a.below)
+    }
+    return min((_fraction(field, *pair) for pair in pairs), key=_reading)
+
+
+def _reading(node: Node) -> tuple[int, str]:
+    written = text(node)
+    return len(written), written
+
+
+def trigonometric_forms(field: Field, p: Poly) -> list[Poly]:
+    """Return a polynomial with sin^2 as 1 - cos^2 and with cos^2 as 1 - sin^2, angle by angle."""
+    forms = [field.in_ring(p)]
+    for k, letter in enumerate(field.letters):
+        if letter.cosine is not None and any(m[letter.cosine] > 1 for form in forms for m in form):
+            square = 1 - field.ring.gens[k] ** 2
+            forms += [field.replaced(form, letter.cosine, square) for form in forms]
+    return forms[:_MOST_FORMS]
+
+
+# --- fractions -----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Product:
+    """number x factors, each a polynomial with a whole exponent (negative below)."""
+
+    number: Fraction
+    factors: tuple[tuple[Poly, int], ...]
+
+
+def _fraction(field: Field, above: Poly, below: Poly) -> Node:
+    product, root = _taken_roots(field, _factored(above, below))
+    product = _with_few_signs(product)
+    inside = _product_node(field, root)
+    atoms = [] if inside is ONE else [(BUILD["sqrt"](inside), 1)]
+    node = _product_node(field, _Product(abs(product.number), product.factors), atoms)
+    return node if product.number > 0 else negate(node)
+
+
+def _factored(above: Poly, below: Poly) -> _Product:
+    content, factors = above.factor_list()
+    other, other_factors = below.factor_list()
+    exponents = [*factors, *((p, -e) for p, e in other_factors)]
+    return _Product(Fraction(int(content), int(other)), tuple(exponents))
+
+
+def _taken_roots(field: Field, product: _Product) -> tuple[_Product, _Product]:
+    """Return the product without its roots, and what stands under the one root that they make.
+
+    A radicand that also divides goes below the root, sqrt(f) / f = sqrt(1 / f); a number does so only beside others.
+    """
+    radicands = [field.in_ring(r) for p, _ in product.factors if (r := _radicand(field, p)) is not None]
+    plain = [(p, e) for p, e in product.factors if _radicand(field, p) is None]
+    numeric = [int(r.LC) for r in radicands if r.is_ground]
+    inside = []
+    for radicand in (r for r in radicands if not r.is_ground):
+        k = next((k for k, (p, e) in enumerate(plain) if e < 0 and p in (radicand, -radicand)), None)
+        inside.append((radicand, 1 if k is None else -1))
+        if k is not None:
+            plain[k] = (plain[k][0], plain[k][1] + 1)
+    outside, under = product.number, Fraction(1)
+    for prime in numeric:
+        moved = bool(inside) and outside.denominator % prime == 0
+        outside, under = (outside * prime, under / prime) if moved else (outside, under * prime)
+    return _Product(outside, tuple((p, e) for p, e in plain if e)), _Product(under, tuple(inside))
+
+
+def _radicand(field: Field, factor: Poly) -> Poly | None:
+    """Return the radicand of a factor that is nothing but the letter of a root."""
+    if len(factor) != 1:
+        return None
+    letters = [k for k, exponent in enumerate(factor.LM) if exponent]
+    letter = field.letters[letters[0]] if len(letters) == 1 else None
+    return letter.square if letter is not None and letter.node is None else None
+
+
+def _with_few_signs(product: _Product) -> _Product:
+    """Return the product with its sign moved into a factor that is a difference, and sums without leading signs."""
+    value, factors = product.number, list(product.factors)
+    for k, (p, e) in enumerate(factors):
+        if all(c < 0 for c in p.values()):
+            factors[k], value = (-p, e), value * (-1) ** e
+    if value < 0:
+        for k, (p, e) in enumerate(factors):
+            if e % 2 and any(c < 0 for c in p.values()):
+                factors[k], value = (-p, e), -value
+                break
+    return _Product(value, tuple(factors))
+
+
+def _product_node(field: Field, product: _Product, atoms: Iterable[tuple[Node, int]] = ()) -> Node:
+    """Return a product with a positive number as one quotient, `atoms` (other factors with exponents) included."""
+    powers = [*atoms, *((_sum(field, p), e) for p, e in product.factors)]
+    powers = _tangents(powers)
+    above = _multiplied([(node, e) for node, e in powers if e > 0])
+    below = _multiplied([(node, -e) for node, e in powers if e < 0])
+    return _with_number(product.number, above, below)
+
+
+def _with_number(value: Fraction, above: Node, below: Node) -> Node:
+    """Return value x above / below: small denominators stand below, others make a decimal where they can."""
+    if below is ONE:
+        return multiply(number(value), above)
+    if value.denominator <= _SMALL or not _is_decimal(value.denominator):
+        above, below = multiply(number(value.numerator), above), multiply(number(value.denominator), below)
+        return divide(above, below)
+    return divide(multiply(number(value), above), below)
+
+
+def _is_decimal(denominator: int) -> bool:
+    for prime in (2, 5):
+        while denominator % prime == 0:
+            denominator //= prime
+    return denominator == 1
+
+
+def _tangents(powers: list[tuple[Node, int]]) -> list[tuple[Node, int]]:
+    """Return the factors with sin a / cos a written as tan a."""
+    exponents = dict(powers)
+    for node, sine in powers:
+        if node.op != "sin":
+            continue
+        cosine = exponents.get(BUILD["cos"](node.args[0]), 0)
+        if sine * cosine < 0:
+            shared = min(abs(sine), abs(cosine)) * (1 if sine > 0 else -1)
+            exponents[node] = sine - shared
+            exponents[BUILD["cos"](node.args[0])] = cosine + shared
+            exponents[BUILD["tan"](node.args[0])] = shared
+    return list(exponents.items())
+
+
+# --- sums and products ---------------------------------------------------------------------------------------------
+
+
+def _sum(field: Field, p: Poly) -> Node:
+    """Return a polynomial as a sum, positive terms first."""
+    terms = [(c < 0, _term(field, m, abs(c))) for m, c in _contracted(field, p).items()]
+    ordered = sorted(terms, key=lambda term: (term[0], text(term[1])))
+    return reduce(add, (negate(node) if negative else node for negative, node in ordered))
+
+
+def _term(field: Field, exponents: tuple[int, ...], coefficient: int) -> Node:
+    powers = []
+    for k, exponent in enumerate(exponents):
+        if exponent:
+            letter = field.letters[k]
+            node = BUILD["sqrt"](_sum(field, letter.square)) if letter.node is None else letter.node
+            powers.append((node, exponent))
+    return multiply(number(coefficient), _multiplied(powers))
+
+
+def _contracted(field: Field, p: Poly) -> dict[tuple[int, ...], int]:
+    """Return the terms of a polynomial with X - X cos^2 a written as X sin^2 a, and the other way round."""
+    terms = {m: int(c) for m, c in field.in_ring(p).items()}
+    for s, letter in enumerate(field.letters):
+        if letter.cosine is not None:
+            _contract(terms, s, letter.cosine)
+            _contract(terms, letter.cosine, s)
+    return terms
+
+
+def _contract(terms: dict[tuple[int, ...], int], made: int, squared: int) -> None:
+    for m in list(terms):
+        if m[squared] < 2 or m not in terms:
+            continue
+        partner = _shifted(m, squared, -2)
+        if terms.get(partner) == -terms[m]:
+            merged = _shifted(partner, made, 2)
+            terms[merged] = terms.get(merged, 0) - terms.pop(m)
+            del terms[partner]
+            if not terms[merged]:
+                del terms[merged]
+
+
+def _shifted(m: tuple[int, ...], k: int, change: int) -> tuple[int, ...]:
+    return (*m[:k], m[k] + change, *m[k + 1 :])
+
+
+def _multiplied(powers: Iterable[tuple[Node, int]]) -> Node:
+    """Return the product of powers: letters first, then their powers, functions, roots, sums."""
+    factors = [power(node, number(e)) for node, e in powers if e]
+    return reduce(multiply, sorted(factors, key=_place_in_product), ONE)
+
+
+_PLACES: Final = {"pi": 0, "symbol": 1, "pow": 2, "sqrt": 4, "add": 5}
+
+
+def _place_in_product(node: Node) -> tuple[int, str]:
+    op = node.args[0].op if node.op == "pow" and node.args[0].op != "symbol" else node.op
+    return _PLACES.get(op, 3), text(node)

@@ -1,0 +1,241 @@
+"""The scalars of closed forms: quotients of polynomials in parameters, sines, cosines and roots, exact, with a sample.
+
+Each sum and product is brought to lowest terms at once, so that what vanishes is seen to vanish and no formula depends
+on the order of elimination. Each quotient carries its value at the sample with 50 digits: it chooses signs and pivots.
+sin^2 is written as 1 - cos^2, the square of a root as its radicand.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any, Final
+
+from mpmath import MPContext
+from sympy.polys.domains import ZZ
+from sympy.polys.heuristicgcd import HeuristicGCDFailed
+from sympy.polys.orderings import lex
+from sympy.polys.rings import PolyRing
+
+from multibody_sym.scalars.node import Node
+
+Poly = Any
+"""A polynomial of a sympy ring with integer coefficients: a map from tuples of exponents to coefficients."""
+
+PRECISE: Final = MPContext()
+PRECISE.dps = 50
+_NOTHING: Final = PRECISE.mpf(10) ** -30
+_MOST_TERMS: Final = 400
+_HIGHEST_POWER: Final = 24
+
+
+class NoClosedFormError(Exception):
+    """There is no closed form of bearable size; the message says why. Numbers are given instead."""
+
+
+@dataclass(frozen=True)
+class Letter:
+    """A letter of the polynomials: what it stands for, its value at the sample, and whether it is known to be positive.
+
+    `square` is set for a root (its radicand; then `node` is None) and for a sine (1 - cos^2, `cosine` its position).
+    """
+
+    node: Node | None
+    sample: Any
+    positive: bool = False
+    square: Poly = None
+    cosine: int | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Quotient:
+    """above / below, two polynomials without a common factor, and the value at the sample."""
+
+    field: Field
+    above: Poly
+    below: Poly
+    sample: Any
+
+    def __add__(self, other: Quotient | int) -> Quotient:
+        return self.field.sum_of(self, self.field.constant(other))
+
+    def __mul__(self, other: Quotient | int) -> Quotient:
+        return self.field.product_of(self, self.field.constant(other))
+
+    def __neg__(self) -> Quotient:
+        return Quotient(self.field, -self.above, self.below, -self.sample)
+
+    def __sub__(self, other: Quotient | int) -> Quotient:
+        return self + -self.field.constant(other)
+
+    def __truediv__(self, other: Quotient | int) -> Quotient:
+        return self * self.field.constant(other).power(-1)
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+    def power(self, exponent: int) -> Quotient:
+        """Return the power with a whole exponent; raises NoClosedFormError for 1/0 and for high powers."""
+        if abs(exponent) > _HIGHEST_POWER:
+            raise NoClosedFormError(f"the power {exponent} is too high")
+        base = self
+        if exponent < 0:
+            if self.vanishes:
+                raise NoClosedFormError("a divisor vanishes at the given values")
+            base = Quotient(self.field, self.below, self.above, 1 / self.sample)
+        result = self.field.constant(1)
+        for _ in range(abs(exponent)):
+            result = result * base
+        return result
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether this is the constant 0."""
+        return not self.above
+
+    @property
+    def vanishes(self) -> bool:
+        """Whether the value at the sample is zero."""
+        return bool(abs(self.sample) < _NOTHING)
+
+    @property
+    def size(self) -> int:
+        """The number of terms above and below."""
+        return len(self.above) + len(self.below)
+
+    @property
+    def letters(self) -> list[Letter]:
+        """The letters that occur."""
+        found = {k for p in (self.above, self.below) for m in p for k, exponent in enumerate(m) if exponent}
+        return [self.field.letters[k] for k in sorted(found)]
+
+
+@dataclass
+class Field:
+    """The letters of one calculation, the ring they make, and the signs that the sample has decided.
+
+    `work` is what may still be spent, counted in products of terms; when it has run out, NoClosedFormError says so.
+    """
+
+    work: int
+    letters: list[Letter] = field(default_factory=list)
+    positive: list[Quotient] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.ring = PolyRing((), ZZ, lex)
+        self._position: dict[Any, int] = {}
+
+    # --- letters and constants -----------------------------------------------------------------------------------
+
+    def constant(self, value: Quotient | int | Fraction) -> Quotient:
+        """Return a number as a quotient."""
+        if isinstance(value, Quotient):
+            return value
+        exact = Fraction(value)
+        sample = PRECISE.mpf(exact.numerator) / exact.denominator
+        return Quotient(self, self.ring(exact.numerator), self.ring(exact.denominator), sample)
+
+    def letter(self, identity: Any, letter: Letter) -> Quotient:
+        """Return the letter known by `identity`, made from `letter` when it is met for the first time."""
+        k = self.position(identity)
+        if k is None:
+            k = self._position[identity] = len(self.letters)
+            self.letters.append(letter)
+            self.ring = PolyRing([f"g{i}" for i in range(k + 1)], ZZ, lex)
+        return Quotient(self, self.ring.gens[k], self.ring.one, self.letters[k].sample)
+
+    def position(self, identity: Any) -> int | None:
+        """Return the position of a letter, None where it has not been met."""
+        return self._position.get(identity)
+
+    def whole(self, p: Poly) -> Quotient:
+        """Return a polynomial as a quotient."""
+        return Quotient(self, p, self.ring.one, self.value(p))
+
+    def value(self, p: Poly) -> Any:
+        """Return a polynomial's value at the sample."""
+        total = PRECISE.mpf(0)
+        for m, c in p.items():
+            term = PRECISE.mpf(int(c))
+            for k, exponent in enumerate(m):
+                if exponent:
+                    term *= self.letters[k].sample ** exponent
+            total += term
+        return total
+
+    def in_ring(self, p: Poly) -> Poly:
+        """Return a polynomial as one in all letters that there are by now."""
+        missing = self.ring.ngens - p.ring.ngens
+        return self.ring.from_dict({m + (0,) * missing: c for m, c in p.items()}) if missing else p
+
+    # --- arithmetic -----------------------------------------------------------------------------------------------
+
+    def sum_of(self, a: Quotient, b: Quotient) -> Quotient:
+        """Return a + b."""
+        if a.is_zero or b.is_zero:
+            return b if a.is_zero else a
+        above, below, other, other_below = (self.in_ring(p) for p in (a.above, a.below, b.above, b.below))
+        if below == other_below:
+            return self.made(above + other, below, a.sample + b.sample)
+        self.spend(len(above) * len(other_below) + len(other) * len(below) + len(below) * len(other_below))
+        return self.made(above * other_below + other * below, below * other_below, a.sample + b.sample)
+
+    def product_of(self, a: Quotient, b: Quotient) -> Quotient:
+        """Return a b."""
+        above, below, other, other_below = (self.in_ring(p) for p in (a.above, a.below, b.above, b.below))
+        self.spend(len(above) * len(other) + len(below) * len(other_below))
+        return self.made(above * other, below * other_below, a.sample * b.sample)
+
+    def spend(self, products: int) -> None:
+        """Take from the work that may still be done."""
+        self.work -= products
+        if self.work < 0:
+            raise NoClosedFormError("the closed form is too long")
+
+    def made(self, above: Poly, below: Poly, sample: Any) -> Quotient:
+        """Return above / below as a quotient, without roots below."""
+        above, below = self.reduced(above), self.reduced(below)
+        if not above:
+            return self.constant(0)
+        return Quotient(self, *self.cancelled(*self._without_roots_below(above, below)), sample)
+
+    def cancelled(self, above: Poly, below: Poly) -> tuple[Poly, Poly]:
+        """Return a quotient in lowest terms."""
+        if len(above) > _MOST_TERMS or len(below) > _MOST_TERMS:
+            raise NoClosedFormError("the closed form is too long")
+        self.spend(10 * (len(above) + len(below)))
+        try:
+            above, below = above.cancel(below)
+        except HeuristicGCDFailed:
+            raise NoClosedFormError("a common factor was not found") from None
+        return (above, below) if below.LC > 0 else (-above, -below)
+
+    def reduced(self, p: Poly) -> Poly:
+        """Return a polynomial with each sine and each root at most once in a term."""
+        p = self.in_ring(p)
+        for k in range(len(self.letters) - 1, -1, -1):
+            square = self.letters[k].square
+            if square is not None and any(m[k] > 1 for m in p):
+                p = self.replaced(p, k, self.in_ring(square))
+        return p
+
+    def replaced(self, p: Poly, k: int, square: Poly) -> Poly:
+        """Return a polynomial in which the square of letter k is written as `square`."""
+        parts: dict[int, dict[tuple[int, ...], Any]] = {}
+        for m, c in p.items():
+            parts.setdefault(m[k] // 2, {})[(*m[:k], m[k] % 2, *m[k + 1 :])] = c
+        total = self.ring.zero
+        for exponent, part in parts.items():
+            self.spend(len(part) * len(square) ** exponent)
+            total += self.ring.from_dict(part) * square**exponent
+        return total
+
+    def _without_roots_below(self, above: Poly, below: Poly) -> tuple[Poly, Poly]:
+        """Return a quotient multiplied above and below by A - B r for each root r in below = A + B r."""
+        for k in range(len(self.letters) - 1, -1, -1):
+            if self.letters[k].node is None and any(m[k] for m in below):
+                plain = self.ring.from_dict({m: c for m, c in below.items() if not m[k]})
+                other = 2 * plain - below if plain else self.ring.gens[k]
+                self.spend(len(other) * (len(above) + len(below)))
+                above, below = self.reduced(above * other), self.reduced(below * other)
+        return above, below

@@ -1,0 +1,249 @@
+"""Functions of exact quotients: signs, roots, sines and cosines; and the exact value of Nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from fractions import Fraction
+from functools import partial
+from typing import Any, Final
+
+from sympy.ntheory import factorint
+
+from multibody_sym.dynamics.book_form import book_form, trigonometric_forms
+from multibody_sym.dynamics.quotient_field import PRECISE, Field, Letter, NoClosedFormError, Poly, Quotient
+from multibody_sym.scalars.node import BUILD, PI, Node, postorder
+
+_HIGHEST_MULTIPLE: Final = 12
+_LONGEST_RADICAND: Final = 60
+
+
+# --- signs ---------------------------------------------------------------------------------------------------------
+
+
+def sign(a: Quotient) -> int:
+    """Return the sign of a at the sample (0 only for the constant 0), and note in the field what it rests on."""
+    if a.is_zero:
+        return 0
+    if a.vanishes:
+        raise NoClosedFormError("a sign changes at the given values")
+    side = 1 if a.sample > 0 else -1
+    positive = a * side
+    if not _surely_positive(positive) and not any((positive - known).is_zero for known in a.field.positive):
+        a.field.positive.append(positive)
+    return side
+
+
+def _surely_positive(a: Quotient) -> bool:
+    """Return whether all terms are positive because their letters are."""
+    letters = a.field.letters
+    return all(
+        c > 0 and all(letters[k].positive or e % 2 == 0 for k, e in enumerate(m))
+        for p in (a.above, a.below)
+        for m, c in p.items()
+    )
+
+
+def absolute(a: Quotient) -> Quotient:
+    """Return |a|, with the sign that a has at the sample."""
+    return a * sign(a)
+
+
+# --- roots ---------------------------------------------------------------------------------------------------------
+
+
+def sqrt(a: Quotient) -> Quotient:
+    """Return the square root of a: squares leave it, each factor that stays becomes a letter."""
+    if a.is_zero:
+        return a
+    if a.sample < 0:
+        raise NoClosedFormError("the square root of a negative number")
+    field = a.field
+    product = a.above * a.below
+    if len(product) > _LONGEST_RADICAND:
+        raise NoClosedFormError("a root's radicand is too long")
+    splits = [_split(field, form) for form in trigonometric_forms(field, product)]
+    outside, inside = min(splits, key=lambda split: sum(len(p) for p in split[1]))
+    root = absolute(outside / field.whole(a.below))
+    for factor in inside:
+        root = root * _root(field, factor)
+    return root
+
+
+def _split(field: Field, p: Poly) -> tuple[Quotient, list[Poly]]:
+    """Return (s, factors) with p = s^2 times the factors, each positive at the sample."""
+    content, factors = p.factor_list()
+    outside, primes = _square_part(abs(int(content)))
+    root, rest = field.constant(outside), [field.ring(prime) for prime in primes]
+    for factor, multiplicity in factors:
+        root = root * field.whole(field.reduced(factor)).power(multiplicity // 2)
+        if multiplicity % 2:
+            rest.append(factor if field.value(factor) > 0 else -factor)
+    return root, rest
+
+
+def _square_part(n: int) -> tuple[int, list[int]]:
+    """Return (s, primes) with n = s^2 times the primes; a large n without small factors stays whole."""
+    if n == 0:
+        return 1, []
+    outside, rest = 1, []
+    for prime, exponent in factorint(n, limit=10**5).items():
+        outside *= prime ** (exponent // 2)
+        if exponent % 2:
+            rest.append(prime)
+    return outside, rest
+
+
+def _root(field: Field, radicand: Poly) -> Quotient:
+    """Return the letter for the root of a prime or of a polynomial that is no product."""
+    radicand = field.reduced(radicand)
+    terms = frozenset((tuple((k, e) for k, e in enumerate(m) if e), int(c)) for m, c in radicand.items())
+    return field.letter(("root", terms), Letter(None, PRECISE.sqrt(field.value(radicand)), True, radicand))
+
+
+# --- sines and cosines ---------------------------------------------------------------------------------------------
+
+_SQUARED_SINES: Final = {Fraction(0): 0, Fraction(1, 6): Fraction(1, 4), Fraction(1, 4): Fraction(1, 2),
+                         Fraction(1, 3): Fraction(3, 4), Fraction(1, 2): 1}  # fmt: skip
+
+
+def sine_and_cosine(angle: Quotient) -> tuple[Quotient, Quotient]:
+    """Return (sin, cos) of an angle: sums and whole multiples written out, exact numbers where there are any."""
+    field = angle.field
+    sine, cosine = field.constant(0), field.constant(1)
+    for base, multiple in _parts(angle):
+        s, c = _multiple(*_letters(base), multiple)
+        sine, cosine = sine * c + cosine * s, cosine * c - sine * s
+    return sine, cosine
+
+
+def _parts(angle: Quotient) -> Iterable[tuple[Quotient, int]]:
+    """Return an angle as whole multiples of base angles; a multiple of pi alone, or of 1, is a base angle."""
+    field = angle.field
+    if not angle.below.is_ground:
+        return [(angle, 1)]
+    below, parts, pi = int(angle.below.LC), [], field.position(PI)
+    for m, c in field.in_ring(angle.above).items():
+        multiple = Fraction(int(c), below)
+        constant = sum(m) == 0 or (pi is not None and sum(m) == m[pi] == 1)
+        whole = 1 if constant or abs(multiple.numerator) > _HIGHEST_MULTIPLE else abs(multiple.numerator)
+        base = field.whole(field.ring.from_dict({m: 1})) * field.constant(abs(multiple) / whole)
+        parts.append((base, whole if multiple > 0 else -whole))
+    return parts
+
+
+def _letters(angle: Quotient) -> tuple[Quotient, Quotient]:
+    """Return (sin, cos) of a base angle as two letters, or as numbers at multiples of 30 and 45 degrees."""
+    field, node = angle.field, book_form(angle)
+    exact = _at_known_angle(field, node)
+    if exact is not None:
+        return exact
+    cosine = field.letter(("cos", node), Letter(BUILD["cos"](node), PRECISE.cos(angle.sample)))
+    position = field.position(("cos", node))
+    square = 1 - cosine.above**2
+    made = Letter(BUILD["sin"](node), PRECISE.sin(angle.sample), square=square, cosine=position)
+    return field.letter(("sin", node), made), cosine
+
+
+def _at_known_angle(field: Field, angle: Node) -> tuple[Quotient, Quotient] | None:
+    turns = Fraction(1) if angle is PI else None
+    if angle.op == "mul" and angle.args[1] is PI and angle.args[0].op == "number":
+        turns = Fraction(angle.args[0].data)
+    if turns is None or 12 % turns.denominator or turns.denominator == 12:
+        return None
+    return _sine_at(field, turns), _sine_at(field, turns + Fraction(1, 2))
+
+
+def _sine_at(field: Field, turns: Fraction) -> Quotient:
+    """Return sin(turns pi), for multiples of 1/6 and 1/4."""
+    above = turns % 2 <= 1
+    folded = turns % 1
+    value = sqrt(field.constant(_SQUARED_SINES[min(folded, 1 - folded)]))
+    return value if above else -value
+
+
+def _multiple(sine: Quotient, cosine: Quotient, n: int) -> tuple[Quotient, Quotient]:
+    """Return (sin, cos) of n times the angle."""
+    s, c = sine.field.constant(0), sine.field.constant(1)
+    for _ in range(abs(n)):
+        s, c = s * cosine + c * sine, c * cosine - s * sine
+    return (s, c) if n > 0 else (-s, c)
+
+
+# --- Nodes ---------------------------------------------------------------------------------------------------------
+
+
+def exact(field: Field, nodes: Iterable[Node], known: dict[Node, Quotient]) -> list[Quotient]:
+    """Return Nodes over the field; `known` holds what symbols and slots stand for, and takes in all that is found.
+
+    Raises NoClosedFormError where a choice (a sign, a divisor) is undecided at the sample, or the work has run out.
+    """
+    roots = list(nodes)
+    for n in postorder(roots):
+        if n in known:
+            continue
+        if n.op == "number":
+            known[n] = field.constant(n.data)
+        elif n.op == "real":
+            known[n] = field.constant(Fraction(repr(n.data)))
+        elif n is PI:
+            known[n] = field.letter(PI, Letter(PI, +PRECISE.pi, True))
+        else:
+            known[n] = _OPERATIONS[n.op](*(known[a] for a in n.args))
+    return [known[root] for root in roots]
+
+
+def _power(a: Quotient, b: Quotient) -> Quotient:
+    if b.above.is_ground and b.below.is_ground:
+        exponent = Fraction(int(b.above.LC if b.above else 0), int(b.below.LC))
+        if exponent.denominator <= 2:
+            base = a if exponent.denominator == 1 else sqrt(a)
+            return base.power(exponent.numerator)
+    return _opaque("pow", a, b)
+
+
+def _opaque(op: str, *arguments: Quotient) -> Quotient:
+    """Return a letter for a function's value."""
+    node = BUILD[op](*(book_form(a) for a in arguments))
+    sample = _PRECISE_OPERATIONS[op](*(a.sample for a in arguments))
+    if isinstance(sample, PRECISE.mpc):
+        raise NoClosedFormError(f"{op} has no real value")
+    return arguments[0].field.letter(node, Letter(node, sample, op == "exp"))
+
+
+def _tangent(a: Quotient) -> Quotient:
+    s, c = sine_and_cosine(a)
+    return s / c
+
+
+def _less(a: Quotient, b: Quotient) -> Quotient:
+    return a.field.constant(int(sign(b - a) > 0))
+
+
+def _less_equal(a: Quotient, b: Quotient) -> Quotient:
+    return a.field.constant(int(sign(b - a) >= 0))
+
+
+_PRECISE_OPERATIONS: Final[dict[str, Callable[..., Any]]] = {
+    "pow": PRECISE.power, "asin": PRECISE.asin, "acos": PRECISE.acos, "atan": PRECISE.atan, "atan2": PRECISE.atan2,
+    "sinh": PRECISE.sinh, "cosh": PRECISE.cosh, "tanh": PRECISE.tanh, "exp": PRECISE.exp, "log": PRECISE.log,
+}  # fmt: skip
+
+_OPERATIONS: Final[dict[str, Callable[..., Quotient]]] = {
+    **{op: partial(_opaque, op) for op in _PRECISE_OPERATIONS},
+    "neg": lambda a: -a,
+    "add": lambda a, b: a + b,
+    "mul": lambda a, b: a * b,
+    "div": lambda a, b: a / b,
+    "pow": _power,
+    "sqrt": sqrt,
+    "sin": lambda a: sine_and_cosine(a)[0],
+    "cos": lambda a: sine_and_cosine(a)[1],
+    "tan": _tangent,
+    "abs": absolute,
+    "sign": lambda a: a.field.constant(sign(a)),
+    "min": lambda a, b: a if sign(b - a) >= 0 else b,
+    "max": lambda a, b: a if sign(a - b) >= 0 else b,
+    "less": _less,
+    "less_equal": _less_equal,
+    "where": lambda c, a, b: b if c.is_zero else a,
+}

@@ -1,0 +1,102 @@
+"""States over Nodes for closed forms: the start as it is declared, and any state, in the names of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Final
+
+from multibody_sym.dynamics.quotient_field import PRECISE, Field, Letter
+from multibody_sym.dynamics.quotient_functions import exact
+from multibody_sym.dynamics.start import Start
+from multibody_sym.kinematics.state import State, state_of
+from multibody_sym.model.mechanism import Coordinate, Mechanism, Speed
+from multibody_sym.scalars.functions import evaluate, evaluate_float, sqrt
+from multibody_sym.scalars.node import ZERO, Node, as_node, leaves, slot, symbol
+
+_AS_DECLARED: Final = 1e-12
+_WORK: Final = 10_000
+_ASIDE: Final = Fraction(1, 1009)
+
+
+@dataclass(frozen=True)
+class SymbolicState:
+    """A state over Nodes, and for each symbol that occurs in it the letter that stands for it in closed forms."""
+
+    state: State
+    letters: Mapping[Node, Letter]
+
+    def translated(self, mechanism: Mechanism, node: Node) -> Node:
+        """Return an expression in the names of the model as one in this state's symbols; quantities stay."""
+        in_slots = evaluate([node], lambda leaf: mechanism.symbols.get(leaf, leaf))
+        return as_node(evaluate(in_slots, lambda leaf: self.state.slots.get(leaf, leaf))[0])
+
+
+def declared_state(mechanism: Mechanism, begin: Start) -> SymbolicState:
+    """Return the start with coordinates and speeds as declared, in parameters; assembled ones keep their names."""
+    parameters, letters = _parameters(mechanism)
+    values = {slot("parameters", i): node for i, node in enumerate(parameters)}
+    sample = {node: float(letter.sample) for node, letter in letters.items()}
+
+    def declared(named: Sequence[Coordinate | Speed], found: Sequence[float]) -> list[Node]:
+        nodes = [as_node(x) for x in evaluate([each.initial for each in named], values)]
+        kept = _normalized(mechanism, nodes) if named is mechanism.coordinates else nodes
+        for k, each in enumerate(named):
+            if abs(evaluate_float([kept[k]], sample)[0] - found[k]) > _AS_DECLARED * max(1.0, abs(found[k])):
+                kept[k] = symbol(each.name)
+                letters[kept[k]] = Letter(kept[k], PRECISE.mpf(found[k]))
+        return kept
+
+    q = declared(mechanism.coordinates, begin.q)
+    u = declared(mechanism.speeds, begin.u)
+    return SymbolicState(state_of(mechanism, Node, ZERO, q, u, parameters), letters)
+
+
+def any_state(mechanism: Mechanism, begin: Start) -> SymbolicState:
+    """Return the state in which time, coordinates and speeds keep their names; the sample is near the start."""
+    parameters, letters = _parameters(mechanism)
+    q = [symbol(c.name) for c in mechanism.coordinates]
+    u = [symbol(s.name) for s in mechanism.speeds]
+    time = symbol("t")
+    for k, (node, value) in enumerate(zip((time, *q, *u), (0.0, *begin.q, *begin.u), strict=True)):
+        # a little aside, where nothing vanishes by chance
+        aside = PRECISE.mpf(_ASIDE.numerator) / (_ASIDE.denominator + 97 * k)
+        letters[node] = Letter(node, PRECISE.mpf(value) + aside)
+    return SymbolicState(state_of(mechanism, Node, time, q, u, parameters), letters)
+
+
+def _parameters(mechanism: Mechanism) -> tuple[list[Node], dict[Node, Letter]]:
+    """Return the parameter vector over Nodes (those given by others written out), and the letters of the free ones.
+
+    Lengths of ropes and Baumgarte's coefficients, on which no acceleration depends, are zero.
+    """
+    entries = mechanism.parameters
+    known: dict[Node, Node] = {}
+    letters: dict[Node, Letter] = {}
+    waiting = list(range(len(entries)))
+    while waiting:
+        index = waiting.pop(0)
+        place, value = slot("parameters", index), entries[index].value
+        needed = leaves([value], "slot") if value is not None else []
+        if value is None:
+            known[place] = ZERO
+        elif not needed:
+            known[place] = symbol(entries[index].name)
+            sample = exact(Field(_WORK), [value], {})[0].sample
+            letters[known[place]] = Letter(known[place], sample, entries[index].positive)
+        elif all(leaf in known for leaf in needed):
+            known[place] = as_node(evaluate([value], known)[0])
+        else:
+            waiting.append(index)
+    return [known[slot("parameters", i)] for i in range(len(entries))], letters
+
+
+def _normalized(mechanism: Mechanism, q: list[Node]) -> list[Node]:
+    """Return coordinates with each quaternion divided by its length."""
+    normal = list(q)
+    for body in mechanism.bodies:
+        length = sqrt(sum((q[k] ** 2 for k in body.quaternion), ZERO))
+        for k in body.quaternion:
+            normal[k] = q[k] / length
+    return normal
