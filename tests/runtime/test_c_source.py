@@ -1,0 +1,124 @@
+"""runtime.c as C: no warnings, no sanitizer findings, no allocation, the same bits at every level of optimisation."""
+
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hand_models import TEMPLATES, planar_pendulum
+
+from multibody_sym.integrators.runge_kutta import METHODS
+from multibody_sym.runtime.integration import integrate
+from multibody_sym.runtime.native import open_library
+from multibody_sym.runtime.problem import Problem
+
+CC = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+needs_compiler = pytest.mark.skipif(CC is None, reason="needs a C compiler")
+
+DRIVER = """
+#include "runtime.h"
+#include <stdio.h>
+#include <stdlib.h>
+extern const mbs_program mbs_programs[];
+static const double a[] = {A}, c[] = {C}, error[] = {ERROR}, dense[] = {DENSE};
+int main(void)
+{
+    const double parameters[] = {9.81, 1, 0, 0}, x0[] = {1, 0, 0, 0};
+    mbs_method method = {7, 5, 4, 4, a, c, error, dense};
+    mbs_system system = {0, &mbs_programs[0], &mbs_programs[1], &mbs_programs[2], 0, parameters, x0, 2, 2, 2, 0};
+    mbs_problem problem = {&method, &system, 0, 2.0, 0, 1e-8, 1e-8, 1e-3, 1e-8, 1000000, 11, 1};
+    mbs_state state;
+    double *work = malloc(sizeof(double) * (MBS_WORK(7, 2, 2, 2, 0))), *samples = malloc(sizeof(double) * 4 * 11);
+    mbs_start(&problem, x0, &state, work);
+    for (long long row = 0; state.status == MBS_RUNNING;)
+        row += mbs_integrate(&problem, &state, work, 3, 11 - row < 2 ? 11 - row : 2, samples + 4 * row);
+    for (int i = 0; i < 44; ++i)
+        printf("%.17g\\n", samples[i]);
+    free(work);
+    free(samples);
+    return state.status == MBS_DONE ? 0 : 1;
+}
+"""
+
+
+def hanging(compiled):
+    return Problem(
+        compiled,
+        METHODS["dormand_prince"],
+        t0=0.0,
+        t_end=2.0,
+        q0=np.array([1.0, 0.0]),
+        u0=np.zeros(2),
+        parameters=np.array([9.81, 1, 0, 0]),
+        modes=np.zeros(0),
+        samples=11,
+        project=True,
+    )
+
+
+def write_sources(place):
+    tableau = METHODS["dormand_prince"].tableau
+    text = DRIVER
+    for name, values in (("A", tableau.A), ("C", tableau.c), ("ERROR", tableau.error), ("DENSE", tableau.dense)):
+        text = text.replace("{" + name + "}", "{" + ", ".join(map(repr, values.ravel().tolist())) + "}")
+    for name, content in {**planar_pendulum(copies=2).sources(), "main.c": text}.items():
+        (place / name).write_text(content)
+
+
+def compiled(place, *arguments):
+    return subprocess.run([CC, "-std=c99", *arguments], cwd=place, capture_output=True, text=True, check=False)
+
+
+@needs_compiler
+def test_the_compiler_has_nothing_to_warn_of():
+    warnings = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wstrict-prototypes", "-pedantic", "-Werror"]
+    run = compiled(TEMPLATES, "-O2", *warnings, "-c", "-o", "/dev/null", "runtime.c")
+    assert (run.returncode, run.stderr) == (0, "")
+
+
+def test_it_includes_math_and_nothing_else():
+    source = (TEMPLATES / "runtime.c").read_text() + (TEMPLATES / "runtime.h").read_text()
+    assert re.findall(r"#include (\S+)", source) == ['"runtime.h"', "<math.h>"]
+    assert not re.search(r"\b(malloc|calloc|realloc|free|alloca)\b", source)
+
+
+@needs_compiler
+@pytest.mark.parametrize("sanitizer", ["address,undefined", ""], ids=["sanitized", "plain"])
+def test_a_driver_in_c_gets_the_motion_that_python_gets(tmp_path, sanitizer):
+    write_sources(tmp_path)
+    flags = [f"-fsanitize={sanitizer}", "-fno-sanitize-recover=all"] if sanitizer else []
+    built = compiled(tmp_path, "-O1", *flags, "main.c", "model.c", "runtime.c", "-lm", "-o", "driver")
+    if sanitizer and "cannot find" in built.stderr:
+        pytest.skip("needs the sanitizers' libraries")
+    assert built.returncode == 0, built.stderr
+    run = subprocess.run([tmp_path / "driver"], capture_output=True, text=True, check=False)
+    assert (run.returncode, run.stderr) == (0, "")
+    wanted = integrate(hanging(planar_pendulum(copies=2).load()))
+    found = np.array(run.stdout.split(), dtype=float).reshape(11, 4)
+    np.testing.assert_allclose(found, np.hstack([wanted.q, wanted.u]), atol=1e-12)
+
+
+@needs_compiler
+def test_all_levels_of_optimisation_give_the_same_bits(tmp_path):
+    write_sources(tmp_path)
+    model, runs = planar_pendulum(copies=2), []
+    for level in ("-O0", "-O2", "-O3"):
+        flags = [level, "-ffp-contract=off", "-fPIC", "-shared"]
+        built = compiled(tmp_path, *flags, "model.c", "runtime.c", "-lm", "-o", f"model{level}.so")
+        assert built.returncode == 0, built.stderr
+        functions = open_library(tmp_path / f"model{level}.so", model.signatures())
+        runs.append(integrate(hanging(replace(model.load(), functions=functions))))
+    for run in runs[1:]:
+        assert run.statistics == runs[0].statistics
+        np.testing.assert_array_equal(run.q, runs[0].q)
+        np.testing.assert_array_equal(run.u, runs[0].u)
+
+
+def test_a_library_of_other_programs_is_refused():
+    model = planar_pendulum()
+    with pytest.raises(ValueError, match="expected sizes"):
+        open_library(model.load().path, planar_pendulum(copies=2).signatures())
+    with pytest.raises(OSError, match="no-such"):
+        open_library(TEMPLATES / "no-such.so", model.signatures())
