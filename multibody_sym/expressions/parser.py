@@ -208,6 +208,8 @@ class _Parser:
             name = token.text if token.kind == "name" else token.text[1:-1].replace(quote * 2, quote)
             if not name:
                 raise self.error(token, "the quoted name is empty")
+            if "." in name:
+                raise self.error(token, "a quoted name holds no dot; quote the parts: 'my rod'.pin")
             parts.append(name)
             self.place += 1
             if self.found[self.place].kind != ".":

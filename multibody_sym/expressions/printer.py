@@ -11,6 +11,7 @@ from multibody_sym.scalars.node import Node, postorder
 
 LONGEST_TEXT: Final = 100_000
 _LONGEST_DECIMAL: Final = 25
+_EXACT_BITS: Final = 256  # past which a quotient of numbers is no longer exact
 COMPARISON, SUM, PRODUCT, POWER, ATOM = 10, 20, 30, 40, 50
 
 
@@ -82,7 +83,7 @@ def _decimal(value: Fraction) -> str | None:
         return None
     places = max(twos, fives)
     digits = str(value.numerator * 10**places // value.denominator)
-    if len(digits) > _LONGEST_DECIMAL:
+    if len(digits) > _LONGEST_DECIMAL and max(value.numerator, value.denominator).bit_length() <= _EXACT_BITS:
         return None
     if len(digits) < places - 3:
         return _scientific(digits, len(digits) - 1 - places)

@@ -57,11 +57,14 @@ def failure(text: str, column: int, message: str) -> ExpressionError:
     start = max(0, column - 1 - _SHOWN_EACH_SIDE)
     stop = column - 1 + _SHOWN_EACH_SIDE
     head, tail = ("..." if start else ""), ("..." if stop < len(text) else "")
-    shown = "".join(c if c.isprintable() else "?" for c in text[start:stop])
-    excerpt = f"  {head}{shown}{tail}\n  {' ' * (len(head) + column - 1 - start)}^"
-    error = ExpressionError(message, excerpt=excerpt)
+    excerpt = f"  {head}{_printable(text[start:stop])}{tail}\n  {' ' * (len(head) + column - 1 - start)}^"
+    error = ExpressionError(_printable(message), excerpt=excerpt)
     error.located(column=column)
     return error
+
+
+def _printable(text: str) -> str:
+    return "".join(c if c.isprintable() else "?" for c in text)
 
 
 def tokens(text: str) -> list[Token]:

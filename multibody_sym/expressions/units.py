@@ -112,7 +112,12 @@ def parse_unit(text: str) -> tuple[Node, Dimension]:
 
 def read_unit(text: str, rest: list[Token]) -> tuple[Node, Dimension]:
     """Return (factor, dimension) of the unit that the tokens `rest` of `text` (to its end) spell."""
-    return _Unit(text, rest).whole()
+    try:
+        return _Unit(text, rest).whole()
+    except ExpressionError as error:
+        if error.where.column is None:
+            raise failure(text, rest[0].column, "the factor of this unit is out of range") from None
+        raise
 
 
 class _Unit:
@@ -244,7 +249,7 @@ Dimensions = list[Dimension | None]
 def _counts(n: Node) -> bool:
     """Return whether a constant is a pure number; `9.81` in `9.81*m` carries a unit that nobody wrote."""
     if n.op == "number":
-        return abs(n.data.numerator) < _PURE_ABOVE and n.data.denominator <= _PURE_BELOW
+        return bool(abs(n.data.numerator) < _PURE_ABOVE and n.data.denominator <= _PURE_BELOW)
     return True
 
 
