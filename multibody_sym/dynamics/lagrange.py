@@ -21,14 +21,14 @@ from multibody_sym.dynamics.equations import EquationsOfMotion, equations
 from multibody_sym.dynamics.subexpressions import Subexpressions
 from multibody_sym.dynamics.symbols import Symbols, symbols_of
 from multibody_sym.errors import ModelError
-from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
+from multibody_sym.kinematics.energy import kinetic_energy, potential_energy, stored_energy
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import coordinate_rates, joint_rates, motion_of
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import State, slot_state
 from multibody_sym.kinematics.vectors import cross
 from multibody_sym.model.mechanism import JointSpring, Load, Mechanism, PointSpring
-from multibody_sym.scalars.node import ZERO, Node, leaves, slot
+from multibody_sym.scalars.node import ZERO, Node, as_node, leaves, slot
 
 
 def lagrange(mechanism: Mechanism, state: State) -> EquationsOfMotion:
@@ -48,11 +48,15 @@ def verify_free(mechanism: Mechanism) -> None:
 
 @dataclass(frozen=True)
 class Energies:
-    """What the equations are derived from, in sympy: T(q, u), V(q, t), the forces Q (nu) and the rows' phi(q, t)."""
+    """What the equations are derived from, in sympy.
+
+    `kinetic` T(q, u); `potential` V(q, t), the weight's and each spring's; `forces` the generalised forces Q (nu) of
+    each load that V does not hold; `constraints` phi(q, t) of each row.
+    """
 
     kinetic: Any
-    potential: Any
-    forces: tuple[Any, ...]
+    potential: tuple[Any, ...]
+    forces: tuple[tuple[Any, ...], ...]
     constraints: tuple[Any, ...]
 
 
@@ -62,16 +66,23 @@ def energies(mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> E
     Springs belong to V where stiffness and rest are constant or given in time; all other loads, and the damping of
     every spring, to Q. Quaternions have length one here, which holds wherever the equations do.
     """
-    state = slot_state(mechanism)
-    motion = motion_of(mechanism, state)
+    names.budget.enter("the energies")
+    parts = energy_nodes(mechanism)
+    known = {**symbols.slots, **dict.fromkeys(_squared_norms(mechanism), sympy.S.One)}
+    translated = names.translated([x for part in parts for x in part], known)
+    (T,), potential, constraints, *forces = _cut([names.name(e) for e in translated], parts)
+    return Energies(T, tuple(potential), tuple(map(tuple, forces)), tuple(constraints))
+
+
+def energy_nodes(mechanism: Mechanism) -> list[list[Node]]:
+    """Return as Nodes in slots [T], the parts of V, the rows' phi, and Q (nu) of each load that V does not hold."""
+    motion = motion_of(mechanism, slot_state(mechanism))
     stored, working = split(mechanism.loads)
-    conservative = replace(motion, mechanism=replace(mechanism, loads=stored))
-    forces = applied_generalized_forces(motion, applied(motion, working, weight=False))
-    constraints = [row.phi for row in row_motions(motion)]
-    nodes = [kinetic_energy(motion), potential_energy(conservative), *forces, *constraints]
-    T, V, *rest = names.translated(nodes, {**symbols.slots, **dict.fromkeys(_squared_norms(mechanism), sympy.S.One)})
-    count = len(forces)
-    return Energies(T, V, tuple(rest[:count]), tuple(rest[count:]))
+    weight = potential_energy(replace(motion, mechanism=replace(mechanism, loads=())))
+    potential = [weight, *(stored_energy(load, motion) for load in stored)]
+    forces = [applied_generalized_forces(motion, applied(motion, [load], weight=False)) for load in working]
+    parts = [[kinetic_energy(motion)], potential, [row.phi for row in row_motions(motion)], *forces]
+    return [[as_node(x) for x in part] for part in parts]
 
 
 def split(loads: Sequence[Load]) -> tuple[tuple[Load, ...], tuple[Load, ...]]:
@@ -113,7 +124,8 @@ class LagrangeTerms:
     """The parts of the equations, in sympy, each by speed (nu): what a student writes one after the other.
 
     `momenta` dT/du; `mass_matrix` M; `momentum_rates` d/dt dT/du without udot; `turning` what quasi-velocities add
-    (omega x dT/domega); `kinetic_gradient` N^T dT/dq; `potential_gradient` N^T dV/dq; `forces` Q.
+    (omega x dT/domega); `kinetic_gradient` N^T dT/dq; `potential_gradient` N^T dV/dq; `forces` Q of loads outside V.
+    Together: `velocity_terms` c, what the left side holds without udot and V; `applied` Q - N^T dV/dq.
     """
 
     momenta: list[Any]
@@ -123,17 +135,8 @@ class LagrangeTerms:
     kinetic_gradient: list[Any]
     potential_gradient: list[Any]
     forces: list[Any]
-
-    @property
-    def velocity_terms(self) -> list[Any]:
-        """c (nu): everything on the left without udot, except the forces."""
-        parts = zip(self.momentum_rates, self.turning, self.kinetic_gradient, strict=True)
-        return [rate + turned - gradient for rate, turned, gradient in parts]
-
-    @property
-    def applied(self) -> list[Any]:
-        """Q - N^T dV/dq (nu): all generalised forces, those of V included."""
-        return [force - gradient for force, gradient in zip(self.forces, self.potential_gradient, strict=True)]
+    velocity_terms: list[Any]
+    applied: list[Any]
 
 
 def lagrange_terms(mechanism: Mechanism, symbols: Symbols, names: Subexpressions, given: Energies) -> LagrangeTerms:
@@ -145,18 +148,27 @@ def lagrange_terms(mechanism: Mechanism, symbols: Symbols, names: Subexpressions
     names.budget.enter("the mass matrix, d/dt dT/du")
     mass_matrix = _symmetric([names.tangents(momenta[: k + 1], {u[k]: 1}) for k in range(len(u))])
     names.budget.enter("the velocity terms of d/dt dT/du")
-    momentum_rates = names.tangents(momenta, time_rates(mechanism, symbols, names))
+    rates = names.tangents(momenta, time_rates(mechanism, symbols, names))
+    turned = [names.name(x) for x in turning(mechanism, u, momenta)]
+    gradient = projected(mechanism, q, kinetic, names)
     names.budget.enter("the gradient dV/dq")
-    potential = names.gradient(given.potential, q)
+    pulls = [projected(mechanism, q, names.gradient(part, q), names) for part in given.potential]
+    potential, forces = _totals(pulls, len(u)), _totals(given.forces, len(u))
     return LagrangeTerms(
         momenta,
         mass_matrix,
-        momentum_rates,
-        turning(mechanism, u, momenta),
-        projected(mechanism, q, kinetic),
-        projected(mechanism, q, potential),
-        list(given.forces),
+        rates,
+        turned,
+        gradient,
+        potential,
+        forces,
+        velocity_terms=[names.sum([a, b, -c]) for a, b, c in zip(rates, turned, gradient, strict=True)],
+        applied=[force - pull for force, pull in zip(forces, potential, strict=True)],
     )
+
+
+def _totals(parts: Sequence[Sequence[Any]], size: int) -> list[Any]:
+    return [sympy.Add(*(part[k] for part in parts)) for k in range(size)]
 
 
 def time_rates(mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> dict[Any, Any]:
@@ -165,13 +177,13 @@ def time_rates(mechanism: Mechanism, symbols: Symbols, names: Subexpressions) ->
     return {symbols.time: 1, **dict(zip(symbols.coordinates, qdot, strict=True))}
 
 
-def projected(mechanism: Mechanism, q: Sequence[Any], by_coordinate: Sequence[Any]) -> list[Any]:
+def projected(mechanism: Mechanism, q: Sequence[Any], gradient: Sequence[Any], names: Subexpressions) -> list[Any]:
     """Return N(q)^T g (nu) of a gradient g (nq)."""
     found: list[Any] = []
     for body in mechanism.bodies:
         for k in body.u:
             column = joint_rates(body, q, [int(j == k) for j in range(len(mechanism.speeds))])
-            found.append(sum((n * by_coordinate[i] for n, i in zip(column, body.q, strict=True)), 0 * q[0]))
+            found.append(names.sum(n * gradient[i] for n, i in zip(column, body.q, strict=True)))
     return found
 
 
@@ -184,7 +196,7 @@ def turning(mechanism: Mechanism, u: Sequence[Any], momenta: Sequence[Any]) -> l
     """
     terms: list[Any] = []
     for body in mechanism.bodies:
-        terms += [0 * momenta[0]] * len(body.steps)
+        terms += [sympy.S.Zero] * len(body.steps)
         if body.ball:
             terms += cross([u[k] for k in body.u[-3:]], [momenta[k] for k in body.u[-3:]])
     return terms

@@ -55,7 +55,7 @@ def row_terms(phi: Any, mechanism: Mechanism, symbols: Symbols, names: Subexpres
     """Derive a row from phi(q, t)."""
     names.budget.enter("the constraints' derivatives")
     *by_coordinate, explicit = names.gradient(phi, [*symbols.coordinates, symbols.time])
-    jacobian = [names.sum([x]) for x in projected(mechanism, symbols.coordinates, by_coordinate)]
+    jacobian = projected(mechanism, symbols.coordinates, by_coordinate, names)
     phidot = names.sum([h * u for h, u in zip(jacobian, symbols.speeds, strict=True)] + [explicit])
     rate = names.tangents([phidot], time_rates(mechanism, symbols, names))[0]
     return RowTerms(phi, phidot, jacobian, -rate)

@@ -7,31 +7,31 @@ while deriving. Numbers that are not simple stand as symbols of their own, so th
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from fractions import Fraction
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final
 
 import sympy
 
 from multibody_sym.dynamics.budget import Budget
 from multibody_sym.scalars.node import Node, as_node, postorder
-from multibody_sym.scalars.sympy_bridge import SYMPY_OPERATIONS, from_sympy
+from multibody_sym.scalars.sympy_bridge import SYMPY_OPERATIONS, from_sympy, to_sympy
 
 _LARGEST_SIMPLE: Final = 12
+_EXACT: Final = ("number", "pi", "neg", "add", "mul", "div", "sin", "cos", "sqrt")
+_EXACT_BITS: Final = 48
 
 
 class Subexpressions:
     """Names and what they stand for, in an order in which they can be evaluated; grows while something is derived.
 
     `definitions` maps each name to its expression in leaves and earlier names, `numbers` each symbol that stands for a
-    number to that number. With `named=False` nothing is named and expressions are written out.
+    number to that number.
     """
 
-    def __init__(self, prefix: str, budget: Budget, *, named: bool = True) -> None:
+    def __init__(self, prefix: str, budget: Budget) -> None:
         self.definitions: dict[sympy.Symbol, Any] = {}
         self.numbers: dict[sympy.Symbol, Node] = {}
         self.budget = budget
-        self.named = named
         self._prefix = prefix
         self._names: dict[Any, sympy.Symbol] = {}
         self._number_symbols: dict[Node, sympy.Symbol] = {}
@@ -53,13 +53,13 @@ class Subexpressions:
                 values[n] = self.number(n)
                 continue
             value = SYMPY_OPERATIONS[n.op](*(values[a] for a in n.args))
-            values[n] = self.name(value) if uses[n] > 1 else value
+            values[n] = self.shared(value) if uses[n] > 1 else value
         return [values[root] for root in roots]
 
     def number(self, node: Node) -> Any:
-        """Return a constant: itself where it is simple or nothing is named, else a symbol that stands for it."""
-        if node.op == "number" and (not self.named or _is_simple(node.data)):
-            return sympy.Rational(node.data.numerator, node.data.denominator)
+        """Return a constant: itself where it is simple, else a symbol that stands for it."""
+        if self.is_simple(node):
+            return to_sympy(node, {})
         if node.shadow is not None and node.shadow < 0:
             return -self.number(-node)
         if node not in self._number_symbols:
@@ -68,11 +68,19 @@ class Subexpressions:
             self._number_symbols[node] = made
         return self._number_symbols[node]
 
+    def is_simple(self, node: Node) -> bool:
+        """Return whether a constant may stand in expressions as itself."""
+        return node.op == "number" and max(abs(node.data.numerator), node.data.denominator) <= _LARGEST_SIMPLE
+
     # --- names -----------------------------------------------------------------------------------------------------
+
+    def shared(self, expression: Any) -> Any:
+        """Return what stands for an expression that is used several times while Nodes are translated."""
+        return self.name(expression)
 
     def name(self, expression: Any) -> Any:
         """Return a name for an expression, or the expression itself where a name would not be shorter."""
-        if not self.named or not expression.args or _is_scaled_name(expression):
+        if not expression.args or _is_scaled_name(expression):
             return expression
         made = self._names.get(expression)
         if made is None:
@@ -148,8 +156,28 @@ def needed(definitions: Mapping[sympy.Symbol, Any], expressions: Iterable[Any]) 
     return [symbol for symbol in definitions if symbol in found]
 
 
-def _is_simple(value: int | Fraction) -> bool:
-    return abs(value.numerator) <= _LARGEST_SIMPLE and value.denominator <= _LARGEST_SIMPLE
+class WrittenOut(Subexpressions):
+    """The same derivation for what stays small: nothing is named, and every result is rewritten as a person would."""
+
+    def __init__(self, prefix: str, budget: Budget, readable: Callable[[Any], Any]) -> None:
+        super().__init__(prefix, budget)
+        self._readable = readable
+
+    def is_simple(self, node: Node) -> bool:
+        """Return whether sympy takes a constant exactly: rationals, multiples of pi, square roots of small numbers."""
+        return all(
+            n.op in _EXACT and (n.op != "number" or n.data.denominator.bit_length() <= _EXACT_BITS)
+            for n in postorder([node])
+        )
+
+    def shared(self, expression: Any) -> Any:
+        """Return the expression itself."""
+        return expression
+
+    def name(self, expression: Any) -> Any:
+        """Return the expression, rewritten."""
+        self.budget.spend(0)
+        return self._readable(expression)
 
 
 def _is_scaled_name(expression: Any) -> bool:

@@ -1,0 +1,228 @@
+"""Expressions as a person would write them: terms merged, sin^2 + cos^2 gone, angles added, like terms grouped.
+
+Works on sums of products and only where they stay small; everything larger is left as it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import combinations, product
+from math import comb
+from typing import Any, Final
+
+import sympy
+
+LARGEST_SUM: Final = 1500
+"""Terms that an expression may have when its products are multiplied out; past it nothing is rewritten."""
+
+Monomial = tuple[tuple[Any, Any], ...]
+"""A product of powers: (base, exponent) pairs, ordered by the text of the base."""
+Terms = dict[Monomial, Any]
+"""A sum: the rational factor of each product."""
+
+
+@dataclass(frozen=True)
+class Readable:
+    """Rewrites expressions. `speeds` are grouped last; `circles` are the tuples of symbols whose squares add to one."""
+
+    speeds: frozenset[Any]
+    circles: tuple[tuple[Any, ...], ...] = ()
+    known: dict[Any, Any] = field(default_factory=dict)
+
+    def __call__(self, expression: Any) -> Any:
+        """Return the expression as a person would write it, or itself where that is no longer."""
+        if expression not in self.known:
+            found = self._rewritten(expression) if expanded_size(expression) <= LARGEST_SUM else expression
+            shorter = expression if found.count_ops() > expression.count_ops() else found
+            self.known[expression] = self.known[shorter] = shorter
+        return self.known[expression]
+
+    def _rewritten(self, expression: Any) -> Any:
+        terms = terms_of(_expanded(expression.replace(_has_inside, self._inside)))
+        terms = with_angle_sums(self._reduced(terms))
+        return grouped(terms, self.speeds)
+
+    def _inside(self, outer: Any) -> Any:
+        return outer.func(*(self(part) for part in outer.args))
+
+    def _reduced(self, terms: Terms) -> Terms:
+        """Return the terms with sin^2 + cos^2 = 1, and each quaternion's squares, used wherever fewer terms remain."""
+        angles = _angles(terms)
+        circles = [(sympy.sin(a), sympy.cos(a)) for a in angles] + list(self.circles)
+        for _ in range(len(circles) + 1):
+            candidates = [_without_square(terms, c[k], (*c[:k], *c[k + 1 :])) for c in circles for k in range(len(c))]
+            best = min(candidates, key=len, default=terms)
+            if len(best) >= len(terms):
+                break
+            terms = best
+        return terms
+
+
+def _has_inside(e: Any) -> bool:
+    return bool((e.is_Pow and e.base.is_Add and not _is_count(e.exp)) or (e.is_Function and e.args[0].is_Add))
+
+
+def _is_count(exponent: Any) -> bool:
+    return bool(exponent.is_Integer and exponent > 0)
+
+
+# --- sums of products ----------------------------------------------------------------------------------------------
+
+
+def expanded_size(expression: Any) -> int:
+    """Return how many terms an expression has at most once its products are multiplied out."""
+    if expression.is_Add:
+        return sum(expanded_size(a) for a in expression.args)
+    if expression.is_Mul:
+        size = 1
+        for a in expression.args:
+            size *= expanded_size(a)
+        return size
+    if expression.is_Pow and _is_count(expression.exp):
+        return comb(expanded_size(expression.base) + int(expression.exp) - 1, int(expression.exp))
+    return 1
+
+
+def _expanded(expression: Any) -> Any:
+    return sympy.expand(expression, power_base=False, power_exp=False, log=False)
+
+
+def terms_of(expanded: Any) -> Terms:
+    """Return an expanded expression as terms."""
+    terms: Terms = {}
+    for term in sympy.Add.make_args(expanded):
+        factor, product = term.as_coeff_Mul()
+        if factor != 0:
+            key = _monomial(dict(part.as_base_exp() for part in sympy.Mul.make_args(product) if part != 1))
+            terms[key] = terms.get(key, sympy.S.Zero) + factor
+    return {key: factor for key, factor in terms.items() if factor != 0}
+
+
+def expression_of(terms: Mapping[Monomial, Any]) -> Any:
+    """Return terms as one expression."""
+    return sympy.Add(*(factor * _product(key) for key, factor in terms.items()))
+
+
+def _product(key: Monomial) -> Any:
+    return sympy.Mul(*(base**exponent for base, exponent in key))
+
+
+def _monomial(powers: Mapping[Any, Any]) -> Monomial:
+    return tuple(sorted(((b, e) for b, e in powers.items() if e != 0), key=lambda pair: str(pair[0])))
+
+
+def _changed(key: Monomial, changes: Mapping[Any, int]) -> Monomial:
+    """Return a product with the exponents of some factors changed."""
+    powers = dict(key)
+    for base, change in changes.items():
+        powers[base] = powers.get(base, 0) + change
+    return _monomial(powers)
+
+
+def _added(terms: Terms, key: Monomial, factor: Any) -> None:
+    total = terms.get(key, sympy.S.Zero) + factor
+    if total == 0:
+        terms.pop(key, None)
+    else:
+        terms[key] = total
+
+
+# --- sin^2 + cos^2 = 1 ---------------------------------------------------------------------------------------------
+
+
+def _angles(terms: Terms) -> list[Any]:
+    found = {b.args[0]: None for key in terms for b, _ in key if isinstance(b, (sympy.sin, sympy.cos))}
+    return sorted(found, key=str)
+
+
+def _without_square(terms: Terms, gone: Any, others: Sequence[Any]) -> Terms:
+    """Return the terms with gone^2 = 1 - (sum of the squares of others)."""
+    result: Terms = {}
+    pending = list(terms.items())
+    while pending:
+        key, factor = pending.pop()
+        exponent = dict(key).get(gone, 0)
+        if not (exponent == int(exponent) and exponent >= 2):
+            _added(result, key, factor)
+            continue
+        pending.append((_changed(key, {gone: -2}), factor))
+        pending.extend((_changed(key, {gone: -2, other: 2}), -factor) for other in others)
+    return result
+
+
+# --- cos(a + b) ----------------------------------------------------------------------------------------------------
+
+
+def with_angle_sums(terms: Terms) -> Terms:
+    """Return the terms with cos a cos b - sin a sin b = cos(a + b) and its like put together."""
+    result = dict(terms)
+    while True:
+        found = next(_pairs(result), None)
+        if found is None:
+            return result
+        first, second, made, factor = found
+        del result[first], result[second]
+        _added(result, made, factor)
+
+
+def _pairs(terms: Terms) -> Iterator[tuple[Monomial, Monomial, Monomial, Any]]:
+    """Yield two terms that make the cosine or sine of a sum or difference, and the term that they make."""
+    for key, factor in terms.items():
+        cosines = [b.args[0] for b, e in key if isinstance(b, sympy.cos) and _is_count(e)]
+        sines = [b.args[0] for b, e in key if isinstance(b, sympy.sin) and _is_count(e)]
+        for a, b in combinations(cosines, 2):
+            partner = _changed(key, {sympy.cos(a): -1, sympy.cos(b): -1, sympy.sin(a): 1, sympy.sin(b): 1})
+            if abs(terms.get(partner, 0)) == abs(factor):
+                angle = a + b if terms[partner] == -factor else a - b
+                yield key, partner, *_with(key, {sympy.cos(a): -1, sympy.cos(b): -1}, sympy.cos(angle), factor)
+        for a, b in product(sines, cosines):
+            partner = _changed(key, {sympy.sin(a): -1, sympy.cos(b): -1, sympy.cos(a): 1, sympy.sin(b): 1})
+            if a != b and abs(terms.get(partner, 0)) == abs(factor):
+                angle = a + b if terms[partner] == factor else a - b
+                yield key, partner, *_with(key, {sympy.sin(a): -1, sympy.cos(b): -1}, sympy.sin(angle), factor)
+
+
+def _with(key: Monomial, changes: Mapping[Any, int], function: Any, factor: Any) -> tuple[Monomial, Any]:
+    """Return the term with some factors changed and a function put in; sympy turns sin(-x) into -sin x."""
+    sign, plain = function.as_coeff_Mul()
+    return _changed(key, {**changes, plain: 1}), sign * factor
+
+
+# --- grouping ------------------------------------------------------------------------------------------------------
+
+
+def grouped(terms: Terms, speeds: frozenset[Any]) -> Any:
+    """Return terms as one expression: products of speeds that share a factor together, then sums of like parameters."""
+    by_factor: dict[Monomial, Terms] = {}
+    for key, factor in terms.items():
+        still = tuple(pair for pair in key if pair[0] not in speeds)
+        by_factor.setdefault(still, {})[tuple(pair for pair in key if pair[0] in speeds)] = factor
+    by_motion: dict[Any, Terms] = {}
+    for still, moving in by_factor.items():
+        content, primitive = _factorized(moving)
+        by_motion.setdefault(primitive, {})[still] = content
+    return sympy.Add(*(sympy.Mul(_with_sums(rests), motion) for motion, rests in by_motion.items()))
+
+
+def _factorized(terms: Terms) -> tuple[Any, Any]:
+    """Return a polynomial in speeds as a number and a factorised polynomial."""
+    whole = expression_of(terms)
+    number, polynomial = (sympy.factor(whole) if len(terms) > 1 else whole).as_coeff_Mul()
+    return number, polynomial
+
+
+def _with_sums(terms: Terms) -> Any:
+    """Return the sum of terms with k m1 r + k m2 r written k (m1 + m2) r, the largest group first."""
+    remaining, parts = dict(terms), list[Any]()
+    while True:
+        groups: dict[tuple[Monomial, Any], list[tuple[Monomial, Any]]] = {}
+        for key, factor in remaining.items():
+            for base, exponent in key:
+                if exponent == 1 and base.is_Symbol:
+                    groups.setdefault((_changed(key, {base: -1}), abs(factor)), []).append((key, base))
+        (rest, size), members = max(groups.items(), key=lambda group: len(group[1]), default=(((), 1), []))
+        if len(members) < 2:
+            return sympy.Add(*parts, expression_of(remaining))
+        like = sympy.Add(*(remaining.pop(key) / size * base for key, base in members))
+        parts.append(sympy.Mul(size, _product(rest), like))
