@@ -117,10 +117,17 @@ def store(key: str, path: Path, metadata: Mapping[str, Any]) -> None:
 
 
 def keep(content: bytes, origin: str, suffix: str) -> Path:
-    """Store `content` as a file whose name tells its `origin` and content; raises OSError if it cannot be written."""
-    path = folder() / _file_name(Path(f"{digest(origin)}-{suffix}"), content)
-    _write(path, content)
-    return path
+    """Store `content` as a file whose name tells its `origin` and content; for this process only if the cache is full.
+
+    Raises OSError if it cannot be written anywhere.
+    """
+    name = _file_name(Path(f"{digest(origin)}-{suffix}"), content)
+    try:
+        _write(folder() / name, content)
+        return folder() / name
+    except OSError:
+        _write(_temporary_folder() / name, content)
+        return _temporary_folder() / name
 
 
 def _file_name(path: Path, content: bytes) -> str:

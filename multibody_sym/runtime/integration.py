@@ -47,9 +47,8 @@ def integrate(
     to write them. `loop` is the one that fits `problem.compiled` unless another is given.
     """
     run = loop or (native_loop if problem.compiled.backend == "c" else python_loop)
-    times, samples = problem.times(), np.empty((problem.samples, len(problem.q0) + len(problem.u0)))
-    x0 = np.concatenate([problem.q0, problem.u0])
-    progress = Progress(0, problem.t0, x0, Statistics(), None)
+    times, samples = problem.times(), np.empty((problem.samples, len(problem.x0)))
+    progress = Progress(0, problem.t0, problem.x0, Statistics(), None)
     try:
         with np.errstate(all="ignore"):
             for latest in run(problem, samples):

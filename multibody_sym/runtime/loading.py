@@ -60,8 +60,9 @@ class Compiled:
 def load(programs: Mapping[str, Program], *, native: bool = False, backend: Backend | None = None) -> Compiled:
     """Return `programs` callable by name; what the cache holds is neither printed nor compiled again.
 
-    `backend` None takes C and falls back to Python with one FallbackNotice; "c" raises OutputError instead; "python"
-    takes Python. `native`: C for this processor only, whose last digits may differ.
+    `backend` None takes C and falls back to Python with one FallbackNotice; "c" raises CompilerError instead; "python"
+    takes Python. `native`: C for this processor only, whose last digits may differ. Raises OutputError if generated
+    code cannot be written anywhere.
     """
     from multibody_sym.program.measures import program_hash
 
@@ -78,11 +79,14 @@ def load(programs: Mapping[str, Program], *, native: bool = False, backend: Back
 
         return python_source(programs)
 
-    return _in_c_or_python(
-        backend,
-        lambda: load_c(signatures, key, printed_c, native=native),
-        lambda: load_python(signatures, key, printed_python),
-    )
+    try:
+        return _in_c_or_python(
+            backend,
+            lambda: load_c(signatures, key, printed_c, native=native),
+            lambda: load_python(signatures, key, printed_python),
+        )
+    except OSError as problem:
+        raise OutputError(f"generated code cannot be written: {problem}") from problem
 
 
 def _in_c_or_python(
@@ -95,7 +99,7 @@ def _in_c_or_python(
     except (CompilerError, OSError) as problem:
         reason = problem.message if isinstance(problem, CompilerError) else str(problem)
         if backend == "c":
-            raise OutputError(f"C is not available: {reason}") from problem
+            raise CompilerError(f"C is not available: {reason}") from problem
     return _with_notice(in_python(), reason)
 
 

@@ -27,10 +27,10 @@ _PROGRAMS: Final = ("inputs", "state_derivative", "project_position", "project_v
 def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     """Integrate in C; see `Loop`. What was written before an interruption stays in `samples`."""
     tableau = problem.method.tableau
-    parameters, modes = np.ascontiguousarray(problem.parameters), np.ascontiguousarray(problem.modes)
+    parameters, modes = (np.array(values, dtype=float) for values in (problem.parameters, problem.modes))
     method, system = _method(tableau), _system(problem, parameters, modes)
     structure = _problem(problem, method, system)
-    x0 = np.concatenate([problem.q0, problem.u0])
+    x0 = problem.x0
     work = np.zeros((len(tableau.c) + 6) * len(x0) + 2 * system.ns + system.nw + 4)
     state, steps, done = StateStruct(), _FIRST_PIECE, False
     derivative = problem.compiled["state_derivative"]

@@ -60,6 +60,11 @@ class Problem:
                 raise ValueError(f"{name} has the shape {arrays[name].shape}, not {shape}")
 
     @property
+    def x0(self) -> Floats:
+        """The state (nq + nu,) at t0."""
+        return np.concatenate([self.q0, self.u0]).astype(float)
+
+    @property
     def rows(self) -> int:
         """The number of constraint rows."""
         return dict(self.compiled["state_derivative"].signature.outputs)["multipliers"][0]

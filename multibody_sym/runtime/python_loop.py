@@ -33,8 +33,7 @@ _ROUND_OFF: Final = 1e-14
 def python_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     """Integrate in Python; see `Loop`."""
     run = _Run(problem, problem.times().tolist())
-    x = np.concatenate([problem.q0, problem.u0])
-    samples[0] = x
+    x = samples[0] = problem.x0
     written, reached, failure, shown = 1, problem.t0, None, time.perf_counter()
     try:
         for done in run.steps(x):

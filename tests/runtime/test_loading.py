@@ -10,9 +10,15 @@ import numpy as np
 import pytest
 from hand_models import DOUBLE_PENDULUM, OSCILLATOR, planar_pendulum
 
-from multibody_sym.runtime import cache, loading
-from multibody_sym.runtime.loading import load_c, load_python, recall, remember
+from multibody_sym.errors import OutputError
+from multibody_sym.program.interpreter import interpret
+from multibody_sym.program.program import Array
+from multibody_sym.program.trace import Trace
+from multibody_sym.runtime import cache, compiler, loading
+from multibody_sym.runtime.loading import FallbackNotice, load, load_c, load_python, recall, remember
 from multibody_sym.runtime.signature import Signature
+from multibody_sym.scalars.functions import log, sin, sqrt
+from multibody_sym.scalars.node import as_node
 
 IN_PYTHON = """
 def state_derivative(t, q, u, parameters, inputs, modes):
@@ -210,3 +216,97 @@ def test_a_warm_start_imports_nothing_heavy(fresh, monkeypatch):
     first, second = run.stdout.splitlines()
     assert float(first.split()[0]) == pytest.approx(np.cos(1) + np.sin(1), abs=1e-7)
     assert (first.split(" ", 1)[1], second) == ("set()", "[]")
+
+
+# --- Programs ------------------------------------------------------------------------------------------------------
+
+
+def small_program(name="state_derivative", factor=2):
+    trace = Trace(name, [Array("t"), Array("q", (2,)), Array("parameters", (1,))])
+    (t,), (x, y), (p,) = trace["t"], trace["q"], trace["parameters"]
+    found = trace.solve([[x, y], [y, factor * x]], [sin(p * t), as_node(1)])
+    return trace.finish({"solution": ((2,), found.solution), "energy": ((), (x * x + y * p,))})
+
+
+@pytest.fixture
+def unseen(monkeypatch):
+    """Forget which notices were given."""
+    loading._warn_once.cache_clear()
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_programs_give_what_the_interpreter_gives(fresh, backend):
+    program = small_program()
+    compiled = load({"state_derivative": program}, backend=backend)
+    arrays = (0.3, [1.5, -0.7], [1.1])
+    assert compiled.backend == backend
+    for found, wanted in zip(compiled["state_derivative"](*arrays), interpret(program, *arrays), strict=True):
+        np.testing.assert_allclose(found, wanted, rtol=1e-15)
+        assert found.shape == wanted.shape
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_programs_are_printed_once(fresh, monkeypatch, backend):
+    programs = {"one": small_program("one"), "other": small_program("other", 3)}
+    cold = load(programs, backend=backend)
+    printer = "multibody_sym.codegen.c.c_source" if backend == "c" else "multibody_sym.codegen.python.python_source"
+    monkeypatch.setattr(printer, no_sources)
+    monkeypatch.setattr(subprocess, "Popen", no_sources)
+    assert load(programs, backend=backend).path == cold.path
+
+
+@pytest.mark.parametrize("way", ["no compiler", "failing", "hanging", "no library"])
+def test_without_c_python_takes_over_with_one_notice(fresh, monkeypatch, tmp_path, unseen, way):
+    to_last = 'while [ "$1" ]; do out="$1"; shift; done; echo > "$out"'
+    scripts = {"failing": "exit 1", "hanging": "sleep 9", "no library": to_last}
+    if way == "no compiler":
+        monkeypatch.setenv("PATH", str(tmp_path))
+        monkeypatch.delenv("CC", raising=False)
+    else:
+        (tmp_path / "cc").write_text(f'#!/bin/sh\n[ "$1" = --version ] && exit 0\n{scripts[way]}\n')
+        (tmp_path / "cc").chmod(0o755)
+        monkeypatch.setenv("CC", str(tmp_path / "cc"))
+        monkeypatch.setattr(compiler, "_SECONDS", 0.2)
+        monkeypatch.setattr(compiler, "_BYTES_PER_SECOND", 1e9)
+    programs = {"state_derivative": small_program()}
+    with pytest.warns(FallbackNotice, match="runs as Python") as given:
+        compiled, again = load(programs), load(programs)
+    assert len(given) == 1
+    assert compiled.backend == "python"
+    assert compiled.notice == again.notice
+    assert compiled["state_derivative"](0.0, [1, 2], [3])[1] == 7.0
+    with pytest.raises(OutputError, match="C is not available"):
+        load(programs, backend="c")
+
+
+def test_python_asked_for_gives_no_notice(fresh, recwarn):
+    compiled = load({"state_derivative": small_program()}, backend="python")
+    assert compiled.notice is None
+    assert not recwarn.list
+
+
+def test_a_recalled_fallback_gives_its_notice(fresh, monkeypatch, unseen):
+    remember("system", load({"state_derivative": small_program()}, backend="python"), {})
+    monkeypatch.setenv("CC", "/no/compiler")
+    with pytest.warns(FallbackNotice):
+        found = recall("system")
+    assert found.compiled.backend == "python"
+    assert "no compiler" in found.compiled.notice
+
+
+def test_code_that_cannot_be_written_anywhere_is_an_output_error(fresh, monkeypatch, unseen):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
+    with pytest.raises(OutputError, match="No space left"):
+        load({"state_derivative": small_program()})
+
+
+def test_what_has_no_value_is_nan_in_both_languages(fresh):
+    trace = Trace("state_derivative", [Array("q", (2,))])
+    x, y = trace["q"]
+    program = trace.finish({"values": ((3,), (x / y, log(x), sqrt(x)))})
+    for backend in ("c", "python"):
+        (values,) = load({"state_derivative": program}, backend=backend)["state_derivative"]([-1.0, 0.0])
+        assert not np.isfinite(values).any(), backend
