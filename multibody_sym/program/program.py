@@ -167,8 +167,7 @@ def _named(name: str, things: Iterable[_Part], kind: str) -> _Part:
 
 
 def _verify(program: Program) -> None:
-    if not _PROGRAM_NAME.fullmatch(program.name):
-        raise ProgramError(f"{program.name!r} is no name of a program")
+    verify_program_name(program.name)
     _verify_names([a.name for a in program.inputs], "input")
     _verify_names([o.name for o in program.outputs], "output")
     known = {leaf for array in program.inputs for leaf in array.slots}
@@ -178,6 +177,12 @@ def _verify(program: Program) -> None:
         if len(output.values) != math.prod(output.shape):
             raise ShapeError(f"output {output.name} of shape {output.shape} got {len(output.values)} values")
         _verify_atoms(output.values, known)
+
+
+def verify_program_name(name: str) -> None:
+    """Raise ProgramError unless `name` is an identifier that generated code can take over."""
+    if not _PROGRAM_NAME.fullmatch(name):
+        raise ProgramError(f"{name!r} is no name of a program: letters, then digits too, with single underscores")
 
 
 def _verify_names(names: list[str], kind: str) -> None:

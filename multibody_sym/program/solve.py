@@ -142,3 +142,11 @@ def _report(factors: _Factors, right: Floats, y: Floats) -> Floats:
     largest = float(np.abs(right).max(initial=0.0))
     residual = max((abs(right[j] - factors.rows[j, :rank] @ y) for j in factors.order[rank:]), default=0.0)
     return np.array([float(rank), min(diagonal) / diagonal[0] if rank else 0.0, residual / largest if largest else 0.0])
+
+
+def solve_lists(
+    matrix: list[list[float]], right: list[float], columns: int
+) -> tuple[list[float], list[float], list[float]]:
+    """Return what `solve` does, solution, multipliers and report, for lists: s rows of `columns` numbers, and s."""
+    found = solve(np.array(matrix, dtype=float).reshape(len(right), columns), np.array(right, dtype=float))
+    return found.solution.tolist(), found.multipliers.tolist(), found.report.tolist()

@@ -1,0 +1,19 @@
+"""Templates: the layout of generated files, read as text."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from string import Template
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+
+
+def template_text(name: str) -> str:
+    """Return the file `name` (such as `c/runtime.c`) of the installed templates, or of those of a checkout."""
+    folder = _PACKAGE / "templates"
+    return ((folder if folder.is_dir() else _PACKAGE.parent / "templates") / name).read_text(encoding="utf-8")
+
+
+def filled(name: str, **parts: object) -> str:
+    """Return the template `name` with its fields replaced by `parts`, which are printed already."""
+    return Template(template_text(name)).substitute(parts)
