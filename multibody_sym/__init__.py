@@ -2,6 +2,7 @@
 
 TYPE_CHECKING = False  # as in typing, without importing it
 if TYPE_CHECKING:
+    from multibody_sym.cli.version import __version__ as __version__
     from multibody_sym.errors import ExpressionError as ExpressionError
     from multibody_sym.errors import InputError as InputError
     from multibody_sym.errors import ModelError as ModelError
@@ -69,6 +70,7 @@ if TYPE_CHECKING:
     from multibody_sym.simulation.trajectory import Trajectory as Trajectory
 
 _NAMES = {
+    "cli.version": "__version__",
     "errors": "ExpressionError InputError ModelError MultibodyError NoSolutionError OutputError RunError",
     "formats.reader": "load loads",
     "formats.writer": "dump dumps",
@@ -89,10 +91,6 @@ __all__ = sorted(_MODULES)  # noqa: PLE0605
 
 
 def __getattr__(name: str) -> object:
-    if name == "__version__":
-        from importlib.metadata import version
-
-        return version("multibody-sym")
     if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module

@@ -16,7 +16,8 @@ class Where:
     path: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        place = ":".join(str(part) for part in (self.file, self.line, self.column) if part is not None)
+        column = None if self.line is None else self.column  # without a line the excerpt shows it
+        place = ":".join(str(part) for part in (self.file, self.line, column) if part is not None)
         return ": ".join(part for part in (place, ".".join(self.path)) if part)
 
     def as_json(self) -> dict[str, Any]:

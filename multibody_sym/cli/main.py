@@ -76,7 +76,7 @@ def _failure(code: str, message: str, exit_code: int) -> Answer:
 
 
 def _show_notice(message: Warning | str, category: type[Warning], *_place: Any, **_options: Any) -> None:
-    """Print the toolkit's own notices as a line; the user of a command can do nothing about other libraries' warnings."""
+    """Print the toolkit's own notices as lines; a command's user can do nothing about other libraries' warnings."""
     if category.__module__.startswith("multibody_sym."):
         _say(f"note: {message}")
 

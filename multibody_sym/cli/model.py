@@ -1,4 +1,4 @@
-"""The model file of a command, with the parameter values that `--set` changes."""
+"""The model file of a command, and errors that say whether the file or an option is wrong."""
 
 from __future__ import annotations
 
@@ -6,22 +6,37 @@ import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from multibody_sym.errors import InputError, Where
 from multibody_sym.formats.reader import load_with_places
 from multibody_sym.model.slots import at
 from multibody_sym.model.system import System
 from multibody_sym.simulation.overrides import with_values
 
 
-def add_file(parser: argparse.ArgumentParser) -> None:
-    """Declare the model file as an argument."""
-    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
-
-
 @contextmanager
 def model(options: argparse.Namespace) -> Iterator[System]:
-    """Give the system of a command; errors about the model that are raised inside get their place in the file."""
+    """Give the system of a command, with the parameter values that `--set` changes.
+
+    Errors about the model that are raised inside name their place in the file, or the option they come from.
+    """
     system, places = load_with_places(options.file)
     with at("--set"):
         changed = with_values(system, options.set)
-    with places.shown():
-        yield changed
+    try:
+        with places.shown():
+            yield changed
+    except InputError as error:
+        option = _option(error.where.path, options)
+        if option is not None:
+            error.where = Where(path=(option,))
+        raise
+
+
+def _option(path: tuple[str, ...], options: argparse.Namespace) -> str | None:
+    """Return the option that gave what stands at a path of the model; None where the file did."""
+    section, name = (*path, "", "")[:2]
+    if section == "parameters" and name in options.set:
+        return f"--set {name}"
+    if section == "simulation" and getattr(options, name, None) is not None:
+        return "--" + name.replace("_", "-")
+    return "--formalism" if section == "formalism" else None

@@ -50,9 +50,9 @@ class _Version(argparse.Action):
         super().__init__(**named, nargs=0)
 
     def __call__(self, *_arguments: Any) -> NoReturn:
-        from importlib.metadata import version
+        from multibody_sym.cli.version import __version__
 
-        raise Shown(f"multibody-sym {version('multibody-sym')}")
+        raise Shown(f"multibody-sym {__version__}")
 
 
 def parsed(words: Sequence[str]) -> argparse.Namespace:

@@ -10,7 +10,7 @@ from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
 from multibody_sym.errors import InputError
 from multibody_sym.model.declaration import tree_from_system
 from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.slots import suggestion
+from multibody_sym.model.slots import at, suggestion
 from multibody_sym.model.system import System
 from multibody_sym.runtime import loading
 from multibody_sym.runtime.cache import digest
@@ -24,7 +24,8 @@ def formalism_name(name: str | None, mechanism: Mechanism) -> str:
     if name is None:
         return cheapest(mechanism)
     if name not in FORMALISMS:
-        raise InputError(f"there is no formalism {name!r}{suggestion(name, FORMALISMS)}")
+        with at("formalism"):
+            raise InputError(f"there is no formalism {name!r}{suggestion(name, FORMALISMS)}")
     return name
 
 

@@ -46,13 +46,8 @@ class RunSettings:
 def run_settings(settings: Settings, values: Mapping[Node, float]) -> RunSettings:
     """Return the settings in numbers, given the values of the parameters' symbols. Raises ModelError."""
     with at("simulation"):
-        method, step = _method(settings.method), _number("step", settings.step, values)
+        method, step = _method(settings), _number("step", settings.step, values)
         rtol, atol = _tolerances(settings, values)
-        if step is not None and (settings.rtol is not None or settings.atol is not None):
-            raise ModelError("give a step or tolerances (rtol, atol), not both")
-        if step is None and method.error is None:
-            adaptive = ", ".join(name for name, m in METHODS.items() if m.error is not None)
-            raise ModelError(f"{method.name} estimates no error and needs a step; adaptive methods: {adaptive}")
         t_end = _number("t_end", settings.t_end, values)
         assert t_end is not None
         samples, baumgarte = _samples(settings.samples, values), _baumgarte(settings, values)
@@ -60,11 +55,18 @@ def run_settings(settings: Settings, values: Mapping[Node, float]) -> RunSetting
         return RunSettings(method, t_end, step, rtol, atol, samples, baumgarte is None and not unwanted, baumgarte)
 
 
-def _method(name: str) -> RungeKutta:
+def _method(settings: Settings) -> RungeKutta:
+    with at("step"):
+        if settings.step is not None and (settings.rtol is not None or settings.atol is not None):
+            raise ModelError("give a step or tolerances (rtol, atol), not both")
     with at("method"):
-        if name not in METHODS:
-            raise ModelError(f"there is no method {name!r}{suggestion(name, METHODS)}")
-        return METHODS[name]
+        if settings.method not in METHODS:
+            raise ModelError(f"there is no method {settings.method!r}{suggestion(settings.method, METHODS)}")
+        method = METHODS[settings.method]
+        if settings.step is None and method.error is None:
+            adaptive = ", ".join(name for name, m in METHODS.items() if m.error is not None)
+            raise ModelError(f"{method.name} estimates no error and needs a step; adaptive methods: {adaptive}")
+        return method
 
 
 def _tolerances(settings: Settings, values: Mapping[Node, float]) -> tuple[float, float]:

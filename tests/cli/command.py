@@ -1,0 +1,35 @@
+"""The command line as users run it: a process of its own."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "examples"
+PENDULUM = str(EXAMPLES / "pendulum.yaml")
+LONG = ("--t-end", "1e6", "--samples", "2000001", "--rtol", "1e-12")
+"""Settings with which a pendulum runs for minutes."""
+
+
+def environment(**more: str) -> dict[str, str]:
+    """Return the environment of a process that finds the checkout."""
+    return {**os.environ, "PYTHONPATH": str(ROOT), **more}
+
+
+def command(*words: str, cwd: Path | None = None, **options: Any) -> subprocess.CompletedProcess[str]:
+    """Run `multibody-sym WORDS`; nothing it prints may be a traceback."""
+    start = [sys.executable, "-m", "multibody_sym", *words]
+    given = {"env": environment(), "capture_output": True, "text": True, "check": False, "timeout": 120, **options}
+    done = subprocess.run(start, cwd=cwd, **given)
+    assert "Traceback" not in (done.stderr or "")
+    return done
+
+
+def answer(done: subprocess.CompletedProcess[str]) -> Any:
+    """Return the one JSON object on standard output."""
+    return json.loads(done.stdout)

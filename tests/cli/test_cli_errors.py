@@ -1,0 +1,142 @@
+"""Everything a user can do wrong: a message, a place, an exit code, one JSON object, and never a traceback."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from command import PENDULUM, answer, command
+
+from multibody_sym.cli import main
+
+HINGE = "{multibody_sym: 1, name: m, bodies: {b: {mass: 1, com: [1, 0, 0]}}, joints: {h: {type: revolute, parent: ground, child: b, q: phi}}, "
+
+
+def outcome(capsys: pytest.CaptureFixture[str], *words: str):
+    """Return exit code and JSON object of a command run in this process."""
+    import json
+
+    code = main([*words, "--json"])
+    printed = capsys.readouterr()
+    assert printed.out.count("\n") == 1
+    return code, json.loads(printed.out), printed.err
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "kind", "message"),
+    [
+        ((), 2, "usage", "COMMAND"),
+        (("simulat",), 2, "usage", "invalid choice"),
+        (("simulate",), 2, "usage", "FILE"),
+        (("simulate", PENDULUM, "--tend", "3"), 2, "usage", "did you mean --t-end?"),
+        (("simulate", PENDULUM, "--t-end"), 2, "usage", "expected one argument"),
+        (("simulate", PENDULUM, "--set", "l"), 2, "usage", "NAME=VALUE"),
+        (("simulate", PENDULUM, "--backend", "fortran"), 2, "usage", "invalid choice"),
+        (("simulate", "missing.yaml"), 2, "input", "no such file"),
+        (("simulate", "."), 2, "input", "directory"),
+        (("simulate", PENDULUM, "--set", "ll=1"), 2, "model", "did you mean l?"),
+        (("simulate", PENDULUM, "--set", "l=1 kg"), 2, "model", "quantity in m"),
+        (("simulate", PENDULUM, "--set", "l=1+"), 2, "expression", "missing"),
+        (("simulate", PENDULUM, "--set", "l=-1"), 2, "model", "positive"),
+        (("simulate", PENDULUM, "--set", "l=0*g"), 2, "model", "positive"),
+        (("simulate", PENDULUM, "--set", "g=1/(l-1)"), 2, "model", "no finite value"),
+        (("simulate", PENDULUM, "--formalism", "lagrang"), 2, "input", "did you mean lagrange?"),
+        (("simulate", PENDULUM, "--method", "rk4"), 2, "model", "needs a step"),
+        (("simulate", PENDULUM, "--method", "rk5"), 2, "model", "did you mean rk4?"),
+        (("simulate", PENDULUM, "--t-end", "theta"), 2, "model", "names parameters only"),
+        (("simulate", PENDULUM, "--t-end", "-1"), 2, "model", "positive"),
+        (("simulate", PENDULUM, "--samples", "1"), 2, "model", "whole number"),
+        (("simulate", PENDULUM, "-o", "out.xlsx"), 2, "input", ".csv, .npz, .parquet"),
+        (("simulate", PENDULUM, "--plot", "model.yaml"), 2, "input", ".png, .svg, .pdf"),
+        (("simulate", PENDULUM, "-o", "/no/such/folder/out.csv"), 4, "output", "folder"),
+        (("new", "pendulun"), 2, "input", "did you mean pendulum?"),
+    ],
+)
+def test_what_is_wrong_is_said(capsys, words, code: int, kind: str, message: str) -> None:
+    ended, printed, text = outcome(capsys, *words)
+    assert (ended, printed["error"]["code"]) == (code, kind)
+    assert message in printed["error"]["message"]
+    assert text.startswith("error: ")
+    assert set(printed["error"]["where"]) == {"file", "line", "column", "path"}
+
+
+@pytest.mark.parametrize(
+    ("content", "code", "message"),
+    [
+        ("multibody_sym: 1\nname: [", 2, ""),
+        ("multibody_sym: 1\nname: m\nbodies: {b: {mas: 1}}", 2, "unknown key 'mas'"),
+        ("multibody_sym: 1\nname: m\nbodies: {b: {mass: 1 s}}", 2, "kg"),
+        (HINGE + "forces: {f: {type: torque, joint: h, value: k*phi}}}", 2, "'k' is not declared"),
+        (HINGE + "outputs: {f: 'reaction(hh, fx)'}}", 2, "hh"),
+        (HINGE + "simulation: {t_end: phi}}", 2, "parameters only"),
+        (HINGE + "simulation: {method: rk7}}", 2, "rk7"),
+        (HINGE.replace("mass: 1", "mass: 0") + "}", 3, "u_phi"),
+        (HINGE + "forces: {f: {type: torque, joint: h, value: log(1 - t)}}}", 3, "at t = 1"),
+        (HINGE + "constraints: {a: {type: expression, zero: phi - 1}, b: {type: expression, zero: phi - 2}}}", 3, ""),
+    ],
+)
+def test_wrong_models(capsys, tmp_path: Path, content: str, code: int, message: str) -> None:
+    file = tmp_path / "model.yaml"
+    file.write_text(content)
+    ended, printed, _ = outcome(capsys, "simulate", str(file))
+    assert ended == code
+    assert message in printed["error"]["message"]
+    if code == 2:
+        assert printed["error"]["where"]["file"] == str(file)
+        assert printed["error"]["where"]["line"] >= 1
+
+
+def test_an_option_is_blamed_for_what_it_brought(capsys) -> None:
+    for words, option in (
+        (("--set", "l=-1"), "--set l"),
+        (("--t-end", "1 kg"), "--t-end"),
+        (("--method", "rk4"), "--method"),
+        (("--formalism", "x"), "--formalism"),
+    ):
+        _, printed, text = outcome(capsys, "simulate", PENDULUM, *words)
+        assert printed["error"]["where"] == {"file": None, "line": None, "column": None, "path": option}
+        assert text.startswith(f"error: {option}: ")
+
+
+def test_a_defect_is_one_line_and_a_code_of_its_own(capsys, monkeypatch: pytest.MonkeyPatch) -> None:
+    from multibody_sym.simulation import simulate
+
+    def broken(*_arguments: object, **_options: object) -> None:
+        raise RuntimeError("first line\nsecond line")
+
+    monkeypatch.setattr(simulate, "runnable", broken)
+    ended, printed, text = outcome(capsys, "simulate", PENDULUM)
+    assert (ended, printed["error"]["code"]) == (70, "internal")
+    assert "RuntimeError: first line" in text
+    assert "report" in text
+    assert text.count("\n") == 1
+    monkeypatch.setenv("MULTIBODY_SYM_DEBUG", "1")
+    with pytest.raises(RuntimeError):
+        main(["simulate", PENDULUM])
+
+
+def test_no_memory_is_said(capsys, monkeypatch: pytest.MonkeyPatch) -> None:
+    from multibody_sym.simulation import simulate
+
+    def too_large(*_arguments: object, **_options: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(simulate, "integrate", too_large)
+    ended, printed, _ = outcome(capsys, "simulate", PENDULUM)
+    assert (ended, printed["error"]["code"]) == (4, "memory")
+
+
+def test_text_of_an_error_goes_to_standard_error_alone() -> None:
+    done = command("simulate", "missing.yaml")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("error: missing.yaml: ")
+
+
+def test_help_and_version_are_answers() -> None:
+    for words in (("--help",), ("simulate", "--help"), ("--version",)):
+        done = command(*words)
+        assert done.returncode == 0
+        assert done.stdout
+        assert done.stderr == ""
+    assert "exit codes" in command("--help").stdout
+    assert "multibody-sym" in answer(command("simulate", "--help", "--json"))["text"]

@@ -1,0 +1,32 @@
+"""`new`: examples listed and written, nothing replaced."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from command import EXAMPLES, answer, command
+
+import multibody_sym as mbs
+
+
+def test_list_names_every_example_with_its_first_line() -> None:
+    examples = answer(command("new", "--list", "--json"))["examples"]
+    assert set(examples) == {path.stem for path in EXAMPLES.rglob("*.yaml")}
+    assert all(title and not title.startswith(("#", "multibody_sym:")) for title in examples.values())
+    assert examples["pendulum"] in command("new", "--list").stdout
+
+
+def test_an_example_is_written_once(tmp_path: Path) -> None:
+    assert answer(command("new", "double_pendulum", "--json", cwd=tmp_path))["file"] == "double_pendulum.yaml"
+    assert mbs.load(tmp_path / "double_pendulum.yaml") == mbs.load(EXAMPLES / "double_pendulum.yaml")
+    (tmp_path / "double_pendulum.yaml").write_text("mine")
+    again = command("new", "double_pendulum", cwd=tmp_path)
+    assert again.returncode == 2
+    assert "exists already" in again.stderr
+    assert (tmp_path / "double_pendulum.yaml").read_text() == "mine"
+
+
+def test_a_name_of_one_s_own(tmp_path: Path) -> None:
+    assert command("new", "-o", "mine.yaml", cwd=tmp_path).returncode == 0
+    assert (tmp_path / "mine.yaml").exists()
+    assert command("new", "-o", "no/folder.yaml", cwd=tmp_path).returncode == 4
