@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -30,22 +30,10 @@ from multibody_sym.model.elements import (
     Torque,
     Turn,
 )
-from multibody_sym.model.joints import (
-    JOINTS,
-    Angles,
-    Direct,
-    Fixed,
-    Initial,
-    Joint,
-    MovingJoint,
-    Planar,
-    Prismatic,
-    Revolute,
-)
 from multibody_sym.model.joints import JOINTS, Angles, Direct, Fixed, Initial, Joint, MovingJoint
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.slots import Direction, Element, ListOf, OneOf, Record, Scalar, slots_of
+from multibody_sym.model.slots import Direction, Element, ListOf, OneOf, Scalar, Slot, Text, slots_of
 from multibody_sym.model.system import System, variable
 
 Random = np.random.Generator
@@ -107,9 +95,15 @@ def _tried_state(rng: Random, case: Case) -> tuple[float, list[float], list[floa
             applied(motion)
         except UNDEFINED:
             continue
-        if all(_apart(motion, part) for part in (*case.mechanism.loads, *case.mechanism.rows)):
+        if _is_regular(motion) and all(_apart(motion, x) for x in (*case.mechanism.loads, *case.mechanism.rows)):
             return state
     return None
+
+
+def _is_regular(motion: Motion) -> bool:
+    """Return whether the freedoms of each joint are independent here: no two angles about one axis."""
+    freedoms = [np.hstack([body.linear, body.angular]).astype(float) for body in motion.bodies if body.linear]
+    return all(np.linalg.svd(freedom, compute_uv=False)[-1] > 0.05 for freedom in freedoms)
 
 
 def _apart(motion: Motion, part: Any) -> bool:
@@ -298,9 +292,6 @@ class _Builder:
 
     def numbered(self, prefix: str, least: int, most: int) -> list[str]:
         return [f"{prefix}{k}" for k in range(int(self.rng.integers(least, most + 1)))]
-
-
-_IN_PLANE = (Revolute, Prismatic, Planar)
 
 
 _DIRECTIONS = ("z", "x", "y", [0.6, 0.8, 0], "-y", [0.6, 0, 0.8], [1, 2, -2], [1, 1, 1])

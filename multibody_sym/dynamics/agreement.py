@@ -56,17 +56,15 @@ def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Seq
     |gamma_j|)) for each row. 0/0 is 0; nan is returned where anything is not finite.
     """
     x, multiplier = np.asarray(udot, dtype=float), np.asarray(multipliers, dtype=float)
-    equations = reference.equations
-    matrix = np.array(equations.mass_matrix, dtype=float)
-    jacobian = np.array(equations.constraint_jacobian, dtype=float).reshape(-1, len(x))
+    matrix, jacobian = reference.mass_matrix, reference.constraint_jacobian
     scale = 1.0 / np.sqrt(matrix.diagonal())
-    residual = matrix @ x - np.array(equations.forcing) - jacobian.T @ multiplier
+    residual = matrix @ x - (reference.applied - reference.velocity_terms) - jacobian.T @ multiplier
     size = _norm(x / scale)
     terms = _norm(np.abs(scale[:, None] * matrix * scale).sum(axis=1)) * size
     terms += _norm(scale * reference.absolute_applied) + _norm(scale * reference.absolute_velocity_terms)
     terms += _norm(np.abs(scale[:, None] * jacobian.T).sum(axis=1)) * _norm(multiplier)
     ratios = [_quotient(_norm(scale * residual), terms)]
-    for row, gamma in zip(jacobian, equations.constraint_forcing, strict=True):
+    for row, gamma in zip(jacobian, reference.constraint_forcing, strict=True):
         row_size = float(np.abs(row * scale).sum()) * size + abs(gamma)
         ratios.append(_quotient(abs(float(row @ x) - gamma), row_size))
     return float(np.max(ratios)) / (EPSILON * len(x))

@@ -21,7 +21,7 @@ from multibody_sym.errors import ModelError, NoSolutionError, Where
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism import Mechanism, TreeBody
 from multibody_sym.program.solve import solve
 
 Floats = npt.NDArray[np.float64]
@@ -123,13 +123,18 @@ def assembled_position(rows: Rows, q: Floats) -> Assembled:
 def _position_items(mechanism: Mechanism) -> list[_Item]:
     items = []
     for body in mechanism.bodies:
-        groups = [((i,), (k,)) for i, k in zip(body.q[: len(body.steps)], body.u, strict=False)]
-        groups += [(body.quaternion, body.u[-3:])] if body.ball else []
-        for places, speeds in groups:
+        for places, speeds in _groups(body):
             declared = [mechanism.coordinates[i] for i in places]
             names = tuple(c.name for c in declared)
             items.append(_Item(names, places, speeds, declared[0].given, declared[0].known))
     return items
+
+
+def _groups(body: TreeBody) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
+    """Return the coordinates that can be held on their own, each with its speeds; a quaternion is held as a whole."""
+    groups: list[tuple[tuple[int, ...], tuple[int, ...]]] = []
+    groups += [((i,), (k,)) for i, k in zip(body.q[: len(body.steps)], body.u, strict=False)]
+    return [*groups, (body.quaternion, body.u[-3:])] if body.ball else groups
 
 
 def _closed(rows: Rows, start: Floats, free: Sequence[int], weighted: bool) -> Floats | None:

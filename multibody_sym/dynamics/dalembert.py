@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.dynamics.equations import EquationsOfMotion, equations
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.rows import row_motions
@@ -27,9 +26,13 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Reference:
-    """Equations of motion, and the sums of absolute contributions to Q and c (nu each)."""
+    """M (n x n), Q (n), c (n), H (s x n), gamma (s), and the sums of absolute contributions to Q and c."""
 
-    equations: EquationsOfMotion
+    mass_matrix: Floats
+    applied: Floats
+    velocity_terms: Floats
+    constraint_jacobian: Floats
+    constraint_forcing: Floats
     absolute_applied: Floats
     absolute_velocity_terms: Floats
 
@@ -63,8 +66,10 @@ def dalembert(motion: Motion) -> Reference:
         terms += value
         absolute_terms += absolute
     forces, absolute_forces = _applied(motion, partials)
-    formed = equations(motion, matrix.tolist(), forces.tolist(), terms.tolist(), row_motions(motion))
-    return Reference(formed, absolute_forces, absolute_terms)
+    rows = row_motions(motion)
+    jacobian = np.array([row.jacobian for row in rows], dtype=float).reshape(-1, count)
+    gamma = np.array([row.gamma for row in rows], dtype=float)
+    return Reference(matrix, forces, terms, jacobian, gamma, absolute_forces, absolute_terms)
 
 
 def partial_velocities(motion: Motion) -> list[Partials]:

@@ -1,7 +1,8 @@
 """Forward dynamics in floats: accelerations and multipliers, the reference for every program.
 
 With M = G^T G: x = G udot, A = H G^-1 turns M udot = f + H^T lambda, H udot = gamma into x = G^-T f + A^T lambda,
-A x = gamma, which the rank-revealing solve answers whatever the rank of A.
+A x = gamma, which the rank-revealing solve answers whatever the rank of A. A second solve brings back what huge
+accelerations without rows have rounded away.
 """
 
 from __future__ import annotations
@@ -42,11 +43,14 @@ def forward_dynamics(dynamics: TreeDynamics) -> Accelerations:
     """
     if not dynamics.rows:
         return Accelerations(np.array(dynamics.factors.solve(dynamics.forcing), dtype=float), np.zeros(0), np.zeros(3))
-    free = np.array(dynamics.factors.weighted(dynamics.forcing), dtype=float)
-    matrix = np.array([dynamics.factors.weighted(row.jacobian) for row in dynamics.rows], dtype=float)
-    found = solve(matrix, np.array(dynamics.constraint_forcing, dtype=float) - matrix @ free)
-    udot = dynamics.factors.unweighted((free + found.solution).tolist())
-    return Accelerations(np.array(udot, dtype=float), found.multipliers, found.report)
+    factors, gamma = dynamics.factors, np.array(dynamics.constraint_forcing, dtype=float)
+    free = np.array(factors.weighted(dynamics.forcing), dtype=float)
+    matrix = np.array([factors.weighted(row.jacobian) for row in dynamics.rows], dtype=float)
+    first = solve(matrix, gamma - matrix @ free)
+    near = np.array(factors.unweighted((free + first.solution).tolist()), dtype=float)
+    second = solve(matrix, gamma - np.array(dynamics.constraint_jacobian, dtype=float) @ near)
+    udot = near + np.array(factors.unweighted(second.solution.tolist()), dtype=float)
+    return Accelerations(udot, first.multipliers + second.multipliers, first.report)
 
 
 def verify_inertia(motion: Motion) -> None:

@@ -48,26 +48,16 @@ def arrays(mechanism: Mechanism) -> tuple[Array, ...]:
 def state_derivative(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
     """Return (t, q, u, ...) -> qdot, udot, multipliers, report.
 
-    Without rows udot = M^-1 f, written out. With rows, x = D^1/2 L udot turns the mass matrix into the unit matrix:
-    x = x_f + A^T lambda, A x = gamma, which `Solve` answers whatever the rank of A.
+    Without rows udot = M^-1 f, written out. Multipliers of dependent rows are zero.
     """
     trace = Trace("state_derivative", arrays(mechanism))
-    factors = dynamics.factors
     rows = len(dynamics.rows)
     if rows == 0:
-        udot = factors.solve(dynamics.forcing)
+        udot = dynamics.factors.solve(dynamics.forcing)
         multipliers: Sequence[Node] = ()
         report: Sequence[Node] = (ZERO,) * 3
     else:
-        free = factors.weighted(dynamics.forcing)
-        matrix = [factors.weighted(row.jacobian) for row in dynamics.rows]
-        wanted = [
-            gamma - sum((a * x for a, x in zip(row, free, strict=True)), ZERO)
-            for row, gamma in zip(matrix, _stabilised(dynamics, mechanism), strict=True)
-        ]
-        solved = trace.solve(_nodes(matrix), wanted)
-        udot = factors.unweighted([x + d for x, d in zip(free, solved.solution, strict=True)])
-        multipliers, report = solved.multipliers, solved.report
+        udot, multipliers, report = _constrained(trace, mechanism, dynamics)
     return trace.finish(
         {
             "qdot": ((len(dynamics.rates),), dynamics.rates),
@@ -76,6 +66,33 @@ def state_derivative(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
             "report": ((3,), report),
         }
     )
+
+
+def _constrained(
+    trace: Trace, mechanism: Mechanism, dynamics: TreeDynamics
+) -> tuple[list[Node], list[Node], Sequence[Node]]:
+    """Return udot, multipliers and the solve's report: with M = G^T G, x = G udot = x_f + A^T lambda, A x = gamma.
+
+    The accelerations x_f without rows may be huge beside x (a light body that heavy ones hold), and what they round
+    away is missing in A x = gamma: a second solve with the residual brings it back.
+    """
+    factors = dynamics.factors
+    free = factors.weighted(dynamics.forcing)
+    matrix = _nodes([factors.weighted(row.jacobian) for row in dynamics.rows])
+    wanted = _stabilised(dynamics, mechanism)
+    first = trace.solve(matrix, _missing(wanted, matrix, free))
+    near = factors.unweighted([x + d for x, d in zip(free, first.solution, strict=True)])
+    second = trace.solve(matrix, _missing(wanted, dynamics.constraint_jacobian, near))
+    udot = [x + d for x, d in zip(near, factors.unweighted(second.solution), strict=True)]
+    return udot, [a + b for a, b in zip(first.multipliers, second.multipliers, strict=True)], first.report
+
+
+def _missing(wanted: Sequence[Node], matrix: Sequence[Sequence[Node]], x: Sequence[Node]) -> list[Node]:
+    """Return wanted - matrix x."""
+    return [
+        value - sum((a * b for a, b in zip(row, x, strict=True)), ZERO)
+        for row, value in zip(matrix, wanted, strict=True)
+    ]
 
 
 def _stabilised(dynamics: TreeDynamics, mechanism: Mechanism) -> list[Node]:
