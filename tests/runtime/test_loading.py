@@ -291,7 +291,7 @@ def test_a_recalled_fallback_gives_its_notice(fresh, monkeypatch, unseen):
     with pytest.warns(FallbackNotice):
         found = recall("system")
     assert found.compiled.backend == "python"
-    assert "no compiler" in found.compiled.notice
+    assert "no C compiler" in found.compiled.notice
 
 
 def test_code_that_cannot_be_written_anywhere_is_an_output_error(fresh, monkeypatch, unseen):
