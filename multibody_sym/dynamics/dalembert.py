@@ -77,9 +77,9 @@ def partial_velocities(motion: Motion) -> list[Partials]:
     found: list[Partials] = []
     count = len(motion.state.u)
     ground = Partials(np.eye(3), np.zeros((3, count)), np.zeros((3, count)))
-    for body, moved in zip(motion.mechanism.bodies, motion.bodies, strict=True):
+    for index, (body, moved) in enumerate(zip(motion.mechanism.bodies, motion.bodies, strict=True)):
         parent = found[body.parent] if body.parent >= 0 else ground
-        rotation = _array(moved.R_WB)
+        rotation = _array(motion.rotation(index))
         linear = parent.linear - _skew(parent.rotation @ _array(moved.p_PB)) @ parent.angular
         angular = parent.angular.copy()
         for k, v, w in zip(body.u, moved.linear, moved.angular, strict=True):

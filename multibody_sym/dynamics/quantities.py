@@ -112,8 +112,9 @@ def _momentum(instant: Instant, axis: str) -> S:
 
 def _angular_momentum(instant: Instant, axis: str) -> S:
     motion, total = instant.motion, ZERO_VECTOR
-    for moved, mass, (r, p) in zip(motion.bodies, motion.masses, _momenta(motion), strict=True):
-        spin = apply(moved.R_WB, apply(mass.inertia, moved.w_WB))
+    momenta = zip(motion.bodies, motion.masses, _momenta(motion), strict=True)
+    for index, (moved, mass, (r, p)) in enumerate(momenta):
+        spin = apply(motion.rotation(index), apply(mass.inertia, moved.w_WB))
         total = add(total, add(spin, cross(r, p)))
     return _component(total, axis)
 

@@ -24,8 +24,8 @@ def body_kinetic_energy(body: BodyMotion, mass: BodyMass) -> S:
 def potential_energy(motion: Motion) -> S:
     """Return V = - sum m g . p_C + the energy stored in springs."""
     total: S = 0
-    for body, mass in zip(motion.bodies, motion.masses, strict=True):
-        total = total - mass.mass * dot(motion.gravity, add(body.p_WB, apply(body.R_WB, mass.com)))
+    for (R_WB, p_WB), mass in zip(motion.poses, motion.masses, strict=True):
+        total = total - mass.mass * dot(motion.gravity, add(p_WB, apply(R_WB, mass.com)))
     return sum((stored_energy(load, motion) for load in motion.mechanism.loads), total)
 
 

@@ -44,7 +44,7 @@ def applied_generalized_forces(motion: Motion, forces: Applied) -> list[S]:
 
 def _add_weight(motion: Motion, wrenches: Wrenches) -> None:
     for index, (moved, mass) in enumerate(zip(motion.bodies, motion.masses, strict=True)):
-        force = scale(mass.mass, apply_transposed(moved.R_WB, motion.gravity))
+        force = scale(mass.mass, moved.gravity)
         wrenches.add(index, force, cross(mass.com, force))
 
 

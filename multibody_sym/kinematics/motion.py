@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 from multibody_sym.kinematics.joints import (
     JointMotion,
@@ -37,23 +38,23 @@ from multibody_sym.scalars.node import Node
 
 @dataclass(frozen=True)
 class BodyMotion:
-    """One body's motion; B is the body, P its parent, W the world. `v_WB` is the velocity of the body's origin.
+    """One body's motion; B is the body, P its parent, W the world. `v_WB` is the velocity of the body's origin,
+    `gravity` the acceleration of free fall.
 
     `linear[k]`, `angular[k]`: partial velocities of the joint's speeds relative to the parent. `linear_bias`,
     `angular_bias`: what the acceleration relative to the parent's contains besides udot (the velocity terms).
-    All in body axes, except `p_PB` (parent's) and `p_WB`, `R_WB` (world).
+    All in body axes, except `p_PB` (in the parent's).
     """
 
     R_PB: Mat
     p_PB: Vec
-    R_WB: Mat
-    p_WB: Vec
     w_WB: Vec
     v_WB: Vec
     linear: tuple[Vec, ...]
     angular: tuple[Vec, ...]
     linear_bias: Vec
     angular_bias: Vec
+    gravity: Vec
 
 
 @dataclass(frozen=True)
@@ -75,9 +76,18 @@ class Motion:
     masses: tuple[BodyMass, ...]
     gravity: Vec
 
+    @cached_property
+    def poses(self) -> list[tuple[Mat, Vec]]:
+        """Orientation R_WB and position p_WB (world axes) of every body."""
+        found: list[tuple[Mat, Vec]] = []
+        for body, moved in zip(self.mechanism.bodies, self.bodies, strict=True):
+            R_WP, p_WP = found[body.parent] if body.parent >= 0 else (UNIT_MATRIX, ZERO_VECTOR)
+            found.append((product(R_WP, moved.R_PB), add(p_WP, apply(R_WP, moved.p_PB))))
+        return found
+
     def rotation(self, body: int) -> Mat:
         """Return R_WB; ground's is the unit matrix."""
-        return self.bodies[body].R_WB if body >= 0 else UNIT_MATRIX
+        return self.poses[body][0] if body >= 0 else UNIT_MATRIX
 
     def point(self, marker: Marker) -> Vec:
         """Return a marker's position in its body's axes."""
@@ -88,11 +98,12 @@ def motion_of(mechanism: Mechanism, state: State) -> Motion:
     """Return the motion of all bodies at a state (forward recursion from ground)."""
     moved: list[BodyMotion] = []
     masses = []
+    ground = replace(_GROUND, gravity=_triple(state, mechanism.gravity))
     for body in mechanism.bodies:
-        parent = moved[body.parent] if body.parent >= 0 else _GROUND
+        parent = moved[body.parent] if body.parent >= 0 else ground
         moved.append(_moved(body, parent, state))
         masses.append(_mass(body, state))
-    return Motion(mechanism, state, tuple(moved), tuple(masses), _triple(state, mechanism.gravity))
+    return Motion(mechanism, state, tuple(moved), tuple(masses), ground.gravity)
 
 
 def _moved(body: TreeBody, parent: BodyMotion, state: State) -> BodyMotion:
@@ -107,14 +118,13 @@ def _moved(body: TreeBody, parent: BodyMotion, state: State) -> BodyMotion:
     return BodyMotion(
         R_PB=R_PB,
         p_PB=p_PB,
-        R_WB=product(parent.R_WB, R_PB),
-        p_WB=add(parent.p_WB, apply(parent.R_WB, p_PB)),
         w_WB=w_WB,
         v_WB=add(apply_transposed(R_PB, v_point), v_rel),
         linear=linear,
         angular=angular,
         linear_bias=linear_bias,
         angular_bias=add(cross(w_parent, w_rel), relative[1]),
+        gravity=apply_transposed(R_PB, parent.gravity),
     )
 
 
@@ -208,5 +218,5 @@ def _twice(a: Vec) -> Vec:
 
 
 _GROUND = BodyMotion(
-    UNIT_MATRIX, ZERO_VECTOR, UNIT_MATRIX, ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR, (), (), ZERO_VECTOR, ZERO_VECTOR
+    UNIT_MATRIX, ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR, (), (), ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR
 )

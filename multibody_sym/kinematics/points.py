@@ -14,8 +14,8 @@ def position(motion: Motion, marker: Marker) -> Vec:
     point = motion.point(marker)
     if marker.body < 0:
         return point
-    body = motion.bodies[marker.body]
-    return add(body.p_WB, apply(body.R_WB, point))
+    R_WB, p_WB = motion.poses[marker.body]
+    return add(p_WB, apply(R_WB, point))
 
 
 def velocity(motion: Motion, marker: Marker) -> Vec:
@@ -23,7 +23,7 @@ def velocity(motion: Motion, marker: Marker) -> Vec:
     if marker.body < 0:
         return ZERO_VECTOR
     body = motion.bodies[marker.body]
-    return apply(body.R_WB, add(body.v_WB, cross(body.w_WB, motion.point(marker))))
+    return apply(motion.rotation(marker.body), add(body.v_WB, cross(body.w_WB, motion.point(marker))))
 
 
 def acceleration(motion: Motion, marker: Marker, bodies: Sequence[tuple[Vec, Vec]]) -> Vec:
@@ -33,4 +33,4 @@ def acceleration(motion: Motion, marker: Marker, bodies: Sequence[tuple[Vec, Vec
     body, r = motion.bodies[marker.body], motion.point(marker)
     a, alpha = bodies[marker.body]
     turning = add(cross(alpha, r), cross(body.w_WB, cross(body.w_WB, r)))
-    return apply(body.R_WB, add(a, turning))
+    return apply(motion.rotation(marker.body), add(a, turning))
