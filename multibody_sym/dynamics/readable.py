@@ -5,17 +5,19 @@ Works on sums of products and only where they stay small; everything larger is l
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from itertools import combinations, product
-from math import comb
+from math import comb, gcd
 from typing import Any, Final
 
 import sympy
 
-LARGEST_SUM: Final = 1500
+LARGEST_SUM: Final = 600
 """Terms that an expression may have when its products are multiplied out; past it nothing is rewritten."""
 
+_LARGEST_DENOMINATOR: Final = 12
 Monomial = tuple[tuple[Any, Any], ...]
 """A product of powers: (base, exponent) pairs, ordered by the text of the base."""
 Terms = dict[Monomial, Any]
@@ -31,17 +33,18 @@ class Readable:
     known: dict[Any, Any] = field(default_factory=dict)
 
     def __call__(self, expression: Any) -> Any:
-        """Return the expression as a person would write it, or itself where that is no longer."""
+        """Return the expression as a person would write it; itself where nothing vanishes and it is the shorter one."""
         if expression not in self.known:
             found = self._rewritten(expression) if expanded_size(expression) <= LARGEST_SUM else expression
-            shorter = expression if found.count_ops() > expression.count_ops() else found
-            self.known[expression] = self.known[shorter] = shorter
+            self.known[expression] = self.known[found] = found
         return self.known[expression]
 
     def _rewritten(self, expression: Any) -> Any:
-        terms = terms_of(_expanded(expression.replace(_has_inside, self._inside)))
-        terms = with_angle_sums(self._reduced(terms))
-        return grouped(terms, self.speeds)
+        before = terms_of(_expanded(expression.replace(_has_inside, self._inside)))
+        after = with_angle_sums(self._reduced(before))
+        found = grouped(after, self.speeds)
+        vanished = len(after) < len(before)
+        return expression if not vanished and expression.count_ops() < found.count_ops() else found
 
     def _inside(self, outer: Any) -> Any:
         return outer.func(*(self(part) for part in outer.args))
@@ -109,14 +112,21 @@ def _product(key: Monomial) -> Any:
 
 
 def _monomial(powers: Mapping[Any, Any]) -> Monomial:
-    return tuple(sorted(((b, e) for b, e in powers.items() if e != 0), key=lambda pair: str(pair[0])))
+    return tuple(sorted(((b, e) for b, e in powers.items() if e != 0), key=_text))
+
+
+def _text(power: tuple[Any, Any]) -> str:
+    return _spelt(power[0])
+
+
+_spelt = lru_cache(maxsize=10_000)(str)
 
 
 def _changed(key: Monomial, changes: Mapping[Any, int]) -> Monomial:
     """Return a product with the exponents of some factors changed."""
     powers = dict(key)
     for base, change in changes.items():
-        powers[base] = powers.get(base, 0) + change
+        powers[base] = powers.get(base, sympy.S.Zero) + change
     return _monomial(powers)
 
 
@@ -200,16 +210,27 @@ def grouped(terms: Terms, speeds: frozenset[Any]) -> Any:
         by_factor.setdefault(still, {})[tuple(pair for pair in key if pair[0] in speeds)] = factor
     by_motion: dict[Any, Terms] = {}
     for still, moving in by_factor.items():
-        content, primitive = _factorized(moving)
+        content, primitive = _factorized(expression_of(moving))
         by_motion.setdefault(primitive, {})[still] = content
-    return sympy.Add(*(sympy.Mul(_with_sums(rests), motion) for motion, rests in by_motion.items()))
+    parts = []
+    for motion, rests in by_motion.items():
+        common = _common_number(rests.values())
+        parts.append(sympy.Mul(common, _with_sums({key: factor / common for key, factor in rests.items()}), motion))
+    return sympy.Add(*parts)
 
 
-def _factorized(terms: Terms) -> tuple[Any, Any]:
+@lru_cache(maxsize=1000)
+def _factorized(whole: Any) -> tuple[Any, Any]:
     """Return a polynomial in speeds as a number and a factorised polynomial."""
-    whole = expression_of(terms)
-    number, polynomial = (sympy.factor(whole) if len(terms) > 1 else whole).as_coeff_Mul()
+    number, polynomial = (sympy.factor(whole) if whole.is_Add else whole).as_coeff_Mul()
     return number, polynomial
+
+
+def _common_number(factors: Collection[Any]) -> Any:
+    """Return the number that is written before a sum: a minus sign, or the denominator that all terms share."""
+    denominator = gcd(*(factor.q for factor in factors))
+    sign = -1 if all(factor < 0 for factor in factors) else 1
+    return sympy.Rational(sign, denominator if denominator <= _LARGEST_DENOMINATOR else 1)
 
 
 def _with_sums(terms: Terms) -> Any:
@@ -224,5 +245,7 @@ def _with_sums(terms: Terms) -> Any:
         (rest, size), members = max(groups.items(), key=lambda group: len(group[1]), default=(((), 1), []))
         if len(members) < 2:
             return sympy.Add(*parts, expression_of(remaining))
-        like = sympy.Add(*(remaining.pop(key) / size * base for key, base in members))
-        parts.append(sympy.Mul(size, _product(rest), like))
+        signs = [remaining.pop(key) / size for key, _ in members]
+        sign = -1 if all(s < 0 for s in signs) else 1
+        like = sympy.Add(*(sign * s * base for s, (_, base) in zip(signs, members, strict=True)))
+        parts.append(sympy.Mul(sign * size, _product(rest), like))

@@ -1,0 +1,155 @@
+"""How derived expressions are spelt and ordered for a person: the book's letters, masses first, accelerations last.
+
+Rates of coordinates carry primes in text and dots in LaTeX.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final, NamedTuple
+
+import sympy
+
+from multibody_sym.dynamics.script import LatexScript, Order, TextScript, decimal
+from multibody_sym.dynamics.symbols import Symbols
+from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.scalars.node import Node, leaves
+
+MASS, GRAVITY, PARAMETER, COORDINATE, SPEED, ACCELERATION, MULTIPLIER = 0, 1, 2, 3, 5, 6, 7
+"""Kinds of symbols in the order in which a product names them; functions of them come last."""
+
+_LETTERS: Final = (
+    "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi "
+    "omega Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega"
+)
+_GREEK: Final = frozenset(_LETTERS.split())
+
+
+class Label(NamedTuple):
+    """Something with a fixed spelling, such as a symbol or dT/dq: as text and as LaTeX."""
+
+    text: str
+    latex: str
+
+
+@dataclass(frozen=True)
+class Notation:
+    """The spelling of each symbol, and the order in which sums and products are written."""
+
+    spelling: Mapping[Any, Label]
+    order: Order
+
+    def text(self, expression: Any) -> str:
+        """Return an expression or a matrix as one line of text."""
+        script = TextScript({s: label.text for s, label in self.spelling.items()}, self.order)
+        return script.shown(expression)
+
+    def latex(self, expression: Any) -> str:
+        """Return an expression or a matrix in LaTeX."""
+        script = LatexScript({s: label.latex for s, label in self.spelling.items()}, self.order)
+        return script.shown(expression)
+
+
+def notation_of(
+    mechanism: Mechanism,
+    symbols: Symbols,
+    names: Iterable[Any] = (),
+    numbers: Mapping[Any, Node] | None = None,
+    labels: Mapping[str, str] | None = None,
+) -> Notation:
+    """Return the notation of a mechanism's symbols, of named sub-expressions, and of symbols that stand for numbers.
+
+    `labels` gives the book's letters of parameters and coordinates where they differ from the model's names.
+    """
+    book = labels or {}
+    spelling: dict[Any, Label] = {}
+    for s in (symbols.time, *symbols.coordinates, *symbols.parameters, *symbols.inputs, *names):
+        spelling[s] = Label(s.name, latex_name(book.get(s.name, s.name)))
+    spelling.update(_balls(mechanism, symbols))
+    spelling.update(_rates(mechanism, symbols, spelling))
+    for row, s in zip(mechanism.rows, symbols.multipliers, strict=True):
+        spelling[s] = Label(s.name, rf"\lambda_{{{_upright(row.name)}}}")
+    spelling.update((s, _number(node)) for s, node in (numbers or {}).items())
+    return Notation(spelling, Order(_places(mechanism, symbols)))
+
+
+def _rates(mechanism: Mechanism, symbols: Symbols, spelling: Mapping[Any, Label]) -> dict[Any, Label]:
+    """Return the spelling of speeds and accelerations: theta', theta'' where u is the rate of theta."""
+    found = {}
+    coordinate_of = {body.u[k]: body.q[k] for body in mechanism.bodies for k in range(len(body.steps))}
+    for k, (u, a) in enumerate(zip(symbols.speeds, symbols.accelerations, strict=True)):
+        if k in coordinate_of:
+            text, latex = spelling[symbols.coordinates[coordinate_of[k]]]
+            found[u], found[a] = Label(text + "'", _dotted(latex, "dot")), Label(text + "''", _dotted(latex, "ddot"))
+        else:
+            found[a] = Label(u.name + "'", _dotted(spelling[u].latex, "dot"))
+    return found
+
+
+def _balls(mechanism: Mechanism, symbols: Symbols) -> dict[Any, Label]:
+    """Return the spelling of quaternions and angular velocities: with the joint's name where there are several."""
+    balls = [body for body in mechanism.bodies if body.ball]
+    found = {}
+    for body in balls:
+        of_joint = rf"{_upright(body.joint_name)}," if len(balls) > 1 else ""
+        for letter, part, numbers in (("q", "wxyz", body.quaternion), (r"\omega", "xyz", body.u[-3:])):
+            for component, k in zip(part, numbers, strict=True):
+                s = symbols.coordinates[k] if letter == "q" else symbols.speeds[k]
+                default = s.name.endswith(("_q" if letter == "q" else "_w") + component)
+                found[s] = Label(s.name, f"{letter}_{{{of_joint}{component}}}" if default else latex_name(s.name))
+    return found
+
+
+def _dotted(latex: str, accent: str) -> str:
+    """Return a letter with dots, the subscript left without."""
+    letter, underscore, rest = latex.partition("_")
+    return rf"\{accent}{{{letter}}}{underscore}{rest}"
+
+
+def latex_name(name: str) -> str:
+    r"""Return a name in LaTeX: theta_1 and theta1 as \theta_{1}, words upright, everything else harmless."""
+    letter, rest = re.match(r"([A-Za-z]*)_*(.*)", name, re.DOTALL).groups()  # type: ignore[union-attr]
+    head = f"\\{letter}" if letter in _GREEK else letter if len(letter) == 1 else _upright(letter or name)
+    if not letter or not rest:
+        return head
+    return f"{head}_{{{_subscript(rest)}}}"
+
+
+def _subscript(rest: str) -> str:
+    parts = [part for part in rest.split("_") if part]
+    return ",".join(f"\\{p}" if p in _GREEK else p if p.isdigit() or len(p) == 1 else _upright(p) for p in parts)
+
+
+_SPECIAL: Final = {"\\": r"\backslash{}", "^": r"\hat{}", "~": r"\sim{}", " ": r"\ "}
+
+
+def _upright(words: str) -> str:
+    escaped = "".join(_SPECIAL.get(c, f"\\{c}" if c in "#$%&_{}" else c) for c in words)
+    return rf"\mathrm{{{escaped}}}"
+
+
+def _number(node: Node) -> Label:
+    exact = decimal(sympy.Rational(node.data.numerator, node.data.denominator)) if node.op == "number" else None
+    spelt = exact or f"{node.shadow:.12g}"
+    return Label(spelt, spelt)
+
+
+def _places(mechanism: Mechanism, symbols: Symbols) -> dict[Any, tuple[int, int]]:
+    masses = {leaf for body in mechanism.bodies for leaf in leaves([body.mass.mass], "slot")}
+    gravity = set(leaves(mechanism.gravity, "slot"))
+    places: dict[Any, tuple[int, int]] = {}
+    for i, s in enumerate(symbols.parameters):
+        node = next(node for node, known in symbols.slots.items() if known is s)
+        places[s] = (MASS if node in masses else GRAVITY if node in gravity else PARAMETER, i)
+    kinds = {
+        COORDINATE: (*symbols.coordinates, symbols.time),
+        SPEED: symbols.speeds,
+        ACCELERATION: symbols.accelerations,
+        MULTIPLIER: symbols.multipliers,
+        PARAMETER: symbols.inputs,
+    }
+    for kind, group in kinds.items():
+        places.update((s, (kind, len(symbols.parameters) + i)) for i, s in enumerate(group))
+    return places

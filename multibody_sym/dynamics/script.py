@@ -1,0 +1,278 @@
+"""Writers of sympy expressions in a given order of factors and terms: text in the model's language, and LaTeX."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, NamedTuple
+
+import sympy
+
+SUM, PRODUCT, POWER, ATOM = 10, 20, 30, 40
+_LARGEST_IN_FRACTION: Final = 12
+_LONGEST_DECIMAL: Final = 12
+_MOVING: Final = 5
+_FUNCTION: Final = 8
+
+
+class Piece(NamedTuple):
+    """A written sub-expression and how strongly its outermost operator binds."""
+
+    text: str
+    strength: int
+
+
+@dataclass(frozen=True)
+class Order:
+    """The order of factors and terms: `places` gives each symbol's kind and number (`notation` names the kinds)."""
+
+    places: Mapping[Any, tuple[int, int]]
+
+    def kind(self, expression: Any) -> int:
+        """Return the highest kind among an expression's symbols."""
+        return max((self.places[s][0] for s in expression.free_symbols if s in self.places), default=-1)
+
+    def factors(self, product: Any) -> list[Any]:
+        """Return the factors of a product as they are written: parameters, coordinates, speeds, functions."""
+        return sorted(sympy.Mul.make_args(product), key=self._factor_key)
+
+    def _factor_key(self, factor: Any) -> tuple[int, list[tuple[int, int]], bool, str]:
+        base = factor.base if factor.is_Pow else factor
+        kind = _FUNCTION if base.is_Function else self.kind(factor)
+        return kind, self._numbers(factor), isinstance(base, sympy.cos), str(factor)
+
+    def _numbers(self, expression: Any) -> list[tuple[int, int]]:
+        return sorted(self.places.get(s, (-1, 0)) for s in expression.free_symbols)
+
+    def terms(self, total: Any) -> list[Any]:
+        """Return the terms of a sum as they are written: accelerations, products of speeds, everything at rest.
+
+        A sum at rest does not begin with a minus sign where it can begin without.
+        """
+        found = sorted(sympy.Add.make_args(total), key=self._term_key)
+        if self.kind(found[0]) >= _MOVING:
+            return found
+        first = next((k for k, term in enumerate(found) if not is_negative(term)), 0)
+        return [found[first], *found[:first], *found[first + 1 :]]
+
+    def _term_key(self, term: Any) -> tuple[Any, ...]:
+        kind = self.kind(term)
+        factors = [self._factor_key(f) for f in self.factors(term)]
+        fastest = [place for place in self._numbers(term) if place[0] == kind] if kind >= _MOVING else []
+        functions = sum(key[0] == _FUNCTION for key in factors)
+        return -max(kind, _MOVING - 1), fastest, functions, factors
+
+
+def is_negative(term: Any) -> bool:
+    """Return whether a term is written with a minus sign."""
+    return bool(term.as_coeff_Mul()[0] < 0)
+
+
+class Script(ABC):
+    """Writes expressions; scripts differ in how symbols, products, quotients, powers and functions look."""
+
+    def __init__(self, spelling: Mapping[Any, str], order: Order) -> None:
+        self.spelling = spelling
+        self.order = order
+        self._known: dict[Any, Piece] = {}
+
+    def shown(self, expression: Any) -> str:
+        """Return an expression or a matrix as it is written."""
+        if isinstance(expression, sympy.MatrixBase):
+            return self.matrix([[self.piece(x).text for x in row] for row in expression.tolist()])
+        return self.piece(sympy.sympify(expression, strict=True)).text
+
+    def piece(self, e: Any) -> Piece:
+        """Return an expression written, with its strength."""
+        if e not in self._known:
+            self._known[e] = self._written(e)
+        return self._known[e]
+
+    def _written(self, e: Any) -> Piece:
+        if e.is_Symbol:
+            return Piece(self.spelling.get(e, e.name), ATOM)
+        if e.is_Rational:
+            return self._rational(e)
+        if e.is_Add:
+            return self._sum(e)
+        if e.is_Mul or (e.is_Pow and _is_below(e)):
+            return self._product(e)
+        if e.is_Pow:
+            return self.root(e.base) if e.exp == sympy.S.Half else self.power(e.base, e.exp)
+        return self.other(e)
+
+    def within(self, e: Any, strength: int) -> str:
+        """Return an expression written, in parentheses where it binds more weakly."""
+        piece = self.piece(e)
+        return piece.text if piece.strength >= strength else self.brackets(piece.text)
+
+    def _sum(self, e: Any) -> Piece:
+        written = ""
+        for term in self.order.terms(e):
+            negative = is_negative(term)
+            text = self.within(-term if negative else term, PRODUCT)
+            sign = "-" if negative else "+"
+            written = f"{written} {sign} {text}" if written else sign.strip("+") + text
+        return Piece(written, SUM)
+
+    def _rational(self, e: Any) -> Piece:
+        return self._signed(e) if e < 0 else self._quotient_of(e, [])
+
+    def _product(self, e: Any) -> Piece:
+        number, rest = e.as_coeff_Mul()
+        return self._signed(e) if number < 0 else self._quotient_of(number, self.order.factors(rest))
+
+    def _signed(self, e: Any) -> Piece:
+        return Piece("-" + self.within(-e, PRODUCT), SUM)
+
+    def _quotient_of(self, number: Any, factors: Sequence[Any]) -> Piece:
+        above = [f for f in factors if not _is_below(f) and f != 1]
+        below = [1 / f for f in factors if _is_below(f)]
+        point = decimal(number) if max(number.p, number.q) > _LARGEST_IN_FRACTION else None
+        first, divisor = (point, 1) if point else (str(number.p), number.q)
+        before = [first] if first != "1" or not above else []
+        after = [str(divisor)] if divisor != 1 else []
+        if len(before) + len(above) == 1 and not after and not below:
+            return Piece(first, ATOM) if before else self.piece(above[0])
+        return self.quotient(before, above, after, below)
+
+    @abstractmethod
+    def quotient(self, before: list[str], above: list[Any], after: list[str], below: list[Any]) -> Piece:
+        """Return the product of numbers and factors `above` over that of those `below`."""
+
+    @abstractmethod
+    def power(self, base: Any, exponent: Any) -> Piece:
+        """Return base^exponent."""
+
+    @abstractmethod
+    def root(self, radicand: Any) -> Piece:
+        """Return a square root."""
+
+    @abstractmethod
+    def other(self, e: Any) -> Piece:
+        """Return a function, constant, case distinction or comparison."""
+
+    @abstractmethod
+    def brackets(self, text: str) -> str:
+        """Return text in parentheses."""
+
+    @abstractmethod
+    def matrix(self, rows: list[list[str]]) -> str:
+        """Return a matrix of written elements."""
+
+
+def _is_below(factor: Any) -> bool:
+    return bool(factor.is_Pow and factor.exp.is_Number and factor.exp < 0)
+
+
+def decimal(value: Any) -> str | None:
+    """Return a positive rational as a decimal, None where it has none (or a long one)."""
+    for digits in range(_LONGEST_DECIMAL):
+        scaled = value * 10**digits
+        if scaled.q == 1:
+            whole = str(scaled.p).rjust(digits + 1, "0")
+            return f"{whole[:-digits]}.{whole[-digits:]}" if digits else whole
+    return None
+
+
+_COMPARISONS: Final = {
+    sympy.StrictLessThan: "<", sympy.LessThan: "<=", sympy.StrictGreaterThan: ">", sympy.GreaterThan: ">=",
+}
+_WORDS: Final = {"Abs": "abs", "Min": "min", "Max": "max"}
+
+
+class TextScript(Script):
+    """Plain text in the model's own language, with primes for rates."""
+
+    def quotient(self, before: list[str], above: list[Any], after: list[str], below: list[Any]) -> Piece:
+        divisors = [*after, *(self.within(f, POWER) for f in below)]
+        product = "*".join([*before, *(self.within(f, POWER) for f in above)])
+        if not divisors:
+            return Piece(product, PRODUCT)
+        under = divisors[0] if len(divisors) == 1 else self.brackets("*".join(divisors))
+        return Piece(f"{product or '1'}/{under}", PRODUCT)
+
+    def power(self, base: Any, exponent: Any) -> Piece:
+        return Piece(f"{self.within(base, ATOM)}^{self.within(exponent, ATOM)}", POWER)
+
+    def root(self, radicand: Any) -> Piece:
+        return Piece(f"sqrt({self.piece(radicand).text})", ATOM)
+
+    def other(self, e: Any) -> Piece:
+        if isinstance(e, sympy.Piecewise):
+            (value, condition), rest = e.args[0], e.args[1:]
+            if condition == sympy.true or not rest:
+                return self.piece(value)
+            parts = [self.piece(condition).text, self.piece(value).text, self.piece(sympy.Piecewise(*rest)).text]
+            return Piece(f"where({', '.join(parts)})", ATOM)
+        if e.func in _COMPARISONS:
+            return Piece(f" {_COMPARISONS[e.func]} ".join(self.piece(a).text for a in e.args), SUM)
+        name = _WORDS.get(e.func.__name__, e.func.__name__)
+        return Piece(f"{name}({', '.join(self.piece(a).text for a in e.args)})" if e.args else str(e), ATOM)
+
+    def brackets(self, text: str) -> str:
+        return f"({text})"
+
+    def matrix(self, rows: list[list[str]]) -> str:
+        return "[" + "; ".join(", ".join(row) for row in rows) + "]"
+
+
+_BACKSLASHED: Final = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "log", "exp", "min", "max", "asin", "acos", "atan")
+_LATEX_WORDS: Final = {"asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan"}
+
+
+class LatexScript(Script):
+    """LaTeX for a mathematics environment."""
+
+    def quotient(self, before: list[str], above: list[Any], after: list[str], below: list[Any]) -> Piece:
+        if not below:
+            number = rf"\frac{{{''.join(before) or 1}}}{{{after[0]}}}" if after else "".join(before)
+            return Piece(self._side([number] if number else [], above), PRODUCT)
+        return Piece(rf"\frac{{{self._side(before, above) or '1'}}}{{{self._side(after, below)}}}", PRODUCT)
+
+    def _side(self, numbers: list[str], factors: list[Any]) -> str:
+        alone = len(numbers) + len(factors) == 1
+        return " ".join([*numbers, *(self.within(f, SUM if alone else POWER) for f in factors)])
+
+    def power(self, base: Any, exponent: Any) -> Piece:
+        raised = self.piece(exponent).text
+        if isinstance(base, (sympy.sin, sympy.cos, sympy.tan)):
+            return Piece(rf"\{base.func.__name__}^{{{raised}}} {self._argument(base)}", POWER)
+        return Piece(f"{self.within(base, ATOM)}^{{{raised}}}", POWER)
+
+    def root(self, radicand: Any) -> Piece:
+        return Piece(rf"\sqrt{{{self.piece(radicand).text}}}", ATOM)
+
+    def other(self, e: Any) -> Piece:
+        if isinstance(e, sympy.Piecewise):
+            cases = (self._case(value, condition) for value, condition in e.args)
+            return Piece(r"\begin{cases}" + r" \\ ".join(cases) + r"\end{cases}", ATOM)
+        if e.func in _COMPARISONS:
+            sign = _COMPARISONS[e.func].replace("<=", r"\le").replace(">=", r"\ge")
+            return Piece(f" {sign} ".join(self.piece(a).text for a in e.args), SUM)
+        if isinstance(e, sympy.Abs):
+            return Piece(rf"\left|{self.piece(e.args[0]).text}\right|", ATOM)
+        if not e.args:
+            return Piece(r"\pi" if e is sympy.pi else str(e), ATOM)
+        return self._function(e)
+
+    def _function(self, e: Any) -> Piece:
+        word = _WORDS.get(e.func.__name__, e.func.__name__)
+        name = _LATEX_WORDS.get(word, f"\\{word}" if word in _BACKSLASHED else rf"\operatorname{{{word}}}")
+        return Piece(f"{name} {self._argument(e)}", POWER)
+
+    def _argument(self, e: Any) -> str:
+        if len(e.args) == 1 and e.args[0].is_Symbol:
+            return self.piece(e.args[0]).text
+        return self.brackets(", ".join(self.piece(a).text for a in e.args))
+
+    def _case(self, value: Any, condition: Any) -> str:
+        when = r"\text{otherwise}" if condition == sympy.true else self.piece(condition).text
+        return f"{self.piece(value).text} & {when}"
+
+    def brackets(self, text: str) -> str:
+        return rf"\left({text}\right)"
+
+    def matrix(self, rows: list[list[str]]) -> str:
+        return r"\begin{bmatrix}" + r" \\ ".join(" & ".join(row) for row in rows) + r"\end{bmatrix}"
