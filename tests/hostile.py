@@ -1,10 +1,16 @@
 """Hostile input: payloads that are known to run code or to hang elsewhere, and a watch over what a process does."""
 
+import importlib.util
+import json
+import os
 import random
 import string
+import subprocess
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
 
 PAYLOADS = [
     "__import__('os').system('touch pwned')", "eval('1')", "exec('x=1')", "open('/etc/passwd')",
@@ -104,3 +110,20 @@ def progress(path: str) -> Iterator[Callable[[object], None]]:
             file.flush()
 
         yield note
+
+
+def verdict(program: Path, folder: Path, arguments: list[object], patience: float = 600) -> dict[str, Any]:
+    """Return what a fuzzing program printed, run on its own in `folder`; fail where it hangs or breaks down."""
+    note = folder / "tried"
+    package = Path(importlib.util.find_spec("multibody_sym").origin).parents[1]
+    command = [sys.executable, str(program), str(note), *map(str, arguments)]
+    environment = {**os.environ, "PYTHONPATH": str(package)}
+    try:
+        run = subprocess.run(
+            command, capture_output=True, text=True, cwd=folder, env=environment, timeout=patience, check=False
+        )
+    except subprocess.TimeoutExpired:
+        raise AssertionError(f"hangs on {note.read_text(encoding='utf-8')[:1000]}") from None
+    assert run.returncode == 0, run.stderr + note.read_text(encoding="utf-8")[:1000]
+    result: dict[str, Any] = json.loads(run.stdout)
+    return result

@@ -218,7 +218,9 @@ class _Unit:
                 f"'{token.text}' has no place in a unit: a value is one number with a unit, or an expression "
                 "without units (give the number with the unit a name under parameters)"
             )
-        guess = _WORDS.get(token.text.lower().removesuffix("s")) or close_match(token.text, list(UNITS), cutoff=0.85)
+        is_call = self.rest[self.place].kind == "("
+        guess = _WORDS.get(token.text.lower().removesuffix("s")) or close_match(token.text, list(UNITS), cutoff=0.75)
+        guess = None if is_call else guess
         return f"'{token.text}' is not a unit" + (f"; did you mean {guess}?" if guess else "")
 
 

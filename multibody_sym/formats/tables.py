@@ -164,12 +164,14 @@ def read_table(path: str | os.PathLike[str]) -> Table:
 
     Raises InputError for a file that cannot be read or holds something else.
     """
+    from zipfile import BadZipFile
+
     name = os.fspath(path)
     read = _READERS[table_format(name.removesuffix(PARTIAL))]
     try:
         with open(name, "rb") as file:
             return read(file)
-    except (OSError, ValueError, KeyError) as error:
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(f"the table cannot be read: {reason}", where=Where(file=name)) from None
 

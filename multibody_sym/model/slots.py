@@ -17,6 +17,7 @@ from multibody_sym.scalars.functions import node_of
 from multibody_sym.scalars.node import ONE, ZERO, Node, negate
 
 AXES = ("x", "y", "z")
+_SHOWN = 60
 
 
 class Slot(Protocol):
@@ -58,7 +59,7 @@ def scalar(value: Any, unit: str | None) -> Node:
             raise ModelError(f"expected a number or an expression, got {described(value)}") from None
     node, dimension = parse_scalar(value)
     if dimension is not None and unit is not None and dimension != dimension_of_unit(unit):
-        raise ModelError(f"'{value}' does not fit here: expected a quantity in {unit or 'no unit'}")
+        raise ModelError(f"{described(value)} does not fit here: expected a quantity in {unit or 'no unit'}")
     return node
 
 
@@ -73,7 +74,9 @@ def described(value: object) -> str:
         return "a map"
     if isinstance(value, (list, tuple)):
         return "a list"
-    return "nothing" if value is None or value == "" else repr(value)
+    shown = repr(value)
+    shown = shown if len(shown) <= _SHOWN else f"{shown[:_SHOWN]}..."
+    return "nothing" if value is None or value == "" else shown
 
 
 @dataclass(frozen=True)
@@ -113,7 +116,7 @@ class Direction:
         if isinstance(value, str):
             letter, negative = value.strip().removeprefix("-"), value.strip().startswith("-")
             if letter not in AXES:
-                raise ModelError(f"'{value}' is no direction: write x, y, z, -x, -y, -z or a list of three")
+                raise ModelError(f"{described(value)} is no direction: write x, y, z, -x, -y, -z or a list of three")
             unit = negate(ONE) if negative else ONE
             x, y, z = (unit if axis == letter else ZERO for axis in AXES)
             return x, y, z
@@ -386,7 +389,7 @@ def from_fields(cls: type[Element], tree: Mapping[str, Any]) -> Element:
     for f in fields(cls):
         if f.default is MISSING and (f.name not in tree or tree[f.name] in (None, "")):
             raise ModelError(f"{f.name} is missing")
-    return cls(**{key: (None if value == "" else value) for key, value in tree.items()})
+    return cls(**{key: value for key, value in tree.items() if value != ""})
 
 
 def fields_tree(element: Element) -> dict[str, Any]:
