@@ -8,13 +8,18 @@ from fractions import Fraction
 from functools import reduce
 from typing import Final
 
-from multibody_sym.dynamics.quotient_field import Field, NoClosedFormError, Poly, Quotient
+from multibody_sym.dynamics.factors import Poly, factored
+from multibody_sym.dynamics.quotient_field import Field, NoClosedFormError, Quotient
 from multibody_sym.expressions.printer import text
-from multibody_sym.scalars.node import BUILD, ONE, ZERO, Node, add, divide, multiply, negate, number, power
+from multibody_sym.scalars.node import BUILD, ONE, ZERO, Node, add, divide, flatten, multiply, negate, number, power
 
 _MOST_FORMS: Final = 8
 _MOST_TERMS: Final = 120
+_MOST_TERMS_TRIED: Final = 30
+_LONGEST: Final = 600
 _SMALL: Final = 12
+
+Exponents = tuple[int, ...]
 
 
 def book_form(a: Quotient) -> Node:
@@ -24,12 +29,24 @@ def book_form(a: Quotient) -> Node:
     if a.size > _MOST_TERMS:
         raise NoClosedFormError("the closed form is too long")
     field = a.field
-    pairs = {
-        field.cancelled(above, below)
-        for above in trigonometric_forms(field, a.above)
-        for below in trigonometric_forms(field, a.below)
-    }
-    return min((_fraction(field, *pair) for pair in pairs), key=_reading)
+    above, below = (trigonometric_forms(field, p) for p in (a.above, a.below))
+    pairs = {field.cancelled(x, y) for x in above for y in below}
+    found = min((_fraction(field, *pair) for pair in pairs), key=_reading)
+    if len(text(found)) > _LONGEST:
+        raise NoClosedFormError("the closed form is too long")
+    return found
+
+
+def comparison(positive: Quotient) -> str:
+    """Return `a > b` for the difference a - b that is positive, `a > 0` where nothing is subtracted."""
+    form = book_form(positive)
+    greater, less = (form.args[0], form.args[1].args[0]) if _is_difference(form) else (form, ZERO)
+    return f"{text(greater)} > {text(less)}"
+
+
+def _is_difference(node: Node) -> bool:
+    subtracted = [n for n in flatten("add", node) if n.op == "neg"]
+    return node.op == "add" and subtracted == [node.args[1]]
 
 
 def _reading(node: Node) -> tuple[int, str]:
@@ -40,7 +57,7 @@ def _reading(node: Node) -> tuple[int, str]:
 def trigonometric_forms(field: Field, p: Poly) -> list[Poly]:
     """Return a polynomial with sin^2 as 1 - cos^2 and with cos^2 as 1 - sin^2, angle by angle."""
     forms = [field.in_ring(p)]
-    for k, letter in enumerate(field.letters):
+    for k, letter in enumerate(field.letters if len(p) <= _MOST_TERMS_TRIED else ()):
         if letter.cosine is not None and any(m[letter.cosine] > 1 for form in forms for m in form):
             square = 1 - field.ring.gens[k] ** 2
             forms += [field.replaced(form, letter.cosine, square) for form in forms]
@@ -59,17 +76,24 @@ class _Product:
 
 
 def _fraction(field: Field, above: Poly, below: Poly) -> Node:
+    """Return above / below as one product, or as a whole part and the rest if that is shorter."""
+    forms = [_single_fraction(field, above, below)]
+    whole, rest = above.div(below)
+    if whole and rest and not below.is_ground:
+        forms.append(add(_single_fraction(field, whole, field.ring.one), _single_fraction(field, rest, below)))
+    return min(forms, key=_reading)
+
+
+def _single_fraction(field: Field, above: Poly, below: Poly) -> Node:
     product, root = _taken_roots(field, _factored(above, below))
     product = _with_few_signs(product)
-    inside = _product_node(field, root)
-    atoms = [] if inside is ONE else [(BUILD["sqrt"](inside), 1)]
-    node = _product_node(field, _Product(abs(product.number), product.factors), atoms)
+    node = _product_node(field, _Product(abs(product.number), product.factors), _root(field, root))
     return node if product.number > 0 else negate(node)
 
 
 def _factored(above: Poly, below: Poly) -> _Product:
-    content, factors = above.factor_list()
-    other, other_factors = below.factor_list()
+    content, factors = factored(above)
+    other, other_factors = factored(below)
     exponents = [*factors, *((p, -e) for p, e in other_factors)]
     return _Product(Fraction(int(content), int(other)), tuple(exponents))
 
@@ -82,17 +106,26 @@ def _taken_roots(field: Field, product: _Product) -> tuple[_Product, _Product]:
     radicands = [field.in_ring(r) for p, _ in product.factors if (r := _radicand(field, p)) is not None]
     plain = [(p, e) for p, e in product.factors if _radicand(field, p) is None]
     numeric = [int(r.LC) for r in radicands if r.is_ground]
-    inside = []
+    inside, outside, under = [], product.number, Fraction(1)
     for radicand in (r for r in radicands if not r.is_ground):
         k = next((k for k, (p, e) in enumerate(plain) if e < 0 and p in (radicand, -radicand)), None)
         inside.append((radicand, 1 if k is None else -1))
         if k is not None:
+            outside = outside if plain[k][0] == radicand else -outside
             plain[k] = (plain[k][0], plain[k][1] + 1)
-    outside, under = product.number, Fraction(1)
     for prime in numeric:
         moved = bool(inside) and outside.denominator % prime == 0
         outside, under = (outside * prime, under / prime) if moved else (outside, under * prime)
     return _Product(outside, tuple((p, e) for p, e in plain if e)), _Product(under, tuple(inside))
+
+
+def _root(field: Field, inside: _Product) -> list[tuple[Node, int]]:
+    """Return the root of a product as a factor: sqrt(a / b), or 1 / sqrt(b)."""
+    if inside.factors and all(e < 0 for _, e in inside.factors) and inside.number.numerator == 1:
+        turned = _Product(1 / inside.number, tuple((p, -e) for p, e in inside.factors))
+        return [(BUILD["sqrt"](_product_node(field, turned)), -1)]
+    node = _product_node(field, inside)
+    return [] if node is ONE else [(BUILD["sqrt"](node), 1)]
 
 
 def _radicand(field: Field, factor: Poly) -> Poly | None:
@@ -163,23 +196,50 @@ def _tangents(powers: list[tuple[Node, int]]) -> list[tuple[Node, int]]:
 
 
 def _sum(field: Field, p: Poly) -> Node:
-    """Return a polynomial as a sum, positive terms first."""
-    terms = [(c < 0, _term(field, m, abs(c))) for m, c in _contracted(field, p).items()]
-    ordered = sorted(terms, key=lambda term: (term[0], text(term[1])))
-    return reduce(add, (negate(node) if negative else node for negative, node in ordered))
+    """Return a polynomial as a sum, positive terms first; g m1 + g m2 becomes g (m1 + m2) where that is shorter."""
+    terms = _contracted(field, p)
+    plain = [(_term(field, m), c) for m, c in terms.items()]
+    return min((_added(_grouped(field, terms)), _added(plain)), key=lambda node: len(text(node)))
 
 
-def _term(field: Field, exponents: tuple[int, ...], coefficient: int) -> Node:
+def _added(terms: Iterable[tuple[Node, int]]) -> Node:
+    ordered = sorted(terms, key=lambda term: (term[1] < 0, text(term[0])))
+    return reduce(add, (multiply(number(c), node) for node, c in ordered))
+
+
+def _grouped(field: Field, terms: dict[Exponents, int]) -> list[tuple[Node, int]]:
+    """Return terms that differ in one letter only as a product of what they share and a sum."""
+    left, found = dict(terms), []
+    while True:
+        groups: dict[Exponents, list[Exponents]] = {}
+        for m in left:
+            for k, exponent in enumerate(m):
+                if exponent == 1:
+                    groups.setdefault(_shifted(m, k, -1), []).append(m)
+        shared = max(groups, key=lambda x: (len(groups[x]), sum(x), x), default=None)
+        if shared is None or len(groups[shared]) < 2 or not any(shared):
+            return [*found, *((_term(field, m), c) for m, c in left.items())]
+        inside = {tuple(e - s for e, s in zip(m, shared, strict=True)): left.pop(m) for m in groups[shared]}
+        side = -1 if all(c < 0 for c in inside.values()) else 1
+        inner = _added([(_term(field, m), side * c) for m, c in inside.items()])
+        found.append((_multiplied([*_powers(field, shared), (inner, 1)]), side))
+
+
+def _term(field: Field, exponents: Exponents) -> Node:
+    return _multiplied(_powers(field, exponents))
+
+
+def _powers(field: Field, exponents: Exponents) -> list[tuple[Node, int]]:
     powers = []
     for k, exponent in enumerate(exponents):
         if exponent:
             letter = field.letters[k]
             node = BUILD["sqrt"](_sum(field, letter.square)) if letter.node is None else letter.node
             powers.append((node, exponent))
-    return multiply(number(coefficient), _multiplied(powers))
+    return powers
 
 
-def _contracted(field: Field, p: Poly) -> dict[tuple[int, ...], int]:
+def _contracted(field: Field, p: Poly) -> dict[Exponents, int]:
     """Return the terms of a polynomial with X - X cos^2 a written as X sin^2 a, and the other way round."""
     terms = {m: int(c) for m, c in field.in_ring(p).items()}
     for s, letter in enumerate(field.letters):
@@ -189,7 +249,7 @@ def _contracted(field: Field, p: Poly) -> dict[tuple[int, ...], int]:
     return terms
 
 
-def _contract(terms: dict[tuple[int, ...], int], made: int, squared: int) -> None:
+def _contract(terms: dict[Exponents, int], made: int, squared: int) -> None:
     for m in list(terms):
         if m[squared] < 2 or m not in terms:
             continue
@@ -202,7 +262,7 @@ def _contract(terms: dict[tuple[int, ...], int], made: int, squared: int) -> Non
                 del terms[merged]
 
 
-def _shifted(m: tuple[int, ...], k: int, change: int) -> tuple[int, ...]:
+def _shifted(m: Exponents, k: int, change: int) -> Exponents:
     return (*m[:k], m[k] + change, *m[k + 1 :])
 
 

@@ -14,7 +14,7 @@ from typing import Final
 from multibody_sym.dynamics.composite_body import mass_matrix
 from multibody_sym.dynamics.exact_solve import exact_solve
 from multibody_sym.dynamics.inverse_dynamics import inverse_dynamics
-from multibody_sym.dynamics.quotient_field import Field, Quotient
+from multibody_sym.dynamics.quotient_field import Field, NoClosedFormError, Quotient
 from multibody_sym.dynamics.quotient_functions import exact
 from multibody_sym.dynamics.symbolic_state import SymbolicState
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
@@ -23,8 +23,8 @@ from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.scalars.node import Node, as_node, slot
 
-WORK: Final = 400_000
-"""How much is done for the closed forms of one state, in products of terms: some ten seconds."""
+WORK: Final = 150_000
+"""How much is done for the closed forms of one state, in products of terms: some seconds."""
 
 
 @dataclass(frozen=True)
@@ -52,9 +52,17 @@ def closed_forms(mechanism: Mechanism, given: SymbolicState) -> ClosedForms:
 
     Raises NoClosedFormError where they are too long, or a sign is undecided at the sample.
     """
-    field = Field(WORK)
-    known = {node: field.letter(node, letter) for node, letter in given.letters.items()}
     matrix, right = _linear_equations(motion_of(mechanism, given.state))
+    try:
+        return _solved(mechanism, given, Field(WORK), matrix, right)
+    except NoClosedFormError:
+        return _solved(mechanism, given, Field(WORK, expands=True), matrix, right)
+
+
+def _solved(
+    mechanism: Mechanism, given: SymbolicState, field: Field, matrix: list[list[Node]], right: list[Node]
+) -> ClosedForms:
+    known = {node: field.letter(node, letter) for node, letter in given.letters.items()}
     rows = [exact(field, [as_node(x) for x in (*row, r)], known) for row, r in zip(matrix, right, strict=True)]
     solved = exact_solve([row[:-1] for row in rows], [row[-1] for row in rows]) if rows else []
     udot, multipliers = unknowns(mechanism)

@@ -17,10 +17,8 @@ from sympy.polys.heuristicgcd import HeuristicGCDFailed
 from sympy.polys.orderings import lex
 from sympy.polys.rings import PolyRing
 
-from multibody_sym.scalars.node import Node
-
-Poly = Any
-"""A polynomial of a sympy ring with integer coefficients: a map from tuples of exponents to coefficients."""
+from multibody_sym.dynamics.factors import Poly
+from multibody_sym.scalars.node import PI, Node, leaves
 
 PRECISE: Final = MPContext()
 PRECISE.dps = 50
@@ -104,10 +102,18 @@ class Quotient:
         return len(self.above) + len(self.below)
 
     @property
-    def letters(self) -> list[Letter]:
-        """The letters that occur."""
-        found = {k for p in (self.above, self.below) for m in p for k, exponent in enumerate(m) if exponent}
-        return [self.field.letters[k] for k in sorted(found)]
+    def symbols(self) -> set[Node]:
+        """The symbols on which the value depends."""
+        found: set[Node] = set()
+        polynomials = [self.above, self.below]
+        while polynomials:
+            for m in polynomials.pop():
+                for letter in (self.field.letters[k] for k, exponent in enumerate(m) if exponent):
+                    if letter.node is None:
+                        polynomials.append(letter.square)
+                    else:
+                        found.update(leaves([letter.node], "symbol"))
+        return found
 
 
 @dataclass
@@ -115,15 +121,17 @@ class Field:
     """The letters of one calculation, the ring they make, and the signs that the sample has decided.
 
     `work` is what may still be spent, counted in products of terms; when it has run out, NoClosedFormError says so.
+    Sines of sums of angles are written out if `expands`.
     """
 
     work: int
+    expands: bool = False
     letters: list[Letter] = field(default_factory=list)
     positive: list[Quotient] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.ring = PolyRing((), ZZ, lex)
         self._position: dict[Any, int] = {}
+        self.letter(PI, Letter(PI, +PRECISE.pi, True))
 
     # --- letters and constants -----------------------------------------------------------------------------------
 

@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from fractions import Fraction
 from functools import partial
+from math import gcd, lcm
 from typing import Any, Final
 
 from sympy.ntheory import factorint
 
 from multibody_sym.dynamics.book_form import book_form, trigonometric_forms
-from multibody_sym.dynamics.quotient_field import PRECISE, Field, Letter, NoClosedFormError, Poly, Quotient
+from multibody_sym.dynamics.factors import Poly, factored
+from multibody_sym.dynamics.quotient_field import PRECISE, Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.scalars.node import BUILD, PI, Node, postorder
 
 _HIGHEST_MULTIPLE: Final = 12
-_LONGEST_RADICAND: Final = 60
+_LONGEST_FACTORED: Final = 60
 
 
 # --- signs ---------------------------------------------------------------------------------------------------------
@@ -26,11 +28,21 @@ def sign(a: Quotient) -> int:
         return 0
     if a.vanishes:
         raise NoClosedFormError("a sign changes at the given values")
-    side = 1 if a.sample > 0 else -1
-    positive = a * side
-    if not _surely_positive(positive) and not any((positive - known).is_zero for known in a.field.positive):
-        a.field.positive.append(positive)
-    return side
+    field = a.field
+    for p in (a.above, a.below):
+        factors = [(p, 1)] if len(p) > _LONGEST_FACTORED else factored(p)[1]
+        for factor, exponent in factors:
+            if exponent % 2:
+                _note_positive(field.whole(field.in_ring(factor)))
+    return 1 if a.sample > 0 else -1
+
+
+def _note_positive(a: Quotient) -> None:
+    """Add a or -a to the signs that are taken for granted, unless it is positive whatever its letters are."""
+    positive = a if a.sample > 0 else -a
+    known = a.field.positive
+    if not _surely_positive(positive) and not any((positive - other).is_zero for other in known):
+        known.append(positive)
 
 
 def _surely_positive(a: Quotient) -> bool:
@@ -59,7 +71,7 @@ def sqrt(a: Quotient) -> Quotient:
         raise NoClosedFormError("the square root of a negative number")
     field = a.field
     product = a.above * a.below
-    if len(product) > _LONGEST_RADICAND:
+    if len(product) > _LONGEST_FACTORED:
         raise NoClosedFormError("a root's radicand is too long")
     splits = [_split(field, form) for form in trigonometric_forms(field, product)]
     outside, inside = min(splits, key=lambda split: sum(len(p) for p in split[1]))
@@ -71,7 +83,7 @@ def sqrt(a: Quotient) -> Quotient:
 
 def _split(field: Field, p: Poly) -> tuple[Quotient, list[Poly]]:
     """Return (s, factors) with p = s^2 times the factors, each positive at the sample."""
-    content, factors = p.factor_list()
+    content, factors = factored(p)
     outside, primes = _square_part(abs(int(content)))
     root, rest = field.constant(outside), [field.ring(prime) for prime in primes]
     for factor, multiplicity in factors:
@@ -117,18 +129,31 @@ def sine_and_cosine(angle: Quotient) -> tuple[Quotient, Quotient]:
 
 
 def _parts(angle: Quotient) -> Iterable[tuple[Quotient, int]]:
-    """Return an angle as whole multiples of base angles; a multiple of pi alone, or of 1, is a base angle."""
+    """Return an angle as whole multiples of base angles: its constant part and the rest, or term by term.
+
+    A constant, such as a multiple of pi, is a base angle; so is every angle that is no polynomial.
+    """
     field = angle.field
     if not angle.below.is_ground:
         return [(angle, 1)]
-    below, parts, pi = int(angle.below.LC), [], field.position(PI)
-    for m, c in field.in_ring(angle.above).items():
-        multiple = Fraction(int(c), below)
-        constant = sum(m) == 0 or (pi is not None and sum(m) == m[pi] == 1)
-        whole = 1 if constant or abs(multiple.numerator) > _HIGHEST_MULTIPLE else abs(multiple.numerator)
-        base = field.whole(field.ring.from_dict({m: 1})) * field.constant(abs(multiple) / whole)
-        parts.append((base, whole if multiple > 0 else -whole))
-    return parts
+    terms = {m: Fraction(int(c), int(angle.below.LC)) for m, c in field.in_ring(angle.above).items()}
+    constant = {m: c for m, c in terms.items() if sum(m) == m[0] <= 1}
+    rest = {m: c for m, c in terms.items() if m not in constant}
+    parts = [*({m: c} for m, c in constant.items()), *([{m: c} for m, c in rest.items()] if field.expands else [rest])]
+    return [_multiple_of(field, part, part.keys() <= constant.keys()) for part in parts if part]
+
+
+def _multiple_of(field: Field, terms: dict[tuple[int, ...], Fraction], constant: bool) -> tuple[Quotient, int]:
+    """Return an angle as (base angle, whole number)."""
+    below = lcm(*(c.denominator for c in terms.values()))
+    above = {m: int(c * below) for m, c in terms.items()}
+    whole = 1 if constant else gcd(*above.values())
+    if whole > _HIGHEST_MULTIPLE:
+        whole = 1
+    first = above[max(above)]
+    whole = whole if first > 0 else -whole
+    base = field.ring.from_dict({m: c // whole for m, c in above.items()})
+    return field.whole(base) / below, whole
 
 
 def _letters(angle: Quotient) -> tuple[Quotient, Quotient]:
@@ -186,7 +211,7 @@ def exact(field: Field, nodes: Iterable[Node], known: dict[Node, Quotient]) -> l
         elif n.op == "real":
             known[n] = field.constant(Fraction(repr(n.data)))
         elif n is PI:
-            known[n] = field.letter(PI, Letter(PI, +PRECISE.pi, True))
+            known[n] = field.letter(PI, field.letters[0])
         else:
             known[n] = _OPERATIONS[n.op](*(known[a] for a in n.args))
     return [known[root] for root in roots]

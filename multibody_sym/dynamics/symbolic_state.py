@@ -74,6 +74,7 @@ def _parameters(mechanism: Mechanism) -> tuple[list[Node], dict[Node, Letter]]:
     entries = mechanism.parameters
     known: dict[Node, Node] = {}
     letters: dict[Node, Letter] = {}
+    masses = {body.mass.mass for body in mechanism.bodies}
     waiting = list(range(len(entries)))
     while waiting:
         index = waiting.pop(0)
@@ -84,7 +85,7 @@ def _parameters(mechanism: Mechanism) -> tuple[list[Node], dict[Node, Letter]]:
         elif not needed:
             known[place] = symbol(entries[index].name)
             sample = exact(Field(_WORK), [value], {})[0].sample
-            letters[known[place]] = Letter(known[place], sample, entries[index].positive)
+            letters[known[place]] = Letter(known[place], sample, entries[index].positive or place in masses)
         elif all(leaf in known for leaf in needed):
             known[place] = as_node(evaluate([value], known)[0])
         else:

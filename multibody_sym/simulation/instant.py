@@ -1,0 +1,168 @@
+"""The start of a system, solved: in floats, and in closed form as far as there is one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.dynamics.book_form import book_form
+from multibody_sym.dynamics.closed_form import ClosedForms, closed_forms, unknowns
+from multibody_sym.dynamics.formalisms import FORMALISMS
+from multibody_sym.dynamics.forward_dynamics import UNDEFINED, Accelerations, forward_dynamics
+from multibody_sym.dynamics.quantities import Instant, quantities
+from multibody_sym.dynamics.quotient_field import NoClosedFormError, Quotient
+from multibody_sym.dynamics.start import Start, start
+from multibody_sym.dynamics.symbolic_state import SymbolicState, declared_state
+from multibody_sym.errors import ExpressionError, NoSolutionError, Where
+from multibody_sym.expressions.parser import parse
+from multibody_sym.expressions.printer import text
+from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.resolve import mechanism
+from multibody_sym.model.system import System
+from multibody_sym.scalars.functions import evaluate, evaluate_float
+from multibody_sym.scalars.node import Node, as_node, leaves
+from multibody_sym.simulation.recall import formalism_name
+from multibody_sym.simulation.solution import Value
+
+AGREEMENT: Final = 1e-9
+"""How near a closed form must come to the number found in floats, relative to it."""
+_ROUNDING: Final = 1e-12
+_CONTRADICTION: Final = 1e-8
+_NOT_UNIQUE: Final = 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """A system at its start: `numbers` over floats, `nodes` over Nodes, and `forms`, the closed forms of those Nodes.
+
+    `others` are the same instant in floats with other multipliers that satisfy the equations as well, where constraints
+    depend on each other. `reasons` collects why closed forms were left out.
+    """
+
+    system: System
+    mechanism: Mechanism
+    begin: Start
+    numbers: Instant
+    others: tuple[Instant, ...]
+    symbolic: SymbolicState
+    nodes: Instant
+    forms: ClosedForms | None
+    reasons: dict[str, None] = field(default_factory=dict)
+
+    def values(self, ask: Callable[[Instant], Mapping[str, Any]]) -> dict[str, Value]:
+        """Return what `ask` finds at the instant, as numbers with closed forms where they agree."""
+        numbers, nodes = ask(self.numbers), ask(self.nodes)
+        others = [ask(other) for other in self.others]
+        compared = (*numbers.values(), *self.numbers.udot, *self.numbers.multipliers)
+        scale = max((abs(float(x)) for x in compared), default=0.0)
+        found = {}
+        for name, number in numbers.items():
+            unique = all(abs(other[name] - number) <= _NOT_UNIQUE * scale for other in others)
+            known = self._value(as_node(nodes[name]), float(number), scale) if unique else Value(float(number))
+            found[name] = replace(known, unique=unique)
+        return found
+
+    def _value(self, node: Node, number: float, scale: float) -> Value:
+        closed = self.closed(lambda forms: forms.of([node])[0])
+        if closed is None or abs(float(closed.sample) - number) > AGREEMENT * abs(number) + _ROUNDING * scale:
+            return Value(number)
+        return self.value_of(closed) or Value(number)
+
+    def closed(self, find: Callable[[ClosedForms], Quotient]) -> Quotient | None:
+        """Return a quotient found among the closed forms, None (and the reason noted) where there is none."""
+        try:
+            return None if self.forms is None else find(self.forms)
+        except NoClosedFormError as reason:
+            self.reasons[str(reason)] = None
+            return None
+
+    def value_of(self, closed: Quotient) -> Value | None:
+        """Return a quotient as a value with its expression, None where its text does not give that value again."""
+        number = float(closed.sample)
+        try:
+            expression = book_form(closed)
+            again = evaluate_float([parse(text(expression))], self.sample)[0]
+        except NoClosedFormError as reason:
+            self.reasons[str(reason)] = None
+            return None
+        except (ExpressionError, *UNDEFINED):
+            return None
+        return Value(number, expression) if abs(again - number) <= AGREEMENT * abs(number) else None
+
+    @property
+    def sample(self) -> dict[Node, float]:
+        """The values of the symbols of closed forms."""
+        return {node: float(letter.sample) for node, letter in self.symbolic.letters.items()}
+
+    def asked(self, node: Node) -> Callable[[Instant], Mapping[str, Any]]:
+        """Return the question for an expression in the names of the model."""
+        in_slots = evaluate([node], lambda leaf: self.mechanism.symbols.get(leaf, leaf))
+        wanted = leaves(in_slots, "quantity")
+
+        def ask(instant: Instant) -> Mapping[str, Any]:
+            state = instant.motion.state
+            found = quantities(instant.motion, instant.udot, instant.multipliers, wanted)
+            return {"": evaluate(in_slots, {**state.slots, **found}, state.scalar)[0]}
+
+        return ask
+
+
+def solved_start(system: System, formalism: str | None = None) -> Solved:
+    """Return the system solved at its start, the numbers by a formalism.
+
+    Raises InputError, and NoSolutionError where there is no start, no inertia, or constraints contradict each other.
+    """
+    resolved = mechanism(system)
+    begin = start(resolved)
+    state = state_of(resolved, float, 0.0, begin.q, begin.u, begin.parameters)
+    motion = motion_of(resolved, state)
+    dynamics = FORMALISMS[formalism_name(formalism, resolved)](resolved, state)
+    found = forward_dynamics(dynamics)
+    _verify(resolved, found)
+    numbers = Instant(motion, found.udot.tolist(), found.multipliers.tolist())
+    others = tuple(
+        Instant(motion, numbers.udot, (found.multipliers + change).tolist())
+        for change in _undetermined(np.array(dynamics.constraint_jacobian, dtype=float), found)
+    )
+    symbolic = declared_state(resolved, begin)
+    nodes = Instant(motion_of(resolved, symbolic.state), *unknowns(resolved))
+    reasons: dict[str, None] = {}
+    return Solved(
+        system, resolved, begin, numbers, others, symbolic, nodes, _forms(resolved, symbolic, reasons), reasons
+    )
+
+
+def _forms(resolved: Mechanism, symbolic: SymbolicState, reasons: dict[str, None]) -> ClosedForms | None:
+    try:
+        return closed_forms(resolved, symbolic)
+    except NoClosedFormError as reason:
+        reasons[str(reason)] = None
+        return None
+
+
+def _verify(resolved: Mechanism, found: Accelerations) -> None:
+    """Raise NoSolutionError where dependent constraints ask for different accelerations."""
+    rank, _, residual = found.report.tolist()
+    if rank < len(resolved.rows) and residual > _CONTRADICTION:
+        names = ", ".join(row.name for row in resolved.rows)
+        raise NoSolutionError(
+            f"the constraints contradict each other: no acceleration satisfies all of {names}",
+            where=Where(path=("constraints",)),
+        )
+
+
+def _undetermined(jacobian: Any, found: Accelerations) -> Sequence[Any]:
+    """Return the changes of the multipliers that exert nothing: H^T change = 0 (rows of the left null space)."""
+    rank = int(found.report[0])
+    if rank == len(found.multipliers):
+        return []
+    lengths = np.linalg.norm(jacobian, axis=1)
+    lengths[lengths == 0.0] = 1.0
+    left = np.linalg.svd(jacobian / lengths[:, None])[0]
+    size = max(1.0, float(np.abs(found.multipliers).max(initial=0.0)))
+    return [size * change / lengths for change in left[:, rank:].T]

@@ -1,0 +1,109 @@
+"""Paths, times and speeds of a motion from a simulation: what has no closed form."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from multibody_sym.model.slots import AXES, Names
+from multibody_sym.model.system import System
+from multibody_sym.scalars.node import quantity
+from multibody_sym.simulation.simulate import simulate
+from multibody_sym.simulation.trajectory import Trajectory
+
+Floats = npt.NDArray[np.float64]
+
+_SAMPLES: Final = 4001
+_RTOL: Final = 1e-11
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+_STEPS: Final = 50
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """The motion of a system, run again for each question."""
+
+    system: System
+
+    def path(self, point: str, duration: float) -> float:
+        """Return the length of a point's path until `duration`, the integral of |v|; turning points are met exactly."""
+        if duration == 0.0:
+            return 0.0
+        run = self._run(point, duration)
+        v, a = _vectors(run, "velocity"), _vectors(run, "acceleration")
+        return float(sum(_way(v[k : k + 2], a[k : k + 2], run.t[k + 1] - run.t[k]) for k in range(len(v) - 1)))
+
+    def time(self, coordinate: str, value: float) -> float | None:
+        """Return the first time at which a coordinate has a value, None if that is not before `t_end`."""
+        run = self._simulated(self.system, None)
+        q, rate = run[coordinate] - value, run[f"u_{coordinate}"]
+        if q[0] == 0.0:
+            return 0.0
+        for k in range(len(q) - 1):
+            step = run.t[k + 1] - run.t[k]
+            inside = _first_root(q[k : k + 2], rate[k : k + 2] * step)
+            if inside is not None:
+                return self._refined(coordinate, value, float(run.t[k] + inside * step))
+        return None
+
+    def speed(self, point: str, time: float) -> float:
+        """Return the speed of a point at a time."""
+        if time == 0.0:
+            run = self._run(point, 1.0)
+            return float(np.linalg.norm(_vectors(run, "velocity")[0]))
+        return float(np.linalg.norm(_vectors(self._run(point, time), "velocity")[-1]))
+
+    def _refined(self, coordinate: str, value: float, time: float) -> float:
+        """Return the time by one step of Newton's method from a run that ends there."""
+        run = self._simulated(self.system, time)
+        q, rate = float(run[coordinate][-1]), float(run[f"u_{coordinate}"][-1])
+        return time - (q - value) / rate if abs(rate) > abs(q - value) else time
+
+    def _run(self, point: str, duration: float) -> Trajectory:
+        asked = {f"{f} {axis}": quantity(f, (point, axis)) for f in ("velocity", "acceleration") for axis in AXES}
+        return self._simulated(replace(self.system, outputs=Names(asked)), duration)
+
+    def _simulated(self, system: System, duration: float | None) -> Trajectory:
+        plain: dict[str, Any] = {} if system.simulation.step is not None else {"rtol": _RTOL, "atol": _RTOL / 10}
+        return simulate(system, t_end=duration, samples=_SAMPLES, **plain)
+
+
+def _vectors(run: Trajectory, function: str) -> Floats:
+    return np.array([run[f"{function} {axis}"] for axis in AXES]).T
+
+
+def _way(v: Floats, a: Floats, step: float) -> float:
+    """Return the integral of |v| over a step, v being the cubic through both ends; halved where v turns back."""
+    edges = [0.0, 1.0]
+    if float(v[0] @ v[1]) < 0.0:
+        along = v[1] - v[0]
+        root = _first_root(v @ along, a @ along * step)
+        edges = [0.0, 1.0] if root is None else [0.0, root, 1.0]
+    total = 0.0
+    for left, right in pairwise(edges):
+        places = left + (right - left) * (_NODES + 1) / 2
+        speeds = [float(np.linalg.norm(_cubic(v, a * step, x))) for x in places]
+        total += float(_WEIGHTS @ speeds) * (right - left) / 2 * step
+    return total
+
+
+def _cubic(ends: Any, slopes: Any, x: float) -> Any:
+    """Return the cubic on [0, 1] with these values and derivatives at both ends (Hermite)."""
+    y = 1.0 - x
+    return ends[0] * y * y * (1 + 2 * x) + ends[1] * x * x * (3 - 2 * x) + slopes[0] * x * y * y - slopes[1] * x * x * y
+
+
+def _first_root(ends: Sequence[float] | Floats, slopes: Sequence[float] | Floats) -> float | None:
+    """Return where the cubic on [0, 1] first crosses zero, None if it does not between its ends."""
+    if ends[0] * ends[1] > 0.0:
+        return None
+    low, high = 0.0, 1.0
+    for _ in range(_STEPS):
+        middle = (low + high) / 2
+        low, high = (low, middle) if ends[0] * _cubic(ends, slopes, middle) <= 0.0 else (middle, high)
+    return high

@@ -1,0 +1,71 @@
+"""Solution: what `solve` finds at the given instant, in numbers and in closed form."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from multibody_sym.expressions.printer import text
+from multibody_sym.scalars.node import Node
+
+
+@dataclass(frozen=True)
+class Value:
+    """A number (SI; None where there is none) and its closed form in the names of the model (None: numbers only).
+
+    It is not `unique` where constraints depend on each other and other values would serve as well.
+    """
+
+    value: float | None
+    expression: Node | None = None
+    unique: bool = True
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `--json` prints."""
+        number = self.value if self.value is not None and math.isfinite(self.value) else None
+        return {"value": number, "expression": None if self.expression is None else text(self.expression)}
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The solved instant t = 0 of a system.
+
+    `accelerations`: of each coordinate by its name; where the speeds are not the coordinates' rates (quaternions), of
+    each speed by its own. `reactions`: of a joint fx .. mz (on the child, about the joint's point, axes of its frame on
+    the parent), of a rope or rod `tension`, of an expression `multiplier`. `conditions` under which all this holds;
+    `answers` to `ask`; `notes`: what was left out, and why.
+    """
+
+    name: str
+    coordinates: Mapping[str, float]
+    speeds: Mapping[str, float]
+    accelerations: Mapping[str, Value]
+    reactions: Mapping[str, Mapping[str, Value]]
+    conditions: tuple[str, ...]
+    answers: Mapping[str, Value]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def not_unique(self) -> list[str]:
+        """The elements with a reaction for which other values would serve as well."""
+        return [name for name, parts in self.reactions.items() if not all(x.unique for x in parts.values())]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `solve --json` prints."""
+        return {
+            "coordinates": dict(self.coordinates),
+            "speeds": dict(self.speeds),
+            "accelerations": _json(self.accelerations),
+            "reactions": {name: _json(components) for name, components in self.reactions.items()},
+            "states": {},
+            "conditions": list(self.conditions),
+            "answers": _json(self.answers),
+            "not_unique": self.not_unique,
+            "notes": list(self.notes),
+        }
+
+
+def _json(values: Mapping[str, Value]) -> dict[str, Any]:
+    return {name: value.as_json() for name, value in values.items()}

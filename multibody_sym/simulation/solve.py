@@ -1,0 +1,99 @@
+"""`solve`: accelerations, tensions and reactions at the given instant, in numbers and in closed form."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from multibody_sym.dynamics.book_form import comparison
+from multibody_sym.dynamics.quantities import Instant
+from multibody_sym.dynamics.quotient_field import NoClosedFormError
+from multibody_sym.expressions.printer import text
+from multibody_sym.model.mechanism import ExpressionRow, Mechanism, RopeRow
+from multibody_sym.model.system import System
+from multibody_sym.scalars.node import quantity
+from multibody_sym.simulation.instant import Solved, solved_start
+from multibody_sym.simulation.overrides import with_values
+from multibody_sym.simulation.questions import answered
+from multibody_sym.simulation.solution import Solution, Value
+
+_ROUNDING: Final = 1e-12
+
+
+def solve(system: System, parameters: Mapping[str, Any] | None = None, formalism: str | None = None) -> Solution:
+    """Return what holds at t = 0.
+
+    Arguments: `parameters`, values by name in place of those declared; `formalism` by name, for the numbers.
+    Numbers come from M udot = f + H^T lambda, H udot = gamma in floats, closed forms from the same equations over exact
+    quotients. A closed form is given only where its value equals the number (to 1e-9), and if it is of bearable length.
+    Raises InputError, NoSolutionError (no start, no inertia, contradicting constraints).
+    """
+    solved = solved_start(with_values(system, parameters), formalism)
+    resolved, begin = solved.mechanism, solved.begin
+    accelerations = solved.values(lambda instant: dict(zip(acceleration_names(resolved), instant.udot, strict=True)))
+    reactions = _reactions(solved)
+    answers, remarks = answered(solved)
+    return Solution(
+        name=resolved.name,
+        coordinates=dict(zip((c.name for c in resolved.coordinates), begin.q, strict=True)),
+        speeds=dict(zip((s.name for s in resolved.speeds), begin.u, strict=True)),
+        accelerations=accelerations,
+        reactions=reactions,
+        conditions=(*_tension_conditions(solved, reactions), *_sign_conditions(solved), *remarks),
+        answers=answers,
+        notes=tuple(f"numbers only, where no closed form is given: {reason}" for reason in solved.reasons),
+    )
+
+
+def acceleration_names(resolved: Mechanism) -> list[str]:
+    """Return a name for each acceleration: the coordinate's of which it is the second derivative, else the speed's."""
+    names = [speed.name for speed in resolved.speeds]
+    for body in resolved.bodies:
+        for q, u in zip(body.q, body.u, strict=False):
+            if q not in body.quaternion:
+                names[u] = resolved.coordinates[q].name
+    return names
+
+
+def _reactions(solved: Solved) -> dict[str, dict[str, Value]]:
+    """Return the reactions of joints, and the multipliers of constraints: tensions of ropes and rods."""
+    found: dict[str, dict[str, Value]] = {}
+    for body in solved.mechanism.bodies:
+        name = body.joint_name
+
+        def of_joint(instant: Instant, name: str = name) -> Mapping[str, Any]:
+            return instant.reactions[name]
+
+        found[name] = solved.values(of_joint)
+    for k, row in enumerate(solved.mechanism.rows):
+
+        def of_row(instant: Instant, k: int = k) -> Mapping[str, Any]:
+            return {"": instant.multipliers[k]}
+
+        component = "multiplier" if isinstance(row, ExpressionRow) else "tension"
+        found.setdefault(row.name, {})[component] = solved.values(of_row)[""]
+    return found
+
+
+def _tension_conditions(solved: Solved, reactions: Mapping[str, Mapping[str, Value]]) -> list[str]:
+    """Return for each rope whether it is taut, as it was assumed to be."""
+    found = []
+    for row in solved.mechanism.rows:
+        if isinstance(row, RopeRow):
+            tension = reactions[row.name]["tension"].value or 0.0
+            largest = max(abs(x) for x in solved.numbers.multipliers)
+            taut = tension >= -_ROUNDING * largest
+            outcome = "holds" if taut else "fails: the rope would push; in truth it goes slack"
+            found.append(f"{text(quantity('tension', (row.name,)))} >= 0 {outcome}")
+    return found
+
+
+def _sign_conditions(solved: Solved) -> list[str]:
+    """Return what the closed forms take for granted about signs, as the given values have them."""
+    found = []
+    for positive in solved.forms.field.positive if solved.forms else ():
+        try:
+            found.append(f"{comparison(positive)} holds")
+        except NoClosedFormError:
+            solved.reasons["a condition is too long"] = None
+    return found
