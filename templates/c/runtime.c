@@ -238,7 +238,7 @@ static int failed(run *r, int status, double time, int component)
     return status;
 }
 
-static int finite(run *r, double time, const double *values)
+static int all_finite(run *r, double time, const double *values)
 {
     double product = 0.0;
     for (int i = 0; i < r->n; ++i)
@@ -280,7 +280,7 @@ static int derivative(run *r, double t, const double *x, double *slope)
     double *out[4] = {slope, slope + r->system->nq, r->multipliers, r->report};
     call(r, r->system->state_derivative, t, x, out);
     ++r->state->evaluations;
-    int status = finite(r, t, slope);
+    int status = all_finite(r, t, slope);
     if (status == MBS_RUNNING && r->system->ns > 0)
         note_report(r, t);
     return status;
@@ -318,7 +318,7 @@ static int stages(run *r, double t, double h, double t_new)
             return status;
     }
     advance(r, h, end, m->a + end * m->stages, r->x_new);
-    if ((status = finite(r, t_new, r->x_new)) != MBS_RUNNING)
+    if ((status = all_finite(r, t_new, r->x_new)) != MBS_RUNNING)
         return status;
     return end_in_error(m) ? derivative(r, t_new, r->x_new, r->k + end * r->n) : MBS_RUNNING;
 }
