@@ -134,7 +134,7 @@ class Program:
         try:
             _verify(self)
         except ProgramError as error:
-            raise error.located(path=f"program {self.name}") from None
+            raise error.located(path=(f"program {self.name}",)) from None
 
     def __repr__(self) -> str:
         return f"<Program {self.name}: {len(self.statements)} statements>"
