@@ -1,0 +1,34 @@
+"""`export`: source code of the equations of motion, which compiles and tests itself."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Final
+
+from multibody_sym.cli.answer import Answer
+
+HELP: Final = "write source code of the equations of motion, with a self-test"
+_NEXT: Final = {
+    "c": "cc -std=c99 -O2 -ffp-contract=off model.c runtime.c selftest.c -lm -o selftest && ./selftest",
+    "python": "python model.py",
+}
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of the command."""
+    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
+    parser.add_argument("--to", required=True, choices=sorted(_NEXT), help="the language")
+    parser.add_argument("-o", "--output", required=True, metavar="DIR", help="the folder to write to")
+    parser.add_argument("--fold", action="store_true", help="put the values of all parameters into the code")
+
+
+def run(options: argparse.Namespace) -> Answer:
+    """Write the files and say how to try them."""
+    from multibody_sym.cli.model import model
+    from multibody_sym.simulation.export import export
+
+    with model(options) as system:
+        files = export(system, options.to, options.output, formalism=options.formalism, fold=options.fold)
+    names = [str(file) for file in files]
+    text = "\n".join([*(f"wrote {name}" for name in names), f"next: cd {options.output} && {_NEXT[options.to]}"])
+    return Answer({"to": options.to, "files": names}, text)

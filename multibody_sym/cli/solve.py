@@ -1,0 +1,25 @@
+"""`solve`: what holds at the given instant, in numbers and in closed form."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Final
+
+from multibody_sym.cli.answer import Answer
+
+HELP: Final = "find accelerations, tensions and reactions at the given instant, in closed form"
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of the command."""
+    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
+
+
+def run(options: argparse.Namespace) -> Answer:
+    """Solve the instant t = 0 and the questions under `ask`."""
+    from multibody_sym.cli.model import model
+    from multibody_sym.simulation.solve import solve
+
+    with model(options) as system:
+        solution = solve(system, formalism=options.formalism)
+    return Answer(solution.as_json(), str(solution))

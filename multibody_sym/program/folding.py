@@ -1,0 +1,44 @@
+"""Programs in which an input has become constants, folded into every expression; the input itself stays declared."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from multibody_sym.program.program import Assign, Call, Program, Solve
+from multibody_sym.program.trace import Trace
+from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.node import Node, as_node
+
+Vector = tuple[Node, ...]
+
+
+def folded(program: Program, input: str, values: Sequence[float]) -> Program:
+    """Return `program` with the numbers `values` in place of its input `input`, also in the Programs it calls.
+
+    Raises UndefinedError where there is no such input, ExpressionError where a constant part has no finite value.
+    """
+    numbers = dict(zip(program.input(input).slots, map(as_node, values), strict=True))
+
+    def constant(nodes: Sequence[Node]) -> Vector:
+        changed: list[Any] = evaluate(nodes, lambda leaf: numbers.get(leaf, leaf))
+        return tuple(changed)
+
+    trace = Trace(program.name, program.inputs)
+    for statement in program.statements:
+        if isinstance(statement, Call):
+            arguments = tuple(map(constant, statement.arguments))
+            trace.adopt(Call(_callee(statement, input, numbers, values), arguments, statement.targets))
+        elif not isinstance(statement, Assign):
+            matrix = tuple(map(constant, statement.matrix))
+            right = constant(statement.right)
+            trace.adopt(Solve(matrix, right, statement.solution, statement.multipliers, statement.report))
+    return trace.finish({output.name: (output.shape, constant(output.values)) for output in program.outputs})
+
+
+def _callee(call: Call, input: str, numbers: dict[Node, Node], values: Sequence[float]) -> Program:
+    """Return what a call runs; it is folded too where it is handed that input as a whole, under the same name."""
+    for array, arguments in zip(call.program.inputs, call.arguments, strict=True):
+        if array.name == input and arguments == tuple(numbers):
+            return folded(call.program, input, values)
+    return call.program

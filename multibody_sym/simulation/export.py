@@ -1,0 +1,117 @@
+"""Source code of a system's Programs, with a table of names and a self-test, in a folder of its own."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from multibody_sym.codegen.c import c_source
+from multibody_sym.codegen.python import python_source
+from multibody_sym.codegen.selftest import Samples, spread_samples
+from multibody_sym.dynamics.formalisms import FORMALISMS
+from multibody_sym.dynamics.programs import programs
+from multibody_sym.dynamics.start import start
+from multibody_sym.errors import InputError, OutputError, Where
+from multibody_sym.formats.files import write_whole
+from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.resolve import mechanism
+from multibody_sym.model.slots import at, suggestion
+from multibody_sym.model.system import System
+from multibody_sym.program.folding import folded
+from multibody_sym.program.interpreter import interpret
+from multibody_sym.program.program import Program
+from multibody_sym.simulation.overrides import with_values
+from multibody_sym.simulation.recall import formalism_name
+
+TARGETS: Final = ("c", "python")
+_SAMPLES: Final = 2
+
+
+def export(
+    system: System,
+    to: str,
+    directory: str | os.PathLike[str],
+    *,
+    formalism: str | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    fold: bool = False,
+) -> list[Path]:
+    """Write a system's Programs as source code with a self-test and `names.json`; return the files.
+
+    Arguments: `to`, "c" or "python"; `directory`, made if need be; `parameters`, values by name in place of those
+    declared; `fold` puts the values of all parameters into the code, which then reads none.
+    Raises InputError for what the model contradicts, NoSolutionError without a start, OutputError.
+    """
+    if to not in TARGETS:
+        with at("to"):
+            raise InputError(f"there is no target {to!r}{suggestion(to, TARGETS)}")
+    with at("parameters"):
+        valued = with_values(system, parameters)
+    resolved = mechanism(valued)
+    name = formalism_name(formalism, resolved)
+    begin = start(resolved)
+    made = programs(resolved, FORMALISMS[name]).as_mapping()
+    state = (0.0, begin.q, begin.u, begin.parameters)
+    samples = _samples(made, state)
+    if fold:
+        made = {key: folded(program, "parameters", begin.parameters) for key, program in made.items()}
+        samples = {key: [(*s[:3], begin.parameters, *s[4:]) for s in listed] for key, listed in samples.items()}
+    texts = c_source(made, samples=samples) if to == "c" else {"model.py": python_source(made, samples=samples)}
+    table = {"formalism": name, "folded": fold, **_names(resolved, state), "programs": _signatures(made)}
+    return _written(Path(directory), {**texts, "names.json": json.dumps(table, indent=2) + "\n"})
+
+
+def _samples(made: Mapping[str, Program], state: tuple[ArrayLike, ...]) -> Samples:
+    """Return the start and a few other states as samples for each Program."""
+    inputs = interpret(made["inputs"], *state)[0]
+    others = spread_samples(made, _SAMPLES)
+    return {name: [_arguments(program, (*state, inputs, np.empty(0))), *others[name]] for name, program in made.items()}
+
+
+def _arguments(program: Program, values: tuple[ArrayLike, ...]) -> list[ArrayLike]:
+    return list(values[: len(program.inputs)])
+
+
+def _names(resolved: Mechanism, state: tuple[Any, ...]) -> dict[str, Any]:
+    """Return what the entries of the arrays stand for, with the values at the start."""
+    _, q, u, parameters = state
+    return {
+        "system": resolved.name,
+        "coordinates": [
+            {"name": c.name, "unit": c.unit, "initial": x} for c, x in zip(resolved.coordinates, q, strict=True)
+        ],
+        "speeds": [{"name": s.name, "unit": s.unit, "initial": x} for s, x in zip(resolved.speeds, u, strict=True)],
+        "parameters": [
+            {"name": p.name, "value": x} for p, x in zip(resolved.parameters, parameters, strict=True)
+        ],
+        "inputs": list(resolved.inputs),
+        "outputs": list(resolved.outputs),
+        "constraints": [row.name for row in resolved.rows],
+    }
+
+
+def _signatures(made: Mapping[str, Program]) -> dict[str, Any]:
+    return {
+        name: {
+            "inputs": {array.name: array.shape for array in program.inputs},
+            "outputs": {output.name: output.shape for output in program.outputs},
+        }
+        for name, program in made.items()
+    }
+
+
+def _written(directory: Path, texts: Mapping[str, str]) -> list[Path]:
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        message = f"the folder cannot be made: {problem.strerror}"
+        raise OutputError(message, where=Where(file=str(directory))) from None
+    for name, text in texts.items():
+        write_whole(directory / name, text.encode("utf-8"))
+    return [directory / name for name in texts]

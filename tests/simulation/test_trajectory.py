@@ -1,0 +1,82 @@
+"""What a run knows of itself: names, tables, JSON, figures."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.formats.tables import read_table, write_table
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+TOP = (
+    "{multibody_sym: 1, name: top, bodies: {b: {mass: 1, inertia: {Ixx: 1, Iyy: 2, Izz: 3}}},"
+    " joints: {ball: {type: spherical, parent: ground, child: b, initial: {u: [1, 2, 3]}}}, simulation: {t_end: 1}}"
+)
+CLASH = (
+    "{multibody_sym: 1, name: clash, parameters: {w: 2}, bodies: {b: {mass: 1}}, inputs: {F: w*t},"
+    " joints: {j: {type: prismatic, parent: ground, child: b, q: x}}, forces: {f: {type: torque, joint: j, value: F}},"
+    " outputs: {x: 7*x, t: 2*t, $name_: u_x}, simulation: {t_end: 3, samples: 4}}"
+)
+
+
+@pytest.fixture(scope="module")
+def clash() -> mbs.Trajectory:
+    return mbs.simulate(mbs.loads(CLASH))
+
+
+def test_names_find_coordinates_first_then_speeds_outputs_inputs(clash: mbs.Trajectory) -> None:
+    assert np.allclose(clash["x"], clash.t**3 / 3)
+    assert np.allclose(clash["u_x"], clash.t**2)
+    assert np.allclose(clash.outputs["x"], 7 * clash["x"])
+    assert np.allclose(clash["t"], 2 * clash.t)
+    assert np.allclose(clash["F"], 2 * clash.t)
+    with pytest.raises(mbs.InputError, match="did you mean u_x"):
+        clash["u_xx"]
+
+
+def test_table_has_a_column_for_each(clash: mbs.Trajectory, tmp_path: Path) -> None:
+    table = clash.table()
+    assert list(table.columns) == ["t", "x", "u_x", "output x", "output t", "$name_"]
+    assert table.units == {"t": "s", "x": "m", "u_x": "m/s"}
+    write_table(table, tmp_path / "clash.npz")
+    assert np.array_equal(read_table(tmp_path / "clash.npz").columns["output x"], clash.outputs["x"])
+
+
+def test_json_is_json(clash: mbs.Trajectory) -> None:
+    assert json.loads(json.dumps(clash.as_json(), allow_nan=False))["outputs"]["x"][-1] == pytest.approx(63.0)
+
+
+def test_no_number_is_none_in_json() -> None:
+    system = mbs.loads(CLASH.replace("7*x", "log(t - 1.5)"))
+    values = mbs.simulate(system).as_json()["outputs"]["x"]
+    assert values[:2] == [None, None]
+    assert values[3] == pytest.approx(np.log(1.5))
+
+
+def test_quaternions_stay_units_and_momentum_stays() -> None:
+    run = mbs.simulate(mbs.loads(TOP))
+    names = [f"ball_q{x}" for x in "wxyz"]
+    assert np.allclose(sum(run[name] ** 2 for name in names), 1.0, rtol=0, atol=1e-14)
+    assert 0.0 < run.drift["quaternion"] < 1e-6
+    squared = sum((inertia * run[f"ball_w{x}"]) ** 2 for inertia, x in zip((1, 2, 3), "xyz", strict=True))
+    assert np.allclose(squared, squared[0], rtol=1e-8)
+
+
+def test_it_shows_itself_in_a_line(clash: mbs.Trajectory) -> None:
+    assert repr(clash) == "<Trajectory of clash: 4 samples to t = 3 s>"
+
+
+def test_figures_take_every_name_as_it_stands(clash: mbs.Trajectory, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    figure = clash.plot(tmp_path / "clash.svg")
+    labels = [text.get_text() for axis in figure.axes for text in axis.get_legend().get_texts()]
+    assert labels == ["x", "u_x", "x", "t", "\\$name_"]
+    assert (tmp_path / "clash.svg").read_text().lstrip().startswith("<?xml")
+    line = figure.axes[0].get_lines()[0]
+    assert np.array_equal(line.get_ydata(), clash["x"])
+    with pytest.raises(mbs.OutputError, match="'xyz'"):
+        clash.plot(tmp_path / "clash.xyz")
