@@ -2,6 +2,8 @@
 
 import ctypes
 import math
+import signal
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -287,6 +289,26 @@ def test_ctrl_c_keeps_what_was_computed(loop, monkeypatch):
     assert 0 < len(run.t) < len(whole.t)
     np.testing.assert_array_equal(run.q, whole.q[: len(run.q)])
     assert sum(len(chunk.t) for chunk in seen) == len(run.t)
+
+
+@LOOPS
+def test_a_signal_ends_a_long_run_soon(loop):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    case = replace(double(), t_end=1e6, samples=3)
+    before = signal.signal(signal.SIGALRM, interrupt)
+    begin = time.monotonic()
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.4)
+        run = integrate(case, loop=loop)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+    assert run.status is Status.INTERRUPTED
+    assert time.monotonic() - begin < 5.0
+    assert run.t_final > 0.0
+    assert run.statistics.steps > 0
 
 
 def test_chunks_are_the_samples_in_order():
