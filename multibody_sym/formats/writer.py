@@ -60,7 +60,7 @@ def _flow(value: Any) -> str:
 def _scalar(value: Any) -> str:
     """Return text plain where YAML leaves it alone inside and outside of {...} and [...], else quoted."""
     text = str(value)
-    if _PLAIN.fullmatch(text) and not _NOT_PLAIN.match(text):
+    if _PLAIN.fullmatch(text) and not _NOT_PLAIN.match(text) and text.count("(") <= text.count(")"):
         return text
     return '"' + "".join(_escaped(c) for c in text) + '"'
 
