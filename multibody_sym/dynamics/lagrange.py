@@ -68,8 +68,7 @@ def energies(mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> E
     """
     names.budget.enter("the energies")
     parts = energy_nodes(mechanism)
-    known = {**symbols.slots, **dict.fromkeys(_squared_norms(mechanism), sympy.S.One)}
-    translated = names.translated([x for part in parts for x in part], known)
+    translated = names.translated([x for part in parts for x in part], known_nodes(mechanism, symbols))
     (T,), potential, constraints, *forces = _cut([names.name(e) for e in translated], parts)
     return Energies(T, tuple(potential), tuple(map(tuple, forces)), tuple(constraints))
 
@@ -106,14 +105,14 @@ def _has_potential(spring: JointSpring | PointSpring) -> bool:
     return all(leaf.data[0] in ("parameters", "t") for leaf in leaves([spring.stiffness, rest], "slot"))
 
 
-def _squared_norms(mechanism: Mechanism) -> list[Node]:
-    """Return |q|^2 of every quaternion, built as the kinematics builds it."""
-    norms = []
+def known_nodes(mechanism: Mechanism, symbols: Symbols) -> dict[Node, Any]:
+    """Return the symbol of every slot, and 1 for |q|^2 of every quaternion, built as the kinematics builds it."""
+    known = dict(symbols.slots)
     for body in mechanism.bodies:
         if body.ball:
             w, x, y, z = (slot("q", k) for k in body.quaternion)
-            norms.append(w * w + x * x + y * y + z * z)
-    return norms
+            known[w * w + x * x + y * y + z * z] = sympy.S.One
+    return known
 
 
 # --- the equations -------------------------------------------------------------------------------------------------
@@ -153,7 +152,7 @@ def lagrange_terms(mechanism: Mechanism, symbols: Symbols, names: Subexpressions
     gradient = projected(mechanism, q, kinetic, names)
     names.budget.enter("the gradient dV/dq")
     pulls = [projected(mechanism, q, names.gradient(part, q), names) for part in given.potential]
-    potential, forces = _totals(pulls, len(u)), _totals(given.forces, len(u))
+    potential, forces = totals(pulls, len(u)), totals(given.forces, len(u))
     return LagrangeTerms(
         momenta,
         mass_matrix,
@@ -167,7 +166,8 @@ def lagrange_terms(mechanism: Mechanism, symbols: Symbols, names: Subexpressions
     )
 
 
-def _totals(parts: Sequence[Sequence[Any]], size: int) -> list[Any]:
+def totals(parts: Sequence[Sequence[Any]], size: int) -> list[Any]:
+    """Return the sums over all parts, element by element (`size` of them)."""
     return [sympy.Add(*(part[k] for part in parts)) for k in range(size)]
 
 

@@ -6,18 +6,20 @@ Rates of coordinates carry primes in text and dots in LaTeX.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, NamedTuple
+from functools import cached_property
+from typing import Any, Final
 
 import sympy
 
-from multibody_sym.dynamics.script import LatexScript, Order, TextScript, decimal
+from multibody_sym.dynamics.derivation import Label
+from multibody_sym.dynamics.script import LatexScript, TextScript, decimal
 from multibody_sym.dynamics.symbols import Symbols
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.scalars.node import Node, leaves
 
-MASS, GRAVITY, PARAMETER, COORDINATE, SPEED, ACCELERATION, MULTIPLIER = 0, 1, 2, 3, 5, 6, 7
+MASS, GRAVITY, PARAMETER, COORDINATE, NAME, SPEED, ACCELERATION, MULTIPLIER = range(8)
 """Kinds of symbols in the order in which a product names them; functions of them come last."""
 
 _LETTERS: Final = (
@@ -27,35 +29,34 @@ _LETTERS: Final = (
 _GREEK: Final = frozenset(_LETTERS.split())
 
 
-class Label(NamedTuple):
-    """Something with a fixed spelling, such as a symbol or dT/dq: as text and as LaTeX."""
-
-    text: str
-    latex: str
-
-
 @dataclass(frozen=True)
 class Notation:
-    """The spelling of each symbol, and the order in which sums and products are written."""
+    """The spelling of each symbol, and its place (kind, number), which orders sums and products."""
 
     spelling: Mapping[Any, Label]
-    order: Order
+    places: Mapping[Any, tuple[int, int]]
 
     def text(self, expression: Any) -> str:
-        """Return an expression or a matrix as one line of text."""
-        script = TextScript({s: label.text for s, label in self.spelling.items()}, self.order)
-        return script.shown(expression)
+        """Return a label, an expression or a matrix as one line of text."""
+        return expression.text if isinstance(expression, Label) else self._text.shown(expression)
 
     def latex(self, expression: Any) -> str:
-        """Return an expression or a matrix in LaTeX."""
-        script = LatexScript({s: label.latex for s, label in self.spelling.items()}, self.order)
-        return script.shown(expression)
+        """Return a label, an expression or a matrix in LaTeX."""
+        return expression.latex if isinstance(expression, Label) else self._latex.shown(expression)
+
+    @cached_property
+    def _text(self) -> TextScript:
+        return TextScript({s: label.text for s, label in self.spelling.items()}, self.places)
+
+    @cached_property
+    def _latex(self) -> LatexScript:
+        return LatexScript({s: label.latex for s, label in self.spelling.items()}, self.places)
 
 
 def notation_of(
     mechanism: Mechanism,
     symbols: Symbols,
-    names: Iterable[Any] = (),
+    names: Sequence[Any] = (),
     numbers: Mapping[Any, Node] | None = None,
     labels: Mapping[str, str] | None = None,
 ) -> Notation:
@@ -70,9 +71,10 @@ def notation_of(
     spelling.update(_balls(mechanism, symbols))
     spelling.update(_rates(mechanism, symbols, spelling))
     for row, s in zip(mechanism.rows, symbols.multipliers, strict=True):
-        spelling[s] = Label(s.name, rf"\lambda_{{{_upright(row.name)}}}")
+        spelling[s] = Label(s.name, rf"\lambda_{{{upright(row.name)}}}")
     spelling.update((s, _number(node)) for s, node in (numbers or {}).items())
-    return Notation(spelling, Order(_places(mechanism, symbols)))
+    places = {s: (NAME, i) for i, s in enumerate((*names, *(numbers or ())))}
+    return Notation(spelling, {**places, **_places(mechanism, symbols)})
 
 
 def _rates(mechanism: Mechanism, symbols: Symbols, spelling: Mapping[Any, Label]) -> dict[Any, Label]:
@@ -93,7 +95,7 @@ def _balls(mechanism: Mechanism, symbols: Symbols) -> dict[Any, Label]:
     balls = [body for body in mechanism.bodies if body.ball]
     found = {}
     for body in balls:
-        of_joint = rf"{_upright(body.joint_name)}," if len(balls) > 1 else ""
+        of_joint = rf"{upright(body.joint_name)}," if len(balls) > 1 else ""
         for letter, part, numbers in (("q", "wxyz", body.quaternion), (r"\omega", "xyz", body.u[-3:])):
             for component, k in zip(part, numbers, strict=True):
                 s = symbols.coordinates[k] if letter == "q" else symbols.speeds[k]
@@ -111,7 +113,7 @@ def _dotted(latex: str, accent: str) -> str:
 def latex_name(name: str) -> str:
     r"""Return a name in LaTeX: theta_1 and theta1 as \theta_{1}, words upright, everything else harmless."""
     letter, rest = re.match(r"([A-Za-z]*)_*(.*)", name, re.DOTALL).groups()  # type: ignore[union-attr]
-    head = f"\\{letter}" if letter in _GREEK else letter if len(letter) == 1 else _upright(letter or name)
+    head = f"\\{letter}" if letter in _GREEK else letter if len(letter) == 1 else upright(letter or name)
     if not letter or not rest:
         return head
     return f"{head}_{{{_subscript(rest)}}}"
@@ -119,13 +121,14 @@ def latex_name(name: str) -> str:
 
 def _subscript(rest: str) -> str:
     parts = [part for part in rest.split("_") if part]
-    return ",".join(f"\\{p}" if p in _GREEK else p if p.isdigit() or len(p) == 1 else _upright(p) for p in parts)
+    return ",".join(f"\\{p}" if p in _GREEK else p if p.isdigit() or len(p) == 1 else upright(p) for p in parts)
 
 
 _SPECIAL: Final = {"\\": r"\backslash{}", "^": r"\hat{}", "~": r"\sim{}", " ": r"\ "}
 
 
-def _upright(words: str) -> str:
+def upright(words: str) -> str:
+    """Return words in upright letters, every special character escaped."""
     escaped = "".join(_SPECIAL.get(c, f"\\{c}" if c in "#$%&_{}" else c) for c in words)
     return rf"\mathrm{{{escaped}}}"
 

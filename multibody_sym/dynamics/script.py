@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
 import sympy
@@ -23,45 +22,7 @@ class Piece(NamedTuple):
     strength: int
 
 
-@dataclass(frozen=True)
-class Order:
-    """The order of factors and terms: `places` gives each symbol's kind and number (`notation` names the kinds)."""
-
-    places: Mapping[Any, tuple[int, int]]
-
-    def kind(self, expression: Any) -> int:
-        """Return the highest kind among an expression's symbols."""
-        return max((self.places[s][0] for s in expression.free_symbols if s in self.places), default=-1)
-
-    def factors(self, product: Any) -> list[Any]:
-        """Return the factors of a product as they are written: parameters, coordinates, speeds, functions."""
-        return sorted(sympy.Mul.make_args(product), key=self._factor_key)
-
-    def _factor_key(self, factor: Any) -> tuple[int, list[tuple[int, int]], bool, str]:
-        base = factor.base if factor.is_Pow else factor
-        kind = _FUNCTION if base.is_Function else self.kind(factor)
-        return kind, self._numbers(factor), isinstance(base, sympy.cos), str(factor)
-
-    def _numbers(self, expression: Any) -> list[tuple[int, int]]:
-        return sorted(self.places.get(s, (-1, 0)) for s in expression.free_symbols)
-
-    def terms(self, total: Any) -> list[Any]:
-        """Return the terms of a sum as they are written: accelerations, products of speeds, everything at rest.
-
-        A sum at rest does not begin with a minus sign where it can begin without.
-        """
-        found = sorted(sympy.Add.make_args(total), key=self._term_key)
-        if self.kind(found[0]) >= _MOVING:
-            return found
-        first = next((k for k, term in enumerate(found) if not is_negative(term)), 0)
-        return [found[first], *found[:first], *found[first + 1 :]]
-
-    def _term_key(self, term: Any) -> tuple[Any, ...]:
-        kind = self.kind(term)
-        factors = [self._factor_key(f) for f in self.factors(term)]
-        fastest = [place for place in self._numbers(term) if place[0] == kind] if kind >= _MOVING else []
-        functions = sum(key[0] == _FUNCTION for key in factors)
-        return -max(kind, _MOVING - 1), fastest, functions, factors
+FactorKey = tuple[int, list[tuple[int, int]], bool, str]
 
 
 def is_negative(term: Any) -> bool:
@@ -70,12 +31,17 @@ def is_negative(term: Any) -> bool:
 
 
 class Script(ABC):
-    """Writes expressions; scripts differ in how symbols, products, quotients, powers and functions look."""
+    """Writes expressions; scripts differ in how symbols, products, quotients, powers and functions look.
 
-    def __init__(self, spelling: Mapping[Any, str], order: Order) -> None:
+    `spelling` gives each symbol's letters; `places` its kind and number, which order factors and terms (`notation`
+    names the kinds).
+    """
+
+    def __init__(self, spelling: Mapping[Any, str], places: Mapping[Any, tuple[int, int]]) -> None:
         self.spelling = spelling
-        self.order = order
+        self.places = places
         self._known: dict[Any, Piece] = {}
+        self._keys: dict[Any, FactorKey] = {}
 
     def shown(self, expression: Any) -> str:
         """Return an expression or a matrix as it is written."""
@@ -102,6 +68,47 @@ class Script(ABC):
             return self.root(e.base) if e.exp == sympy.S.Half else self.power(e.base, e.exp)
         return self.other(e)
 
+    # --- order -----------------------------------------------------------------------------------------------------
+
+    def kind(self, expression: Any) -> int:
+        """Return the highest kind among an expression's symbols."""
+        return max((place[0] for place in self._places_in(expression)), default=-1)
+
+    def factors(self, product: Any) -> list[Any]:
+        """Return the factors of a product as they are written: parameters, coordinates, speeds, functions."""
+        return sorted(sympy.Mul.make_args(product), key=self._factor_key)
+
+    def _factor_key(self, factor: Any) -> FactorKey:
+        if factor not in self._keys:
+            base = factor.base if factor.is_Pow else factor
+            places = self._places_in(factor)
+            kind = _FUNCTION if base.is_Function else max((place[0] for place in places), default=-1)
+            self._keys[factor] = kind, places, isinstance(base, sympy.cos), self.piece(base).text
+        return self._keys[factor]
+
+    def _places_in(self, expression: Any) -> list[tuple[int, int]]:
+        return sorted(self.places.get(s, (-1, 0)) for s in expression.free_symbols)
+
+    def terms(self, total: Any) -> list[Any]:
+        """Return the terms of a sum as they are written: accelerations, products of speeds, everything at rest.
+
+        A sum at rest does not begin with a minus sign where it can begin without.
+        """
+        found = sorted(sympy.Add.make_args(total), key=self._term_key)
+        if self.kind(found[0]) >= _MOVING:
+            return found
+        first = next((k for k, term in enumerate(found) if not is_negative(term)), 0)
+        return [found[first], *found[:first], *found[first + 1 :]]
+
+    def _term_key(self, term: Any) -> tuple[Any, ...]:
+        kind = self.kind(term)
+        factors = [self._factor_key(f) for f in self.factors(term)]
+        fastest = [place for place in self._places_in(term) if place[0] == kind] if kind >= _MOVING else []
+        functions = sum(key[0] == _FUNCTION for key in factors)
+        return -max(kind, _MOVING - 1), fastest, functions, factors
+
+    # --- writing ---------------------------------------------------------------------------------------------------
+
     def within(self, e: Any, strength: int) -> str:
         """Return an expression written, in parentheses where it binds more weakly."""
         piece = self.piece(e)
@@ -109,7 +116,7 @@ class Script(ABC):
 
     def _sum(self, e: Any) -> Piece:
         written = ""
-        for term in self.order.terms(e):
+        for term in self.terms(e):
             negative = is_negative(term)
             text = self.within(-term if negative else term, PRODUCT)
             sign = "-" if negative else "+"
@@ -121,7 +128,7 @@ class Script(ABC):
 
     def _product(self, e: Any) -> Piece:
         number, rest = e.as_coeff_Mul()
-        return self._signed(e) if number < 0 else self._quotient_of(number, self.order.factors(rest))
+        return self._signed(e) if number < 0 else self._quotient_of(number, self.factors(rest))
 
     def _signed(self, e: Any) -> Piece:
         return Piece("-" + self.within(-e, PRODUCT), SUM)

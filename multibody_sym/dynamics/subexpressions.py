@@ -7,7 +7,7 @@ while deriving. Numbers that are not simple stand as symbols of their own, so th
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
 import sympy
@@ -48,6 +48,7 @@ class Subexpressions:
         values: dict[Node, Any] = dict(known)
         order = [n for n in postorder(roots) if n not in known]
         uses = Counter(a for n in order for a in n.args)
+        uses.update(n.args[0] for n in order if n.op == "pow")  # a square is a product with itself
         for n in order:
             if n.shadow is not None:  # a constant
                 values[n] = self.number(n)
@@ -178,6 +179,33 @@ class WrittenOut(Subexpressions):
         """Return the expression, rewritten."""
         self.budget.spend(0)
         return self._readable(expression)
+
+
+def tidied(
+    definitions: Mapping[sympy.Symbol, Any], roots: Sequence[Any], prefix: str
+) -> tuple[list[tuple[sympy.Symbol, Any]], dict[sympy.Symbol, Any]]:
+    """Return the definitions that roots need, numbered anew, without those used once; and what to put for each name."""
+    wanted = needed(definitions, roots)
+    uses = Counter(s for e in (*dict.fromkeys(roots), *(definitions[name] for name in wanted)) for s in _occurrences(e))
+    kept: list[tuple[sympy.Symbol, Any]] = []
+    replaced: dict[sympy.Symbol, Any] = {}
+    for name in wanted:
+        expression = definitions[name].xreplace(replaced)
+        if uses[name] > 1:
+            replaced[name] = sympy.Symbol(f"{prefix}{len(kept) + 1}", real=True)
+            kept.append((replaced[name], expression))
+        else:
+            replaced[name] = expression
+    return kept, replaced
+
+
+def _occurrences(expression: Any) -> Iterator[sympy.Symbol]:
+    stack = [expression]
+    while stack:
+        e = stack.pop()
+        if e.is_Symbol:
+            yield e
+        stack.extend(e.args)
 
 
 def _is_scaled_name(expression: Any) -> bool:

@@ -1,0 +1,227 @@
+"""derive: equations of motion in closed form, with the steps that lead to them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
+from math import comb
+from typing import Any, Final
+
+import sympy
+
+from multibody_sym.dynamics.budget import Budget
+from multibody_sym.dynamics.composite_body import composite_body
+from multibody_sym.dynamics.derivation import Derivation, Equation, Step
+from multibody_sym.dynamics.lagrange import (
+    Energies,
+    LagrangeTerms,
+    energies,
+    energy_nodes,
+    known_nodes,
+    lagrange_terms,
+    totals,
+    verify_free,
+)
+from multibody_sym.dynamics.multipliers import RowTerms, row_terms
+from multibody_sym.dynamics.notation import notation_of
+from multibody_sym.dynamics.readable import LARGEST_SUM, Readable
+from multibody_sym.dynamics.steps import (
+    coordinate_step,
+    energy_steps,
+    lagrange_steps,
+    matrix_step,
+    position_steps,
+    row_steps,
+)
+from multibody_sym.dynamics.subexpressions import Subexpressions, WrittenOut, tidied
+from multibody_sym.dynamics.symbolic_equations import READABLE, SymbolicEquations
+from multibody_sym.dynamics.symbols import Symbols, symbols_of
+from multibody_sym.errors import InputError
+from multibody_sym.kinematics.state import slot_state
+from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.resolve import mechanism as resolved
+from multibody_sym.model.system import System
+from multibody_sym.scalars.node import Node, as_node, postorder
+from multibody_sym.scalars.sympy_bridge import to_sympy
+
+_READABLE_ENERGY: Final = 300
+"""Operations in T up to which the equations that follow from it have a chance to be read."""
+
+
+def derive(model: System | Mechanism, method: str | None = None, *, budget: Budget | None = None) -> SymbolicEquations:
+    """Return the equations of motion in closed form.
+
+    `method`: "lagrange" (trees whose coordinates are independent), "multipliers" (any), "composite_body" (any, without
+    T and V); by default the first that fits. What a person can read is written out and simplified; past that, shared
+    sub-expressions have names. Raises InputError for an unknown method, ModelError where "lagrange" does not apply,
+    NoSolutionError past the budget.
+    """
+    mechanism = resolved(model) if isinstance(model, System) else model
+    chosen = method or ("multipliers" if mechanism.rows else "lagrange")
+    if chosen not in METHODS:
+        raise InputError(f"{chosen!r} gives no closed form: choose {', '.join(METHODS)}")
+    if chosen == "lagrange":
+        verify_free(mechanism)
+    limits = budget or Budget()
+    symbols = symbols_of(mechanism)
+    if written_out_size(energy_nodes(mechanism)) <= LARGEST_SUM:
+        circles = tuple(tuple(symbols.coordinates[k] for k in b.quaternion) for b in mechanism.bodies if b.ball)
+        readable = Readable(frozenset(symbols.speeds), circles)
+        names = WrittenOut(symbols.free_prefix, limits, readable)
+        given = energies(mechanism, symbols, names)
+        if given.kinetic.count_ops() <= _READABLE_ENERGY:
+            short = _derived(mechanism, chosen, symbols, names, given)
+            if short.operations <= READABLE:
+                return short
+    named = Subexpressions(symbols.free_prefix, limits)
+    return _derived(mechanism, chosen, symbols, named, energies(mechanism, symbols, named))
+
+
+def written_out_size(parts: Sequence[Sequence[Node]]) -> int:
+    """Return how many terms expressions have at most, all together, once their products are multiplied out."""
+    roots = [node for part in parts for node in part]
+    sizes: dict[Node, int] = {}
+    for n in postorder(roots):
+        operands = [sizes[a] for a in n.args]
+        if n.op == "add":
+            sizes[n] = sum(operands)
+        elif n.op == "mul":
+            sizes[n] = operands[0] * operands[1]
+        elif n.op == "pow" and isinstance(n.args[1].data, int) and n.args[1].data > 0:
+            sizes[n] = comb(operands[0] + n.args[1].data - 1, n.args[1].data)
+        else:
+            sizes[n] = operands[0] if n.op in ("neg", "div") else 1
+    return sum(sizes[root] for root in roots)
+
+
+# --- the methods ---------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What a method finds, by speed (nu): M, c, dV/dq where forces are kept apart, Q of the other loads, and the rows.
+
+    `terms` are those of Lagrange's equations, where the method has them.
+    """
+
+    energies: Energies
+    mass_matrix: list[list[Any]]
+    velocity_terms: list[Any]
+    potential_gradient: list[Any]
+    forces: list[Any]
+    rows: list[RowTerms]
+    terms: LagrangeTerms | None = None
+
+
+def _by_multipliers(mechanism: Mechanism, symbols: Symbols, names: Subexpressions, given: Energies) -> Parts:
+    terms = lagrange_terms(mechanism, symbols, names, given)
+    rows = [row_terms(phi, mechanism, symbols, names) for phi in given.constraints]
+    parts = terms.mass_matrix, terms.velocity_terms, terms.potential_gradient, terms.forces
+    return Parts(given, *parts, rows, terms)
+
+
+def _by_composite_body(mechanism: Mechanism, symbols: Symbols, names: Subexpressions, given: Energies) -> Parts:
+    names.budget.enter("the composite bodies' equations")
+    found = composite_body(mechanism, slot_state(mechanism))
+    rows = [[row.phi, row.phidot, row.gamma, *row.jacobian] for row in found.rows]
+    lists = [*found.mass_matrix, found.velocity_terms, found.applied, *rows]
+    nodes = [as_node(x) for part in lists for x in part]
+    flat = iter(names.translated(nodes, known_nodes(mechanism, symbols)))
+    expressions = [[names.name(next(flat)) for _ in part] for part in lists]
+    n = len(symbols.speeds)
+    matrix, (velocity_terms, forces), rest = expressions[:n], expressions[n : n + 2], expressions[n + 2 :]
+    row_parts = [RowTerms(phi, phidot, jacobian, gamma) for phi, phidot, gamma, *jacobian in rest]
+    return Parts(given, matrix, velocity_terms, [sympy.S.Zero] * n, forces, row_parts)
+
+
+METHODS: Final[Mapping[str, Callable[[Mechanism, Symbols, Subexpressions, Energies], Parts]]] = {
+    "lagrange": _by_multipliers,
+    "multipliers": _by_multipliers,
+    "composite_body": _by_composite_body,
+}
+
+
+# --- put together --------------------------------------------------------------------------------------------------
+
+
+def _derived(
+    mechanism: Mechanism, method: str, symbols: Symbols, names: Subexpressions, given: Energies
+) -> SymbolicEquations:
+    raw = METHODS[method](mechanism, symbols, names, given)
+    definitions, replaced = tidied(names.definitions, _expressions(raw), symbols.free_prefix)
+    parts: Parts = _mapped(raw, lambda e: e.xreplace(replaced))
+    matrices = _matrices(parts, len(symbols.speeds))
+    return SymbolicEquations(
+        method,
+        mechanism,
+        symbols,
+        parts.energies.kinetic,
+        sympy.Add(*parts.energies.potential),
+        tuple(totals(parts.energies.forces, len(symbols.speeds))),
+        *matrices,
+        tuple(row.phi for row in parts.rows),
+        _equations(parts, symbols),
+        tuple(definitions),
+        {symbol: to_sympy(node, {}) for symbol, node in names.numbers.items()},
+        _steps(mechanism, symbols, names, parts, matrices),
+        notation_of(mechanism, symbols, [name for name, _ in definitions], names.numbers),
+    )
+
+
+def _steps(
+    mechanism: Mechanism, symbols: Symbols, names: Subexpressions, parts: Parts, matrices: Sequence[Any]
+) -> Derivation:
+    notation = notation_of(mechanism, symbols)
+    positions = () if names.definitions else position_steps(mechanism, symbols, names)
+    terms = lagrange_steps(mechanism, symbols, notation, parts.terms) if parts.terms else ()
+    return (
+        coordinate_step(mechanism),
+        *positions,
+        *energy_steps(mechanism, symbols, parts.energies, notation),
+        *terms,
+        *row_steps(mechanism, parts.rows),
+        Step("Equations of motion", _equations(parts, symbols)),
+        matrix_step(*matrices),
+    )
+
+
+def _equations(parts: Parts, symbols: Symbols) -> tuple[Equation, ...]:
+    """Return each speed's equation: inertia, velocity terms and dV/dq on the left, forces and rows on the right."""
+    found = []
+    for k, row in enumerate(parts.mass_matrix):
+        inertia = [m * a for m, a in zip(row, symbols.accelerations, strict=True)]
+        left = sympy.Add(*inertia, parts.velocity_terms[k], parts.potential_gradient[k])
+        pulls = [row.jacobian[k] * x for row, x in zip(parts.rows, symbols.multipliers, strict=True)]
+        found.append(Equation(left, sympy.Add(parts.forces[k], *pulls)))
+    return tuple(found)
+
+
+def _matrices(parts: Parts, n: int) -> tuple[Any, Any, Any, Any]:
+    """Return M, f, H and gamma."""
+    balance = zip(parts.forces, parts.potential_gradient, parts.velocity_terms, strict=True)
+    return (
+        sympy.ImmutableMatrix(n, n, [x for row in parts.mass_matrix for x in row]),
+        sympy.ImmutableMatrix(n, 1, [force - pull - c for force, pull, c in balance]),
+        sympy.ImmutableMatrix(len(parts.rows), n, [x for row in parts.rows for x in row.jacobian]),
+        sympy.ImmutableMatrix(len(parts.rows), 1, [row.gamma for row in parts.rows]),
+    )
+
+
+def _expressions(part: Any) -> list[Any]:
+    found: list[Any] = []
+
+    def keep(e: Any) -> Any:
+        found.append(e)
+        return e
+
+    _mapped(part, keep)
+    return found
+
+
+def _mapped(part: Any, change: Callable[[Any], Any]) -> Any:
+    """Return a record, list or tuple with every sympy expression in it changed."""
+    if isinstance(part, sympy.Basic):
+        return change(part)
+    if is_dataclass(part) and not isinstance(part, type):
+        return replace(part, **{f.name: _mapped(getattr(part, f.name), change) for f in fields(part)})
+    return type(part)(_mapped(x, change) for x in part) if type(part) in (list, tuple) else part

@@ -1,0 +1,141 @@
+"""SymbolicEquations: equations of motion in sympy, to be read, shown in a notebook, or evaluated with NumPy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+import sympy
+
+from multibody_sym.dynamics.derivation import Derivation, Equation
+from multibody_sym.dynamics.notation import Notation
+from multibody_sym.dynamics.start import parameter_values
+from multibody_sym.dynamics.subexpressions import needed
+from multibody_sym.dynamics.symbols import Symbols
+from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.program.solve import solve
+from multibody_sym.scalars.sympy_bridge import to_sympy
+
+Floats = npt.NDArray[np.float64]
+READABLE: Final = 2_000
+"""Operations up to which a person reads equations."""
+
+
+@dataclass(frozen=True)
+class SymbolicEquations:
+    """Equations of motion of a system with n speeds and s rows, derived by `method`.
+
+        M udot = f + H^T lambda        H udot = gamma        f = Q - c
+
+    `mass_matrix` M (n x n), `forcing` f (n x 1), `constraint_jacobian` H (s x n), `constraint_forcing` gamma (s x 1);
+    `kinetic_energy` T, `potential_energy` V, `generalized_forces` (n) of all loads outside V, `constraints` phi (s);
+    `equations` left = right as a student writes them, one for each speed. All are sympy expressions in the symbols of
+    `symbols` and in the names that `definitions` explains, each by earlier ones; `numbers` holds the values of symbols
+    that stand for numbers. `steps` is the derivation, `notation` how it is written.
+    """
+
+    method: str
+    mechanism: Mechanism
+    symbols: Symbols
+    kinetic_energy: Any
+    potential_energy: Any
+    generalized_forces: tuple[Any, ...]
+    mass_matrix: Any
+    forcing: Any
+    constraint_jacobian: Any
+    constraint_forcing: Any
+    constraints: tuple[Any, ...]
+    equations: tuple[Equation, ...]
+    definitions: tuple[tuple[Any, Any], ...]
+    numbers: Mapping[Any, Any]
+    steps: Derivation
+    notation: Notation
+
+    @property
+    def operations(self) -> int:
+        """The number of operations in M, f, H and gamma, each shared sub-expression counted once."""
+        upper = [self.mass_matrix[i, j] for i in range(self.mass_matrix.rows) for j in range(i + 1)]
+        parts = [*upper, *self.forcing, *self.constraint_jacobian, *self.constraint_forcing]
+        definitions = dict(self.definitions)
+        return sum(int(e.count_ops()) for e in (*parts, *(definitions[s] for s in needed(definitions, parts))))
+
+    def explicit(self, expression: Any) -> Any:
+        """Return an expression or matrix with every name and number symbol replaced by what it stands for."""
+        known = dict(self.numbers)
+        definitions = dict(self.definitions)
+        for name in needed(definitions, [expression]):
+            known[name] = definitions[name].xreplace(known)
+        return expression.xreplace(known)
+
+    def lambdify(self, result: str = "accelerations") -> Callable[..., Any]:
+        """Return a NumPy function of (q, u, t=0, parameters=None): arrays (nq,), (nu,), a number, (np,).
+
+        With result "accelerations" it returns udot (n,), with "terms" the arrays (M, f, H, gamma). Parameters are in
+        the order of `symbols.parameters`, the declared values by default; inputs take their declared expressions.
+        """
+        if result not in ("accelerations", "terms"):
+            raise ValueError(f"result is 'accelerations' or 'terms', got {result!r}")
+        evaluate, n = self._compiled(), len(self.symbols.speeds)
+
+        def terms(
+            q: Sequence[float], u: Sequence[float], t: float = 0.0, parameters: Sequence[float] | None = None
+        ) -> tuple[Floats, Floats, Floats, Floats]:
+            values = parameter_values(self.mechanism, {}) if parameters is None else parameters
+            M, f, H, gamma = (np.array(x, dtype=float) for x in evaluate(t, q, u, values))
+            return M.reshape(n, n), f.reshape(n), H.reshape(-1, n), gamma.reshape(-1)
+
+        def accelerations(
+            q: Sequence[float], u: Sequence[float], t: float = 0.0, parameters: Sequence[float] | None = None
+        ) -> Floats:
+            return _accelerations(*terms(q, u, t, parameters))
+
+        return terms if result == "terms" else accelerations
+
+    def _compiled(self) -> Callable[..., Any]:
+        """Return the compiled function of (t, q, u, parameters); every symbol becomes a Dummy, whatever its name."""
+        s = self.symbols
+        given = (s.time, *s.coordinates, *s.speeds, *s.parameters)
+        slots = dict(s.slots)
+        inputs = [(x, to_sympy(e, slots)) for x, e in zip(s.inputs, self.mechanism.inputs.values(), strict=True)]
+        numbers = {symbol: sympy.Float(value) for symbol, value in self.numbers.items()}
+        dummies = {x: sympy.Dummy() for x in (*given, *(x for x, _ in inputs), *(x for x, _ in self.definitions))}
+        replaced = {**numbers, **dummies}
+        shared = [(dummies[x], e.xreplace(replaced)) for x, e in (*inputs, *self.definitions)]
+        parts = (self.mass_matrix, self.forcing, self.constraint_jacobian, self.constraint_forcing)
+        matrices = [list(part.xreplace(replaced)) for part in parts]
+        groups = (s.coordinates, s.speeds, s.parameters)
+        arguments = [dummies[s.time], *([dummies[x] for x in group] for group in groups)]
+        compiled: Callable[..., Any] = sympy.lambdify(
+            arguments, matrices, modules="numpy", cse=lambda expressions: (shared, list(expressions))
+        )
+        return compiled
+
+    def __str__(self) -> str:
+        """Return the equations as text, one a line; names first."""
+        write = self.notation.text
+        named = [f"{write(name)} = {write(e)}" for name, e in self.definitions]
+        return "\n".join([*named, *(f"{write(e.left)} = {write(e.right)}" for e in self.equations)])
+
+    def _repr_latex_(self) -> str:
+        """Return what a notebook shows: the equations, or their size where nobody would read them."""
+        if self.operations > READABLE:
+            size = rf"\text{{{self.operations} operations in {len(self.definitions)} named sub-expressions}}"
+            return rf"$\displaystyle {size}$"
+        write = self.notation.latex
+        lines = [rf"{write(name)} &= {write(e)}" for name, e in self.definitions]
+        lines += [rf"{write(e.left)} &= {write(e.right)}" for e in self.equations]
+        return r"$\displaystyle \begin{aligned}" + r" \\ ".join(lines) + r"\end{aligned}$"
+
+
+def _accelerations(M: Floats, f: Floats, H: Floats, gamma: Floats) -> Floats:
+    """Return udot of M udot = f + H^T lambda, H udot = gamma, whatever the rank of H."""
+    if not len(gamma):
+        return np.asarray(np.linalg.solve(M, f), dtype=float)
+    L = np.linalg.cholesky(M)
+    free = np.linalg.solve(L, f)
+    A = np.linalg.solve(L, H.T).T
+    found = solve(A, gamma - A @ free)
+    return np.asarray(np.linalg.solve(L.T, free + found.solution), dtype=float)
