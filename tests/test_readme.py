@@ -1,0 +1,54 @@
+"""Every code block of the README and of docs runs as it is printed."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PAGES = ["README.md", *(f"docs/{page.name}" for page in sorted((ROOT / "docs").glob("*.md")))]
+
+
+def blocks(page: str, language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", (ROOT / page).read_text(), re.MULTILINE | re.DOTALL)
+
+
+def run(arguments: list[str], folder: Path) -> str:
+    """Return what a command prints; fail with what it says where it fails."""
+    environment = {**os.environ, "MPLBACKEND": "Agg"}
+    done = subprocess.run(arguments, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"{shlex.join(arguments)}\n{done.stdout}{done.stderr}"
+    return done.stdout
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_python_blocks(page: str, tmp_path: Path) -> None:
+    for block in blocks(page, "python"):
+        run([sys.executable, "-c", block], tmp_path)
+
+
+def test_commands_on_the_printed_model(tmp_path: Path) -> None:
+    (model,) = blocks("README.md", "yaml")
+    (tmp_path / "pendulum.yaml").write_text(model)
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    lines = [line for block in blocks("README.md", "sh") for line in block.splitlines()]
+    commands = [line for line in lines if line.startswith("multibody-sym ")]
+    assert len(commands) > 3
+    for command in commands:
+        run([sys.executable, "-m", "multibody_sym", *shlex.split(command, comments=True)[1:]], tmp_path)
+
+
+def test_set_up_lines_stand_in_a_line_each() -> None:
+    """The check from nothing runs both; here only their form is checked."""
+    lines = [line for block in blocks("README.md", "sh") for line in block.splitlines()]
+    set_up = [line for line in lines if line.startswith("python3 -m venv")]
+    assert len(set_up) == 2
+    assert "simulate" in set_up[0]
+    assert "[test]" in set_up[1]
+    assert "pytest" in set_up[1]
