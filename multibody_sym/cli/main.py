@@ -29,35 +29,42 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
-    answer = _guarded(words)
+    answer, text = _guarded(words)
     try:
-        _print(answer, as_json="--json" in words)
+        _print(answer, text)
     except BrokenPipeError:  # whoever read the output has seen enough
         _silence(sys.stdout)
     except OSError as problem:
         _silence(sys.stdout)
         _say(f"error: the output cannot be written: {problem.strerror}")
         return OutputError.exit_code
+    except KeyboardInterrupt:
+        _silence(sys.stdout)
+        return INTERRUPTED
     return answer.exit_code
 
 
-def _guarded(words: Sequence[str]) -> Answer:
+def _guarded(words: Sequence[str]) -> tuple[Answer, str | None]:
+    """Return the answer of a command, with its object as text where that was asked for; whatever happens, an answer."""
+    as_json = "--json" in words
     try:
-        return _run(words)
+        answer = _run(words)
+        return answer, _json_text(answer.json) if as_json else None
     except Shown as shown:
-        return Answer({"text": shown.text}, shown.text)
+        answer = Answer({"text": shown.text}, shown.text)
     except MultibodyError as error:
-        return Answer(error.as_json(), f"error: {error}", error.exit_code)
+        answer = Answer(error.as_json(), f"error: {error}", error.exit_code)
     except KeyboardInterrupt:
-        return _failure("interrupted", "interrupted", INTERRUPTED)
+        answer = _failure("interrupted", "interrupted", INTERRUPTED)
     except MemoryError:
-        return _failure("memory", "there is not enough memory for this", NO_MEMORY)
+        answer = _failure("memory", "there is not enough memory for this", NO_MEMORY)
     except Exception as error:
         if os.environ.get(DEBUG):
             raise
         what = f"{type(error).__name__}: {error}".splitlines()[0]
         advice = f"this is a defect of multibody-sym, please report it; {DEBUG}=1 shows where it happened"
-        return _failure("internal", f"{what} ({advice})", INTERNAL)
+        answer = _failure("internal", f"{what} ({advice})", INTERNAL)
+    return answer, _json_text(answer.json) if as_json else None
 
 
 def _run(words: Sequence[str]) -> Answer:
@@ -81,15 +88,14 @@ def _show_notice(message: Warning | str, category: type[Warning], *_place: Any, 
         _say(f"note: {message}")
 
 
-def _print(answer: Answer, *, as_json: bool) -> None:
-    failed = "error" in answer.json
-    if as_json:
-        if answer.text:
-            _say(answer.text)
-        _write(sys.stdout, _json_text(answer.json))
-    elif failed:
+def _print(answer: Answer, json_text: str | None) -> None:
+    """Print the object on standard output and the text on standard error, or the text alone where it belongs."""
+    if json_text is not None:
         _say(answer.text)
-    elif answer.text:
+        _write(sys.stdout, json_text)
+    elif "error" in answer.json:
+        _say(answer.text)
+    else:
         _write(sys.stdout, answer.text)
 
 

@@ -7,7 +7,9 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.errors import ModelError
 from multibody_sym.integrators.reference import Status
+from multibody_sym.model.slots import at
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.runnable import Runnable
@@ -15,6 +17,8 @@ from multibody_sym.simulation.settings import RunSettings, run_settings
 
 _BY_FIXED_STEP: Final = 0.05
 _BY_MEAN_STEP: Final = 0.01
+_MOST_NUMBERS: Final = 250_000_000  # two gigabytes of samples
+_MOST_STEPS: Final = 1_000_000_000
 
 
 def settings_of(ready: Runnable) -> RunSettings:
@@ -23,7 +27,11 @@ def settings_of(ready: Runnable) -> RunSettings:
 
 
 def problem_of(ready: Runnable, settings: RunSettings) -> Problem:
-    """Return the problem of a run; with rows it projects each step, or stabilises them (Baumgarte 1972) if asked."""
+    """Return the problem of a run; with rows it projects each step, or stabilises them (Baumgarte 1972) if asked.
+
+    Raises ModelError for more samples than memory holds, more steps than a life has time for, and where nothing moves.
+    """
+    _verify_size(ready, settings)
     constrained = bool(ready.mechanism.rows)
     problem = Problem(
         compiled=ready.compiled,
@@ -39,12 +47,25 @@ def problem_of(ready: Runnable, settings: RunSettings) -> Problem:
         atol=settings.atol,
         samples=settings.samples,
         project=constrained and settings.project,
+        max_steps=_MOST_STEPS,
     )
     if not constrained or settings.baumgarte is None:
         return problem
     given = (settings.baumgarte.alpha, settings.baumgarte.beta)
     alpha, beta = (_own_coefficient(problem) if x is None else x for x in given)
     return replace(problem, parameters=np.array([*ready.parameters[:-2], alpha, beta]))
+
+
+def _verify_size(ready: Runnable, settings: RunSettings) -> None:
+    width = len(ready.q0) + len(ready.u0)
+    if width == 0:
+        raise ModelError("nothing can move: no joint has freedom").under("joints")
+    with at("simulation"):
+        most = _MOST_NUMBERS // width
+        if settings.samples > most:
+            raise ModelError(f"{settings.samples} samples are too many; at most {most}").under("samples")
+        if settings.step is not None and settings.t_end / settings.step > _MOST_STEPS:
+            raise ModelError(f"{settings.t_end / settings.step:.3g} steps are too many").under("step")
 
 
 def _own_coefficient(problem: Problem) -> float:

@@ -24,8 +24,8 @@ def environment(**more: str) -> dict[str, str]:
 def command(*words: str, cwd: Path | None = None, **options: Any) -> subprocess.CompletedProcess[str]:
     """Run `multibody-sym WORDS`; nothing it prints may be a traceback."""
     start = [sys.executable, "-m", "multibody_sym", *words]
-    given = {"env": environment(), "capture_output": True, "text": True, "check": False, "timeout": 120, **options}
-    done = subprocess.run(start, cwd=cwd, **given)
+    given = {"env": environment(), "capture_output": True, "text": True, "timeout": 120, **options}
+    done = subprocess.run(start, cwd=cwd, check=False, **given)
     assert "Traceback" not in (done.stderr or "")
     return done
 

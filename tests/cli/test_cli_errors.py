@@ -9,7 +9,10 @@ from command import PENDULUM, answer, command
 
 from multibody_sym.cli import main
 
-HINGE = "{multibody_sym: 1, name: m, bodies: {b: {mass: 1, com: [1, 0, 0]}}, joints: {h: {type: revolute, parent: ground, child: b, q: phi}}, "
+HINGE = (
+    "{multibody_sym: 1, name: m, bodies: {b: {mass: 1, com: [1, 0, 0]}},"
+    " joints: {h: {type: revolute, parent: ground, child: b, q: phi}}, "
+)
 
 
 def outcome(capsys: pytest.CaptureFixture[str], *words: str):
@@ -46,6 +49,8 @@ def outcome(capsys: pytest.CaptureFixture[str], *words: str):
         (("simulate", PENDULUM, "--t-end", "theta"), 2, "model", "names parameters only"),
         (("simulate", PENDULUM, "--t-end", "-1"), 2, "model", "positive"),
         (("simulate", PENDULUM, "--samples", "1"), 2, "model", "whole number"),
+        (("simulate", PENDULUM, "--samples", "1e12"), 2, "model", "too many"),
+        (("simulate", PENDULUM, "--step", "1e-12"), 2, "model", "too many"),
         (("simulate", PENDULUM, "-o", "out.xlsx"), 2, "input", ".csv, .npz, .parquet"),
         (("simulate", PENDULUM, "--plot", "model.yaml"), 2, "input", ".png, .svg, .pdf"),
         (("simulate", PENDULUM, "-o", "/no/such/folder/out.csv"), 4, "output", "folder"),
@@ -64,6 +69,7 @@ def test_what_is_wrong_is_said(capsys, words, code: int, kind: str, message: str
     ("content", "code", "message"),
     [
         ("multibody_sym: 1\nname: [", 2, ""),
+        ("multibody_sym: 1\nname: m\n", 2, "nothing can move"),
         ("multibody_sym: 1\nname: m\nbodies: {b: {mas: 1}}", 2, "unknown key 'mas'"),
         ("multibody_sym: 1\nname: m\nbodies: {b: {mass: 1 s}}", 2, "kg"),
         (HINGE + "forces: {f: {type: torque, joint: h, value: k*phi}}}", 2, "'k' is not declared"),

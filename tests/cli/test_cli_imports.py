@@ -10,13 +10,17 @@ from command import ROOT, environment
 SLOW = ("numpy", "sympy", "scipy", "matplotlib", "yaml", "jinja2", "pyarrow", "ctypes", "multibody_sym.model")
 
 
+def printed(program: str) -> str:
+    start = [sys.executable, "-c", program]
+    done = subprocess.run(start, env=environment(), cwd=ROOT, capture_output=True, text=True, check=True)
+    return done.stdout.splitlines()[-1]
+
+
 def test_help_imports_nothing_slow() -> None:
-    program = f"import sys; from multibody_sym.cli import main; main(['--help']); print([m for m in {SLOW!r} if m in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", program], env=environment(), cwd=ROOT, capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "[]"
+    found = f"print([m for m in {SLOW!r} if m in sys.modules])"
+    assert printed(f"import sys; from multibody_sym.cli import main; main(['--help']); {found}") == "[]"
 
 
 def test_importing_the_package_imports_nothing_else() -> None:
-    program = "import sys; before = set(sys.modules); import multibody_sym; print(sorted(set(sys.modules) - before))"
-    done = subprocess.run([sys.executable, "-c", program], env=environment(), cwd=ROOT, capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "['multibody_sym']"
+    found = "print(sorted(set(sys.modules) - before))"
+    assert printed(f"import sys; before = set(sys.modules); import multibody_sym; {found}") == "['multibody_sym']"

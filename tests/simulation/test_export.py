@@ -70,7 +70,8 @@ def test_names_tell_what_the_arrays_hold(tmp_path: Path) -> None:
     assert names["coordinates"][0] == {"name": "x", "unit": "m", "initial": 2.0}
     assert [p["name"] for p in names["parameters"]] == ["g", "l", "k", "Baumgarte alpha", "Baumgarte beta"]
     assert (names["inputs"], names["outputs"], names["constraints"]) == (["P"], ["pull"], ["rod"])
-    assert names["programs"]["state_derivative"]["outputs"] == {"qdot": [3], "udot": [3], "multipliers": [1], "report": [3]}
+    wanted = {"qdot": [3], "udot": [3], "multipliers": [1], "report": [3]}
+    assert names["programs"]["state_derivative"]["outputs"] == wanted
 
 
 def test_no_name_of_the_user_is_in_the_code(tmp_path: Path) -> None:

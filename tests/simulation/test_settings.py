@@ -54,7 +54,6 @@ def test_constraints(constraints, project: bool, baumgarte: Coefficients | None)
         ({"rtol": "log(T - 2)"}, "rtol", "no value"),
         ({"samples": 1}, "samples", "whole number"),
         ({"samples": "T/3"}, "samples", "whole number"),
-        ({"samples": "1e12"}, "samples", "whole number"),
         ({"method": "dormand-prince"}, "method", "did you mean dormand_prince"),
         ({"method": "rk4"}, "method", "needs a step"),
         ({"step": 1, "rtol": 1}, "step", "not both"),
@@ -76,8 +75,8 @@ def test_a_step_replaces_tolerances_and_the_other_way_round() -> None:
 
 
 def test_values_replace_numbers_and_keep_the_rest() -> None:
-    m, l = mbs.parameters("m l", ["1 kg", "2 m"], positive=True)
-    system = mbs.System("s", bodies={"b": mbs.Body(mass=m, com=[l, 0, 0])})
+    mass, length = mbs.parameters("m l", ["1 kg", "2 m"], positive=True)
+    system = mbs.System("s", bodies={"b": mbs.Body(mass=mass, com=[length, 0, 0])})
     changed = with_values(system, {"m": "500 g"})
     assert changed.parameters["m"].value.shadow == 0.5
     assert changed.parameters["m"].positive
@@ -88,7 +87,12 @@ def test_values_replace_numbers_and_keep_the_rest() -> None:
 
 @pytest.mark.parametrize(
     ("name", "value", "message"),
-    [("mm", 1, "did you mean m"), ("m", "1 s", "quantity in kg"), ("m", "1 +", "missing"), ("m", [1], "expected a number")],
+    [
+        ("mm", 1, "did you mean m"),
+        ("m", "1 s", "quantity in kg"),
+        ("m", "1 +", "missing"),
+        ("m", [1], "expected a number"),
+    ],
 )
 def test_wrong_values(name: str, value: object, message: str) -> None:
     (m,) = mbs.parameters("m", ["1 kg"])
