@@ -50,6 +50,8 @@ def _leaf(n: Node) -> Piece:
         return Piece(f"{n.data[0]}({names})", ATOM)
     if n.op == "real":
         return Piece(f"real({n.data!r})", ATOM)
+    if n.op == "declared":
+        return Piece(n.data[0], ATOM)
     return Piece("pi" if n.op == "pi" else n.data, ATOM)
 
 

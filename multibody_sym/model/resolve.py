@@ -306,7 +306,10 @@ def _dimensions(system: System) -> dict[Node, Dimension | None]:
 
 
 def _verify_dimension(node: Node, unit: str | None, known: Mapping[Node, Dimension | None]) -> None:
-    found = dimension_of(node, known.get)
+    def of_leaf(leaf: Node) -> Dimension | None:
+        return QUANTITIES[leaf.data[0]].dimension if leaf.op == "quantity" else known.get(leaf)
+
+    found = dimension_of(node, of_leaf)
     if found is not None and unit is not None and found != dimension_of_unit(unit) and node.shadow is None:
         raise ModelError(f"the expression is a quantity in {found}; here one in {unit or 'no unit'} is wanted")
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from multibody_sym.errors import ExpressionError
 from multibody_sym.expressions.parser import FUNCTIONS, parse
 from multibody_sym.expressions.printer import text
-from multibody_sym.scalars.node import BUILD, PI, Node, as_node, number, quantity, real, slot, symbol
+from multibody_sym.scalars.node import BUILD, PI, Node, as_node, number, quantity, real, slot, symbol, symbol_with
 
 LEAVES = st.one_of(
     st.sampled_from(["a", "b", "m1", "r", "x", "E", "lambda", "sin", "t", "phi_2"]).map(symbol),
@@ -82,8 +82,9 @@ def test_numbers_print_exactly():
         assert Fraction(text(node)) == node.data
 
 
-def test_slots_print_for_people():
+def test_slots_and_declared_symbols_print_for_people():
     assert text(slot("q", 0) + 1) == "q[0] + 1"
+    assert text(2 * symbol_with("m", "its declaration")) == "2*m"
 
 
 def test_shared_expressions_that_would_explode_are_refused():

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from multibody_sym.errors import InputError
-from multibody_sym.formats.reader import load, load_with_places, loads
+from multibody_sym.formats.reader import Places, load, load_with_places, loads
 from multibody_sym.formats.writer import dump, dumps, yaml_text
 from multibody_sym.formats.yaml_tree import read_text
 from multibody_sym.model.resolve import mechanism
@@ -28,6 +28,12 @@ joints:
 outputs:
   x: "position(bob, x)"
 """
+
+
+def check(text: str, name: str) -> None:
+    system = loads(text, name)
+    with Places(name, read_text(text, name)).shown():
+        mechanism(system)
 
 
 @pytest.mark.parametrize("path", EXAMPLES + DATA, ids=lambda p: p.stem)
@@ -85,13 +91,15 @@ def test_the_text_is_what_people_would_write():
         ("[0, -l, 0]", "[0, -l]", 6, 18, "bodies.bob.com", "three"),
         ("name: pendulum\n", "", 1, 1, "", "name is missing"),
         ("multibody_sym: 1", "multibody_sym: 3", 1, 16, "multibody_sym", "multibody_sym: 1"),
+        ("0, -l, 0", "0, -l - m, 0", 6, 27, "bodies.bob.com.1", "a sum of m and kg"),
+        ('"position(bob, x)"', '"position(bob, x) + total_energy()"', 10, 6, "outputs.x", "a sum of"),
         ("bodies:", "bodys:", 5, 1, "bodys", "did you mean bodies?"),
     ],
 )
 def test_errors_of_the_model_have_their_place(old, new, line, column, path, part):
     assert old in PENDULUM
     with pytest.raises(InputError) as caught:
-        loads(PENDULUM.replace(old, new), "p.yaml")
+        check(PENDULUM.replace(old, new), "p.yaml")
     where = caught.value.where
     assert (where.file, where.line, where.column) == ("p.yaml", line, column), str(caught.value)
     assert ".".join(where.path) == path
