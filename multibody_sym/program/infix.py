@@ -41,28 +41,21 @@ def expression(nodes: tuple[Node, ...], names: MutableMapping[Node, str], langua
     """
     levels: dict[Node, int] = {}
     for node in nodes:
-        names[node], levels[node] = _operation(node, names, levels, language)
+        op = node.op
+        if op == "mul":
+            a, b = node.args
+            left = f"({names[a]})" if a in levels and levels[a] < _PRODUCT else names[a]
+            names[node] = f"{left}*({names[b]})" if b in levels and levels[b] < _ATOM else f"{left}*{names[b]}"
+            levels[node] = _PRODUCT
+        elif op == "add":
+            a, b = node.args
+            sign, b = ("-", b.args[0]) if b.op == "neg" and b in levels else ("+", b)
+            right = f"({names[b]})" if b in levels and levels[b] < _PRODUCT else names[b]
+            names[node] = f"{names[a]} {sign} {right}"
+            levels[node] = _SUM
+        else:
+            names[node], levels[node] = _rarer(node, names, levels, language)
     return names[nodes[-1]]
-
-
-def _operation(
-    node: Node, names: Mapping[Node, str], levels: Mapping[Node, int], language: Language
-) -> tuple[str, int]:
-    op, args = node.op, node.args
-    if op == "mul":
-        left = _operand(args[0], _PRODUCT, names, levels)
-        return f"{left}*{_operand(args[1], _ATOM, names, levels)}", _PRODUCT
-    if op == "add":
-        a, b = args
-        if b.op == "neg" and b in levels:
-            return f"{names[a]} - {_operand(b.args[0], _PRODUCT, names, levels)}", _SUM
-        return f"{names[a]} + {_operand(b, _PRODUCT, names, levels)}", _SUM
-    if op == "neg":
-        return "-" + _operand(args[0], _ATOM, names, levels), _PRODUCT
-    if op == "div" and op not in language.functions:
-        left = _operand(args[0], _PRODUCT, names, levels)
-        return f"{left}/{_operand(args[1], _ATOM, names, levels)}", _PRODUCT
-    return _rarer(node, names, levels, language)
 
 
 def _operand(node: Node, least: int, names: Mapping[Node, str], levels: Mapping[Node, int]) -> str:
@@ -72,6 +65,10 @@ def _operand(node: Node, least: int, names: Mapping[Node, str], levels: Mapping[
 
 def _rarer(node: Node, names: Mapping[Node, str], levels: Mapping[Node, int], language: Language) -> tuple[str, int]:
     op, args = node.op, node.args
+    if op == "neg":
+        return "-" + _operand(args[0], _ATOM, names, levels), _PRODUCT
+    if op == "div" and op not in language.functions:
+        return f"{_operand(args[0], _PRODUCT, names, levels)}/{_operand(args[1], _ATOM, names, levels)}", _PRODUCT
     if op == "where":
         condition = _condition(args[0], names, levels, language)
         return language.choice.format(condition=condition, yes=names[args[1]], no=names[args[2]]), _ATOM

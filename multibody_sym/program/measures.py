@@ -74,7 +74,24 @@ def program_hash(program: Program) -> str:
 
     The same in every process. Programs with the same hash compute the same.
     """
-    return _digest(program, {}).hex()
+    return program.digest.hex()
+
+
+def digest(program: Program) -> bytes:
+    """Return the hash as `Program.digest` keeps it."""
+    numbers = _Numbers()
+    for given in program.inputs:
+        numbers.words += (_INPUT, len(given.shape), *given.shape)
+        numbers.define(given.slots)
+    for statement in program.statements:
+        _HASHERS[type(statement)](statement, numbers)
+    for output in program.outputs:
+        numbers.words += (_OUTPUT, len(output.shape), *output.shape)
+        numbers.words += [numbers[value] for value in output.values]
+    words = array("Q", numbers.words)
+    if sys.byteorder == "big":
+        words.byteswap()
+    return hashlib.sha256(words.tobytes()).digest()
 
 
 _WORDS: Final = {op: int.from_bytes(op.encode()[:8], "big") for op in BUILD}
@@ -84,10 +101,9 @@ _CONSTANT, _CALL, _SOLVE, _INPUT, _OUTPUT = range(1, 6)
 class _Numbers(dict[Node, int]):
     """The words that are hashed, and the number of each Node that has one by now; constants get theirs when met."""
 
-    def __init__(self, callees: dict[int, bytes]) -> None:
+    def __init__(self) -> None:
         super().__init__()
         self.words: list[int] = []
-        self.callees = callees
 
     def __missing__(self, node: Node) -> int:
         self.words += (_CONSTANT, *struct.unpack("<Q", struct.pack("<d", node.shadow)))
@@ -99,35 +115,20 @@ class _Numbers(dict[Node, int]):
             self[leaf] = len(self)
 
 
-def _digest(program: Program, known: dict[int, bytes]) -> bytes:
-    if id(program) not in known:
-        numbers = _Numbers(known)
-        for given in program.inputs:
-            numbers.words += (_INPUT, len(given.shape), *given.shape)
-            numbers.define(given.slots)
-        for statement in program.statements:
-            _HASHERS[type(statement)](statement, numbers)
-        for output in program.outputs:
-            numbers.words += (_OUTPUT, len(output.shape), *output.shape)
-            numbers.words += [numbers[value] for value in output.values]
-        words = array("Q", numbers.words)
-        if sys.byteorder == "big":
-            words.byteswap()
-        known[id(program)] = hashlib.sha256(words.tobytes()).digest()
-    return known[id(program)]
-
-
 def _hash_assign(statement: Assign, numbers: _Numbers) -> None:
+    words = numbers.words
     for node in statement.nodes:
-        arguments = [numbers[a] for a in node.args]
-        numbers.words.append(_WORDS[node.op])
-        numbers.words += arguments
+        args = node.args
+        if len(args) == 2:
+            words += (_WORDS[node.op], numbers[args[0]], numbers[args[1]])
+        else:
+            words += (_WORDS[node.op], *[numbers[a] for a in args])
         if node not in numbers:  # a change of sign may stand in several statements
             numbers[node] = len(numbers)
 
 
 def _hash_call(statement: Call, numbers: _Numbers) -> None:
-    callee = struct.unpack("<4Q", _digest(statement.program, numbers.callees))
+    callee = struct.unpack("<4Q", statement.program.digest)
     _hash_record((_CALL, *callee), statement, numbers)
 
 

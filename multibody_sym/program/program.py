@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar, Final, TypeVar
 
 from multibody_sym.errors import MultibodyError
@@ -143,6 +144,13 @@ class Program:
         from multibody_sym.program.text import program_text
 
         return program_text(self)
+
+    @cached_property
+    def digest(self) -> bytes:
+        """The hash of structure, shapes and constants (see `multibody_sym.program.measures`)."""
+        from multibody_sym.program.measures import digest
+
+        return digest(self)
 
     def output(self, name: str) -> Output:
         """Return the output called `name`; raises UndefinedError if there is none."""
