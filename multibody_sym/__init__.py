@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from multibody_sym.model.resolve import mechanism as mechanism
     from multibody_sym.model.system import System as System
     from multibody_sym.model.system import parameters as parameters
+    from multibody_sym.model.system import t as t
     from multibody_sym.model.system import variable as variable
     from multibody_sym.scalars.functions import absolute as absolute
     from multibody_sym.scalars.functions import acos as acos
@@ -78,7 +79,7 @@ _NAMES = {
     "SpringDamper Stabilisation Torque Turn",
     "model.joints": "Custom Cylindrical Direct Fixed Free Initial Planar Prismatic Revolute Screw Spherical Universal",
     "model.resolve": "mechanism",
-    "model.system": "System parameters variable",
+    "model.system": "System parameters t variable",
     "scalars.functions": "absolute acos asin atan atan2 cos exp log maximum minimum pi sign sin sqrt tan where",
     "simulation.export": "export",
     "simulation.right_side": "compile state_derivative",

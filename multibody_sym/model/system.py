@@ -28,6 +28,8 @@ from multibody_sym.scalars.node import Node, leaves, symbol, symbol_with
 _MAPS: Final = ("parameters", "bodies", "joints", "forces", "constraints", "pulleys", "inputs", "outputs", "ask")
 _SYMBOL: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 RESERVED: Final = ("t", "pi")
+t: Final = symbol("t")
+"""The time, as expressions name it."""
 
 
 class Written(NamedTuple):
