@@ -124,13 +124,22 @@ def _subscript(rest: str) -> str:
     return ",".join(f"\\{p}" if p in _GREEK else p if p.isdigit() or len(p) == 1 else upright(p) for p in parts)
 
 
-_SPECIAL: Final = {"\\": r"\backslash{}", "^": r"\hat{}", "~": r"\sim{}", " ": r"\ "}
+_SPECIAL: Final = {
+    "\\": r"\textbackslash{}",
+    "^": r"\textasciicircum{}",
+    "~": r"\textasciitilde{}",
+    **{c: f"\\{c}" for c in "#$%&_{}"},
+}
 
 
 def upright(words: str) -> str:
-    """Return words in upright letters, every special character escaped."""
-    escaped = "".join(_SPECIAL.get(c, f"\\{c}" if c in "#$%&_{}" else c) for c in words)
-    return rf"\mathrm{{{escaped}}}"
+    """Return words in upright letters, in mathematics."""
+    return rf"\mathrm{{{words}}}" if words.isascii() and words.isalnum() else rf"\text{{{escaped(words)}}}"
+
+
+def escaped(words: str) -> str:
+    """Return text in which LaTeX finds no command."""
+    return "".join(_SPECIAL.get(c, c) for c in words)
 
 
 def _number(node: Node) -> Label:

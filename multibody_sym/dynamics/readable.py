@@ -18,6 +18,7 @@ LARGEST_SUM: Final = 600
 """Terms that an expression may have when its products are multiplied out; past it nothing is rewritten."""
 
 _LARGEST_DENOMINATOR: Final = 12
+_LONGEST_NUMERATOR: Final = 12
 Monomial = tuple[tuple[Any, Any], ...]
 """A product of powers: (base, exponent) pairs, ordered by the text of the base."""
 Terms = dict[Monomial, Any]
@@ -40,7 +41,7 @@ class Readable:
         return self.known[expression]
 
     def _rewritten(self, expression: Any) -> Any:
-        before = terms_of(_expanded(expression.replace(_has_inside, self._inside)))
+        before = terms_of(expression.replace(_has_inside, self._inside))
         after = with_angle_sums(self._reduced(before))
         found = grouped(after, self.speeds)
         vanished = len(after) < len(before)
@@ -63,7 +64,7 @@ class Readable:
 
 
 def _has_inside(e: Any) -> bool:
-    return bool((e.is_Pow and e.base.is_Add and not _is_count(e.exp)) or (e.is_Function and e.args[0].is_Add))
+    return _is_whole(e) or bool(e.is_Function and e.args[0].is_Add)
 
 
 def _is_count(exponent: Any) -> bool:
@@ -87,19 +88,27 @@ def expanded_size(expression: Any) -> int:
     return 1
 
 
-def _expanded(expression: Any) -> Any:
-    return sympy.expand(expression, power_base=False, power_exp=False, log=False)
+def terms_of(expression: Any) -> Terms:
+    """Return an expression, multiplied out, as terms; sums under roots and in denominators stay whole."""
+    letters: dict[Any, Any] = {}
 
+    def hide(e: Any) -> Any:
+        return letters.setdefault(e.base, sympy.Symbol(f"sum {len(letters)}", positive=True)) ** e.exp
 
-def terms_of(expanded: Any) -> Terms:
-    """Return an expanded expression as terms."""
+    hidden = expression.replace(_is_whole, hide)
+    whole: dict[Any, Any] = {}
+    for base, letter in letters.items():
+        whole[letter] = base.xreplace(whole)
     terms: Terms = {}
-    for term in sympy.Add.make_args(expanded):
+    for term in sympy.Add.make_args(sympy.expand(hidden, power_base=False, power_exp=False, log=False)):
         factor, product = term.as_coeff_Mul()
-        if factor != 0:
-            key = _monomial(dict(part.as_base_exp() for part in sympy.Mul.make_args(product) if part != 1))
-            terms[key] = terms.get(key, sympy.S.Zero) + factor
-    return {key: factor for key, factor in terms.items() if factor != 0}
+        powers = dict(part.as_base_exp() for part in sympy.Mul.make_args(product) if part != 1)
+        _added(terms, _monomial({base.xreplace(whole): exponent for base, exponent in powers.items()}), factor)
+    return terms
+
+
+def _is_whole(e: Any) -> bool:
+    return bool(e.is_Pow and e.base.is_Add and not _is_count(e.exp))
 
 
 def expression_of(terms: Mapping[Monomial, Any]) -> Any:
@@ -203,6 +212,31 @@ def _with(key: Monomial, changes: Mapping[Any, int], function: Any, factor: Any)
 
 
 def grouped(terms: Terms, speeds: frozenset[Any]) -> Any:
+    """Return terms as one expression: those over one denominator together, factorised where that is shorter."""
+    by_denominator: dict[Monomial, Terms] = {}
+    for key, factor in terms.items():
+        below = tuple(pair for pair in key if _is_quotient(pair))
+        above = tuple(pair for pair in key if not _is_quotient(pair))
+        by_denominator.setdefault(below, {})[above] = factor
+    return sympy.Add(*(_quotient(above, below, speeds) for below, above in by_denominator.items()))
+
+
+def _is_quotient(power: tuple[Any, Any]) -> bool:
+    base, exponent = power
+    return bool(base.is_Add and exponent.is_negative)
+
+
+def _quotient(terms: Terms, below: Monomial, speeds: frozenset[Any]) -> Any:
+    if not below or not 1 < len(terms) <= _LONGEST_NUMERATOR:
+        return with_like_terms(terms, speeds) * _product(below)
+    sign = -1 if all(factor < 0 for factor in terms.values()) else 1
+    positive = {key: sign * factor for key, factor in terms.items()}
+    written, factorized = with_like_terms(positive, speeds), sympy.factor(expression_of(positive))
+    shorter = factorized if factorized.count_ops() < written.count_ops() else written
+    return sympy.Mul(sign, shorter, _product(below))
+
+
+def with_like_terms(terms: Terms, speeds: frozenset[Any]) -> Any:
     """Return terms as one expression: products of speeds that share a factor together, then sums of like parameters."""
     by_factor: dict[Monomial, Terms] = {}
     for key, factor in terms.items():

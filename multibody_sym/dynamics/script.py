@@ -92,10 +92,10 @@ class Script(ABC):
     def terms(self, total: Any) -> list[Any]:
         """Return the terms of a sum as they are written: accelerations, products of speeds, everything at rest.
 
-        A sum at rest does not begin with a minus sign where it can begin without.
+        A sum without accelerations does not begin with a minus sign where it can begin without.
         """
         found = sorted(sympy.Add.make_args(total), key=self._term_key)
-        if self.kind(found[0]) >= _MOVING:
+        if self.kind(found[0]) > _MOVING:
             return found
         first = next((k for k, term in enumerate(found) if not is_negative(term)), 0)
         return [found[first], *found[:first], *found[first + 1 :]]

@@ -33,6 +33,7 @@ _FROM: Final[dict[Any, str]] = {
     sympy.exp: "exp", sympy.log: "log", sympy.Abs: "abs", sympy.sign: "sign", sympy.Pow: "pow",
     sympy.StrictLessThan: "less", sympy.LessThan: "less_equal",
 }
+_ROOT: Final = 2
 _CHAINED: Final[dict[Any, str]] = {sympy.Add: "add", sympy.Mul: "mul", sympy.Min: "min", sympy.Max: "max"}
 
 
@@ -102,9 +103,20 @@ def _combined(e: Any, args: list[Node]) -> Node:
         return _piecewise(e, args)
     if e.func in (sympy.StrictGreaterThan, sympy.GreaterThan):
         return BUILD["less" if e.func is sympy.StrictGreaterThan else "less_equal"](args[1], args[0])
+    if isinstance(e, sympy.Pow) and e.exp.is_Rational and (e.exp.is_negative or e.exp.q == _ROOT):
+        return _quotient_or_root(args[0], e.exp)
     if e.func not in _FROM:
         raise ExpressionError(f"sympy's {e.func.__name__} has no counterpart in the expression language")
     return BUILD[_FROM[e.func]](*args)
+
+
+def _quotient_or_root(base: Node, exponent: Any) -> Node:
+    """Return base^exponent by division and square root, which cost less than a general power and round better."""
+    if exponent.is_negative:
+        return BUILD["div"](number(1), _quotient_or_root(base, -exponent))
+    if exponent.q == _ROOT:
+        return BUILD["pow"](BUILD["sqrt"](base), number(int(exponent.p)))
+    return BUILD["pow"](base, number(Fraction(int(exponent.p), int(exponent.q))))
 
 
 def _piecewise(e: Any, args: list[Node]) -> Node:
