@@ -3,6 +3,8 @@
 TYPE_CHECKING = False  # as in typing, without importing it
 if TYPE_CHECKING:
     from multibody_sym.cli.version import __version__ as __version__
+    from multibody_sym.dynamics.derive import derive as derive
+    from multibody_sym.dynamics.symbolic_equations import SymbolicEquations as SymbolicEquations
     from multibody_sym.errors import ExpressionError as ExpressionError
     from multibody_sym.errors import InputError as InputError
     from multibody_sym.errors import ModelError as ModelError
@@ -68,10 +70,14 @@ if TYPE_CHECKING:
     from multibody_sym.simulation.right_side import compile as compile
     from multibody_sym.simulation.right_side import state_derivative as state_derivative
     from multibody_sym.simulation.simulate import simulate as simulate
+    from multibody_sym.simulation.solution import Solution as Solution
+    from multibody_sym.simulation.solve import solve as solve
     from multibody_sym.simulation.trajectory import Trajectory as Trajectory
 
 _NAMES = {
     "cli.version": "__version__",
+    "dynamics.derive": "derive",
+    "dynamics.symbolic_equations": "SymbolicEquations",
     "errors": "ExpressionError InputError ModelError MultibodyError NoSolutionError OutputError RunError",
     "formats.reader": "load loads",
     "formats.writer": "dump dumps",
@@ -84,6 +90,8 @@ _NAMES = {
     "simulation.export": "export",
     "simulation.right_side": "compile state_derivative",
     "simulation.simulate": "simulate",
+    "simulation.solution": "Solution",
+    "simulation.solve": "solve",
     "simulation.trajectory": "Trajectory",
 }
 _MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}

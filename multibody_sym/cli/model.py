@@ -23,12 +23,14 @@ def model(options: argparse.Namespace) -> Iterator[System]:
     with at("--set"):
         changed = with_values(system, options.set)
     try:
-        with places.shown():
-            yield changed
+        yield changed
     except InputError as error:
         option = _option(error.where.path, options)
         if option is not None:
             error.where = Where(path=(option,))
+        elif error.where.path:
+            with places.shown():
+                raise
         raise
 
 

@@ -1,0 +1,44 @@
+"""`derive`: the equations of motion in symbols, with the steps that lead to them."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import TYPE_CHECKING, Final
+
+from multibody_sym.cli.answer import Answer
+
+if TYPE_CHECKING:
+    from multibody_sym.dynamics.symbolic_equations import SymbolicEquations
+
+HELP: Final = "derive energies and equations of motion in symbols"
+_FORMATS: Final = ("text", "latex", "json")
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of the command."""
+    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
+    route = "lagrange, multipliers or composite_body; default: the first that fits (--formalism says the same)"
+    parser.add_argument("--method", metavar="M", help=route)
+    parser.add_argument("--steps", action="store_true", help="show every step of the derivation")
+    parser.add_argument("--format", choices=_FORMATS, default=_FORMATS[0], help="how to print it; default: text")
+
+
+def run(options: argparse.Namespace) -> Answer:
+    """Derive and print in the format asked for."""
+    from multibody_sym.cli.model import model
+    from multibody_sym.dynamics.derive import derive
+    from multibody_sym.report.derivation import derivation_data
+
+    with model(options) as system:
+        equations = derive(system, options.method or options.formalism)
+    data = derivation_data(equations)
+    text = json.dumps(data, indent=1) if options.format == "json" else _written(equations, options)
+    return Answer(data, text)
+
+
+def _written(equations: SymbolicEquations, options: argparse.Namespace) -> str:
+    from multibody_sym.report.derivation import derivation_latex, derivation_text
+
+    write = derivation_latex if options.format == "latex" else derivation_text
+    return write(equations, steps=options.steps)
