@@ -15,7 +15,7 @@ from multibody_sym.scalars.node import Node, slot
 TARGETS: Final = "z"
 """The array whose slots stand for the results of calls and solves."""
 _ARRAY_NAME: Final = re.compile(r"[A-Za-z]+(_[A-Za-z]+)*")
-_PROGRAM_NAME: Final = re.compile(r"[A-Za-z]+(_[A-Za-z0-9]+)*")
+_PROGRAM_NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*")
 
 
 class ProgramError(MultibodyError):
@@ -190,7 +190,7 @@ def _verify(program: Program) -> None:
 def verify_program_name(name: str) -> None:
     """Raise ProgramError unless `name` is an identifier that generated code can take over."""
     if not _PROGRAM_NAME.fullmatch(name):
-        raise ProgramError(f"{name!r} is no name of a program: letters, then digits too, with single underscores")
+        raise ProgramError(f"{name!r} is no name of a program: letters and digits with single underscores, a letter first")
 
 
 def _verify_names(names: list[str], kind: str) -> None:

@@ -43,6 +43,7 @@ class _Factors:
         return len(self.diagonal)
 
 
+@np.errstate(all="ignore")
 def solve(matrix: Floats, right: Floats) -> Solution:
     """Return the minimum-norm x with A x = r and the multipliers lambda with x = A^T lambda.
 
@@ -72,9 +73,8 @@ def _scaled(matrix: Floats) -> tuple[Floats, Floats]:
     """Return the lengths of the rows (one for a zero row) and the rows divided by them, without overflow on the way."""
     largest = np.abs(matrix).max(axis=1, initial=0.0)
     largest[largest == 0.0] = 1.0
-    with np.errstate(invalid="ignore"):
-        rows = matrix / largest[:, None]
-        lengths = np.sqrt((rows * rows).sum(axis=1))
+    rows = matrix / largest[:, None]
+    lengths = np.sqrt((rows * rows).sum(axis=1))
     lengths[lengths == 0.0] = 1.0
     return largest * lengths, rows / lengths[:, None]
 

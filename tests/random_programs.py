@@ -1,0 +1,91 @@
+"""Random Programs: every operation, constants, nested calls, solves, arrays of size zero, outputs that are inputs."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from fractions import Fraction
+
+import numpy as np
+
+from multibody_sym.errors import ExpressionError
+from multibody_sym.program.program import Array, Program
+from multibody_sym.program.trace import Trace
+from multibody_sym.scalars.node import BUILD, PI, Node, number, power, real
+
+ARITHMETIC = ("add", "add", "mul", "mul", "div", "neg", "sqrt", "abs", "min", "max", "sign", "less", "less_equal", "where")
+FUNCTIONS = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log", "pow")
+SMOOTH = ("add", "add", "mul", "mul", "sin", "cos", "tanh", "atan", "neg")
+CONSTANTS = (number(1), number(-2), number(Fraction(1, 3)), real(0.1), real(-1e-3), PI, number(7), -PI)
+ARITY = {"where": 3} | dict.fromkeys(["add", "mul", "div", "min", "max", "less", "less_equal", "atan2", "pow"], 2)
+SHAPES: tuple[tuple[int, ...], ...] = ((), (3,), (0,), (2, 2), (1,))
+
+
+class Maker:
+    """Draws Programs from `operations` with a generator of its own."""
+
+    def __init__(self, seed: int, operations: Sequence[str], *, solves: bool = True) -> None:
+        self.random = random.Random(seed)
+        self.operations = operations
+        self.solves = solves
+
+    def program(self, depth: int = 2, steps: int = 30) -> Program:
+        """Return a Program that calls others down to `depth`."""
+        inputs = [Array(name, self.random.choice(SHAPES)) for name in ("t", "q", "sin")]
+        trace = Trace(f"random_{depth}", inputs)
+        pool = [leaf for array in inputs for leaf in trace[array.name]] + list(self.random.sample(CONSTANTS, 4))
+        callees = [self.program(depth - 1, steps // 2) for _ in range(2)] if depth else []
+        for _ in range(steps):
+            kind = self.random.random()
+            if callees and kind < 0.08:
+                pool += self._call(trace, self.random.choice(callees), pool)
+            elif self.solves and kind < 0.12:
+                pool += self._solve(trace, pool)
+            else:
+                pool += self._operation(pool)
+        outputs = {}
+        for name in ("x", "q", "y"):
+            shape = self.random.choice(SHAPES)
+            outputs[name] = (shape, self._some(pool, int(np.prod(shape, dtype=int))))
+        return trace.finish(outputs)
+
+    def arguments(self, program: Program) -> list[np.ndarray]:
+        """Return numbers for the inputs: mostly harmless, some zero, signed, tiny or huge."""
+        strange = (0.0, -0.0, 1.0, -1.0, 1e-200, 1e200, 5e-324)
+        arrays = []
+        for array in program.inputs:
+            usual = [self.random.uniform(-2.0, 2.0) for _ in range(array.size)]
+            values = [self.random.choice(strange) if self.random.random() < 0.1 else x for x in usual]
+            arrays.append(np.array(values).reshape(array.shape))
+        return arrays
+
+    def _some(self, pool: Sequence[Node], count: int) -> list[Node]:
+        recent = pool[-2 * count - 8 :]
+        return [self.random.choice(recent if self.random.random() < 0.8 else pool) for _ in range(count)]
+
+    def _operation(self, pool: Sequence[Node]) -> list[Node]:
+        op = self.random.choice(self.operations)
+        args = self._some(pool, ARITY.get(op, 1))
+        try:
+            if self.random.random() < 0.08:
+                return [power(args[0], number(self.random.choice([2, 3, 4, 5, 7, -1, -2, -3])))]
+            return [BUILD[op](*args)]
+        except ExpressionError:  # of constants, such as 1/0
+            return []
+
+    def _call(self, trace: Trace, callee: Program, pool: Sequence[Node]) -> list[Node]:
+        arguments = [self._some(pool, array.size) for array in callee.inputs]
+        if self.random.random() < 0.3:  # a whole input of the same size
+            arguments = [
+                [*trace[mine.name]] if mine.size == its.size else given
+                for mine, its, given in zip(trace.inputs, callee.inputs, arguments, strict=True)
+            ]
+        return [leaf for part in trace.call(callee, arguments) for leaf in part]
+
+    def _solve(self, trace: Trace, pool: Sequence[Node]) -> list[Node]:
+        rows, columns = self.random.randrange(4), self.random.randrange(4)
+        matrix = [self._some(pool, columns) for _ in range(rows)]
+        if rows > 1 and self.random.random() < 0.3:
+            matrix[-1] = matrix[0]
+        record = trace.solve(matrix, self._some(pool, rows), columns=columns)
+        return [*record.solution, *record.multipliers, *record.report]
