@@ -21,14 +21,14 @@ from multibody_sym.dynamics.equations import EquationsOfMotion, equations
 from multibody_sym.dynamics.subexpressions import Subexpressions
 from multibody_sym.dynamics.symbols import Symbols, symbols_of
 from multibody_sym.errors import ModelError
-from multibody_sym.kinematics.energy import kinetic_energy, potential_energy, stored_energy
+from multibody_sym.kinematics.energy import kinetic_energy, potential_energy, split, stored_energy
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import coordinate_rates, joint_rates, motion_of
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import State, slot_state
 from multibody_sym.kinematics.vectors import cross
-from multibody_sym.model.mechanism import JointSpring, Load, Mechanism, PointSpring
-from multibody_sym.scalars.node import ZERO, Node, as_node, leaves, slot
+from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.scalars.node import Node, as_node, slot
 
 
 def lagrange(mechanism: Mechanism, state: State) -> EquationsOfMotion:
@@ -82,27 +82,6 @@ def energy_nodes(mechanism: Mechanism) -> list[list[Node]]:
     forces = [applied_generalized_forces(motion, applied(motion, [load], weight=False)) for load in working]
     parts = [[kinetic_energy(motion)], potential, [row.phi for row in row_motions(motion)], *forces]
     return [[as_node(x) for x in part] for part in parts]
-
-
-def split(loads: Sequence[Load]) -> tuple[tuple[Load, ...], tuple[Load, ...]]:
-    """Return the loads that the potential energy holds, and those that do virtual work instead."""
-    stored: list[Load] = []
-    working: list[Load] = []
-    for load in loads:
-        if not isinstance(load, (JointSpring, PointSpring)):
-            working.append(load)
-        elif _has_potential(load):
-            stored.append(load)
-            if load.damping is not ZERO:
-                working.append(replace(load, stiffness=ZERO))
-        else:
-            working.append(load)
-    return tuple(stored), tuple(working)
-
-
-def _has_potential(spring: JointSpring | PointSpring) -> bool:
-    rest = spring.rest if isinstance(spring, JointSpring) else spring.length
-    return all(leaf.data[0] in ("parameters", "t") for leaf in leaves([spring.stiffness, rest], "slot"))
 
 
 def known_nodes(mechanism: Mechanism, symbols: Symbols) -> dict[Node, Any]:

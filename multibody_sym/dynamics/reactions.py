@@ -21,7 +21,7 @@ def reactions(
     Components along free directions are the drives (motors, springs) of the joint. Axes: those of the joint's frame on
     the parent.
     """
-    given = _acting(motion, rows, multipliers)
+    given = acting(motion, rows, multipliers)
     found = {}
     wrenches = joint_wrenches(motion, udot, given)
     for body, moved, (force, moment) in zip(motion.mechanism.bodies, motion.bodies, wrenches, strict=True):
@@ -33,7 +33,7 @@ def reactions(
     return found
 
 
-def _acting(motion: Motion, rows: Sequence[RowMotion], multipliers: Sequence[S]) -> list[Wrench]:
+def acting(motion: Motion, rows: Sequence[RowMotion], multipliers: Sequence[S]) -> list[Wrench]:
     """Return all wrenches on the bodies except the joints': applied ones, weight, and those of the rows."""
     total = list(applied(motion).of_body)
     for row, multiplier in zip(rows, multipliers, strict=True):

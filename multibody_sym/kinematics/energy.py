@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import singledispatch
 
 from multibody_sym.kinematics.loads import span
 from multibody_sym.kinematics.motion import BodyMass, BodyMotion, Motion
 from multibody_sym.kinematics.vectors import S, add, apply, cross, dot
 from multibody_sym.model.mechanism import JointSpring, Load, PointSpring
+from multibody_sym.scalars.node import ZERO, leaves
 
 
 def kinetic_energy(motion: Motion) -> S:
@@ -22,11 +25,33 @@ def body_kinetic_energy(body: BodyMotion, mass: BodyMass) -> S:
 
 
 def potential_energy(motion: Motion) -> S:
-    """Return V = - sum m g . p_C + the energy stored in springs."""
+    """Return V = - sum m g . p_C + the energy stored in springs that have a potential."""
     total: S = 0
     for (R_WB, p_WB), mass in zip(motion.poses, motion.masses, strict=True):
         total = total - mass.mass * dot(motion.gravity, add(p_WB, apply(R_WB, mass.com)))
-    return sum((stored_energy(load, motion) for load in motion.mechanism.loads), total)
+    return sum((stored_energy(load, motion) for load in split(motion.mechanism.loads)[0]), total)
+
+
+def split(loads: Sequence[Load]) -> tuple[tuple[Load, ...], tuple[Load, ...]]:
+    """Return the loads that the potential energy holds, and those that do work instead.
+
+    Springs belong to V where stiffness and rest are constant or given in time; their damping, and all else, does work.
+    """
+    stored: list[Load] = []
+    working: list[Load] = []
+    for load in loads:
+        if not isinstance(load, (JointSpring, PointSpring)) or not _has_potential(load):
+            working.append(load)
+            continue
+        stored.append(load)
+        if load.damping is not ZERO:
+            working.append(replace(load, stiffness=ZERO))
+    return tuple(stored), tuple(working)
+
+
+def _has_potential(spring: JointSpring | PointSpring) -> bool:
+    rest = spring.rest if isinstance(spring, JointSpring) else spring.length
+    return all(leaf.data[0] in ("parameters", "t") for leaf in leaves([spring.stiffness, rest], "slot"))
 
 
 @singledispatch

@@ -1,0 +1,180 @@
+"""General theorems as self-checks: power, momentum, angular momentum; and what a system conserves.
+
+    dT/dt + dV/dt = power of the forces outside V and of the rows
+    d/dt sum m v_C = resultant of the external forces, the ground's reactions included
+    d/dt sum (r_C x m v_C + J omega) = their resultant moment about the origin
+
+The left sides are exact derivatives of T, V and the momenta; the right sides come from forces and reactions.
+Source: Wittenburg, Dynamics of Multibody Systems, chapter 3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from multibody_sym.dynamics.forward_dynamics import Accelerations
+from multibody_sym.dynamics.inverse_dynamics import joint_wrenches
+from multibody_sym.dynamics.reactions import acting
+from multibody_sym.kinematics.energy import kinetic_energy, potential_energy, split
+from multibody_sym.kinematics.loads import applied, applied_generalized_forces
+from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
+from multibody_sym.kinematics.rows import row_motions
+from multibody_sym.kinematics.state import State, slot_state
+from multibody_sym.kinematics.vectors import Vec, add, apply, cross, scale
+from multibody_sym.kinematics.wrenches import Wrench
+from multibody_sym.model.mechanism import TIME, Mechanism
+from multibody_sym.model.slots import AXES
+from multibody_sym.scalars.derivatives import derivative, gradient, tangents
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import ONE, Node, as_node, slot
+
+Floats = npt.NDArray[np.float64]
+
+NEGLIGIBLE: Final = 1e-9
+"""Rates below this part of the sum of what could cause them are rounding."""
+
+
+@dataclass(frozen=True)
+class Rates:
+    """Energies and momenta along any motion, over Nodes in slots and `udot`.
+
+    `kinetic` and `potential`: the terms of dT/dt and of dV/dt at constant t, one for each speed and coordinate; `given`
+    dV/dt from t itself; for each body, in world axes, `momenta` (momentum, angular momentum about the origin) and
+    `changes`, their time derivatives.
+    """
+
+    kinetic: list[Node]
+    potential: list[Node]
+    given: Node
+    momenta: list[Node]
+    changes: list[Node]
+
+
+def rates_of(mechanism: Mechanism) -> Rates:
+    """Return the energies' and momenta's derivatives of a mechanism."""
+    motion = motion_of(mechanism, slot_state(mechanism))
+    stored, _ = split(mechanism.loads)
+    T = as_node(kinetic_energy(motion))
+    V = as_node(potential_energy(replace(motion, mechanism=replace(mechanism, loads=stored))))
+    qdot = [as_node(rate) for rate in coordinate_rates(mechanism, motion.state.q, motion.state.u)]
+    udot = [slot("udot", k) for k in range(len(mechanism.speeds))]
+    leaves, rates = [*motion.state.q, *motion.state.u], [*qdot, *udot]
+    momenta = [as_node(x) for index in range(len(motion.bodies)) for v in _momenta(motion, index) for x in v]
+    along = {**dict(zip(leaves, rates, strict=True)), TIME: ONE}
+    return Rates(
+        [g * rate for g, rate in zip(gradient(T, leaves), rates, strict=True)],
+        [g * rate for g, rate in zip(gradient(V, leaves), rates, strict=True)],
+        derivative(V, TIME),
+        momenta,
+        tangents(momenta, along),
+    )
+
+
+def _momenta(motion: Motion, index: int) -> tuple[Vec, Vec]:
+    """Return a body's momentum and its angular momentum about the origin, in world axes."""
+    moved, mass, (R, p) = motion.bodies[index], motion.masses[index], motion.poses[index]
+    momentum = apply(R, scale(mass.mass, add(moved.v_WB, cross(moved.w_WB, mass.com))))
+    spin = apply(R, apply(mass.inertia, moved.w_WB))
+    return momentum, add(spin, cross(add(p, apply(R, mass.com)), momentum))
+
+
+@dataclass(frozen=True)
+class Instant:
+    """Both sides of the theorems at a state, term by term.
+
+    `energy` the terms of dT/dt + dV/dt at constant t, `given` dV/dt from t itself, `powers` those of the loads outside
+    V and of the rows. First momentum, then angular momentum: `momenta` and `changes` (2 x bodies x 3), and what acts from
+    outside, besides pairs that cancel: `causes` (2 x terms x 3).
+    """
+
+    energy: Floats
+    given: float
+    powers: Floats
+    momenta: Floats
+    changes: Floats
+    causes: Floats
+
+
+def instant_of(mechanism: Mechanism, rates: Rates, state: State, found: Accelerations) -> Instant:
+    """Return both sides of the theorems at a state over floats with its accelerations."""
+    motion = motion_of(mechanism, state)
+    slots = {**state.slots, **{slot("udot", k): x for k, x in enumerate(found.udot.tolist())}}
+    parts = (rates.kinetic, rates.potential, [rates.given], rates.momenta, rates.changes)
+    values = np.array(evaluate_float([x for part in parts for x in part], slots), dtype=float)
+    kinetic, potential, given, *momenta = np.split(values, np.cumsum([len(part) for part in parts])[:-1])
+    now, changes = (x.reshape(-1, 2, 3).transpose(1, 0, 2) for x in momenta)
+    powers, causes = _powers(motion, found), _from_outside(motion, found)
+    return Instant(np.concatenate([kinetic, potential]), float(given[0]), powers, now, changes, causes)
+
+
+def theorems(instants: Iterable[Instant]) -> dict[str, float]:
+    """Return each theorem's worst residual over states, relative to the sum of absolute values of its terms."""
+    worst = dict.fromkeys(("power", "momentum", "angular_momentum"), 0.0)
+    for at in instants:
+        residuals = (
+            _unbalanced(at.energy[:, None], at.powers[:, None]),
+            _unbalanced(at.changes[0], at.causes[0]),
+            _unbalanced(at.changes[1], at.causes[1]),
+        )
+        worst = {name: max(x, y) for (name, x), y in zip(worst.items(), residuals, strict=True)}
+    return worst
+
+
+def conserved(instants: Sequence[Instant]) -> list[str]:
+    """Return which of energy, momentum and angular momentum about the origin stand still at all states.
+
+    They are named as outputs name them. The states' speeds must satisfy the constraints. Momenta that are zero
+    throughout are left out.
+    """
+    energy = all(_is_still(np.append(at.energy, at.given), at.powers) for at in instants)
+    found = ["total_energy()"] if energy else []
+    for kind, name in enumerate(("momentum", "angular_momentum")):
+        for k, axis in enumerate(AXES):
+            moving = any(_is_there(at.momenta[kind], k) for at in instants)
+            if moving and all(_is_still(at.changes[kind][:, k], at.causes[kind][:, k]) for at in instants):
+                found.append(f"{name}({axis})")
+    return found
+
+
+def _is_still(changes: Floats, causes: Floats) -> bool:
+    return abs(float(changes.sum())) <= NEGLIGIBLE * float(np.abs(changes).sum() + np.abs(causes).sum())
+
+
+def _is_there(vectors: Floats, component: int) -> bool:
+    return bool(np.abs(vectors[:, component]).sum() > NEGLIGIBLE * np.abs(vectors).sum())
+
+
+def _unbalanced(left: Floats, right: Floats) -> float:
+    """Return |sum left - sum right| relative to the largest component of the terms' absolute values; 0/0 is 0."""
+    size = float((np.abs(left).sum(axis=0) + np.abs(right).sum(axis=0)).max())
+    difference = float(np.abs(left.sum(axis=0) - right.sum(axis=0)).max())
+    return 0.0 if difference == 0.0 else difference / size
+
+
+def _powers(motion: Motion, found: Accelerations) -> Floats:
+    """Return the power of each load outside V and of each row."""
+    u = np.array(motion.state.u, dtype=float)
+    _, working = split(motion.mechanism.loads)
+    loads = [applied_generalized_forces(motion, applied(motion, [load], weight=False)) for load in working]
+    rows = [np.multiply(row.jacobian, x) for row, x in zip(row_motions(motion), found.multipliers, strict=True)]
+    return np.array([np.array(force, dtype=float) @ u for force in (*loads, *rows)], dtype=float)
+
+
+def _from_outside(motion: Motion, found: Accelerations) -> Floats:
+    """Return the forces on all bodies and their moments about the origin: loads, weight, rows, ground's joints."""
+    given = acting(motion, row_motions(motion), found.multipliers.tolist())
+    transmitted = joint_wrenches(motion, found.udot.tolist(), given)
+    on_ground = [k for k, body in enumerate(motion.mechanism.bodies) if body.parent < 0]
+    pairs = [*enumerate(given), *((k, transmitted[k]) for k in on_ground)]
+    return np.array([_in_world(motion, index, wrench) for index, wrench in pairs], dtype=float).transpose(1, 0, 2)
+
+
+def _in_world(motion: Motion, index: int, wrench: Wrench) -> tuple[Vec, Vec]:
+    R, p = motion.poses[index]
+    force = apply(R, wrench[0])
+    return force, add(apply(R, wrench[1]), cross(p, force))
