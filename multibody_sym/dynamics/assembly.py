@@ -16,7 +16,11 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.dynamics.block_ldl import tree_factors
+from multibody_sym.dynamics.composite_body import mass_matrix
+from multibody_sym.dynamics.equations import MassFactors
+from multibody_sym.dynamics.factorization import factorized
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED
+from multibody_sym.dynamics.massless import completed_matrix, massless_speeds
 from multibody_sym.errors import ModelError, NoSolutionError, Where
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import RowMotion, row_motions
@@ -275,13 +279,19 @@ def _compared(
     return Assembled(values, names[0], names[1], max(changes, default=0.0))
 
 
+def _weights(motion: Motion) -> MassFactors:
+    if massless_speeds(motion.mechanism):
+        return factorized(completed_matrix(motion, mass_matrix(motion), row_motions(motion)))
+    return tree_factors(motion)
+
+
 def _least_change(
     rows: Rows, q: Floats, jacobian: Floats, wanted: Floats, free: Sequence[int], weighted: bool
 ) -> Floats:
     """Return the smallest change of the free speeds with H change = wanted, least squares where rows are dependent."""
     change = np.zeros(len(rows.mechanism.speeds))
     if weighted:
-        factors = tree_factors(rows.motion(q, change))
+        factors = _weights(rows.motion(q, change))
         matrix = np.array([factors.weighted(row) for row in jacobian.tolist()], dtype=float)
         return np.array(factors.unweighted(solve(matrix, wanted).solution.tolist()), dtype=float)
     if free:

@@ -14,6 +14,8 @@ from dataclasses import dataclass
 
 from multibody_sym.dynamics.equations import TreeDynamics, tree_dynamics
 from multibody_sym.dynamics.inverse_dynamics import inverse_dynamics
+from multibody_sym.dynamics.massless import massless_speeds
+from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import BodyMass, BodyMotion, Motion, motion_of
 from multibody_sym.kinematics.rows import row_motions
@@ -42,7 +44,9 @@ from multibody_sym.scalars.functions import sqrt
 
 
 def block_ldl(mechanism: Mechanism, state: State) -> TreeDynamics:
-    """Return the dynamics at a state."""
+    """Return the dynamics at a state. Raises NoSolutionError where a freedom without mass is left to rows to hold."""
+    if massless_speeds(mechanism):
+        raise NoSolutionError("block_ldl needs inertia in every direction; choose composite_body")
     motion = motion_of(mechanism, state)
     forces = applied_generalized_forces(motion, applied(motion))
     velocity_terms = inverse_dynamics(motion, [0] * len(state.u))

@@ -17,6 +17,7 @@ _MOST_FORMS: Final = 8
 _MOST_TERMS: Final = 120
 _MOST_TERMS_TRIED: Final = 30
 _LONGEST: Final = 600
+_MUCH_SHORTER: Final = 0.7
 _SMALL: Final = 12
 
 Exponents = tuple[int, ...]
@@ -76,12 +77,14 @@ class _Product:
 
 
 def _fraction(field: Field, above: Poly, below: Poly) -> Node:
-    """Return above / below as one product, or as a whole part and the rest if that is shorter."""
-    forms = [_single_fraction(field, above, below)]
+    """Return above / below as one product, or as a whole part and the rest where that is much shorter."""
+    single = _single_fraction(field, above, below)
     whole, rest = above.div(below)
-    if whole and rest and not below.is_ground:
-        forms.append(add(_single_fraction(field, whole, field.ring.one), _single_fraction(field, rest, below)))
-    return min(forms, key=_reading)
+    if not whole or not rest or below.is_ground:
+        return single
+    parts = add(_single_fraction(field, whole, field.ring.one), _single_fraction(field, rest, below))
+    is_product = single.op == "div" and single.args[0].op == "mul"
+    return parts if len(text(parts)) < (_MUCH_SHORTER if is_product else 1) * len(text(single)) else single
 
 
 def _single_fraction(field: Field, above: Poly, below: Poly) -> Node:
@@ -209,7 +212,8 @@ def _added(terms: Iterable[tuple[Node, int]]) -> Node:
 
 def _grouped(field: Field, terms: dict[Exponents, int]) -> list[tuple[Node, int]]:
     """Return terms that differ in one letter only as a product of what they share and a sum."""
-    left, found = dict(terms), []
+    left = dict(terms)
+    found: list[tuple[Node, int]] = []
     while True:
         groups: dict[Exponents, list[Exponents]] = {}
         for m in left:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from multibody_sym.dynamics.factorization import factorized
+from multibody_sym.dynamics.massless import completed_forces, completed_matrix
 from multibody_sym.kinematics.motion import Motion, coordinate_rates
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.state import State
@@ -77,9 +78,14 @@ Formalism = Callable[[Mechanism, State], TreeDynamics]
 def equations(
     motion: Motion, mass_matrix: list[list[S]], applied: Sequence[S], velocity_terms: Sequence[S], rows: list[RowMotion]
 ) -> EquationsOfMotion:
-    """Return the equations of motion of a mechanism at a state, with the names it declares."""
-    tree = tree_dynamics(motion, factorized(mass_matrix), applied, velocity_terms, rows)
-    return EquationsOfMotion(**vars(tree), mass_matrix=mass_matrix)
+    """Return the equations of motion of a mechanism at a state, with the names it declares.
+
+    Where rows hold freedoms without mass, the equivalent equations of `massless`, whose matrix is regular.
+    """
+    matrix = completed_matrix(motion, mass_matrix, rows)
+    forces = completed_forces(motion, applied, rows)
+    tree = tree_dynamics(motion, factorized(matrix), forces, velocity_terms, rows)
+    return EquationsOfMotion(**vars(tree), mass_matrix=matrix)
 
 
 def tree_dynamics(

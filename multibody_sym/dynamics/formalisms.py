@@ -8,6 +8,7 @@ from typing import Final
 from multibody_sym.dynamics.block_ldl import block_ldl
 from multibody_sym.dynamics.composite_body import composite_body
 from multibody_sym.dynamics.equations import Formalism, TreeDynamics
+from multibody_sym.dynamics.massless import massless_speeds
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism import Mechanism
 
@@ -37,4 +38,5 @@ _LARGEST_FORMED: Final = 10
 
 def cheapest(mechanism: Mechanism) -> str:
     """Return the name of the formalism whose programs of a mechanism take the fewest operations."""
-    return "composite_body" if len(mechanism.speeds) <= _LARGEST_FORMED else "block_ldl"
+    formed = len(mechanism.speeds) <= _LARGEST_FORMED or massless_speeds(mechanism)
+    return "composite_body" if formed else "block_ldl"

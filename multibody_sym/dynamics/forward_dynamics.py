@@ -16,8 +16,10 @@ import numpy.typing as npt
 
 from multibody_sym.dynamics.composite_body import mass_matrix
 from multibody_sym.dynamics.equations import TreeDynamics
+from multibody_sym.dynamics.massless import completed_matrix
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.program.solve import EPSILON, solve
 
 Floats = npt.NDArray[np.float64]
@@ -54,8 +56,8 @@ def forward_dynamics(dynamics: TreeDynamics) -> Accelerations:
 
 
 def verify_inertia(motion: Motion) -> None:
-    """Raise NoSolutionError naming the first speed that no inertia resists (M is not positive definite)."""
-    index = speed_without_inertia(mass_matrix(motion))
+    """Raise NoSolutionError naming the first speed that neither inertia nor rows resist."""
+    index = speed_without_inertia(completed_matrix(motion, mass_matrix(motion), row_motions(motion)))
     if index is not None:
         speed = motion.mechanism.speeds[index]
         raise NoSolutionError(
@@ -67,7 +69,7 @@ def verify_inertia(motion: Motion) -> None:
 
 def speed_without_inertia(matrix: Sequence[Sequence[float]]) -> int | None:
     """Return the speed at which M = L^T D L meets a pivot that is not positive beside its own diagonal element."""
-    m = np.array(matrix, dtype=float)
+    m = np.array(matrix, dtype=float).reshape(len(matrix), len(matrix))
     diagonal = m.diagonal().copy()
     for k in range(len(m) - 1, -1, -1):
         if not m[k, k] > _SAFETY * EPSILON * len(m) * diagonal[k]:

@@ -114,8 +114,14 @@ def _root(field: Field, radicand: Poly) -> Quotient:
 
 # --- sines and cosines ---------------------------------------------------------------------------------------------
 
-_SQUARED_SINES: Final = {Fraction(0): 0, Fraction(1, 6): Fraction(1, 4), Fraction(1, 4): Fraction(1, 2),
-                         Fraction(1, 3): Fraction(3, 4), Fraction(1, 2): 1}  # fmt: skip
+_SQUARED_SINES: Final = {
+    Fraction(0): Fraction(0),
+    Fraction(1, 6): Fraction(1, 4),
+    Fraction(1, 4): Fraction(1, 2),
+    Fraction(1, 3): Fraction(3, 4),
+    Fraction(1, 2): Fraction(1),
+}
+"""sin^2 of these multiples of pi."""
 
 
 def sine_and_cosine(angle: Quotient) -> tuple[Quotient, Quotient]:
