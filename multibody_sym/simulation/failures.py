@@ -30,7 +30,8 @@ def failure_message(mechanism: Mechanism, failure: RunFailure) -> str:
     if failure.status is Status.STEP_UNDERFLOW:
         return f"the step became too small {when}, on account of {what}: the motion has a jump or a singularity there"
     if failure.status is Status.STEP_LIMIT:
-        return f"the run took its largest number of steps {when}; ask for less accuracy or a shorter time"
+        advice = "a jump in a force (sign, where) keeps steps short; else ask for less accuracy or a shorter time"
+        return f"the run took its largest number of steps and got no further than t = {failure.time:.6g} s: {advice}"
     if failure.status is Status.CONTRADICTION:
         rows = ", ".join(row.name for row in mechanism.rows)
         return f"the constraints contradict each other {when}: no acceleration satisfies all of {rows}"

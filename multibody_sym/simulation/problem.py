@@ -18,7 +18,7 @@ from multibody_sym.simulation.settings import RunSettings, run_settings
 _BY_FIXED_STEP: Final = 0.05
 _BY_MEAN_STEP: Final = 0.01
 _MOST_NUMBERS: Final = 250_000_000  # two gigabytes of samples
-_MOST_STEPS: Final = 1_000_000_000
+_MOST_STEPS: Final = 200_000_000
 
 
 def settings_of(ready: Runnable) -> RunSettings:

@@ -10,6 +10,7 @@ from scipy.special import ellipj
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.formalisms import FORMALISMS
+from multibody_sym.simulation import problem
 from multibody_sym.simulation.failures import FailedRunError
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -152,6 +153,25 @@ def test_fixed_steps_into_no_number_name_speed_and_time() -> None:
     )
     with pytest.raises(FailedRunError, match=r"rate of u_x is no finite number at t = 1 s"):
         mbs.simulate(system)
+
+
+def test_a_motion_that_grows_without_bound_names_coordinate_and_time() -> None:
+    system = mbs.loads(
+        "{multibody_sym: 1, name: m, bodies: {b: {mass: 1}}, forces: {f: {type: torque, joint: j, value: u_x^2}},"
+        " joints: {j: {type: prismatic, parent: ground, child: b, q: x, initial: {u: 1}}}, simulation: {t_end: 2 s}}"
+    )
+    with pytest.raises(FailedRunError, match=r"step became too small at t = 1 s, on account of x") as caught:
+        mbs.simulate(system)
+    run = caught.value.trajectory
+    assert np.allclose(run["u_x"], 1 / (1 - run.t), rtol=1e-5)
+
+
+def test_too_many_steps_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(problem, "_MOST_STEPS", 20)
+    with pytest.raises(FailedRunError, match="largest number of steps"):
+        pendulum()
+    with pytest.raises(mbs.ModelError, match="too many"):
+        pendulum(step=0.1)
 
 
 def test_constraints_that_contradict_each_other_are_named() -> None:
