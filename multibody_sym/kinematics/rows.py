@@ -57,19 +57,17 @@ def _(row: DistanceRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowM
     difference = subtract(position(motion, row.ends[1]), position(motion, row.ends[0]))
     length = sqrt(dot(difference, difference))
     direction = scale(1 / length, difference)
-    wanted = motion.state.values(_with_time_derivatives(row.value))
-    return _tension(motion, [Segment(row.ends, length, direction)], wanted, length, bias)
+    return _tension(motion, [Segment(row.ends, length, direction)], row.value, length, bias)
 
 
 @row_motion.register
 def _(row: RopeRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
     parts, length = segments(motion, row.path)
-    wanted = motion.state.values(_with_time_derivatives(row.length))
-    return _tension(motion, parts, wanted, length, bias)
+    return _tension(motion, parts, row.length, length, bias)
 
 
 def _tension(
-    motion: Motion, parts: Sequence[Segment], wanted: Sequence[S], length: S, bias: Sequence[tuple[Vec, Vec]]
+    motion: Motion, parts: Sequence[Segment], wanted: Node, length: S, bias: Sequence[tuple[Vec, Vec]]
 ) -> RowMotion:
     """Return the row phi = wanted - length of straight segments under one tension.
 
@@ -85,26 +83,28 @@ def _tension(
         stretching = stretching + along
         stretching_rate = stretching_rate + dot(part.direction, da) + (dot(dv, dv) - along * along) / part.length
         add_pair(wrenches, motion, part.ends, part.direction)
-    jacobian = generalized_forces(motion, wrenches.of_body)
-    gamma = stretching_rate - wanted[2]
-    return RowMotion(wanted[0] - length, wanted[1] - stretching, jacobian, gamma, wrenches.of_body)
-
-
-def _with_time_derivatives(value: Node) -> list[Node]:
-    rate = tangents([value], {TIME: ONE})[0]
-    return [value, rate, tangents([rate], {TIME: ONE})[0]]
+    given = _along_motion(motion, wanted)
+    jacobian = [a + b for a, b in zip(given.jacobian, generalized_forces(motion, wrenches.of_body), strict=True)]
+    return RowMotion(
+        given.phi - length, given.phidot - stretching, jacobian, given.gamma + stretching_rate, wrenches.of_body
+    )
 
 
 @row_motion.register
 def _(row: ExpressionRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+    return _along_motion(motion, row.zero)
+
+
+def _along_motion(motion: Motion, phi: Node) -> RowMotion:
+    """Return the row of an expression of q and t; it exerts no wrench on bodies, only forces on speeds."""
     mechanism = motion.mechanism
     q = [slot("q", i) for i in range(len(mechanism.coordinates))]
     u = [slot("u", i) for i in range(len(mechanism.speeds))]
     along_motion = _rates_of(mechanism, q, u)
-    phidot = tangents([row.zero], along_motion)[0]
+    phidot = tangents([phi], along_motion)[0]
     jacobian = [tangents([phidot], {speed: ONE})[0] for speed in u]
     gamma = -tangents([phidot], along_motion)[0]
-    values = motion.state.values([row.zero, phidot, gamma, *jacobian])
+    values = motion.state.values([phi, phidot, gamma, *jacobian])
     untouched = Wrenches(len(motion.bodies)).of_body
     return RowMotion(values[0], values[1], values[3:], values[2], untouched)
 
