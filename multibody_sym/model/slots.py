@@ -348,12 +348,14 @@ class Element:
     """A frozen record whose fields read themselves through their slots when it is made."""
 
     def __post_init__(self) -> None:
-        for name, slot in slots_of(type(self)).items():
-            value = getattr(self, name)
-            if value is None:
-                continue
-            with at(name):
-                object.__setattr__(self, name, slot.accept(value))
+        for f in fields(self):
+            value = getattr(self, f.name)
+            with at(f.name):
+                if value is None and f.default is MISSING:
+                    raise ModelError("it is missing")
+                value = f.default if value is None else value
+                if value is not None:
+                    object.__setattr__(self, f.name, f.metadata["slot"].accept(value))
         self.verify()
 
     def verify(self) -> None:
