@@ -57,7 +57,7 @@ def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Seq
     """
     x, multiplier = np.asarray(udot, dtype=float), np.asarray(multipliers, dtype=float)
     matrix, jacobian = reference.mass_matrix, reference.constraint_jacobian
-    scale = 1.0 / np.sqrt(matrix.diagonal())
+    scale = 1.0 / np.sqrt(_inertia(reference))
     residual = matrix @ x - (reference.applied - reference.velocity_terms) - jacobian.T @ multiplier
     size = _norm(x / scale)
     terms = _norm(np.abs(scale[:, None] * matrix * scale).sum(axis=1)) * size
@@ -68,6 +68,13 @@ def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Seq
         row_size = float(np.abs(row * scale).sum()) * size + abs(gamma)
         ratios.append(_quotient(abs(float(row @ x) - gamma), row_size))
     return float(np.max(ratios)) / (EPSILON * len(x))
+
+
+def _inertia(reference: Reference) -> Floats:
+    """Return diag(M); for a freedom without mass, what the rows that hold it make it feel."""
+    diagonal = reference.mass_matrix.diagonal()
+    held = diagonal.max(initial=0.0) * np.square(reference.constraint_jacobian).sum(axis=0)
+    return np.where(diagonal > 0.0, diagonal, held)
 
 
 def _norm(x: Floats) -> float:

@@ -151,8 +151,13 @@ def _closed(rows: Rows, start: Floats, free: Sequence[int], weighted: bool) -> F
             return found
         change = np.zeros(len(rows.mechanism.speeds))
         change[list(free)] = rng.normal(size=len(free)) * (restart + 1) / _RESTARTS
-        q = _moved(rows.mechanism, start, change)
+        q = moved(rows.mechanism, start, change)
     return None
+
+
+def closed_near(rows: Rows, q: Floats) -> Floats | None:
+    """Return coordinates with phi = 0 near q, None where Newton's method finds none."""
+    return _newton(rows, q, range(len(rows.mechanism.speeds)), weighted=False) if rows.active else q
 
 
 def _newton(rows: Rows, q: Floats, free: Sequence[int], weighted: bool) -> Floats | None:
@@ -174,7 +179,7 @@ def _newton(rows: Rows, q: Floats, free: Sequence[int], weighted: bool) -> Float
 def _line_search(rows: Rows, q: Floats, step: Floats, size: float) -> tuple[Floats, tuple[Floats, Floats]] | None:
     """Return the farthest of ever smaller steps that brings phi down, None where none does."""
     for halving in range(_HALVINGS):
-        ahead = _moved(rows.mechanism, q, step / 2**halving)
+        ahead = moved(rows.mechanism, q, step / 2**halving)
         there = rows.at(ahead)
         if there is not None and float(np.linalg.norm(there[0])) < size:
             return ahead, there
@@ -187,11 +192,11 @@ def _is_closed(phi: Floats, jacobian: Floats, values: Floats) -> bool:
     return bool((np.abs(phi) <= _CLOSED * np.maximum(1.0, sizes)).all())
 
 
-def _moved(mechanism: Mechanism, q: Floats, change: Floats) -> Floats:
+def moved(mechanism: Mechanism, q: Floats, change: Floats) -> Floats:
     """Return q moved by a small change of the speeds' integrals, quaternions normalised."""
-    moved: Floats = q + np.array(coordinate_rates(mechanism, q.tolist(), change.tolist()), dtype=float)
-    normalize(mechanism, moved)
-    return moved
+    found: Floats = q + np.array(coordinate_rates(mechanism, q.tolist(), change.tolist()), dtype=float)
+    normalize(mechanism, found)
+    return found
 
 
 def normalize(mechanism: Mechanism, q: Floats) -> None:

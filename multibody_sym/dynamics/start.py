@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,9 +13,11 @@ import numpy.typing as npt
 from multibody_sym.dynamics.assembly import Rows, assembled_position, assembled_speeds, normalize
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED, verify_inertia
 from multibody_sym.errors import ModelError, Where
+from multibody_sym.kinematics.loads import applied
+from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.model.mechanism import Coordinate, Mechanism, RopeRow, Speed
-from multibody_sym.model.slots import suggestion
+from multibody_sym.model.slots import at, suggestion
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, leaves, slot
 
@@ -50,10 +53,12 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None) ->
     q, u = _declared_state(mechanism, declared)
     measured = _measured_ropes(mechanism)
     rows = Rows(mechanism, declared, [k for k in range(len(mechanism.rows)) if k not in measured])
-    _verify_values(rows, q, u)
+    _verify_inertia(rows, q, u)
     position = assembled_position(rows, q)
     parameters = _with_lengths(rows, position.values, measured)
-    speeds = assembled_speeds(Rows(mechanism, parameters, range(len(mechanism.rows))), position.values, u)
+    every = Rows(mechanism, parameters, range(len(mechanism.rows)))
+    speeds = assembled_speeds(every, position.values, u)
+    _verify_loads(every.motion(position.values, speeds.values))
     return Start(
         tuple(parameters),
         tuple(position.values.tolist()),
@@ -64,12 +69,23 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None) ->
     )
 
 
-def _verify_values(rows: Rows, q: Floats, u: Floats) -> None:
+def _verify_inertia(rows: Rows, q: Floats, u: Floats) -> None:
+    with _valued():
+        verify_inertia(rows.motion(q, u))
+
+
+def _verify_loads(motion: Motion) -> None:
+    for load in motion.mechanism.loads:
+        with at("forces", load.name), _valued():
+            applied(motion, [load])
+
+
+@contextmanager
+def _valued() -> Iterator[None]:
     try:
-        motion = rows.motion(q, u)
+        yield
     except UNDEFINED as error:
-        raise ModelError(f"an expression of the model has no finite value at the start ({error})") from None
-    verify_inertia(motion)
+        raise ModelError(f"an expression has no finite value at the start ({error})") from None
 
 
 # --- parameters ----------------------------------------------------------------------------------------------------

@@ -1,0 +1,49 @@
+"""What `check` found, as text."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from multibody_sym.simulation.check import CheckReport
+
+
+def check_text(found: CheckReport) -> str:
+    """Return the report for a person to read."""
+    if found.failure is not None:
+        return "\n".join([f"no start: {found.failure}", *_hints(found.hints)])
+    return "\n".join([*_freedom(found), *_start(found), *_agreement(found), *_theorems(found), *_hints(found.hints)])
+
+
+def _freedom(found: CheckReport) -> list[str]:
+    lines = [f"degrees of freedom: {found.degrees_of_freedom}"]
+    if found.rank or found.redundant:
+        lines[0] += f" ({found.degrees_of_freedom + found.rank} speeds, constraints of rank {found.rank})"
+    if found.redundant:
+        lines.append(f"redundant constraints: {_listed(found.redundant)}")
+        lines.append(f"forces that are not unique: {_listed(found.not_unique)}")
+    return lines
+
+
+def _start(found: CheckReport) -> list[str]:
+    lines = [f"held at the start: {_listed(found.held)}"] if found.held else []
+    return [*lines, f"assembled: {_listed(found.assembled)}"] if found.assembled else lines
+
+
+def _agreement(found: CheckReport) -> list[str]:
+    verdict = "all agree" if found.agrees else "THEY DISAGREE"
+    ratios = ", ".join(f"{name} {ratio:.2g}" for name, ratio in found.agreement.items())
+    return [f"formalisms (scaled residuals; rounding stays below 10, with constraints below 100): {ratios}: {verdict}"]
+
+
+def _theorems(found: CheckReport) -> list[str]:
+    residuals = ", ".join(f"{name.replace('_', ' ')} {x:.1e}" for name, x in found.theorems.items())
+    lines = [f"theorems (relative residuals): {residuals}"]
+    return [*lines, f"conserved: {_listed(found.conserved)}"] if found.conserved else lines
+
+
+def _hints(hints: Sequence[str]) -> list[str]:
+    return [f"hint: {hint}" for hint in hints]
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names)

@@ -1,0 +1,210 @@
+"""`check`: whether a system is what its author means, and whether all routes to its equations agree."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.dynamics.agreement import agreement, agrees
+from multibody_sym.dynamics.assembly import Rows, closed_near, moved
+from multibody_sym.dynamics.composite_body import composite_body
+from multibody_sym.dynamics.formalisms import FORMALISMS
+from multibody_sym.dynamics.forward_dynamics import UNDEFINED, forward_dynamics
+from multibody_sym.dynamics.massless import massless_speeds
+from multibody_sym.dynamics.redundancy import Redundancy, redundancy
+from multibody_sym.dynamics.sampling import sampled_states
+from multibody_sym.dynamics.start import Start, start
+from multibody_sym.dynamics.theorems import NEGLIGIBLE, conserved, instant_of, rates_of, theorems
+from multibody_sym.errors import NoSolutionError
+from multibody_sym.kinematics.motion import Motion, motion_of
+from multibody_sym.kinematics.state import State
+from multibody_sym.model.elements import Rope
+from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.resolve import mechanism
+from multibody_sym.model.system import System, expressions
+from multibody_sym.scalars.node import leaves
+
+_STATES: Final = 4
+_DERIVED: Final[Mapping[str, int]] = {"lagrange": 8, "multipliers": 8}
+"""Formalisms that derive closed forms, and the most speeds for which that takes seconds."""
+
+
+@dataclass(frozen=True)
+class CheckReport:
+    """What `check` found.
+
+    `rank` of the constraints at the start and the `redundant` rows; `not_unique`: rows and joints whose forces are not
+    determined; `agreement`: each formalism's worst scaled residual (rounding is below 10, with constraints below 100);
+    `theorems`: relative residuals; `conserved` quantities; `held` and `assembled` start values and their largest
+    `shift`; `failure`: why there is no start, if there is none; `hints` for the author.
+    """
+
+    degrees_of_freedom: int
+    rank: int
+    redundant: tuple[str, ...]
+    not_unique: tuple[str, ...]
+    agreement: Mapping[str, float] = field(default_factory=dict)
+    theorems: Mapping[str, float] = field(default_factory=dict)
+    conserved: tuple[str, ...] = ()
+    held: tuple[str, ...] = ()
+    assembled: tuple[str, ...] = ()
+    shift: float = 0.0
+    agrees: bool = False
+    failure: str | None = None
+    hints: tuple[str, ...] = ()
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `check --json` prints."""
+        tree: dict[str, Any] = {name: list(x) if isinstance(x, tuple) else x for name, x in vars(self).items()}
+        for name in ("agreement", "theorems"):
+            tree[name] = {key: x if math.isfinite(x) else None for key, x in tree[name].items()}
+        return tree
+
+
+def check(system: System) -> CheckReport:
+    """Return degrees of freedom, redundant constraints, the formalisms' agreement, theorems and hints for a system.
+
+    Raises InputError for what the declaration contradicts.
+    """
+    resolved = mechanism(system)
+    declared = _declared_hints(system)
+    try:
+        begin = start(resolved)
+    except NoSolutionError as error:
+        count = len(resolved.speeds)
+        return CheckReport(count, 0, (), (), failure=str(error), hints=(*declared, *_massless_hint(system, error)))
+    return _with_dynamics(system, resolved, begin, declared)
+
+
+def _with_dynamics(system: System, resolved: Mechanism, begin: Start, declared: Sequence[str]) -> CheckReport:
+    states = sampled_states(resolved, begin, _STATES)
+    motion = motion_of(resolved, states[0])
+    rank = redundancy(motion, composite_body(resolved, states[0]))
+    compared = {name: f for name, f in FORMALISMS.items() if _is_compared(name, resolved)}
+    ratios = agreement(resolved, states, compared)
+    found = [forward_dynamics(composite_body(resolved, state)) for state in states]
+    rates = rates_of(resolved)
+    instants = [instant_of(resolved, rates, state, x) for state, x in zip(states, found, strict=True)]
+    residuals = theorems(instants)
+    tensions = _pushing(system, resolved, found[0].multipliers.tolist())
+    hints = (*declared, *_physical_hints(motion), *_start_hints(resolved, begin, rank, states), *tensions)
+    return CheckReport(
+        degrees_of_freedom=len(resolved.speeds) - rank.rank,
+        rank=rank.rank,
+        redundant=rank.redundant,
+        not_unique=rank.not_unique,
+        agreement=ratios,
+        theorems=residuals,
+        conserved=tuple(conserved(instants)),
+        held=begin.held,
+        assembled=begin.assembled,
+        shift=begin.shift,
+        agrees=agrees(resolved, ratios) and all(x <= NEGLIGIBLE for x in residuals.values()),
+        hints=(*hints, *_not_compared(resolved)),
+    )
+
+
+def _is_compared(name: str, resolved: Mechanism) -> bool:
+    refused = {"lagrange": bool(resolved.rows), "block_ldl": bool(massless_speeds(resolved))}
+    return not refused.get(name) and len(resolved.speeds) <= _DERIVED.get(name, len(resolved.speeds))
+
+
+def _not_compared(resolved: Mechanism) -> list[str]:
+    left_out = [name for name, most in _DERIVED.items() if len(resolved.speeds) > most]
+    return [f"not compared, as its closed form would be large: {name}" for name in left_out]
+
+
+# --- hints ---------------------------------------------------------------------------------------------------------
+
+
+def _declared_hints(system: System) -> list[str]:
+    """Return what the declaration alone suggests was forgotten."""
+    hints = []
+    if all(component.shadow == 0 for component in system.gravity):
+        hints.append("no gravity is declared; write gravity: [0, -9.81, 0] or the like if there is any")
+    named = _named(system)
+    for section, what in (("parameters", "parameter"), ("inputs", "input")):
+        hints += [f"{what} {name} is not used" for name in getattr(system, section) if name not in named]
+    ropes = [step for c in system.constraints.values() if isinstance(c, Rope) for step in c.path]
+    hints += [f"no rope runs over pulley {name}" for name in system.pulleys if name not in ropes]
+    for name, body in system.bodies.items():
+        if name != "ground" and body.mass is None and body.shape is None:
+            hints.append(f"body {name} has no mass")
+    return hints if system.outputs else [*hints, "no outputs are declared: a run tells coordinates and speeds only"]
+
+
+def _named(system: System) -> set[str]:
+    """Return the names that expressions use, other than in their own declaration."""
+    return {
+        leaf.data
+        for path, node, _ in expressions(system)
+        for leaf in leaves([node], "symbol")
+        if path[:2] != ("parameters", leaf.data)
+    }
+
+
+def _massless_hint(system: System, error: NoSolutionError) -> list[str]:
+    """Return that a body is declared as a particle where its joint's freedom finds no inertia."""
+    joint = system.joints.get(error.where.path[1]) if error.where.path[:1] == ("joints",) else None
+    name = joint.child.partition(".")[0] if joint is not None else ""
+    body = system.bodies.get(name)
+    if body is None or body.inertia is not None or body.shape is not None:
+        return []
+    return [f"body {name} has no inertia: it is a particle at its com, which does not resist turning about itself"]
+
+
+def _physical_hints(motion: Motion) -> list[str]:
+    """Return the bodies whose mass or inertia no distribution of mass has."""
+    hints = []
+    for body, mass in zip(motion.mechanism.bodies, motion.masses, strict=True):
+        if mass.mass < 0:
+            hints.append(f"body {body.name} has a negative mass")
+        low, middle, high = np.linalg.eigvalsh(np.array(mass.inertia, dtype=float))
+        complete = low > NEGLIGIBLE * high  # in the plane one moment is enough
+        if low < -NEGLIGIBLE * high or (complete and low + middle < high * (1.0 - NEGLIGIBLE)):
+            values = ", ".join(f"{x:.6g}" for x in (low, middle, high))
+            hints.append(f"no body has the principal moments of inertia {values} of {body.name}: each is at most the "
+                         "sum of the others")
+    return hints
+
+
+def _start_hints(resolved: Mechanism, begin: Start, rank: Redundancy, states: Sequence[State]) -> list[str]:
+    hints = []
+    if begin.shift > 0.0:
+        hints.append(f"given start values were changed by up to {begin.shift:.3g} to satisfy the constraints")
+    nearby = _rank_nearby(resolved, begin)
+    if nearby is not None and nearby > rank.rank:
+        hints.append(
+            f"the start is a singular position: the rank of the constraints is {rank.rank} there and {nearby} nearby"
+        )
+    if len(states) <= _STATES:
+        hints.append("at most states near the start something declared has no value, or the mass matrix is singular")
+    return hints
+
+
+def _rank_nearby(resolved: Mechanism, begin: Start) -> int | None:
+    """Return the rank of the constraints in a closed position near the start, None where none is found."""
+    rows = Rows(resolved, begin.parameters, range(len(resolved.rows)))
+    change = 0.01 * np.random.default_rng(0).uniform(-1.0, 1.0, len(resolved.speeds))
+    try:
+        q = closed_near(rows, moved(resolved, np.array(begin.q, dtype=float), change))
+        if q is None:
+            return None
+        motion = rows.motion(q, np.zeros(len(resolved.speeds)))
+        return redundancy(motion, composite_body(resolved, motion.state)).rank
+    except UNDEFINED:
+        return None
+
+
+def _pushing(system: System, resolved: Mechanism, multipliers: Sequence[float]) -> list[str]:
+    """Return the ropes that would have to push at the start."""
+    forces = zip((row.name for row in resolved.rows), multipliers, strict=True)
+    return [
+        f"rope {name} would have to push with {-force:.6g} N at the start: it goes slack"
+        for name, force in forces
+        if isinstance(system.constraints[name], Rope) and force < 0.0
+    ]
