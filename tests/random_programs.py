@@ -13,7 +13,8 @@ from multibody_sym.program.program import Array, Program
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.node import BUILD, PI, Node, number, power, real
 
-ARITHMETIC = ("add", "add", "mul", "mul", "div", "neg", "sqrt", "abs", "min", "max", "sign", "less", "less_equal", "where")
+ROUNDED = ("add", "add", "mul", "mul", "div", "neg", "sqrt")
+ARITHMETIC = (*ROUNDED, "abs", "min", "max", "sign", "less", "less_equal", "where")
 FUNCTIONS = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log", "pow")
 SMOOTH = ("add", "add", "mul", "mul", "sin", "cos", "tanh", "atan", "neg")
 CONSTANTS = (number(1), number(-2), number(Fraction(1, 3)), real(0.1), real(-1e-3), PI, number(7), -PI)
@@ -42,7 +43,7 @@ class Maker:
             elif self.solves and kind < 0.12:
                 pool += self._solve(trace, pool)
             else:
-                pool += self._operation(pool)
+                pool += self.operation(pool)
         outputs = {}
         for name in ("x", "q", "y"):
             shape = self.random.choice(SHAPES)
@@ -63,7 +64,7 @@ class Maker:
         recent = pool[-2 * count - 8 :]
         return [self.random.choice(recent if self.random.random() < 0.8 else pool) for _ in range(count)]
 
-    def _operation(self, pool: Sequence[Node]) -> list[Node]:
+    def operation(self, pool: Sequence[Node]) -> list[Node]:
         op = self.random.choice(self.operations)
         args = self._some(pool, ARITY.get(op, 1))
         try:

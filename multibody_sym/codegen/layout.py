@@ -35,9 +35,7 @@ class Functions:
         return tuple(f for f in self.functions if f.exported)
 
 
-def functions(
-    programs: Mapping[str, Program], prefix: str, callee_prefix: str, reserved: Collection[str]
-) -> Functions:
+def functions(programs: Mapping[str, Program], prefix: str, callee_prefix: str, reserved: Collection[str]) -> Functions:
     """Return the functions for `programs` (`prefix` and name) and for all they call (`callee_prefix` and a number).
 
     A name that is reserved gets an underscore.

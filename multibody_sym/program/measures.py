@@ -72,6 +72,7 @@ def _counted_nodes(nodes: list[Node]) -> Counter[str]:
 def program_hash(program: Program) -> str:
     """Return 64 hexadecimal digits that depend on structure, shapes and constants only, not on any name.
 
+    (The names of inputs decide the order of operands in a sum or product, which is part of the structure.)
     The same in every process. Programs with the same hash compute the same.
     """
     return program.digest.hex()

@@ -190,7 +190,7 @@ def _verify(program: Program) -> None:
 def verify_program_name(name: str) -> None:
     """Raise ProgramError unless `name` is an identifier that generated code can take over."""
     if not _PROGRAM_NAME.fullmatch(name):
-        raise ProgramError(f"{name!r} is no name of a program: letters and digits with single underscores, a letter first")
+        raise ProgramError(f"{name!r} is no name of a program: letters, digits, single underscores; a letter first")
 
 
 def _verify_names(names: list[str], kind: str) -> None:
@@ -204,10 +204,10 @@ def _verify_names(names: list[str], kind: str) -> None:
 def _verify_assign(statement: Assign, known: set[Node]) -> None:
     nodes = statement.nodes
     for node in nodes:
-        if node in known:
-            raise DefinedTwiceError(f"the value of a {node.op} is computed a second time")
         if node.shadow is not None or not node.args:
             raise ProgramError(f"{node.op}: an atom is not assigned")
+        if node in known:
+            raise DefinedTwiceError(f"the value of a {node.op} is computed a second time")
         for a in node.args:
             if a not in known and a.shadow is None:
                 raise _undefined(a)

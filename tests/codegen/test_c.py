@@ -22,7 +22,7 @@ from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.program import Array, Program, ProgramError
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import absolute, cos, maximum, minimum, sign, sin, where
-from multibody_sym.scalars.node import number, power
+from multibody_sym.scalars.node import Node, number, power
 
 BATCH = 25
 
@@ -77,39 +77,39 @@ def test_many_more_have_the_bits_of_the_interpreter(tmp_path, solved_in_c, first
 # --- what is printed ----------------------------------------------------------------------------------------------
 
 
-def printed(expressions, size: int = 3) -> list[str]:
-    trace = Trace("f", [Array("q", (size,)), Array("t")])
-    program = trace.finish({"x": ((len(found := expressions(trace["q"], trace["t"][0])),), found)})
+q, (t,) = Array("q", (3,)).slots, Array("t").slots
+
+
+def printed(expression: Node) -> list[str]:
+    program = Trace("f", [Array("q", (3,)), Array("t")]).finish({"x": ((), [expression])})
     body = c_source({"f": program})["model.c"].split("void mbs_f(")[1].split("\n}")[0]
     return [line.strip() for line in body.splitlines() if "const double z" in line]
 
 
 def test_expressions_have_no_parenthesis_too_many() -> None:
-    assert printed(lambda q, t: [q[0] * q[1] + sin(t) * q[2]]) == ["const double z0 = q[0]*q[1] + sin(t)*q[2];"]
-    assert printed(lambda q, t: [(q[0] + q[1]) * q[2]]) == ["const double z0 = q[2]*(q[0] + q[1]);"]
-    assert printed(lambda q, t: [q[0] - (q[1] + q[2])]) == ["const double z0 = q[0] - (q[1] + q[2]);"]
-    assert printed(lambda q, t: [(q[0] * q[1]) / (q[2] * t)]) == ["const double z0 = q[0]*q[1]/(t*q[2]);"]
-    assert printed(lambda q, t: [-(q[0] + q[1])]) == ["const double z0 = -(q[0] + q[1]);"]
+    assert printed(q[0] * q[1] + sin(t) * q[2]) == ["const double z0 = q[0]*q[1] + sin(t)*q[2];"]
+    assert printed((q[0] + q[1]) * q[2]) == ["const double z0 = q[2]*(q[0] + q[1]);"]
+    assert printed(q[0] - (q[1] + q[2])) == ["const double z0 = q[0] - (q[1] + q[2]);"]
+    assert printed((q[0] * q[1]) / (q[2] * t)) == ["const double z0 = q[0]*q[1]/(t*q[2]);"]
+    assert printed(-(q[0] + q[1])) == ["const double z0 = -(q[0] + q[1]);"]
 
 
 def test_integer_powers_are_products_of_an_atom() -> None:
-    assert printed(lambda q, t: [t**2]) == ["const double z0 = t*t;"]
-    assert printed(lambda q, t: [(q[0] + q[1]) ** 3]) == [
+    assert printed(t**2) == ["const double z0 = t*t;"]
+    assert printed((q[0] + q[1]) ** 3) == [
         "const double z0 = q[0] + q[1];",
         "const double z1 = z0*z0*z0;",
     ]
-    assert printed(lambda q, t: [1 / t**2]) == ["const double z0 = 1.0/(t*t);"]
-    assert printed(lambda q, t: [power(t, number(5))]) == ["const double z0 = mbs__power(t, 5);"]
-    assert printed(lambda q, t: [t**0.25]) == ["const double z0 = pow(t, 0.25);"]
+    assert printed(1 / t**2) == ["const double z0 = 1.0/(t*t);"]
+    assert printed(power(t, number(5))) == ["const double z0 = mbs__power(t, 5);"]
+    assert printed(t**0.25) == ["const double z0 = pow(t, 0.25);"]
 
 
 def test_choices_and_comparisons() -> None:
-    assert printed(lambda q, t: [where(q[0] < t, q[1], -q[2])]) == ["const double z0 = (q[0] < t ? q[1] : -q[2]);"]
-    assert printed(lambda q, t: [(q[0] <= t) + q[1]]) == ["const double z0 = q[1] + (q[0] <= t ? 1.0 : 0.0);"]
-    assert printed(lambda q, t: [where(t, absolute(q[0]), sign(t))]) == [
-        "const double z0 = (t != 0.0 ? fabs(q[0]) : mbs__sign(t));"
-    ]
-    assert printed(lambda q, t: [minimum(q[0], 1)]) in (
+    assert printed(where(q[0] < t, q[1], -q[2])) == ["const double z0 = (q[0] < t ? q[1] : -q[2]);"]
+    assert printed((q[0] <= t) + q[1]) == ["const double z0 = q[1] + (q[0] <= t ? 1.0 : 0.0);"]
+    assert printed(where(t, absolute(q[0]), sign(t))) == ["const double z0 = (t != 0.0 ? fabs(q[0]) : mbs__sign(t));"]
+    assert printed(minimum(q[0], 1)) in (
         ["const double z0 = mbs__minimum(q[0], 1.0);"],
         ["const double z0 = mbs__minimum(1.0, q[0]);"],
     )
@@ -119,7 +119,8 @@ def test_every_number_is_a_double() -> None:
     source = c_source({"f": wide_program(30)})["model.c"]
     body = source.split("void mbs_f(")[1].split("\n}")[0]
     numbers = re.findall(r"(?<![\w\[.])\d[\d.e+-]*(?![\w\]])", body)
-    assert numbers and all("." in text or "e" in text for text in numbers)
+    assert numbers
+    assert all("." in text or "e" in text for text in numbers)
     assert "M_PI" not in source
 
 
@@ -160,7 +161,8 @@ def test_awkward_names_and_sizes(tmp_path) -> None:
     """Names that C reserves or that inputs and outputs share; nothing in, nothing out; outputs that are inputs."""
     trace = Trace("solve", [Array("double"), Array("sin", (2,)), Array("w", (0,)), Array("q", (2,))])
     (a,), s, _, q = (trace[array.name] for array in trace.inputs)
-    first = trace.finish({"q": ((2,), [q[0], a]), "none": ((0,), []), "w": ((), [sin(s[0]) + s[1] + a]), "c": ((), [1])})
+    sums = ((), [sin(s[0]) + s[1] + a])
+    first = trace.finish({"q": ((2,), [q[0], a]), "none": ((0,), []), "w": sums, "c": ((), [number(1)])})
     nothing = Trace("energy", []).finish({})
     unused = Trace("unused", [Array("t"), Array("q", (3,))]).finish({"x": ((), [number(2)])})
     programs = {"solve": first, "energy": nothing, "unused": unused}

@@ -35,7 +35,9 @@ def test_solution_is_that_of_singular_values(seed: int) -> None:
         conditioning = found.report[1] if rank else 1.0
         assert np.abs(found.solution - wanted).max() <= 1e-13 * (1 + np.abs(wanted).max()) / conditioning
     else:
-        assert found.report[0] == 0.0 and not found.solution.any() and not found.multipliers.any()
+        assert found.report[0] == 0.0
+        assert not found.solution.any()
+        assert not found.multipliers.any()
 
 
 @given(st.integers(0, 10**6))
@@ -63,8 +65,10 @@ def test_of_equal_rows_the_one_declared_first_carries_the_multiplier() -> None:
     row = np.array([0.3, -0.2, 0.7])
     matrix = np.array([[0.0, 1.0, 0.0], row / 3, row, row * 1e5, [1.0, 0.0, 0.0]])
     found = solve(matrix, matrix @ np.array([1.0, 2.0, 3.0]))
-    assert found.report[0] == 3.0 and found.report[2] < 1e-14
-    assert found.multipliers[1] != 0.0 and found.multipliers[2] == found.multipliers[3] == 0.0
+    assert found.report[0] == 3.0
+    assert found.report[2] < 1e-14
+    assert found.multipliers[1] != 0.0
+    assert found.multipliers[2] == found.multipliers[3] == 0.0
     assert found.solution == pytest.approx([1.0, 2.0, 3.0], rel=1e-13)
 
 
@@ -77,7 +81,8 @@ def test_a_contradicting_row_is_left_out_and_reported() -> None:
 def test_zero_rows_have_rank_zero_and_show_what_they_contradict() -> None:
     found = solve(np.zeros((2, 3)), np.array([0.0, -4.0]))
     assert found.report.tolist() == [0.0, 0.0, 1.0]
-    assert not found.solution.any() and not found.multipliers.any()
+    assert not found.solution.any()
+    assert not found.multipliers.any()
 
 
 def test_tiny_and_huge_rows_are_rows_like_any_other() -> None:
@@ -91,4 +96,6 @@ def test_what_is_not_finite_is_never_hidden(entry: float, value: float) -> None:
     matrix = np.array([[1.0, 0.0], [2.0, 0.0]])
     matrix[1, 0] *= entry
     found: Solution = solve(matrix, np.array([1.0, value]))
-    assert np.isnan(found.solution).all() and np.isnan(found.multipliers).all() and np.isnan(found.report).all()
+    assert np.isnan(found.solution).all()
+    assert np.isnan(found.multipliers).all()
+    assert np.isnan(found.report).all()
