@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import reduce
+from math import gcd
 from typing import Final
 
 from multibody_sym.dynamics.factors import Poly, factored
@@ -79,10 +80,11 @@ class _Product:
 def _fraction(field: Field, above: Poly, below: Poly) -> Node:
     """Return above / below as one product, or as a whole part and the rest where that is much shorter."""
     single = _single_fraction(field, above, below)
-    whole, rest = above.div(below)
+    content, primitive = below.primitive()
+    whole, rest = above.div(primitive)
     if not whole or not rest or below.is_ground:
         return single
-    parts = add(_single_fraction(field, whole, field.ring.one), _single_fraction(field, rest, below))
+    parts = add(_single_fraction(field, whole, field.ring(content)), _single_fraction(field, rest, below))
     is_product = single.op == "div" and single.args[0].op == "mul"
     return parts if len(text(parts)) < (_MUCH_SHORTER if is_product else 1) * len(text(single)) else single
 
@@ -224,8 +226,8 @@ def _grouped(field: Field, terms: dict[Exponents, int]) -> list[tuple[Node, int]
         if shared is None or len(groups[shared]) < 2 or not any(shared):
             return [*found, *((_term(field, m), c) for m, c in left.items())]
         inside = {tuple(e - s for e, s in zip(m, shared, strict=True)): left.pop(m) for m in groups[shared]}
-        side = -1 if all(c < 0 for c in inside.values()) else 1
-        inner = _added([(_term(field, m), side * c) for m, c in inside.items()])
+        side = gcd(*inside.values()) * (-1 if all(c < 0 for c in inside.values()) else 1)
+        inner = _added([(_term(field, m), c // side) for m, c in inside.items()])
         found.append((_multiplied([*_powers(field, shared), (inner, 1)]), side))
 
 

@@ -7,9 +7,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final
 
-from multibody_sym.dynamics.quotient_field import PRECISE, Field, Letter
+from multibody_sym.dynamics.book_form import book_form
+from multibody_sym.dynamics.exact_solve import exact_solve
+from multibody_sym.dynamics.quotient_field import PRECISE, Field, Letter, NoClosedFormError
 from multibody_sym.dynamics.quotient_functions import exact
 from multibody_sym.dynamics.start import Start
+from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.mechanism import Coordinate, Mechanism, Speed
 from multibody_sym.scalars.functions import evaluate, evaluate_float, sqrt
@@ -50,7 +54,29 @@ def declared_state(mechanism: Mechanism, begin: Start) -> SymbolicState:
 
     q = declared(mechanism.coordinates, begin.q)
     u = declared(mechanism.speeds, begin.u)
+    _find_speeds(mechanism, begin, SymbolicState(state_of(mechanism, Node, ZERO, q, u, parameters), letters), u)
     return SymbolicState(state_of(mechanism, Node, ZERO, q, u, parameters), letters)
+
+
+def _find_speeds(mechanism: Mechanism, begin: Start, given: SymbolicState, u: list[Node]) -> None:
+    """Put closed forms in place of assembled speeds that follow from the others by H u = -phi_t, if there are any."""
+    unknown = [k for k, speed in enumerate(mechanism.speeds) if u[k] is symbol(speed.name)]
+    if not unknown:
+        return
+    rows = row_motions(motion_of(mechanism, given.state))
+    phidot = [as_node(row.phidot) for row in rows]
+    at_rest = evaluate(phidot, lambda leaf: ZERO if leaf in {u[k] for k in unknown} else leaf)
+    field = Field(_WORK)
+    known = {node: field.letter(node, letter) for node, letter in given.letters.items()}
+    try:
+        matrix = [exact(field, [as_node(row.jacobian[k]) for k in unknown], known) for row in rows]
+        found = exact_solve(matrix, [-x for x in exact(field, map(as_node, at_rest), known)])
+        nodes = [book_form(x) for x in found]
+    except NoClosedFormError:
+        return
+    for k, x, node in zip(unknown, found, nodes, strict=True):
+        if abs(float(x.sample) - begin.u[k]) <= _AS_DECLARED * max(1.0, abs(begin.u[k])):
+            u[k] = node
 
 
 def any_state(mechanism: Mechanism, begin: Start) -> SymbolicState:

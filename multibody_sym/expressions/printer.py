@@ -129,11 +129,18 @@ def _rank(op: str, n: Node, pieces: dict[Node, Piece]) -> tuple[int, int, str]:
     if op == "add" and n.op in ("number", "real"):
         return (3, 0, "")
     if op == "add":
-        return (2, 0, pieces[n].text)
-    return (2, _PLACE_IN_PRODUCT.get(n.op, 3), pieces[n].text)
+        return (2, 0, pieces[n.args[1] if n.op == "mul" and n.args[0].op == "number" else n].text)
+    return (2, _place_in_product(n), pieces[n].text)
 
 
-_PLACE_IN_PRODUCT: Final = {"number": 0, "real": 0, "pi": 1, "symbol": 1, "slot": 1, "pow": 2, "add": 4}
+def _place_in_product(n: Node) -> int:
+    """Return where a factor stands: numbers, letters, their powers, functions, sums."""
+    if n.op == "pow":
+        return max(2, _PLACE_IN_PRODUCT.get(n.args[0].op, 3))
+    return _PLACE_IN_PRODUCT.get(n.op, 3)
+
+
+_PLACE_IN_PRODUCT: Final = {"number": 0, "real": 0, "pi": 1, "symbol": 1, "slot": 1, "add": 4}
 
 
 def _mul(n: Node, pieces: dict[Node, Piece]) -> Piece:

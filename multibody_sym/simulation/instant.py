@@ -54,7 +54,7 @@ class Solved:
     forms: ClosedForms | None
     reasons: dict[str, None] = field(default_factory=dict)
 
-    def values(self, ask: Callable[[Instant], Mapping[str, Any]]) -> dict[str, Value]:
+    def values(self, ask: Callable[[Instant], Mapping[str, Any]], units: Mapping[str, str]) -> dict[str, Value]:
         """Return what `ask` finds at the instant, as numbers with closed forms where they agree."""
         numbers, nodes = ask(self.numbers), ask(self.nodes)
         others = [ask(other) for other in self.others]
@@ -64,7 +64,7 @@ class Solved:
         for name, number in numbers.items():
             unique = all(abs(other[name] - number) <= _NOT_UNIQUE * scale for other in others)
             known = self._value(as_node(nodes[name]), float(number), scale) if unique else Value(float(number))
-            found[name] = replace(known, unique=unique)
+            found[name] = replace(known, unique=unique, unit=units.get(name, ""))
         return found
 
     def _value(self, node: Node, number: float, scale: float) -> Value:

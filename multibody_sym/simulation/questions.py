@@ -6,7 +6,7 @@ Where all accelerations are constant along the motion these are closed forms, ot
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from multibody_sym.dynamics.quotient_field import NoClosedFormError, Quotient
@@ -31,11 +31,17 @@ def answered(solved: Solved) -> tuple[dict[str, Value], list[str]]:
     for name, question in solved.system.ask.items():
         with at("ask", name):
             if question.value is not None:
-                answers[name] = solved.values(solved.asked(question.value))[""]
+                answers[name] = solved.values(solved.asked(question.value), {})[""]
             else:
                 _verify_names(solved, question)
-                answers[name] = motion.answer(name, question)
+                answers[name] = replace(motion.answer(name, question), unit=_unit(question))
     return answers, remarks
+
+
+def _unit(question: Ask) -> str:
+    if question.of is None:
+        return "s"
+    return "m" if question.after is not None else "m/s"
 
 
 def _verify_names(solved: Solved, question: Ask) -> None:

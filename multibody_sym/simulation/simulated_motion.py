@@ -22,6 +22,7 @@ _SAMPLES: Final = 4001
 _RTOL: Final = 1e-11
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 _STEPS: Final = 50
+_SAME: Final = 1e-14
 
 
 @dataclass(frozen=True)
@@ -39,17 +40,19 @@ class Simulated:
         return float(sum(_way(v[k : k + 2], a[k : k + 2], run.t[k + 1] - run.t[k]) for k in range(len(v) - 1)))
 
     def time(self, coordinate: str, value: float) -> float | None:
-        """Return the first time at which a coordinate has a value, None if that is not before `t_end`."""
+        """Return the first time > 0 at which a coordinate has a value, None if that is not before `t_end`.
+
+        A value that it has at the start, and not again, it has at 0.
+        """
         run = self._simulated(self.system, None)
         q, rate = run[coordinate] - value, run[f"u_{coordinate}"]
-        if q[0] == 0.0:
-            return 0.0
-        for k in range(len(q) - 1):
+        starts_there = bool(abs(q[0]) <= _SAME * max(1.0, abs(value)))
+        for k in range(1 if starts_there else 0, len(q) - 1):
             step = run.t[k + 1] - run.t[k]
             inside = _first_root(q[k : k + 2], rate[k : k + 2] * step)
             if inside is not None:
                 return self._refined(coordinate, value, float(run.t[k] + inside * step))
-        return None
+        return 0.0 if starts_there else None
 
     def speed(self, point: str, time: float) -> float:
         """Return the speed of a point at a time."""

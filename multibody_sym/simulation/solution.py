@@ -15,17 +15,20 @@ from multibody_sym.scalars.node import Node
 class Value:
     """A number (SI; None where there is none) and its closed form in the names of the model (None: numbers only).
 
-    It is not `unique` where constraints depend on each other and other values would serve as well.
+    It is not `unique` where constraints depend on each other and other values would serve as well. `unit` is empty for
+    pure numbers and where it is not known.
     """
 
     value: float | None
     expression: Node | None = None
+    unit: str = ""
     unique: bool = True
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `--json` prints."""
         number = self.value if self.value is not None and math.isfinite(self.value) else None
-        return {"value": number, "expression": None if self.expression is None else text(self.expression)}
+        expression = None if self.expression is None else text(self.expression)
+        return {"value": number, "expression": expression, "unit": self.unit}
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from multibody_sym.dynamics.book_form import comparison
 from multibody_sym.dynamics.quantities import Instant
 from multibody_sym.dynamics.quotient_field import NoClosedFormError
 from multibody_sym.expressions.printer import text
-from multibody_sym.model.mechanism import ExpressionRow, Mechanism, RopeRow
+from multibody_sym.model.mechanism import COMPONENTS, ExpressionRow, Mechanism, RopeRow
 from multibody_sym.model.system import System
 from multibody_sym.scalars.node import quantity
 from multibody_sym.simulation.instant import Solved, solved_start
@@ -18,6 +18,7 @@ from multibody_sym.simulation.questions import answered
 from multibody_sym.simulation.solution import Solution, Value
 
 _ROUNDING: Final = 1e-12
+_UNITS: Final = {**dict.fromkeys(COMPONENTS[:3], "N"), **dict.fromkeys(COMPONENTS[3:], "N*m"), "tension": "N"}
 
 
 def solve(system: System, parameters: Mapping[str, Any] | None = None, formalism: str | None = None) -> Solution:
@@ -30,7 +31,9 @@ def solve(system: System, parameters: Mapping[str, Any] | None = None, formalism
     """
     solved = solved_start(with_values(system, parameters), formalism)
     resolved, begin = solved.mechanism, solved.begin
-    accelerations = solved.values(lambda instant: dict(zip(acceleration_names(resolved), instant.udot, strict=True)))
+    names = acceleration_names(resolved)
+    units = {name: f"{speed.unit}^2" for name, speed in zip(names, resolved.speeds, strict=True)}
+    accelerations = solved.values(lambda instant: dict(zip(names, instant.udot, strict=True)), units)
     reactions = _reactions(solved)
     answers, remarks = answered(solved)
     return Solution(
@@ -64,14 +67,14 @@ def _reactions(solved: Solved) -> dict[str, dict[str, Value]]:
         def of_joint(instant: Instant, name: str = name) -> Mapping[str, Any]:
             return instant.reactions[name]
 
-        found[name] = solved.values(of_joint)
+        found[name] = solved.values(of_joint, _UNITS)
     for k, row in enumerate(solved.mechanism.rows):
-
-        def of_row(instant: Instant, k: int = k) -> Mapping[str, Any]:
-            return {"": instant.multipliers[k]}
-
         component = "multiplier" if isinstance(row, ExpressionRow) else "tension"
-        found.setdefault(row.name, {})[component] = solved.values(of_row)[""]
+
+        def of_row(instant: Instant, component: str = component, k: int = k) -> Mapping[str, Any]:
+            return {component: instant.multipliers[k]}
+
+        found.setdefault(row.name, {})[component] = solved.values(of_row, _UNITS)[component]
     return found
 
 

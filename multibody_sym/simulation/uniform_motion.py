@@ -91,7 +91,7 @@ class UniformMotion:
             for f in ("velocity", "acceleration")
         )
         if question.at is not None:
-            return abs(float(np.linalg.norm(v + a * time)) - answer) <= AGREEMENT * answer
+            return bool(abs(float(np.linalg.norm(v + a * time)) - answer) <= AGREEMENT * answer)
         turn = min(max(-float(v @ a) / max(float(a @ a), _TINY), 0.0), time)
         there, end = (v * t + a * t * t / 2 for t in (turn, time))
         return abs(float(np.linalg.norm(there) + np.linalg.norm(end - there)) - answer) <= AGREEMENT * answer
@@ -152,34 +152,41 @@ def uniform_motion(solved: Solved) -> UniformMotion | None:
 
 def _seems_uniform(solved: Solved) -> bool:
     """Return whether the accelerations at displaced states are those at the start."""
-    resolved, begin = solved.mechanism, solved.begin
-    rng = np.random.default_rng(0)
-    udot = np.array(solved.numbers.udot)
-    size = float(np.abs(udot).max(initial=0.0))
+    begin, rng = solved.begin, np.random.default_rng(0)
+    here, size = _accelerations(solved, 0.0, np.array(begin.q), np.array(begin.u))
     for k in range(_DISPLACED):
         q, u = (np.array(x) + _FAR * rng.normal(size=len(x)) for x in (begin.q, begin.u))
         try:
-            state = state_of(resolved, float, 0.1 * (k + 1), q.tolist(), u.tolist(), begin.parameters)
-            there = forward_dynamics(composite_body(resolved, state)).udot
+            there, _ = _accelerations(solved, 0.1 * (k + 1), q, u)
         except UNDEFINED:
             return False
-        if not bool((np.abs(there - udot) <= _SAME * size).all()):
+        if not bool((np.abs(there - here) <= _SAME * size).all()):
             return False
     return True
 
 
+def _accelerations(solved: Solved, t: float, q: Floats, u: Floats) -> tuple[Floats, float]:
+    """Return udot at a state in floats, and the size of what it is made of: the accelerations without rows."""
+    resolved = solved.mechanism
+    state = state_of(resolved, float, t, q.tolist(), u.tolist(), solved.begin.parameters)
+    dynamics = composite_body(resolved, state)
+    free = max((abs(x) for x in dynamics.factors.solve(dynamics.forcing)), default=0.0)
+    udot = forward_dynamics(dynamics).udot
+    return udot, max(free, float(np.abs(udot).max(initial=0.0)))
+
+
 def _first_time(way: Quotient, u: Quotient, a: Quotient) -> Quotient | None:
-    """Return the smallest t >= 0 with u t + a t^2/2 = way."""
+    """Return the smallest t > 0 with u t + a t^2/2 = way (0 if way is 0 and that time does not come again)."""
     if way.is_zero:
-        return way
+        return -2 * u / a if not a.is_zero and (u / a).sample < 0 else way
     if a.is_zero:
         return None if u.is_zero or (way / u).sample < 0 else way / u
     square = u * u + 2 * (a * way)
-    if square.sample < 0:
-        return None
     if u.is_zero:
-        return sqrt(2 * way / a) if (way / a).sample > 0 else None
-    root = sqrt(square)
+        return sqrt(2 * way / a) if square.sample > 0 else None
+    if square.sample < 0 and not square.vanishes:
+        return None
+    root = sqrt(square) * (1 if a.sample > 0 else -1)
     times = [t for t in ((-u - root) / a, (-u + root) / a) if t.sample > 0]
     return min(times, key=lambda t: t.sample, default=None)
 
