@@ -131,11 +131,15 @@ class SymbolicEquations:
 
 
 def _accelerations(M: Floats, f: Floats, H: Floats, gamma: Floats) -> Floats:
-    """Return udot of M udot = f + H^T lambda, H udot = gamma, whatever the rank of H."""
+    """Return udot of M udot = f + H^T lambda, H udot = gamma, whatever the rank of H.
+
+    Where rows hold freedoms without mass, M + w H^T H and f + w H^T gamma stand for M and f: same udot, regular matrix.
+    """
     if not len(gamma):
         return np.asarray(np.linalg.solve(M, f), dtype=float)
-    L = np.linalg.cholesky(M)
-    free = np.linalg.solve(L, f)
+    weight = np.trace(M) if np.linalg.matrix_rank(M) < len(M) else 0.0
+    L = np.linalg.cholesky(M + weight * H.T @ H)
+    free = np.linalg.solve(L, f + weight * H.T @ gamma)
     A = np.linalg.solve(L, H.T).T
     found = solve(A, gamma - A @ free)
     return np.asarray(np.linalg.solve(L.T, free + found.solution), dtype=float)

@@ -1,0 +1,73 @@
+"""Rewriting keeps the value and leaves nothing that a person would still simplify."""
+
+from __future__ import annotations
+
+import random
+from typing import Any
+
+import pytest
+import sympy
+
+from multibody_sym.dynamics.readable import LARGEST_SUM, Readable, expanded_size
+
+m1, m2, k, L = sympy.symbols("m1 m2 k l", positive=True)
+a, b, c = sympy.symbols("a b c", real=True)
+u, v = sympy.symbols("u v", real=True)
+w, x, y, z = sympy.symbols("w x y z", real=True)
+sin, cos = sympy.sin, sympy.cos
+
+readable = Readable(frozenset({u, v}), ((w, x, y, z),))
+
+
+@pytest.mark.parametrize(
+    ("given", "wanted"),
+    [
+        (m1 * (u * sin(a)) ** 2 + m1 * (u * cos(a)) ** 2, m1 * u**2),
+        (cos(a) * cos(b) - sin(a) * sin(b), cos(a + b)),
+        (sin(a) * cos(b) - cos(a) * sin(b), sin(a - b)),
+        (cos(a) * (cos(b) * cos(c) - sin(b) * sin(c)) - sin(a) * (cos(b) * sin(c) + sin(b) * cos(c)), cos(a + b + c)),
+        (L**2 * m1 + m2 * L**2, L**2 * (m1 + m2)),
+        (m1 * u**2 / 2 + m1 * u * v + m1 * v**2 / 2, m1 * (u + v) ** 2 / 2),
+        (m1 * sin(a) ** 2 * u**2 + 0, m1 * sin(a) ** 2 * u**2),
+        (1 - 2 * (x**2 + y**2) - (w**2 - x**2 - y**2 + z**2), 0),
+        (sympy.sqrt((L * cos(a)) ** 2 + (L * sin(a)) ** 2), L),
+        (k * (a - L) ** 2 / 2, k * (a - L) ** 2 / 2),
+    ],
+)
+def test_as_a_person_would_write_it(given: Any, wanted: Any) -> None:
+    assert readable(given) == wanted
+
+
+def test_large_expressions_are_left_alone() -> None:
+    many = sympy.symbols(f"n0:{LARGEST_SUM}")
+    product = sympy.Add(*many[:50]) * sympy.Add(*many[50:])
+    assert expanded_size(product) > LARGEST_SUM
+    assert readable(product) is product
+
+
+_LEAVES = [m1, k, L, a, u, v, sympy.Integer(2), sympy.Rational(1, 2), sin(a), cos(a), sin(b), cos(b)]
+
+
+def _random_expression(rng: random.Random, depth: int) -> Any:
+    kind = rng.random()
+    if depth == 0 or kind < 0.15:
+        return rng.choice(_LEAVES)
+    first, second = (_random_expression(rng, depth - 1) for _ in range(2))
+    makers = [
+        (0.50, lambda: first + second),
+        (0.80, lambda: first * second),
+        (0.85, lambda: first**2),
+        (0.88, lambda: sympy.sqrt(first**2 + second**2 + 1)),
+        (0.92, lambda: 1 / (first**2 + 1)),
+        (0.96, lambda: (first**2 + second**2 + 3) ** sympy.Rational(-3, 2)),
+        (1.00, lambda: sin(first + second)),
+    ]
+    return next(make for limit, make in makers if kind < limit)()
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_the_value_stays(seed: int) -> None:
+    expression = _random_expression(random.Random(seed), 4)
+    at = {m1: 1.1, k: 0.7, L: 1.7, a: 0.3, b: -1.1, u: 0.6, v: -0.8}
+    before, after = (complex(e.evalf(20, subs=at)) for e in (expression, readable(expression)))
+    assert after == pytest.approx(before, rel=1e-10, abs=1e-10)
