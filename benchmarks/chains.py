@@ -31,7 +31,7 @@ def chain(count: int) -> System:
     parameters, bodies, joints = {}, {}, {}
     for k in range(count):
         names = {key: f"{key}{k}" for key in ("m", "cx", "cy", "cz", *INERTIA, "px", "py", "pz")}
-        parameters.update({name: 1 for name in names.values()})
+        parameters.update(dict.fromkeys(names.values(), 1))
         bodies[f"body{k}"] = Body(
             mass=names["m"],
             com=[names["cx"], names["cy"], names["cz"]],

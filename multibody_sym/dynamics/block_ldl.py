@@ -13,10 +13,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from multibody_sym.dynamics.equations import TreeDynamics, tree_dynamics
-from multibody_sym.dynamics.inverse_dynamics import inverse_dynamics
+from multibody_sym.dynamics.inverse_dynamics import forcing
 from multibody_sym.dynamics.massless import massless_speeds
 from multibody_sym.errors import NoSolutionError
-from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import BodyMass, BodyMotion, Motion, motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
@@ -48,9 +47,7 @@ def block_ldl(mechanism: Mechanism, state: State) -> TreeDynamics:
     if massless_speeds(mechanism):
         raise NoSolutionError("block_ldl needs inertia in every direction; choose composite_body")
     motion = motion_of(mechanism, state)
-    forces = applied_generalized_forces(motion, applied(motion))
-    velocity_terms = inverse_dynamics(motion, [0] * len(state.u))
-    return tree_dynamics(motion, tree_factors(motion), forces, velocity_terms, row_motions(motion))
+    return tree_dynamics(motion, tree_factors(motion), forcing(motion), row_motions(motion))
 
 
 @dataclass(frozen=True)
@@ -74,13 +71,15 @@ class Inertia:
             matrix_sum(self.angular, other.angular),
         )
 
-    def without(self, wrench: Wrench, pivot: S) -> Inertia:
-        """Return the inertia that is left when one freedom is eliminated: M - U U^T / d."""
-        (force, moment), (k_force, k_moment) = wrench, _scaled(wrench, 1 / pivot)
+    def without(self, wrench: Wrench, gain: Wrench) -> Inertia:
+        """Return the inertia that is left when one freedom is eliminated: M - U K^T with K = U / d."""
+        (force, moment), (k_force, k_moment) = wrench, gain
+        shares = [[_share(force[i], k_force[i], moment[j], k_moment[j]) for j in range(3)] for i in range(3)]
+        coupling = [subtract(row, share) for row, share in zip(self.coupling, shares, strict=True)]
         return Inertia(
-            _lower_difference(self.linear, k_force, force),
-            tuple(subtract(row, scale(f, moment)) for row, f in zip(self.coupling, k_force, strict=True)),  # type: ignore[arg-type]
-            _lower_difference(self.angular, k_moment, moment),
+            _lower_difference(self.linear, force, k_force),
+            (coupling[0], coupling[1], coupling[2]),
+            _lower_difference(self.angular, moment, k_moment),
         )
 
 
@@ -166,8 +165,9 @@ def _eliminated(speeds: Sequence[int], moved: BodyMotion, inertia: Inertia) -> t
     for speed, linear, angular in reversed(list(zip(speeds, moved.linear, moved.angular, strict=True))):
         force, moment = inertia.wrench(linear, angular)
         pivot = dot(linear, force) + dot(angular, moment)
-        freedoms.append(Freedom(speed, linear, angular, pivot, _scaled((force, moment), 1 / pivot)))
-        inertia = inertia.without((force, moment), pivot)
+        gain = _over(force, pivot), _over(moment, pivot)
+        freedoms.append(Freedom(speed, linear, angular, pivot, gain))
+        inertia = inertia.without((force, moment), gain)
     return tuple(reversed(freedoms)), inertia
 
 
@@ -211,9 +211,22 @@ def _cross_times(p: Vec, m: Mat) -> Mat:
     return transpose((columns[0], columns[1], columns[2]))
 
 
-def _lower_difference(m: Mat, a: Vec, b: Vec) -> Mat:
-    """Return M - a b^T for symmetric M and a b^T; each element of a triangle is formed once."""
-    return symmetric([m[i][j] - a[i] * b[j] for i, j in ((0, 0), (1, 1), (2, 2), (1, 0), (2, 0), (2, 1))])
+def _lower_difference(m: Mat, u: Vec, k: Vec) -> Mat:
+    """Return M - u k^T for symmetric M and u k^T; each element of a triangle is formed once."""
+    places = ((0, 0), (1, 1), (2, 2), (1, 0), (2, 0), (2, 1))
+    return symmetric([m[i][j] - _share(u[i], k[i], u[j], k[j]) for i, j in places])
+
+
+def _over(u: Vec, pivot: S) -> Vec:
+    """Return U / d; the component that is the pivot itself becomes an exact 1."""
+    inverse = 1 / pivot
+    x, y, z = (1 if component is pivot else component * inverse for component in u)
+    return x, y, z
+
+
+def _share(u_i: S, k_i: S, u_j: S, k_j: S) -> S:
+    """Return u_i u_j / d; through an exact 1 it is the element itself, so that the eliminated row becomes exactly 0."""
+    return u_j if k_i == 1 else u_i * k_j
 
 
 def _scaled(wrench: Wrench, factor: S) -> Wrench:

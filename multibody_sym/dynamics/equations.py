@@ -35,23 +35,17 @@ class MassFactors(Protocol):
 class TreeDynamics:
     """The dynamics at a state; n speeds, s rows.
 
-    `factors` apply M^-1; `applied` Q (n), `velocity_terms` c (n), `rows` (s) with H_j and gamma_j, `rates` qdot.
-    `coordinates`, `speeds` and `row_names` name what the numbers belong to.
+    `factors` apply M^-1; `forcing` f = Q - c (n), `rows` (s) with H_j and gamma_j, `rates` qdot. `coordinates`,
+    `speeds` and `row_names` name what the numbers belong to.
     """
 
     factors: MassFactors
-    applied: list[S]
-    velocity_terms: list[S]
+    forcing: list[S]
     rows: list[RowMotion]
     rates: list[S]
     coordinates: tuple[str, ...]
     speeds: tuple[str, ...]
     row_names: tuple[str, ...]
-
-    @property
-    def forcing(self) -> list[S]:
-        """f = Q - c (n)."""
-        return [q - c for q, c in zip(self.applied, self.velocity_terms, strict=True)]
 
     @property
     def constraint_jacobian(self) -> list[list[S]]:
@@ -66,9 +60,11 @@ class TreeDynamics:
 
 @dataclass(frozen=True)
 class EquationsOfMotion(TreeDynamics):
-    """The dynamics with `mass_matrix` M (n x n) formed."""
+    """The dynamics with `mass_matrix` M (n x n) formed, and f in parts: `applied` Q (n), `velocity_terms` c (n)."""
 
     mass_matrix: list[list[S]]
+    applied: list[S]
+    velocity_terms: list[S]
 
 
 Formalism = Callable[[Mechanism, State], TreeDynamics]
@@ -83,20 +79,18 @@ def equations(
     Where rows hold freedoms without mass, the equivalent equations of `massless`, whose matrix is regular.
     """
     matrix = completed_matrix(motion, mass_matrix, rows)
-    forces = completed_forces(motion, applied, rows)
-    tree = tree_dynamics(motion, factorized(matrix), forces, velocity_terms, rows)
-    return EquationsOfMotion(**vars(tree), mass_matrix=matrix)
+    forces = list(completed_forces(motion, applied, rows))
+    forcing = [q - c for q, c in zip(forces, velocity_terms, strict=True)]
+    tree = tree_dynamics(motion, factorized(matrix), forcing, rows)
+    return EquationsOfMotion(**vars(tree), mass_matrix=matrix, applied=forces, velocity_terms=list(velocity_terms))
 
 
-def tree_dynamics(
-    motion: Motion, factors: MassFactors, applied: Sequence[S], velocity_terms: Sequence[S], rows: list[RowMotion]
-) -> TreeDynamics:
+def tree_dynamics(motion: Motion, factors: MassFactors, forcing: list[S], rows: list[RowMotion]) -> TreeDynamics:
     """Return the dynamics of a mechanism at a state, with the names it declares."""
     mechanism, state = motion.mechanism, motion.state
     return TreeDynamics(
         factors,
-        list(applied),
-        list(velocity_terms),
+        forcing,
         rows,
         coordinate_rates(mechanism, state.q, state.u),
         tuple(c.name for c in mechanism.coordinates),

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from multibody_sym.kinematics.motion import Motion, accelerations
-from multibody_sym.kinematics.vectors import S, Vec, add, apply, cross, scale, subtract
+from multibody_sym.kinematics.loads import applied
+from multibody_sym.kinematics.motion import Motion, accelerations, spread
+from multibody_sym.kinematics.vectors import S, add, apply, cross, scale, subtract
 from multibody_sym.kinematics.wrenches import Wrench, carried, joint_projection
 
 
@@ -17,8 +18,7 @@ def inertia_wrenches(motion: Motion, udot: Sequence[S]) -> list[Wrench]:
     """Return each body's rate of momentum: (m a_C, J alpha + omega x J omega + c x m a_C), about its origin."""
     wrenches = []
     for moved, mass, (a, alpha) in zip(motion.bodies, motion.masses, accelerations(motion, udot), strict=True):
-        turning: Vec = add(cross(alpha, mass.com), cross(moved.w_WB, cross(moved.w_WB, mass.com)))
-        force = scale(mass.mass, add(a, turning))
+        force = scale(mass.mass, add(a, apply(spread(alpha, moved.w_WB), mass.com)))
         spin = cross(moved.w_WB, apply(mass.inertia, moved.w_WB))
         moment = add(add(apply(mass.inertia, alpha), spin), cross(mass.com, force))
         wrenches.append((force, moment))
@@ -28,6 +28,13 @@ def inertia_wrenches(motion: Motion, udot: Sequence[S]) -> list[Wrench]:
 def inverse_dynamics(motion: Motion, udot: Sequence[S]) -> list[S]:
     """Return M udot + c (nu): the generalised forces that the accelerations need."""
     return joint_projection(motion, carried(motion, inertia_wrenches(motion, udot)))
+
+
+def forcing(motion: Motion) -> list[S]:
+    """Return f = Q - c (nu) in one pass: applied forces less inertia forces without udot."""
+    forces = applied(motion)
+    left = joint_wrenches(motion, [0] * len(motion.state.u), forces.of_body)
+    return [q - c for q, c in zip(forces.of_speed, joint_projection(motion, left), strict=True)]
 
 
 def joint_wrenches(motion: Motion, udot: Sequence[S], of_body: Sequence[Wrench]) -> list[Wrench]:

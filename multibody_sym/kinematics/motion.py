@@ -42,7 +42,7 @@ class BodyMotion:
     `gravity` the acceleration of free fall.
 
     `linear[k]`, `angular[k]`: partial velocities of the joint's speeds relative to the parent. `linear_bias`,
-    `angular_bias`: what the acceleration relative to the parent's contains besides udot (the velocity terms).
+    `angular_bias`: what the joint adds to the accelerations besides udot (Coriolis terms, relative accelerations).
     All in body axes, except `p_PB` (in the parent's).
     """
 
@@ -113,8 +113,6 @@ def _moved(body: TreeBody, parent: BodyMotion, state: State) -> BodyMotion:
     w_parent = apply_transposed(R_PB, parent.w_WB)
     w_WB = add(w_parent, w_rel)
     v_point = add(parent.v_WB, cross(parent.w_WB, p_PB))
-    centripetal = cross(parent.w_WB, cross(parent.w_WB, p_PB))
-    linear_bias = add(apply_transposed(R_PB, centripetal), add(_twice(cross(w_parent, v_rel)), relative[0]))
     return BodyMotion(
         R_PB=R_PB,
         p_PB=p_PB,
@@ -122,7 +120,7 @@ def _moved(body: TreeBody, parent: BodyMotion, state: State) -> BodyMotion:
         v_WB=add(apply_transposed(R_PB, v_point), v_rel),
         linear=linear,
         angular=angular,
-        linear_bias=linear_bias,
+        linear_bias=add(_twice(cross(w_parent, v_rel)), relative[0]),
         angular_bias=add(cross(w_parent, w_rel), relative[1]),
         gravity=apply_transposed(R_PB, parent.gravity),
     )
@@ -171,13 +169,25 @@ def accelerations(motion: Motion, udot: Sequence[S], base: Vec = ZERO_VECTOR) ->
     found: list[tuple[Vec, Vec]] = []
     for body, moved in zip(motion.mechanism.bodies, motion.bodies, strict=True):
         a_parent, alpha_parent = found[body.parent] if body.parent >= 0 else (base, ZERO_VECTOR)
+        w_parent = motion.bodies[body.parent].w_WB if body.parent >= 0 else ZERO_VECTOR
         rates_here = [udot[k] for k in body.u]
-        carried = apply_transposed(moved.R_PB, add(a_parent, cross(alpha_parent, moved.p_PB)))
+        carried = apply_transposed(moved.R_PB, add(a_parent, apply(spread(alpha_parent, w_parent), moved.p_PB)))
         a = add(carried, add(combination(moved.linear, rates_here), moved.linear_bias))
         alpha_carried = apply_transposed(moved.R_PB, alpha_parent)
         alpha = add(alpha_carried, add(combination(moved.angular, rates_here), moved.angular_bias))
         found.append((a, alpha))
     return found
+
+
+def spread(alpha: Vec, w: Vec) -> Mat:
+    """Return [alpha] + [w][w]: times r it is how much more a point at r accelerates than the reference point."""
+    xx, yy, zz = w[0] * w[0], w[1] * w[1], w[2] * w[2]
+    xy, xz, yz = w[0] * w[1], w[0] * w[2], w[1] * w[2]
+    return (
+        (-(yy + zz), xy - alpha[2], xz + alpha[1]),
+        (xy + alpha[2], -(xx + zz), yz - alpha[0]),
+        (xz - alpha[1], yz + alpha[0], -(xx + yy)),
+    )
 
 
 def coordinate_rates(mechanism: Mechanism, q: Sequence[S], u: Sequence[S]) -> list[S]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.motion import Motion, spread
 from multibody_sym.kinematics.vectors import ZERO_VECTOR, Vec, add, apply, cross
 from multibody_sym.model.mechanism import Marker
 
@@ -32,5 +32,4 @@ def acceleration(motion: Motion, marker: Marker, bodies: Sequence[tuple[Vec, Vec
         return ZERO_VECTOR
     body, r = motion.bodies[marker.body], motion.point(marker)
     a, alpha = bodies[marker.body]
-    turning = add(cross(alpha, r), cross(body.w_WB, cross(body.w_WB, r)))
-    return apply(motion.rotation(marker.body), add(a, turning))
+    return apply(motion.rotation(marker.body), add(a, apply(spread(alpha, body.w_WB), r)))

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import position
-from multibody_sym.kinematics.vectors import S, Vec, add, apply, cross, dot, scale, subtract
+from multibody_sym.kinematics.vectors import S, Vec, apply, cross, dot, scale, subtract
 from multibody_sym.model.mechanism import Bend, Marker
-from multibody_sym.scalars.functions import absolute, atan2, sign, sqrt
+from multibody_sym.scalars.functions import atan2, sign, sqrt
+from multibody_sym.scalars.node import PI
 
 
 @dataclass(frozen=True)
@@ -25,59 +26,66 @@ class Segment:
     direction: Vec
 
 
+@dataclass(frozen=True)
+class Wheel:
+    """A pulley with a radius on a rope's path, and the axis about which the rope turns to the left there (world)."""
+
+    radius: S
+    axis: Vec
+
+
 def segments(motion: Motion, path: Sequence[Bend]) -> tuple[list[Segment], S]:
     """Return the straight pieces of a rope's path and its length, arcs on wheels included."""
     centres = [position(motion, bend.at) for bend in path]
-    radii = [_signed_radius(motion, path, centres, k) for k in range(len(path))]
+    wheels = [_wheel(motion, path, centres, k) for k in range(len(path))]
     pieces = [
-        _tangent((path[k].at, path[k + 1].at), centres[k : k + 2], radii[k : k + 2], _axis(motion, path, k))
+        _tangent((path[k].at, path[k + 1].at), subtract(centres[k + 1], centres[k]), wheels[k], wheels[k + 1])
         for k in range(len(path) - 1)
     ]
     length = sum((piece.length for piece in pieces), 0)
-    for k in range(1, len(path) - 1):
-        if radii[k] != 0:
-            length = length + _arc(pieces[k - 1].direction, pieces[k].direction, radii[k], _axis_at(motion, path[k]))
+    quarter = motion.state.values([PI / 2])[0]
+    for wheel, before, after in zip(wheels[1:-1], pieces[:-1], pieces[1:], strict=True):
+        if wheel is not None:
+            length = length + wheel.radius * (quarter + _turned(wheel, before.direction, after.direction))
     return pieces, length
 
 
-def _axis_at(motion: Motion, bend: Bend) -> Vec:
-    x, y, z = motion.state.values(bend.axis)
-    return apply(motion.rotation(bend.at.body), (x, y, z))
-
-
-def _axis(motion: Motion, path: Sequence[Bend], k: int) -> Vec:
-    """Return the axis of the wheel at either end of piece k."""
-    wheel = path[k] if path[k].radius.shadow != 0 else path[k + 1]
-    return _axis_at(motion, wheel)
-
-
-def _signed_radius(motion: Motion, path: Sequence[Bend], centres: Sequence[Vec], k: int) -> S:
-    """Return the radius of bend k, positive where the rope turns to the left about the wheel's axis."""
+def _wheel(motion: Motion, path: Sequence[Bend], centres: Sequence[Vec], k: int) -> Wheel | None:
+    """Return the wheel at bend k, None for a point; its centre is inside the bend."""
     if path[k].radius.shadow == 0 or k in (0, len(path) - 1):
-        return 0
-    radius = motion.state.values([path[k].radius])[0]
+        return None
+    radius, *components = motion.state.values([path[k].radius, *path[k].axis])
+    axis = apply(motion.rotation(path[k].at.body), components)
     before, after = subtract(centres[k], centres[k - 1]), subtract(centres[k + 1], centres[k])
-    return radius * sign(dot(_axis_at(motion, path[k]), cross(before, after)))
+    return Wheel(radius, scale(sign(dot(axis, cross(before, after))), axis))
 
 
-def _tangent(ends: tuple[Marker, Marker], centres: Sequence[Vec], radii: Sequence[S], axis: Vec) -> Segment:
-    """Return the common tangent of two circles (radius 0: a point); a left turn has its centre on the left.
+def _tangent(ends: tuple[Marker, Marker], d: Vec, first: Wheel | None, second: Wheel | None) -> Segment:
+    """Return the common tangent of two circles whose centres are d apart (None: a point).
 
-    With d the vector between centres, m = axis x n the left normal: the tangent touches at c - r m, so
-    d = l n + (r2 - r1) m, and l^2 = d^2 - (r2 - r1)^2.
+    With m = axis x n the left normal of the direction n: the tangent touches at c - r m, so d = l n + (r2 - r1) m and
+    l^2 = d^2 - (r2 - r1)^2; where the second wheel turns the rope the other way, its radius counts negative.
     """
-    d = subtract(centres[1], centres[0])
-    step = radii[1] - radii[0]
-    if isinstance(step, int) and step == 0:
-        length = sqrt(dot(d, d))
+    square = dot(d, d)
+    if first is None and second is None:
+        length = sqrt(square)
         return Segment(ends, length, scale(1 / length, d))
-    length = sqrt(dot(d, d) - step * step)
-    left = cross(axis, d)
-    across = add(scale(length, d), scale(-step, left))
-    return Segment(ends, length, scale(1 / dot(d, d), across))
+    step, axis = _step(first, second)
+    length = sqrt(square - step * step)
+    across = subtract(scale(length, d), scale(step, cross(axis, d)))
+    return Segment(ends, length, scale(1 / square, across))
 
 
-def _arc(incoming: Vec, outgoing: Vec, signed_radius: S, axis: Vec) -> S:
-    """Return the length of rope on a wheel: radius times the angle between both tangents (at most half a turn)."""
-    turned = atan2(dot(axis, cross(incoming, outgoing)), dot(incoming, outgoing))
-    return absolute(signed_radius * turned)
+def _step(first: Wheel | None, second: Wheel | None) -> tuple[S, Vec]:
+    """Return r2 - r1 and the axis."""
+    if first is None:
+        assert second is not None
+        return second.radius, second.axis
+    if second is None:
+        return -first.radius, first.axis
+    return second.radius * dot(first.axis, second.axis) - first.radius, first.axis
+
+
+def _turned(wheel: Wheel, incoming: Vec, outgoing: Vec) -> S:
+    """Return the angle between both tangents less a quarter turn: so cut that it runs on past half a turn."""
+    return atan2(-dot(incoming, outgoing), dot(wheel.axis, cross(incoming, outgoing)))
