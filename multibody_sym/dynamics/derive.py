@@ -33,7 +33,7 @@ from multibody_sym.dynamics.steps import (
     position_steps,
     row_steps,
 )
-from multibody_sym.dynamics.subexpressions import Subexpressions, WrittenOut, tidied
+from multibody_sym.dynamics.subexpressions import Subexpressions, WrittenOut, tidied, value_of
 from multibody_sym.dynamics.symbolic_equations import READABLE, SymbolicEquations
 from multibody_sym.dynamics.symbols import Symbols, symbols_of
 from multibody_sym.errors import InputError
@@ -42,7 +42,6 @@ from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.resolve import mechanism as resolved
 from multibody_sym.model.system import System
 from multibody_sym.scalars.node import Node, as_node, postorder
-from multibody_sym.scalars.sympy_bridge import to_sympy
 
 _READABLE_ENERGY: Final = 300
 """Operations in T up to which the equations that follow from it have a chance to be read."""
@@ -162,7 +161,7 @@ def _derived(
         tuple(row.phi for row in parts.rows),
         _equations(parts, symbols),
         tuple(definitions),
-        {symbol: to_sympy(node, {}) for symbol, node in names.numbers.items()},
+        {symbol: value_of(node) for symbol, node in names.numbers.items()},
         _steps(mechanism, symbols, names, parts, matrices),
         notation_of(mechanism, symbols, [name for name, _ in definitions], names.numbers),
     )

@@ -166,10 +166,7 @@ class WrittenOut(Subexpressions):
 
     def is_simple(self, node: Node) -> bool:
         """Return whether sympy takes a constant exactly: rationals, multiples of pi, square roots of small numbers."""
-        return all(
-            n.op in _EXACT and (n.op != "number" or n.data.denominator.bit_length() <= _EXACT_BITS)
-            for n in postorder([node])
-        )
+        return _is_exact(node)
 
     def shared(self, expression: Any) -> Any:
         """Return the expression itself."""
@@ -179,6 +176,19 @@ class WrittenOut(Subexpressions):
         """Return the expression, rewritten."""
         self.budget.spend(0)
         return self._readable(expression)
+
+
+def _is_exact(node: Node) -> bool:
+    """Return whether sympy evaluates a constant exactly without effort."""
+    return all(
+        n.op in _EXACT and (n.op != "number" or n.data.denominator.bit_length() <= _EXACT_BITS)
+        for n in postorder([node])
+    )
+
+
+def value_of(number: Node) -> Any:
+    """Return a constant in sympy: exactly where that costs nothing, else as a float."""
+    return to_sympy(number, {}) if _is_exact(number) else sympy.Float(number.shadow)
 
 
 def tidied(

@@ -100,7 +100,7 @@ class SymbolicEquations:
         given = (s.time, *s.coordinates, *s.speeds, *s.parameters)
         slots = dict(s.slots)
         inputs = [(x, to_sympy(e, slots)) for x, e in zip(s.inputs, self.mechanism.inputs.values(), strict=True)]
-        numbers = {symbol: sympy.Float(value) for symbol, value in self.numbers.items()}
+        numbers = {symbol: sympy.Float(float(value)) for symbol, value in self.numbers.items()}
         dummies = {x: sympy.Dummy() for x in (*given, *(x for x, _ in inputs), *(x for x, _ in self.definitions))}
         replaced = {**numbers, **dummies}
         shared = [(dummies[x], e.xreplace(replaced)) for x, e in (*inputs, *self.definitions)]

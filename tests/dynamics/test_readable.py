@@ -48,11 +48,11 @@ def test_large_expressions_are_left_alone() -> None:
 _LEAVES = [m1, k, L, a, u, v, sympy.Integer(2), sympy.Rational(1, 2), sin(a), cos(a), sin(b), cos(b)]
 
 
-def _random_expression(rng: random.Random, depth: int) -> Any:
+def random_expression(rng: random.Random, depth: int) -> Any:
     kind = rng.random()
     if depth == 0 or kind < 0.15:
         return rng.choice(_LEAVES)
-    first, second = (_random_expression(rng, depth - 1) for _ in range(2))
+    first, second = (random_expression(rng, depth - 1) for _ in range(2))
     makers = [
         (0.50, lambda: first + second),
         (0.80, lambda: first * second),
@@ -67,7 +67,7 @@ def _random_expression(rng: random.Random, depth: int) -> Any:
 
 @pytest.mark.parametrize("seed", range(60))
 def test_the_value_stays(seed: int) -> None:
-    expression = _random_expression(random.Random(seed), 4)
+    expression = random_expression(random.Random(seed), 4)
     at = {m1: 1.1, k: 0.7, L: 1.7, a: 0.3, b: -1.1, u: 0.6, v: -0.8}
     before, after = (complex(e.evalf(20, subs=at)) for e in (expression, readable(expression)))
     assert after == pytest.approx(before, rel=1e-10, abs=1e-10)
