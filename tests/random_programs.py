@@ -19,7 +19,7 @@ FUNCTIONS = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh
 SMOOTH = ("add", "add", "mul", "mul", "sin", "cos", "tanh", "atan", "neg")
 CONSTANTS = (number(1), number(-2), number(Fraction(1, 3)), real(0.1), real(-1e-3), PI, number(7), -PI)
 ARITY = {"where": 3} | dict.fromkeys(["add", "mul", "div", "min", "max", "less", "less_equal", "atan2", "pow"], 2)
-SHAPES: tuple[tuple[int, ...], ...] = ((), (3,), (0,), (2, 2), (1,))
+SHAPES: tuple[tuple[int, ...], ...] = ((), (3,), (0,), (2, 2), (1,), (6,))
 
 
 class Maker:
@@ -29,8 +29,9 @@ class Maker:
         self.random = random.Random(seed)
         self.operations = operations
         self.solves = solves
+        self.used: set[Node] = set()
 
-    def program(self, depth: int = 2, steps: int = 30) -> Program:
+    def program(self, depth: int = 2, steps: int = 60) -> Program:
         """Return a Program that calls others down to `depth`."""
         inputs = [Array(name, self.random.choice(SHAPES)) for name in ("t", "q", "sin")]
         trace = Trace(f"random_{depth}", inputs)
@@ -61,8 +62,13 @@ class Maker:
         return arrays
 
     def _some(self, pool: Sequence[Node], count: int) -> list[Node]:
-        recent = pool[-2 * count - 8 :]
-        return [self.random.choice(recent if self.random.random() < 0.8 else pool) for _ in range(count)]
+        """Return some of `pool`, rather those that nothing uses yet, so that little is computed in vain."""
+        found = []
+        for _ in range(count):
+            unused = [node for node in pool[-30:] if node not in self.used]
+            found.append(self.random.choice(unused if unused and self.random.random() < 0.7 else pool))
+            self.used.add(found[-1])
+        return found
 
     def operation(self, pool: Sequence[Node]) -> list[Node]:
         op = self.random.choice(self.operations)

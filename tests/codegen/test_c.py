@@ -24,11 +24,11 @@ from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import absolute, cos, maximum, minimum, sign, sin, where
 from multibody_sym.scalars.node import Node, number, power
 
-BATCH = 25
+BATCH = 16
 
 
-def batch(first: int, operations: tuple[str, ...]) -> tuple[dict[str, Program], dict[str, Maker]]:
-    makers = {f"p{seed}": Maker(seed, operations) for seed in range(first, first + BATCH)}
+def batch(first: int, operations: tuple[str, ...], count: int = BATCH) -> tuple[dict[str, Program], dict[str, Maker]]:
+    makers = {f"p{seed}": Maker(seed, operations) for seed in range(first, first + count)}
     return {name: maker.program() for name, maker in makers.items()}, makers
 
 
@@ -91,6 +91,10 @@ def test_expressions_have_no_parenthesis_too_many() -> None:
     assert printed((q[0] + q[1]) * q[2]) == ["const double z0 = q[2]*(q[0] + q[1]);"]
     assert printed(q[0] - (q[1] + q[2])) == ["const double z0 = q[0] - (q[1] + q[2]);"]
     assert printed((q[0] * q[1]) / (q[2] * t)) == ["const double z0 = q[0]*q[1]/(t*q[2]);"]
+    assert printed(q[0] + 7 * (q[1] * q[2])) in (
+        ["const double z0 = q[0] + 7.0*(q[1]*q[2]);"],
+        ["const double z0 = 7.0*(q[1]*q[2]) + q[0];"],
+    )
     assert printed(-(q[0] + q[1])) == ["const double z0 = -(q[0] + q[1]);"]
 
 
@@ -218,7 +222,7 @@ def run_self_test(sources: dict[str, str], folder: Path) -> subprocess.Completed
 
 
 def test_self_test_passes_and_finds_a_wrong_constant(tmp_path) -> None:
-    programs, _ = batch(3000, ARITHMETIC)
+    programs, _ = batch(3000, ARITHMETIC, count=4)
     programs["f"] = wide_program(50)
     sources = c_source(programs, samples=spread_samples(programs))
     good = run_self_test(sources, tmp_path)
