@@ -148,8 +148,9 @@ def parameters(
 
 
 def variable(name: str) -> Node:
-    """Return the symbol of a coordinate, speed, input or parameter that the system declares under this name."""
-    verify_symbol(name)
+    """Return the symbol of a coordinate, speed, input or parameter that the system declares under this name, or of t."""
+    if name != "t":
+        verify_symbol(name)
     return symbol(name)
 
 

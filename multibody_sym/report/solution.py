@@ -14,14 +14,14 @@ _JOINTS = "reactions of joints, on the child, in the axes of the joint's frame o
 def solution_text(solution: Solution) -> str:
     """Return a solution for people to read."""
     primes = {name: "''" if name in solution.coordinates else "'" for name in solution.accelerations}
-    sections = {
-        "accelerations": [_line(name + primes[name], value) for name, value in solution.accelerations.items()],
+    sections: dict[str, Iterable[str]] = {
+        "accelerations": [f"{name + primes[name]} = {value}" for name, value in solution.accelerations.items()],
         "tensions": _constraint_lines(solution, "tension"),
         "multipliers": _constraint_lines(solution, "multiplier"),
         _JOINTS: _joint_lines(solution.reactions),
         "not unique, because constraints depend on each other": solution.not_unique,
         "conditions": solution.conditions,
-        "answers": [_line(name, value) for name, value in solution.answers.items()],
+        "answers": [f"{name} = {value}" for name, value in solution.answers.items()],
         "notes": solution.notes,
     }
     parts = [f"{title}\n{_indented(lines)}" for title, lines in sections.items() if lines]
@@ -34,20 +34,13 @@ def _indented(lines: Iterable[str]) -> str:
 
 def _constraint_lines(solution: Solution, component: str) -> list[str]:
     found = ((name, values.get(component)) for name, values in solution.reactions.items())
-    return [_line(name, value) for name, value in found if value is not None]
+    return [f"{name} = {value}" for name, value in found if value is not None]
 
 
 def _joint_lines(reactions: Mapping[str, Mapping[str, Value]]) -> list[str]:
     return [
-        _line(f"{name} {component}", value)
+        f"{name} {component} = {value}"
         for name, values in reactions.items()
         for component, value in values.items()
         if component in COMPONENTS and value.value
     ]
-
-
-def _line(name: str, value: Value) -> str:
-    """Return `name = formula = number unit`, without the formula where there is none or it is that number."""
-    number = "unknown" if value.value is None else f"{value.value:.10g} {value.unit}".rstrip()
-    formula = "" if value.expression is None else text(value.expression)
-    return f"{name} = {number}" if formula in ("", number.split(" ")[0]) else f"{name} = {formula} = {number}"

@@ -24,6 +24,13 @@ class Value:
     unit: str = ""
     unique: bool = True
 
+    def __str__(self) -> str:
+        """Return `formula = number unit`, without the formula where there is none or it is that number."""
+        number = "unknown" if self.value is None else f"{self.value:.10g}"
+        formula = "" if self.expression is None else text(self.expression)
+        shown = number if formula in ("", number) else f"{formula} = {number}"
+        return shown if self.value is None else f"{shown} {self.unit}".rstrip()
+
     def as_json(self) -> dict[str, Any]:
         """Return the object that `--json` prints."""
         number = self.value if self.value is not None and math.isfinite(self.value) else None

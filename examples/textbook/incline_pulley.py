@@ -1,0 +1,32 @@
+"""A block on a smooth incline, drawn by a load over a pulley; the twin of incline_pulley.yaml in Python."""
+
+import multibody_sym as mbs
+
+(g,) = mbs.parameters("g", ["10 m/s^2"], positive=True)
+(alpha,) = mbs.parameters("alpha", ["30 deg"])
+m1, m2, d, h = mbs.parameters("m1 m2 d h", ["2 kg", "3 kg", "2 m", "50 cm"], positive=True)
+
+system = mbs.System(
+    "incline_pulley",
+    gravity=[0, -g, 0],
+    bodies={
+        "ground": mbs.Body(frames={"incline": mbs.Frame(rotate=[mbs.Turn("z", alpha)])}),
+        "block": mbs.Body(mass=m1),
+        "load": mbs.Body(mass=m2),
+    },
+    joints={
+        "plane": mbs.Prismatic("ground.incline", "block", axis="x", q="s", initial={"q": -d}),
+        "line": mbs.Prismatic("ground", "load", axis="-y", q="depth", initial={"q": h}),
+    },
+    constraints={"string": mbs.Rope(["block", "pulley", "load"])},
+    pulleys={"pulley": mbs.Pulley("ground")},
+    ask={
+        "normal_force": "reaction(plane, fy)",
+        "speed_at_the_top": mbs.Ask(of="block", at={"s": 0}),
+    },
+)
+
+if __name__ == "__main__":
+    solution = mbs.solve(system)
+    print("acceleration =", solution.accelerations["s"])
+    print("normal force =", solution.answers["normal_force"])
