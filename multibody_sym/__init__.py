@@ -66,6 +66,8 @@ if TYPE_CHECKING:
     from multibody_sym.scalars.functions import sqrt as sqrt
     from multibody_sym.scalars.functions import tan as tan
     from multibody_sym.scalars.functions import where as where
+    from multibody_sym.simulation.check import CheckReport as CheckReport
+    from multibody_sym.simulation.check import check as check
     from multibody_sym.simulation.export import export as export
     from multibody_sym.simulation.right_side import compile as compile
     from multibody_sym.simulation.right_side import state_derivative as state_derivative
@@ -87,6 +89,7 @@ _NAMES = {
     "model.resolve": "mechanism",
     "model.system": "System parameters t variable",
     "scalars.functions": "absolute acos asin atan atan2 cos exp log maximum minimum pi sign sin sqrt tan where",
+    "simulation.check": "CheckReport check",
     "simulation.export": "export",
     "simulation.right_side": "compile state_derivative",
     "simulation.simulate": "simulate",

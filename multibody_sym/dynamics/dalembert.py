@@ -67,7 +67,7 @@ def dalembert(motion: Motion) -> Reference:
         absolute_terms += absolute
     forces, absolute_forces = _applied(motion, partials)
     rows = row_motions(motion)
-    jacobian = np.array([row.jacobian for row in rows], dtype=float).reshape(-1, count)
+    jacobian = np.array([row.jacobian for row in rows], dtype=float).reshape(len(rows), count)
     gamma = np.array([row.gamma for row in rows], dtype=float)
     return Reference(matrix, forces, terms, jacobian, gamma, absolute_forces, absolute_terms)
 

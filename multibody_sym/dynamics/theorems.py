@@ -171,7 +171,8 @@ def _from_outside(motion: Motion, found: Accelerations) -> Floats:
     transmitted = joint_wrenches(motion, found.udot.tolist(), given)
     on_ground = [k for k, body in enumerate(motion.mechanism.bodies) if body.parent < 0]
     pairs = [*enumerate(given), *((k, transmitted[k]) for k in on_ground)]
-    return np.array([_in_world(motion, index, wrench) for index, wrench in pairs], dtype=float).transpose(1, 0, 2)
+    in_world = np.array([_in_world(motion, index, wrench) for index, wrench in pairs], dtype=float)
+    return in_world.reshape(-1, 2, 3).transpose(1, 0, 2)
 
 
 def _in_world(motion: Motion, index: int, wrench: Wrench) -> tuple[Vec, Vec]:
