@@ -1,0 +1,50 @@
+"""Exact derivatives of a case's kinematics as a second route: expressions in slots, differentiated as Nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from mechanisms import Case
+
+from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
+from multibody_sym.kinematics.state import slot_state
+from multibody_sym.model.mechanism import TIME
+from multibody_sym.scalars.derivatives import tangents
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import ONE, Node, as_node, slot
+
+State = tuple[float, list[float], list[float]]
+
+
+class Exact:
+    """The motion of a case over Nodes, with rates along u and udot."""
+
+    def __init__(self, case: Case) -> None:
+        self.case = case
+        self.q = [slot("q", i) for i in range(len(case.mechanism.coordinates))]
+        self.u = [slot("u", i) for i in range(len(case.mechanism.speeds))]
+        self.udot = [slot("udot", i) for i in range(len(case.mechanism.speeds))]
+
+    @cached_property
+    def motion(self) -> Motion:
+        return motion_of(self.case.mechanism, slot_state(self.case.mechanism))
+
+    def rates(self, nodes: Sequence[Any], *, time: bool = True) -> list[Node]:
+        """Return d/dt of expressions, for given udot."""
+        qdot = [as_node(rate) for rate in coordinate_rates(self.case.mechanism, self.q, self.u)]
+        seeds = dict(zip([*self.q, *self.u], [*qdot, *self.udot], strict=True))
+        return tangents(list(map(as_node, nodes)), {**seeds, TIME: ONE} if time else seeds)
+
+    def values(self, nodes: Sequence[Any], state: State, udot: Sequence[float] = ()) -> np.ndarray:
+        """Return expressions in numbers."""
+        slots = dict(self.case.state(*state).slots)
+        slots.update({leaf: float(x) for leaf, x in zip(self.udot, udot, strict=False)})
+        return np.array(evaluate_float(list(map(as_node, nodes)), slots))
+
+
+def flat(matrix: Any) -> list[Any]:
+    """Return a nested tuple's elements in one list."""
+    return [x for part in matrix for x in flat(part)] if isinstance(matrix, (tuple, list)) else [matrix]

@@ -1,0 +1,102 @@
+"""Energies, generalised forces and wrenches, each by a second route."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from exact import Exact
+from mechanisms import random_case, random_state
+
+from multibody_sym.dynamics.composite_body import mass_matrix
+from multibody_sym.kinematics.energy import kinetic_energy, potential_energy, split
+from multibody_sym.kinematics.loads import applied, applied_generalized_forces
+from multibody_sym.kinematics.motion import coordinate_rates
+from multibody_sym.kinematics.points import velocity
+from multibody_sym.kinematics.wrenches import Wrenches, add_force, generalized_forces
+from multibody_sym.model.mechanism import JointForce, JointSpring, PointForce, PointSpring
+from multibody_sym.scalars.derivatives import gradient
+from multibody_sym.scalars.node import as_node
+
+SEEDS = range(25)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_kinetic_energy_is_half_u_M_u(seed: int) -> None:
+    case = random_case(seed)
+    t, q, u = random_state(np.random.default_rng(seed), case)
+    motion = case.motion(t, q, u)
+    matrix = np.array(mass_matrix(motion), dtype=float)
+    assert kinetic_energy(motion) == pytest.approx(np.array(u) @ matrix @ np.array(u) / 2, rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_conservative_forces_are_the_gradient_of_the_potential(seed: int) -> None:
+    """Q = -N^T dV/dq for the weight and every spring that has a potential."""
+    case = random_case(seed, bodies=(1, 5))
+    t, q, u = random_state(np.random.default_rng(seed), case)
+    stored, working = split(case.mechanism.loads)
+    undamped = [replace(load, damping=as_node(0)) for load in stored]
+    motion, exact = case.motion(t, q, u), Exact(case)
+    forces = np.array(applied_generalized_forces(motion, applied(motion, undamped)), dtype=float)
+    slope = exact.values(gradient(as_node(potential_energy(exact.motion)), exact.q), (t, q, u))
+    for k in range(len(u)):
+        column = np.array(coordinate_rates(case.mechanism, q, [float(j == k) for j in range(len(u))]), dtype=float)
+        assert forces[k] == pytest.approx(-slope @ column, abs=1e-9 * (1 + np.abs(forces).max()))
+    assert all(isinstance(load, (PointSpring, JointSpring)) for load in stored)
+    assert len(stored) + len(working) >= len(case.mechanism.loads)
+
+
+def test_springs_that_know_the_state_do_work_instead() -> None:
+    found = set()
+    for seed in range(200):
+        for load in split(random_case(seed, bodies=(1, 4)).mechanism.loads)[1]:
+            if isinstance(load, PointSpring) and load.stiffness.shadow is None:
+                found.add(load.stiffness.op)
+    assert found
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_power_of_forces_is_force_times_velocity(seed: int) -> None:
+    case = random_case(seed, bodies=(1, 6))
+    rng = np.random.default_rng(seed)
+    t, q, u = random_state(rng, case)
+    motion = case.motion(t, q, u)
+    for name, marker in case.mechanism.markers.items():
+        if marker.body < 0:
+            continue
+        force, wrenches = tuple(rng.uniform(-2, 2, 3).tolist()), Wrenches(len(motion.bodies))
+        add_force(wrenches, motion, marker, force)
+        power = np.array(generalized_forces(motion, wrenches.of_body), dtype=float) @ np.array(u)
+        assert power == pytest.approx(np.dot(force, velocity(motion, marker)), abs=1e-10), name
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_power_of_loads(seed: int) -> None:
+    """The generalised force of a load times u is the load's own power: F . v, M qdot, -c (dl/dt)^2 ..."""
+    case = random_case(seed, bodies=(1, 5))
+    t, q, u = random_state(np.random.default_rng(seed), case)
+    motion = case.motion(t, q, u)
+    for load in case.mechanism.loads:
+        force = np.array(applied_generalized_forces(motion, applied(motion, [load], weight=False)), dtype=float)
+        power = force @ np.array(u)
+        if isinstance(load, PointForce):
+            axes = np.array(motion.rotation(load.axes), dtype=float)
+            expected = axes @ np.array(motion.state.values(load.value)) @ np.array(velocity(motion, load.at))
+        elif isinstance(load, JointForce):
+            expected = motion.state.values([load.value])[0] * u[load.u]
+        elif isinstance(load, JointSpring):
+            k, d, rest = motion.state.values([load.stiffness, load.damping, load.rest])
+            expected = -(k * (q[load.q] - rest) + d * u[load.u]) * u[load.u]
+        else:
+            continue
+        assert power == pytest.approx(expected, abs=1e-9 * (1 + abs(expected)))
+
+
+def test_ground_takes_forces_and_forgets_them() -> None:
+    case = random_case(1)
+    motion = case.motion(*random_state(np.random.default_rng(1), case))
+    wrenches = Wrenches(len(motion.bodies))
+    add_force(wrenches, motion, case.mechanism.markers["ground.a"], (1.0, 2.0, 3.0))
+    assert not np.array(wrenches.of_body, dtype=float).any()
