@@ -140,6 +140,6 @@ def _accelerations(M: Floats, f: Floats, H: Floats, gamma: Floats) -> Floats:
     weight = np.trace(M) if np.linalg.matrix_rank(M) < len(M) else 0.0
     L = np.linalg.cholesky(M + weight * H.T @ H)
     free = np.linalg.solve(L, f + weight * H.T @ gamma)
-    A = np.linalg.solve(L, H.T).T
-    found = solve(A, gamma - A @ free)
+    A = np.asarray(np.linalg.solve(L, H.T).T, dtype=float)
+    found = solve(A, np.asarray(gamma - A @ free, dtype=float))
     return np.asarray(np.linalg.solve(L.T, free + found.solution), dtype=float)
