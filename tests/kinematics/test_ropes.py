@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -36,12 +37,14 @@ def length_of(case: Case) -> float:
     return -float(row.phi)
 
 
-def laid_out(rng: np.random.Generator, turns: list[float], *, least: float = 0.05) -> tuple[list, list, float]:
+def laid_out(
+    rng: np.random.Generator, turns: list[float], sizes: tuple[float, float] = (0.05, 0.3)
+) -> tuple[list, list, float]:
     """Lay a rope: straight, round a wheel by a turn (left positive), straight ...; return centres, radii and length."""
     place, heading, length = np.zeros(3), float(rng.uniform(-math.pi, math.pi)), 0.0
     centres, radii = [place], [0.0]
     for turn in turns:
-        straight, radius, side = float(rng.uniform(1, 3)), float(rng.uniform(least, 0.3)), math.copysign(1, turn)
+        straight, radius, side = float(rng.uniform(1, 3)), float(rng.uniform(*sizes)), math.copysign(1, turn)
         centre = place + straight * direction(heading) + side * radius * direction(heading + math.pi / 2)
         heading += turn
         place = centre - side * radius * direction(heading + math.pi / 2)
@@ -59,10 +62,10 @@ def direction(angle: float) -> np.ndarray:
 @pytest.mark.parametrize("wheels", [1, 2, 3, 4])
 @pytest.mark.parametrize("seed", range(15))
 def test_length_of_a_path_laid_out_piece_by_piece(seed: int, wheels: int) -> None:
-    """In any plane of space, for wheels whose axes point either way."""
+    """In any plane of space, for wheels whose axes point either way; the centres are inside the bends."""
     rng = np.random.default_rng([seed, wheels])
-    turns = rng.uniform(0.3, 0.9 * math.pi, wheels) * rng.choice([-1, 1], wheels)
-    flat, radii, length = laid_out(rng, turns.tolist())
+    turns = rng.uniform(0.7, 0.9 * math.pi, wheels) * rng.choice([-1, 1], wheels)
+    flat, radii, length = laid_out(rng, turns.tolist(), sizes=(0.05, 0.15))
     frame, _ = np.linalg.qr(rng.normal(size=(3, 3)))
     axes = [(float(rng.choice([-2, 1])) * frame[:, 2]).tolist() for _ in flat]
     assert length_of(rope_case([frame @ p for p in flat], radii, axes)) == pytest.approx(length, rel=1e-12)
@@ -71,7 +74,7 @@ def test_length_of_a_path_laid_out_piece_by_piece(seed: int, wheels: int) -> Non
 @pytest.mark.parametrize("turn", [3.0, math.pi, 3.2, 3.25])
 def test_wheel_may_be_wrapped_by_more_than_half_a_turn(turn: float) -> None:
     """Where the rope crosses over to the other side of the next wheel."""
-    centres, radii, length = laid_out(np.random.default_rng(1), [turn, -2.0], least=0.29)
+    centres, radii, length = laid_out(np.random.default_rng(1), [turn, -2.0], sizes=(0.29, 0.3))
     before, after = centres[1] - centres[0], centres[2] - centres[1]
     assert np.cross(before, after)[2] > 0, "the centre is inside the bend"
     assert length_of(rope_case(centres, radii, [[0, 0, 1]] * 4)) == pytest.approx(length, rel=1e-12)
@@ -101,12 +104,12 @@ def hull_perimeter(points: np.ndarray) -> float:
 
 def test_points_need_no_axis() -> None:
     points = [np.array(p, dtype=float) for p in ((0, 0, 0), (1, 2, 3), (-1, 0, 4), (2, 2, 2))]
-    expected = sum(np.linalg.norm(b - a) for a, b in zip(points, points[1:], strict=False))
+    expected = sum(np.linalg.norm(b - a) for a, b in pairwise(points))
     assert length_of(rope_case(points, [0.0] * 4, [[0, 0, 1]] * 4)) == pytest.approx(expected, rel=1e-15)
 
 
 def test_rope_over_a_movable_pulley_has_two_parts_to_its_load() -> None:
-    """ground - movable wheel - fixed wheel - counterweight: when the wheel sinks by x, the counterweight rises by 2 x."""
+    """ground - movable wheel - fixed wheel - counterweight: sinks the wheel by x, the counterweight rises by 2 x."""
     system = System(
         "movable",
         bodies={
