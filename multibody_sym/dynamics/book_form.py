@@ -40,8 +40,10 @@ def book_form(a: Quotient) -> Node:
 
 
 def comparison(positive: Quotient) -> str:
-    """Return `a > b` for the difference a - b that is positive, `a > 0` where nothing is subtracted."""
+    """Return `a > b` for the difference a - b that is positive, else `a > 0` or `a < 0`."""
     form = book_form(positive)
+    if form.op == "neg":
+        return f"{text(form.args[0])} < 0"
     greater, less = (form.args[0], form.args[1].args[0]) if _is_difference(form) else (form, ZERO)
     return f"{text(greater)} > {text(less)}"
 

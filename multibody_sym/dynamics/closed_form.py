@@ -15,7 +15,7 @@ from multibody_sym.dynamics.composite_body import mass_matrix
 from multibody_sym.dynamics.exact_solve import exact_solve
 from multibody_sym.dynamics.inverse_dynamics import inverse_dynamics
 from multibody_sym.dynamics.quotient_field import Field, NoClosedFormError, Quotient
-from multibody_sym.dynamics.quotient_functions import exact
+from multibody_sym.dynamics.quotient_functions import exact, register_angles
 from multibody_sym.dynamics.symbolic_state import SymbolicState
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import Motion, motion_of
@@ -63,6 +63,7 @@ def _solved(
     mechanism: Mechanism, given: SymbolicState, field: Field, matrix: list[list[Node]], right: list[Node]
 ) -> ClosedForms:
     known = {node: field.letter(node, letter) for node, letter in given.letters.items()}
+    register_angles(field, [as_node(x) for x in (*(x for row in matrix for x in row), *right)], known)
     rows = [exact(field, [as_node(x) for x in (*row, r)], known) for row, r in zip(matrix, right, strict=True)]
     solved = exact_solve([row[:-1] for row in rows], [row[-1] for row in rows]) if rows else []
     udot, multipliers = unknowns(mechanism)

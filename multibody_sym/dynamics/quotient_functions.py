@@ -13,7 +13,7 @@ from sympy.ntheory import factorint
 from multibody_sym.dynamics.book_form import book_form, trigonometric_forms
 from multibody_sym.dynamics.factors import Poly, factored
 from multibody_sym.dynamics.quotient_field import PRECISE, Field, Letter, NoClosedFormError, Quotient
-from multibody_sym.scalars.node import BUILD, PI, Node, postorder
+from multibody_sym.scalars.node import BUILD, PI, TWO, Node, multiply, postorder
 
 _HIGHEST_MULTIPLE: Final = 12
 _LONGEST_FACTORED: Final = 60
@@ -163,33 +163,44 @@ def _multiple_of(field: Field, terms: dict[tuple[int, ...], Fraction], constant:
 
 
 def _letters(angle: Quotient) -> tuple[Quotient, Quotient]:
-    """Return (sin, cos) of a base angle as two letters, or as numbers at multiples of 30 and 45 degrees."""
+    """Return (sin, cos) of a base angle: numbers where there are any, those of twice the half angle, or two letters."""
     field, node = angle.field, book_form(angle)
-    exact = _at_known_angle(field, node)
-    if exact is not None:
-        return exact
-    cosine = field.letter(("cos", node), Letter(BUILD["cos"](node), PRECISE.cos(angle.sample)))
-    position = field.position(("cos", node))
-    square = 1 - cosine.above**2
-    made = Letter(BUILD["sin"](node), PRECISE.sin(angle.sample), square=square, cosine=position)
-    return field.letter(("sin", node), made), cosine
+    turns = _turns(node)
+    if turns is not None:
+        return _turned(field, turns)
+    half = book_form(angle / 2)
+    if field.position(("cos", half)) is not None:
+        s, c = _letters(angle / 2)
+        return 2 * s * c, 2 * c * c - 1
+    return _new_letters(field, node, PRECISE.sin(angle.sample), PRECISE.cos(angle.sample))
 
 
-def _at_known_angle(field: Field, angle: Node) -> tuple[Quotient, Quotient] | None:
-    turns = Fraction(1) if angle is PI else None
+def _new_letters(field: Field, angle: Node, sine: Any, cosine: Any) -> tuple[Quotient, Quotient]:
+    """Return the letters for (sin, cos) of an angle, given their values at the sample."""
+    letter = field.letter(("cos", angle), Letter(BUILD["cos"](angle), cosine))
+    square = 1 - letter.above**2
+    made = Letter(BUILD["sin"](angle), sine, square=square, cosine=field.position(("cos", angle)))
+    return field.letter(("sin", angle), made), letter
+
+
+def _turns(angle: Node) -> Fraction | None:
+    """Return angle / pi where it is a rational multiple of pi."""
     if angle.op == "mul" and angle.args[1] is PI and angle.args[0].op == "number":
-        turns = Fraction(angle.args[0].data)
-    if turns is None or 12 % turns.denominator or turns.denominator == 12:
-        return None
-    return _sine_at(field, turns), _sine_at(field, turns + Fraction(1, 2))
+        return Fraction(angle.args[0].data)
+    return Fraction(1) if angle is PI else None
 
 
-def _sine_at(field: Field, turns: Fraction) -> Quotient:
-    """Return sin(turns pi), for multiples of 1/6 and 1/4."""
-    above = turns % 2 <= 1
-    folded = turns % 1
-    value = sqrt(field.constant(_SQUARED_SINES[min(folded, 1 - folded)]))
-    return value if above else -value
+def _turned(field: Field, turns: Fraction) -> tuple[Quotient, Quotient]:
+    """Return (sin, cos) of turns x pi: numbers at multiples of 30 and 45 degrees, else those of the first quadrant."""
+    quarters, rest = divmod(turns * 2, 1)
+    if rest / 2 in _SQUARED_SINES:
+        s, c = (sqrt(field.constant(_SQUARED_SINES[x])) for x in (rest / 2, (1 - rest) / 2))
+    else:
+        angle = field.letter(PI, field.letters[0]) * field.constant(rest / 2)
+        s, c = _new_letters(field, book_form(angle), PRECISE.sin(angle.sample), PRECISE.cos(angle.sample))
+    for _ in range(int(quarters) % 4):
+        s, c = c, -s
+    return s, c
 
 
 def _multiple(sine: Quotient, cosine: Quotient, n: int) -> tuple[Quotient, Quotient]:
@@ -198,6 +209,40 @@ def _multiple(sine: Quotient, cosine: Quotient, n: int) -> tuple[Quotient, Quoti
     for _ in range(abs(n)):
         s, c = s * cosine + c * sine, c * cosine - s * sine
     return (s, c) if n > 0 else (-s, c)
+
+
+def doubled(a: Quotient) -> Quotient:
+    """Return a quotient with half angles that come in pairs only written as whole ones.
+
+    sin x cos x = sin 2x / 2, cos^2 x = (1 + cos 2x) / 2, for letters such as sin(a/2).
+    """
+    field = a.field
+    for k, letter in enumerate(list(field.letters)):
+        if letter.cosine is not None and letter.node is not None and _is_half(letter.node.args[0]):
+            polynomials = [field.in_ring(p) for p in (a.above, a.below)]
+            degrees = [m[k] + m[letter.cosine] for p in polynomials for m in p]
+            if any(degrees) and not any(degree % 2 for degree in degrees):
+                above, below = (_with_double_angle(field, p, k, letter.cosine) for p in polynomials)
+                a = above / below
+    return a
+
+
+def _is_half(angle: Node) -> bool:
+    halved = angle.op == "mul" and angle.args[0].op == "number" and Fraction(angle.args[0].data).denominator % 2 == 0
+    return halved and angle.shadow is None
+
+
+def _with_double_angle(field: Field, p: Poly, s: int, c: int) -> Quotient:
+    sine, cosine = field.letters[s], field.letters[c]
+    assert sine.node is not None
+    samples = 2 * sine.sample * cosine.sample, 2 * cosine.sample**2 - 1
+    sin_2x, cos_2x = _new_letters(field, multiply(TWO, sine.node.args[0]), *samples)
+    total = field.constant(0)
+    for m, coefficient in field.in_ring(p).items():
+        rest = {tuple(0 if k in (s, c) else e for k, e in enumerate(m)): coefficient}
+        pairs = ((1 + cos_2x) / 2).power((m[c] - m[s]) // 2)
+        total = total + field.whole(field.ring.from_dict(rest)) * pairs * (sin_2x / 2).power(m[s])
+    return total
 
 
 # --- Nodes ---------------------------------------------------------------------------------------------------------
@@ -221,6 +266,14 @@ def exact(field: Field, nodes: Iterable[Node], known: dict[Node, Quotient]) -> l
         else:
             known[n] = _OPERATIONS[n.op](*(known[a] for a in n.args))
     return [known[root] for root in roots]
+
+
+def register_angles(field: Field, nodes: Iterable[Node], known: dict[Node, Quotient]) -> None:
+    """Make letters for the sines of all angles in Nodes, the smallest parts first: sin a then follows from a / 2."""
+    angles = [n.args[0] for n in postorder(nodes) if n.op in ("sin", "cos", "tan")]
+    found = exact(field, dict.fromkeys(angles), known)
+    for angle in sorted(found, key=lambda x: -int(x.below.LC) if x.below.is_ground else 0):
+        sine_and_cosine(angle)
 
 
 def _power(a: Quotient, b: Quotient) -> Quotient:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import Final
 
-from multibody_sym.expressions.printer import text
 from multibody_sym.model.mechanism import COMPONENTS
 from multibody_sym.simulation.solution import Solution, Value
 
-_JOINTS = "reactions of joints, on the child, in the axes of the joint's frame on the parent (zeros left out)"
+_ROUNDING: Final = 1e-12
+_JOINTS: Final = "reactions of joints, on the child, in the axes of the joint's frame on the parent (zeros left out)"
 
 
 def solution_text(solution: Solution) -> str:
@@ -38,9 +39,11 @@ def _constraint_lines(solution: Solution, component: str) -> list[str]:
 
 
 def _joint_lines(reactions: Mapping[str, Mapping[str, Value]]) -> list[str]:
+    forces = [abs(x.value or 0.0) for values in reactions.values() for x in values.values()]
+    least = _ROUNDING * max(forces, default=0.0)
     return [
         f"{name} {component} = {value}"
         for name, values in reactions.items()
         for component, value in values.items()
-        if component in COMPONENTS and value.value
+        if component in COMPONENTS and abs(value.value or 0.0) > least
     ]

@@ -14,6 +14,7 @@ from multibody_sym.dynamics.formalisms import FORMALISMS
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED, Accelerations, forward_dynamics
 from multibody_sym.dynamics.quantities import Instant, quantities
 from multibody_sym.dynamics.quotient_field import NoClosedFormError, Quotient
+from multibody_sym.dynamics.quotient_functions import doubled
 from multibody_sym.dynamics.start import Start, start
 from multibody_sym.dynamics.symbolic_state import SymbolicState, declared_state
 from multibody_sym.errors import ExpressionError, NoSolutionError, Where
@@ -85,7 +86,7 @@ class Solved:
         """Return a quotient as a value with its expression, None where its text does not give that value again."""
         number = float(closed.sample)
         try:
-            expression = book_form(closed)
+            expression = book_form(doubled(closed))
             again = evaluate_float([parse(text(expression))], self.sample)[0]
         except NoClosedFormError as reason:
             self.reasons[str(reason)] = None

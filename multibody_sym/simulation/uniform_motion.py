@@ -70,7 +70,7 @@ class UniformMotion:
         found = []
         for condition in self.anywhere.field.positive:
             node = book_form(condition)
-            for t in times:
+            for t in times[:-1]:
                 moved = dict(zip(map(symbol, names), q + u * t + udot * t * t / 2, strict=True))
                 if evaluate_float([node], {**self.solved.sample, **moved, symbol("t"): float(t)})[0] <= 0.0:
                     found.append((comparison(condition), float(t)))
