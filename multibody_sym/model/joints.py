@@ -1,4 +1,4 @@
-"""Joints: each is declared as itself and moves by elementary steps, with a ball at the end where three angles would fail.
+"""Joints: each is declared as itself and moves by elementary steps, perhaps with a ball where three angles would fail.
 
 Frame F stands on the parent, frame M on the child; at zero coordinates they coincide. The steps lead from F to M: each
 translates along, rotates about, or screws along an axis that the steps before it have moved.
@@ -67,7 +67,7 @@ class Joint(Element):
 
     @property
     def ball(self) -> bool:
-        """Whether free rotation follows the steps: a unit quaternion (w first), angular velocity in the child's axes."""
+        """Whether free rotation follows: a unit quaternion (w first), angular velocity in the child's axes."""
         return False
 
     @property
@@ -179,7 +179,7 @@ class Cylindrical(MovingJoint):
 
 @dataclass(frozen=True)
 class Universal(MovingJoint):
-    """A cardan joint: rotation about the first of `axes` (the parent's), then about the second, which the first turns."""
+    """A cardan joint: rotation about the first of `axes` (the parent's), then about the second, turned by it."""
 
     kind: ClassVar[str] = "universal"
     axes: tuple[Point, ...] = holds(ListOf(Direction(), 2, 2), ("x", "y"))

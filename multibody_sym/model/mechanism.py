@@ -57,8 +57,8 @@ class Marker:
 class TreeBody:
     """A body and the joint that carries it: frame F on the parent, frame M on the body, coinciding at zero coordinates.
 
-    The joint moves by `steps` (unit axes), then freely about M's origin if it is a `ball`. `q` and `u` are the places of
-    its coordinates and speeds among those of the mechanism.
+    The joint moves by `steps` (unit axes), then freely about M's origin if it is a `ball`. `q` and `u` are the places
+    of its coordinates and speeds among those of the mechanism.
     """
 
     name: str

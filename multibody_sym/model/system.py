@@ -148,7 +148,7 @@ def parameters(
 
 
 def variable(name: str) -> Node:
-    """Return the symbol of a coordinate, speed, input or parameter that the system declares under this name, or of t."""
+    """Return the symbol of what a system declares under this name: a coordinate, speed, input, parameter; or of t."""
     if name != "t":
         verify_symbol(name)
     return symbol(name)

@@ -16,13 +16,13 @@ SYMPY_OPERATIONS: Final[dict[str, Callable[..., Any]]] = {
     "add": lambda a, b: a + b,
     "mul": lambda a, b: a * b,
     "div": lambda a, b: sympy.sympify(a) / b,
-    "pow": lambda a, b: sympy.Pow(a, b),
+    "pow": sympy.Pow,
     "sin": sympy.sin, "cos": sympy.cos, "tan": sympy.tan, "asin": sympy.asin, "acos": sympy.acos,
     "atan": sympy.atan, "atan2": sympy.atan2, "sinh": sympy.sinh, "cosh": sympy.cosh, "tanh": sympy.tanh,
     "exp": sympy.exp, "log": sympy.log, "sqrt": sympy.sqrt, "abs": sympy.Abs, "sign": sympy.sign,
     "min": sympy.Min, "max": sympy.Max,
-    "less": lambda a, b: sympy.StrictLessThan(a, b),
-    "less_equal": lambda a, b: sympy.LessThan(a, b),
+    "less": sympy.StrictLessThan,
+    "less_equal": sympy.LessThan,
     "where": lambda c, a, b: sympy.Piecewise((a, c), (b, True)),
 }
 """The operations of a Node on sympy expressions."""
