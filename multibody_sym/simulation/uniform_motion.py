@@ -85,7 +85,7 @@ class UniformMotion:
             k = [c.name for c in self.solved.mechanism.coordinates].index(coordinate)
             way = float(self.solved.asked(value)(numbers)[""]) - self.solved.begin.q[k]
             gone = [self.solved.begin.u[k] * time, numbers.udot[k] * time * time / 2]
-            return abs(sum(gone) - way) <= AGREEMENT * max(map(abs, gone))
+            return bool(abs(sum(gone) - way) <= AGREEMENT * max(map(abs, gone)))
         v, a = (
             np.array([self.solved.asked(quantity(f, (question.of, axis)))(numbers)[""] for axis in AXES], dtype=float)
             for f in ("velocity", "acceleration")
