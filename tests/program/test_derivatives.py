@@ -119,6 +119,15 @@ def test_operations_that_bend() -> None:
         assert_derivatives(program, [np.array(q), np.array(0.6)])
 
 
+def test_a_sign_that_stands_in_several_statements() -> None:
+    def make(trace: Trace) -> Outputs:
+        (a, b, c), (t,) = trace["q"], trace["t"]
+        first, second = atan2(-(a * b), t), atan2(-(a * b), c)
+        return {"y": ((), [first * sin(first) + second * exp(second)])}
+
+    assert_derivatives(finished([Array("q", (3,)), Array("t")], make), [np.array([0.4, 0.7, 1.3]), np.array(0.6)])
+
+
 SOLVE_INPUTS = [Array("A", (2, 4)), Array("r", (2,))]
 
 

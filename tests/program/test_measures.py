@@ -8,7 +8,7 @@ from random_programs import ARITHMETIC, Maker
 from multibody_sym.program.measures import OperationCount, operation_count, program_hash
 from multibody_sym.program.program import Array, Program
 from multibody_sym.program.trace import Trace
-from multibody_sym.scalars.functions import cos, minimum, sin
+from multibody_sym.scalars.functions import atan2, cos, minimum, sin
 from multibody_sym.scalars.node import Node, number
 
 
@@ -64,6 +64,18 @@ def test_names_of_inputs_enter_at_most_by_the_order_of_operands() -> None:
 )
 def test_structure_and_numbers_do(other) -> None:
     assert program_hash(program(other)) != program_hash(program(structure))
+
+
+def test_a_sign_that_stands_in_several_statements_keeps_its_number() -> None:
+    def signs(turned: bool) -> Program:
+        def make(q: tuple[Node, ...], t: Node) -> list[Node]:
+            minus = -(q[0] * q[1])
+            inner = atan2(minus, q[2])
+            return [atan2(minus, t), atan2(inner, minus) if turned else atan2(minus, inner)]
+
+        return program(make)
+
+    assert program_hash(signs(True)) != program_hash(signs(False))
 
 
 def test_shapes_do() -> None:
