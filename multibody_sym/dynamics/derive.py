@@ -23,7 +23,7 @@ from multibody_sym.dynamics.lagrange import (
     verify_free,
 )
 from multibody_sym.dynamics.multipliers import RowTerms, row_terms
-from multibody_sym.dynamics.notation import notation_of
+from multibody_sym.dynamics.notation import Notation, notation_of
 from multibody_sym.dynamics.readable import LARGEST_SUM, Readable
 from multibody_sym.dynamics.steps import (
     coordinate_step,
@@ -56,6 +56,7 @@ def derive(model: System | Mechanism, method: str | None = None, *, budget: Budg
     NoSolutionError past the budget.
     """
     mechanism = resolved(model) if isinstance(model, System) else model
+    labels = labels_of(model) if isinstance(model, System) else {}
     chosen = method or ("multipliers" if mechanism.rows else "lagrange")
     if chosen not in METHODS:
         raise InputError(f"{chosen!r} gives no closed form: choose {', '.join(METHODS)}")
@@ -69,11 +70,21 @@ def derive(model: System | Mechanism, method: str | None = None, *, budget: Budg
         names = WrittenOut(symbols.free_prefix, limits, readable)
         given = energies(mechanism, symbols, names)
         if given.kinetic.count_ops() <= _READABLE_ENERGY:
-            short = _derived(mechanism, chosen, symbols, names, given)
+            short = _derived(mechanism, chosen, symbols, names, given, labels)
             if short.operations <= READABLE:
                 return short
     named = Subexpressions(symbols.free_prefix, limits)
-    return _derived(mechanism, chosen, symbols, named, energies(mechanism, symbols, named))
+    return _derived(mechanism, chosen, symbols, named, energies(mechanism, symbols, named), labels)
+
+
+def labels_of(system: System) -> dict[str, str]:
+    """Return the book's letters that a system declares, by the names of its parameters and coordinates."""
+    found = {name: parameter.label for name, parameter in system.parameters.items()}
+    for name, joint in system.joints.items():
+        coordinates = getattr(joint, "q", None) or (name,)
+        if len(coordinates) == 1:
+            found[coordinates[0]] = getattr(joint, "label", None)
+    return {name: label for name, label in found.items() if label}
 
 
 def written_out_size(parts: Sequence[Sequence[Node]]) -> int:
@@ -144,12 +155,18 @@ METHODS: Final[Mapping[str, Callable[[Mechanism, Symbols, Subexpressions, Energi
 
 
 def _derived(
-    mechanism: Mechanism, method: str, symbols: Symbols, names: Subexpressions, given: Energies
+    mechanism: Mechanism,
+    method: str,
+    symbols: Symbols,
+    names: Subexpressions,
+    given: Energies,
+    labels: Mapping[str, str],
 ) -> SymbolicEquations:
     raw = METHODS[method](mechanism, symbols, names, given)
     definitions, replaced = tidied(names.definitions, _expressions(raw), symbols.free_prefix)
     parts: Parts = _mapped(raw, lambda e: e.xreplace(replaced))
     matrices = _matrices(parts, len(symbols.speeds))
+    notation = notation_of(mechanism, symbols, [name for name, _ in definitions], names.numbers, labels)
     return SymbolicEquations(
         method,
         mechanism,
@@ -162,15 +179,19 @@ def _derived(
         _equations(parts, symbols),
         tuple(definitions),
         {symbol: value_of(node) for symbol, node in names.numbers.items()},
-        _steps(mechanism, symbols, names, parts, matrices),
-        notation_of(mechanism, symbols, [name for name, _ in definitions], names.numbers),
+        _steps(mechanism, symbols, names, parts, matrices, notation),
+        notation,
     )
 
 
 def _steps(
-    mechanism: Mechanism, symbols: Symbols, names: Subexpressions, parts: Parts, matrices: Sequence[Any]
+    mechanism: Mechanism,
+    symbols: Symbols,
+    names: Subexpressions,
+    parts: Parts,
+    matrices: Sequence[Any],
+    notation: Notation,
 ) -> Derivation:
-    notation = notation_of(mechanism, symbols)
     positions = () if names.definitions else position_steps(mechanism, symbols, names)
     terms = lagrange_steps(mechanism, symbols, notation, parts.terms) if parts.terms else ()
     return (

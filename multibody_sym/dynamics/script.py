@@ -11,8 +11,9 @@ import sympy
 SUM, PRODUCT, POWER, ATOM = 10, 20, 30, 40
 _LARGEST_IN_FRACTION: Final = 12
 _LONGEST_DECIMAL: Final = 12
-_MOVING: Final = 5
-_FUNCTION: Final = 8
+_SPEED, _ACCELERATION, _MULTIPLIER, _FUNCTION = 5, 6, 7, 8
+_RANK: Final = {_ACCELERATION: 0, _SPEED: 1, _MULTIPLIER: 3}
+"""Terms with accelerations come first, then those with speeds, then those at rest (2), then multipliers."""
 
 
 class Piece(NamedTuple):
@@ -90,12 +91,9 @@ class Script(ABC):
         return sorted(self.places.get(s, (-1, 0)) for s in expression.free_symbols)
 
     def terms(self, total: Any) -> list[Any]:
-        """Return the terms of a sum as they are written: accelerations, products of speeds, everything at rest.
-
-        A sum without accelerations does not begin with a minus sign where it can begin without.
-        """
+        """Return the terms of a sum as they are written; without accelerations it begins without a minus if it can."""
         found = sorted(sympy.Add.make_args(total), key=self._term_key)
-        if self.kind(found[0]) > _MOVING:
+        if self.kind(found[0]) == _ACCELERATION:
             return found
         first = next((k for k, term in enumerate(found) if not is_negative(term)), 0)
         return [found[first], *found[:first], *found[first + 1 :]]
@@ -103,9 +101,10 @@ class Script(ABC):
     def _term_key(self, term: Any) -> tuple[Any, ...]:
         kind = self.kind(term)
         factors = [self._factor_key(f) for f in self.factors(term)]
-        fastest = [place for place in self._places_in(term) if place[0] == kind] if kind >= _MOVING else []
+        rank = _RANK.get(kind, 2)
+        fastest = [] if rank == 2 else [place for place in self._places_in(term) if place[0] == kind]
         functions = sum(key[0] == _FUNCTION for key in factors)
-        return -max(kind, _MOVING - 1), fastest, functions, factors
+        return rank, fastest, functions, factors
 
     # --- writing ---------------------------------------------------------------------------------------------------
 

@@ -114,7 +114,11 @@ def _step_latex(equations: SymbolicEquations, step: Step) -> str:
 
 
 def derivation_data(equations: SymbolicEquations) -> dict[str, Any]:
-    """Return everything as plain data; expressions are in the model's own language, equations also as they are read."""
+    """Return everything as plain data: expressions in the model's own language, equations and steps as they are read.
+
+    Equations and steps that nobody would read (past `LONGEST` operations) are left out.
+    """
+    shown = equations.operations <= LONGEST
     return {
         "method": equations.method,
         "coordinates": [c.name for c in equations.mechanism.coordinates],
@@ -127,11 +131,8 @@ def derivation_data(equations: SymbolicEquations) -> dict[str, Any]:
         "constraint_jacobian": _matrix(equations, equations.constraint_jacobian),
         "constraint_forcing": [row[0] for row in _matrix(equations, equations.constraint_forcing)],
         "definitions": {str(name): _expression(equations, e) for name, e in equations.definitions},
-        "equations": [_equation(equations, e) for e in equations.equations],
-        "steps": [
-            {"title": s.title, "note": s.note, "equations": [_equation(equations, e) for e in s.equations]}
-            for s in equations.steps
-        ],
+        "equations": [_equation(equations, e) for e in equations.equations if shown],
+        "steps": [_step(equations, step) for step in equations.steps if shown],
         "operations": equations.operations,
     }
 
@@ -142,6 +143,10 @@ def _expression(equations: SymbolicEquations, e: Any) -> str:
 
 def _matrix(equations: SymbolicEquations, matrix: Any) -> list[list[str]]:
     return [[_expression(equations, x) for x in row] for row in matrix.tolist()]
+
+
+def _step(equations: SymbolicEquations, step: Step) -> dict[str, Any]:
+    return {"title": step.title, "note": step.note, "equations": [_equation(equations, e) for e in step.equations]}
 
 
 def _equation(equations: SymbolicEquations, e: Equation) -> dict[str, str]:
