@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -143,6 +144,21 @@ def test_a_full_disk_is_an_output_error() -> None:
         done = command("simulate", PENDULUM, "--json", capture_output=False, stdout=full, stderr=subprocess.PIPE)
     assert done.returncode == 4
     assert "cannot be written" in done.stderr
+
+
+@pytest.mark.parametrize("ending", ["csv", "npz"])
+def test_a_disk_that_fills_up_leaves_the_old_result(tmp_path: Path, ending: str) -> None:
+    file = tmp_path / f"out.{ending}"
+    assert command("simulate", PENDULUM, "-o", str(file)).returncode == 0
+    old = file.read_bytes()
+
+    def little_room() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+
+    done = command("simulate", PENDULUM, "-o", str(file), "--json", "--samples", "5001", preexec_fn=little_room)
+    assert done.returncode == 4
+    assert "cannot be written" in answer(done)["error"]["message"]
+    assert file.read_bytes() == old
 
 
 @pytest.mark.parametrize("ending", ["csv", "npz"])
