@@ -84,7 +84,7 @@ def _fraction(field: Field, above: Poly, below: Poly) -> Node:
     single = _single_fraction(field, above, below)
     content, primitive = below.primitive()
     whole, rest = above.div(primitive)
-    if not whole or not rest or below.is_ground:
+    if not whole or not field.reduced(rest) or below.is_ground:
         return single
     parts = add(_single_fraction(field, whole, field.ring(content)), _single_fraction(field, rest, below))
     is_product = single.op == "div" and single.args[0].op == "mul"
@@ -224,13 +224,19 @@ def _grouped(field: Field, terms: dict[Exponents, int]) -> list[tuple[Node, int]
             for k, exponent in enumerate(m):
                 if exponent == 1:
                     groups.setdefault(_shifted(m, k, -1), []).append(m)
-        shared = max(groups, key=lambda x: (len(groups[x]), sum(x), x), default=None)
+        shared = max(groups, key=lambda x: (len(groups[x]), _evenness(left, groups[x]), sum(x), x), default=None)
         if shared is None or len(groups[shared]) < 2 or not any(shared):
             return [*found, *((_term(field, m), c) for m, c in left.items())]
         inside = {tuple(e - s for e, s in zip(m, shared, strict=True)): left.pop(m) for m in groups[shared]}
         side = gcd(*inside.values()) * (-1 if all(c < 0 for c in inside.values()) else 1)
         inner = _added([(_term(field, m), c // side) for m, c in inside.items()])
         found.append((_multiplied([*_powers(field, shared), (inner, 1)]), side))
+
+
+def _evenness(terms: dict[Exponents, int], group: list[Exponents]) -> float:
+    """Return how near the coefficients of a group are to each other: 1 for equal ones."""
+    sizes = [abs(terms[m]) for m in group]
+    return min(sizes) / max(sizes)
 
 
 def _term(field: Field, exponents: Exponents) -> Node:

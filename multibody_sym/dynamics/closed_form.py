@@ -23,8 +23,8 @@ from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.scalars.node import Node, as_node, slot
 
-WORK: Final = 150_000
-"""How much is done for the closed forms of one state, in products of terms: some seconds."""
+WORK: Final = 50_000
+"""How much is done for the closed forms of one state, in products of terms: a second or so."""
 
 
 @dataclass(frozen=True)

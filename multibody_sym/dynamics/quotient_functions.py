@@ -156,8 +156,8 @@ def _multiple_of(field: Field, terms: dict[tuple[int, ...], Fraction], constant:
     whole = 1 if constant else gcd(*above.values())
     if whole > _HIGHEST_MULTIPLE:
         whole = 1
-    first = above[max(above)]
-    whole = whole if first > 0 else -whole
+    first = min(above, key=lambda m: [str(field.letters[k].node) for k, e in enumerate(m) if e])
+    whole = whole if above[first] > 0 else -whole
     base = field.ring.from_dict({m: c // whole for m, c in above.items()})
     return field.whole(base) / below, whole
 

@@ -1,0 +1,95 @@
+"""Formulas as a book prints them: from any equal expression to the same short text, which reads back as its value."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from multibody_sym.dynamics.book_form import book_form, comparison
+from multibody_sym.dynamics.quotient_field import PRECISE, Field, Letter, NoClosedFormError, Quotient
+from multibody_sym.dynamics.quotient_functions import exact
+from multibody_sym.expressions.parser import parse
+from multibody_sym.expressions.printer import text
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import leaves
+
+SAMPLE = {
+    "g": 10.0, "m": 1.5, "m1": 1.0, "m2": 2.0, "M": 5.0, "F": 30.0, "F1": 3.0, "F2": 5.0, "h": 2.0, "l": 0.5, "k": 7.0,
+    "J": 0.25, "r": 0.1, "v": 4.0, "a": 0.6, "b": 0.4, "mu": 0.2,
+}  # fmt: skip
+
+
+def closed(expression: str) -> Quotient:
+    """Return an expression of letters that are positive, but for the angles, over a new field."""
+    field, node = Field(10**6), parse(expression)
+    known = {
+        leaf: field.letter(leaf, Letter(leaf, PRECISE.mpf(SAMPLE[leaf.data]), leaf.data not in ("a", "b")))
+        for leaf in leaves([node], "symbol")
+    }
+    return exact(field, [node], known)[0]
+
+
+PRINTED = {
+    "g*m2/(m1 + m2) - g*m1/(m1 + m2)": "g*(m2 - m1)/(m1 + m2)",
+    "2*g/(1/m1 + 1/m2)": "2*g*m1*m2/(m1 + m2)",
+    "(F1*m2 + F2*m1)/(m1 + m2)": "(F1*m2 + F2*m1)/(m1 + m2)",
+    "F1 - F2 - (F1 - F2)*m2/(m1 + m2)": "m1*(F1 - F2)/(m1 + m2)",
+    "(m1*g*sin(a) - m2*g)/(m1 + m2)": "g*(m1*sin(a) - m2)/(m1 + m2)",
+    "m*g*sin(a)*cos(a)/(M + m - m*cos(a)^2)": "g*m*cos(a)*sin(a)/(M + m*sin(a)^2)",
+    "(1 - cos(a)^2)/sin(a)": "sin(a)",
+    "1/(1 + tan(a)^2)": "cos(a)^2",
+    "m*g*sin(a)/cos(a)": "g*m*tan(a)",
+    "J*sin(a)^2 + k*cos(a)^2": "J*sin(a)^2 + k*cos(a)^2",
+    "sqrt(2*g*h)": "sqrt(2*g*h)",
+    "sqrt(2*h/g)": "sqrt(2*h/g)",
+    "sqrt(h/(2*g))": "sqrt(h/(2*g))",
+    "g/sqrt(2)": "g*sqrt(2)/2",
+    "1/sqrt(h^2 + l^2)": "1/sqrt(h^2 + l^2)",
+    "sqrt(2*h*(m1 + m2)/(g*(m2 - m1)))*g*(m2 - m1)/(m1 + m2)": "sqrt(2*g*h*(m2 - m1)/(m1 + m2))",
+    "3*m*g/12": "g*m/4",
+    "3*g/(2*l)": "3*g/(2*l)",
+    "(F - M*g - m*g)/(M + m)": "F/(M + m) - g",
+    "F*(cos(a) + mu*sin(a))/(m1 + m2) - mu*g": "F*(cos(a) + mu*sin(a))/(m1 + m2) - g*mu",
+    "g*m1*cos(a) + g*m2*cos(a) + l*m1*v^2 + l*m2*v^2": "(g*cos(a) + l*v^2)*(m1 + m2)",
+    "g - 8*g*m1*m2/(4*m1*m2 + m*m1 + m*m2)": "g*(m*(m1 + m2) - 4*m1*m2)/(m*(m1 + m2) + 4*m1*m2)",
+    "m*r^2 + J": "J + m*r^2",
+    "m2 + 4*m1": "4*m1 + m2",
+    "981/100*m": "9.81*m",
+    "40/3": "40/3",
+    "-m1 - m2": "-(m1 + m2)",
+    "0*m": "0",
+    "h*cos(45*pi/180)": "h*sqrt(2)/2",
+    "cos(b - a)*sin(a - b)": "cos(a - b)*sin(a - b)",
+}
+
+
+@pytest.mark.parametrize("expression", PRINTED)
+def test_printed_as_in_a_book(expression: str) -> None:
+    assert text(book_form(closed(expression))) == PRINTED[expression]
+
+
+_TERMS = st.sampled_from("m1 m2 g sin(a) cos(a) sqrt(h^2+l^2) 2 h l/3 sin(2*a) sqrt(g)".split())
+
+
+@given(st.lists(st.tuples(st.sampled_from("+-*/"), _TERMS, _TERMS), min_size=1, max_size=5))
+@settings(max_examples=150, deadline=None)
+def test_the_text_has_the_value_of_what_it_stands_for(steps: list[tuple[str, str, str]]) -> None:
+    expression = "m"
+    for operation, a, b in steps:
+        expression = f"({expression}) {operation} ({a} + {b})"
+    found = closed(expression)
+    values = {leaf: SAMPLE[leaf.data] for leaf in leaves([parse(expression)], "symbol")}
+    again = parse(text(book_form(found)))
+    value = evaluate_float([parse(expression)], values)[0]
+    assert evaluate_float([again], values)[0] == pytest.approx(value, rel=1e-9, abs=1e-9)
+
+
+def test_what_no_one_reads_is_not_printed() -> None:
+    with pytest.raises(NoClosedFormError, match="too long"):
+        book_form(closed("(g + m + m1 + m2 + M + F)^9 + k"))
+
+
+@pytest.mark.parametrize(("expression", "printed"), [("m2 - m1", "m2 > m1"), ("h", "h > 0"), ("-cos(a)", "cos(a) < 0")])
+def test_comparisons(expression: str, printed: str) -> None:
+    assert comparison(closed(expression)) == printed
