@@ -149,6 +149,8 @@ def _forms(resolved: Mechanism, symbolic: SymbolicState, reasons: dict[str, None
 def _verify(resolved: Mechanism, found: Accelerations) -> None:
     """Raise NoSolutionError where dependent constraints ask for different accelerations."""
     rank, _, residual = found.report.tolist()
+    if not (np.isfinite(found.udot).all() and np.isfinite(found.report).all()):
+        raise NoSolutionError("the accelerations are no finite numbers: values of the model are too large or too small")
     if rank < len(resolved.rows) and residual > _CONTRADICTION:
         names = ", ".join(row.name for row in resolved.rows)
         raise NoSolutionError(
