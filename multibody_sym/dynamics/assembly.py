@@ -34,8 +34,11 @@ NEAR: Final = 1e-6
 """Values that are all given are projected onto the rows when they miss them by less than this."""
 _CLOSED: Final = 1e-10
 _STEPS: Final = 60
-_HALVINGS: Final = 12
-_RESTARTS: Final = 8
+_HALVINGS: Final = 8
+_SLOW: Final = 0.95
+_SLOW_STEPS: Final = 4
+"""Newton's method gives up where so many steps on end leave more than this part of phi."""
+_RESTARTS: Final = 6
 _LARGEST_STEP: Final = 1.0
 _SEED: Final = 1
 
@@ -144,14 +147,15 @@ def _groups(body: TreeBody) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
 def _closed(rows: Rows, start: Floats, free: Sequence[int], weighted: bool) -> Floats | None:
     """Return coordinates with phi = 0 by Newton's method on the free speeds, from other guesses if the first fails."""
     rng = np.random.default_rng(_SEED)
-    q: Floats | None = start
-    for restart in range(_RESTARTS + 1):
-        found = _newton(rows, q, free, weighted) if q is not None else None
-        if found is not None or not free:
+    q = start
+    for restart in range(_RESTARTS + 1 if len(free) >= len(rows.active) else 1):
+        if restart:
+            change = np.zeros(len(rows.mechanism.speeds))
+            change[list(free)] = rng.normal(size=len(free)) * restart / _RESTARTS
+            q = moved(rows.mechanism, start, change)
+        found = _newton(rows, q, free, weighted)
+        if found is not None:
             return found
-        change = np.zeros(len(rows.mechanism.speeds))
-        change[list(free)] = rng.normal(size=len(free)) * (restart + 1) / _RESTARTS
-        q = moved(rows.mechanism, start, change)
     return None
 
 
@@ -161,16 +165,17 @@ def closed_near(rows: Rows, q: Floats) -> Floats | None:
 
 
 def _newton(rows: Rows, q: Floats, free: Sequence[int], weighted: bool) -> Floats | None:
-    here = rows.at(q)
+    here, slow = rows.at(q), 0
     for _ in range(_STEPS):
         if here is None:
             return None
         phi, jacobian = here
-        closed = _is_closed(phi, jacobian, q)
+        closed, size = _is_closed(phi, jacobian, q), float(np.linalg.norm(phi))
         step = _least_change(rows, q, jacobian, -phi, free, weighted)
         step *= min(1.0, _LARGEST_STEP / max(float(np.abs(step).max(initial=0.0)), _LARGEST_STEP))
-        ahead = _line_search(rows, q, step, float(np.linalg.norm(phi)))
-        if ahead is None:
+        ahead = _line_search(rows, q, step, size)
+        slow = slow + 1 if ahead is None or float(np.linalg.norm(ahead[1][0])) > _SLOW * size else 0
+        if ahead is None or slow >= _SLOW_STEPS:
             return q if closed else None
         q, here = ahead
     return None

@@ -62,7 +62,8 @@ def verify_inertia(motion: Motion) -> None:
         speed = motion.mechanism.speeds[index]
         raise NoSolutionError(
             f"no inertia resists the speed {speed.name}: what joint {speed.joint!r} moves has neither mass nor inertia "
-            "in that direction; give the body an inertia, or hold the direction",
+            "in that direction, or its own freedoms depend on each other in this position; give the body an inertia, "
+            "hold the direction, or start from another position",
             where=Where(path=("joints", speed.joint)),
         )
 

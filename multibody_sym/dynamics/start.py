@@ -139,21 +139,20 @@ def _evaluation_order(mechanism: Mechanism, overrides: Mapping[str, float]) -> l
     ]
     done: set[int] = {i for i, entry in enumerate(mechanism.parameters) if entry.value is None}
     order: list[int] = []
-    path: list[int] = []
     for root in range(len(needed)):
-        path.append(root)
+        path = {} if root in done else {root: None}
         while path:
-            index = path[-1]
+            index = next(reversed(path))
             missing = next((i for i in needed[index] if i not in done), None)
             if missing is None:
-                path.pop()
-                order += [] if index in done else [index]
+                path.popitem()
+                order.append(index)
                 done.add(index)
             elif missing in path:
-                circle = [*path[path.index(missing) :], missing]
-                raise _circle([mechanism.parameters[i].name for i in circle])
+                names = [mechanism.parameters[i].name for i in path]
+                raise _circle([*names[list(path).index(missing) :], mechanism.parameters[missing].name])
             else:
-                path.append(missing)
+                path[missing] = None
     return order
 
 

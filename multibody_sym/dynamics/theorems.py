@@ -88,8 +88,8 @@ class Instant:
     """Both sides of the theorems at a state, term by term.
 
     `energy` the terms of dT/dt + dV/dt at constant t, `given` dV/dt from t itself, `powers` those of the loads outside
-    V and of the rows. First momentum, then angular momentum: `momenta` and `changes` (2 x bodies x 3), and what acts from
-    outside, besides pairs that cancel: `causes` (2 x terms x 3).
+    V and of the rows. First momentum, then angular momentum: `momenta` and `changes` (2 x bodies x 3), and what acts
+    from outside, besides pairs that cancel: `causes` (2 x terms x 3).
     """
 
     energy: Floats
@@ -128,25 +128,23 @@ def theorems(instants: Iterable[Instant]) -> dict[str, float]:
 def conserved(instants: Sequence[Instant]) -> list[str]:
     """Return which of energy, momentum and angular momentum about the origin stand still at all states.
 
-    They are named as outputs name them. The states' speeds must satisfy the constraints. Momenta that are zero
-    throughout are left out.
+    They are named as outputs name them. The states' speeds must satisfy the constraints, and be of the order of one a
+    second: rates are compared with the momenta themselves. Momenta that are zero throughout are left out.
     """
-    energy = all(_is_still(np.append(at.energy, at.given), at.powers) for at in instants)
-    found = ["total_energy()"] if energy else []
+    found = ["total_energy()"] if all(map(_keeps_energy, instants)) else []
     for kind, name in enumerate(("momentum", "angular_momentum")):
-        for k, axis in enumerate(AXES):
-            moving = any(_is_there(at.momenta[kind], k) for at in instants)
-            if moving and all(_is_still(at.changes[kind][:, k], at.causes[kind][:, k]) for at in instants):
-                found.append(f"{name}({axis})")
+        now = np.array([at.momenta[kind].sum(axis=0) for at in instants])
+        rates = np.array([at.changes[kind].sum(axis=0) for at in instants])
+        sizes = [np.abs(x).sum() for at in instants for x in (at.momenta[kind], at.changes[kind], at.causes[kind])]
+        least = NEGLIGIBLE * np.array(sizes).reshape(-1, 3).sum(axis=1, keepdims=True)
+        kept = (np.abs(rates) <= least).all(axis=0) & (np.abs(now) > least).any(axis=0)
+        found += [f"{name}({axis})" for axis, is_kept in zip(AXES, kept, strict=True) if is_kept]
     return found
 
 
-def _is_still(changes: Floats, causes: Floats) -> bool:
-    return abs(float(changes.sum())) <= NEGLIGIBLE * float(np.abs(changes).sum() + np.abs(causes).sum())
-
-
-def _is_there(vectors: Floats, component: int) -> bool:
-    return bool(np.abs(vectors[:, component]).sum() > NEGLIGIBLE * np.abs(vectors).sum())
+def _keeps_energy(at: Instant) -> bool:
+    terms = np.append(at.energy, at.given)
+    return abs(float(terms.sum())) <= NEGLIGIBLE * float(np.abs(terms).sum() + np.abs(at.powers).sum())
 
 
 def _unbalanced(left: Floats, right: Floats) -> float:

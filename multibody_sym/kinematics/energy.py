@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import singledispatch
 
-from multibody_sym.kinematics.loads import span
+from multibody_sym.kinematics.loads import apart, span
 from multibody_sym.kinematics.motion import BodyMass, BodyMotion, Motion
 from multibody_sym.kinematics.vectors import S, add, apply, cross, dot
 from multibody_sym.model.mechanism import JointSpring, Load, PointSpring
@@ -65,6 +65,9 @@ def _(load: PointSpring, motion: Motion) -> S:
     stiffness, rest = motion.state.values([load.stiffness, load.length])
     if stiffness == 0:
         return 0
+    if load.length is ZERO:
+        difference = apart(motion, load.ends)
+        return stiffness * dot(difference, difference) / 2
     stretch = span(motion, load.ends)[0] - rest
     return stiffness * (stretch * stretch) / 2
 

@@ -13,7 +13,7 @@ from multibody_sym.kinematics.wrenches import Wrench, Wrenches, add_force, add_p
 from multibody_sym.model.mechanism import BodyTorque, JointForce, JointSpring, Load, Marker, PointForce, PointSpring
 from multibody_sym.model.slots import at
 from multibody_sym.scalars.functions import sqrt
-from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.node import ZERO, Node
 
 
 @dataclass(frozen=True)
@@ -80,6 +80,9 @@ def _(load: JointSpring, motion: Motion, wrenches: Wrenches, of_speed: list[S]) 
 @exert.register
 def _(load: PointSpring, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
     stiffness, damping, rest = motion.state.values([load.stiffness, load.damping, load.length])
+    if load.length is ZERO and load.damping is ZERO:  # F = k d, which has a value where the points coincide
+        add_pair(wrenches, motion, load.ends, scale(stiffness, apart(motion, load.ends)))
+        return
     length, direction = span(motion, load.ends)
     stretching = dot(direction, subtract(velocity(motion, load.ends[1]), velocity(motion, load.ends[0])))
     pull = stiffness * (length - rest) + damping * stretching
@@ -88,9 +91,14 @@ def _(load: PointSpring, motion: Motion, wrenches: Wrenches, of_speed: list[S]) 
 
 def span(motion: Motion, ends: tuple[Marker, Marker]) -> tuple[S, Vec]:
     """Return the distance of two markers and the unit vector from the first to the second (world axes)."""
-    difference = subtract(position(motion, ends[1]), position(motion, ends[0]))
+    difference = apart(motion, ends)
     length = sqrt(dot(difference, difference))
     return length, (difference[0] / length, difference[1] / length, difference[2] / length)
+
+
+def apart(motion: Motion, ends: tuple[Marker, Marker]) -> Vec:
+    """Return the vector from the first marker to the second (world axes)."""
+    return subtract(position(motion, ends[1]), position(motion, ends[0]))
 
 
 def _three(motion: Motion, nodes: tuple[Node, Node, Node]) -> Vec:
