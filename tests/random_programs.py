@@ -75,7 +75,8 @@ class Maker:
         args = self._some(pool, ARITY.get(op, 1))
         try:
             if self.random.random() < 0.08:
-                return [power(args[0], number(self.random.choice([2, 3, 4, 5, 7, -1, -2, -3])))]
+                exponents = (2, 3, 4, 5, 7, -1, -2, -3) if "div" in self.operations else (2, 3, 4)
+                return [power(args[0], number(self.random.choice(exponents)))]
             return [BUILD[op](*args)]
         except ExpressionError:  # of constants, such as 1/0
             return []

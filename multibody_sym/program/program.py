@@ -54,7 +54,7 @@ class Array:
         return tuple(slot(self.name, k) for k in range(self.size))
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, slots=True, repr=False)
 class Assign:
     """Compute `nodes` in order; later statements may use the last one, `value`.
 
