@@ -4,8 +4,8 @@
 
 The planar chain has point masses and relative angles, parameters m, l of each link and g. The spatial chain has
 revolute joints about alternating axes and 13 parameters a body: mass, centre of mass, inertia, place of the next joint.
-Times are the minimum of three after imports, with sympy's cache emptied before each, from the declared model to mass
-matrix and forcing; a method that takes longer than the limit is not asked for longer chains.
+Times are processor time, the minimum of three after imports, with sympy's cache emptied before each, from the declared
+model to mass matrix and forcing; a method that takes longer than the limit is not asked for longer chains.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ class Chain:
 
     def hinged(self, k: int, parent: Any, point: Any) -> tuple[Any, Any]:
         """Hinge a rigid body to the last one."""
-        m, cx, cy, cz, px, py, pz = sympy.symbols(" ".join(f"{s}{k}" for s in "m cx cy cz px py pz".split()))  # noqa: SIM905
+        m, cx, cy, cz, px, py, pz = sympy.symbols(" ".join(f"{s}{k}" for s in "m cx cy cz px py pz".split()))
         frame = self.turned(k, parent, (parent.x, parent.y, parent.z)[k % 3])
         centre = point.locatenew(f"C{k}", cx * frame.x + cy * frame.y + cz * frame.z)
         centre.v2pt_theory(point, self.ground, frame)
@@ -149,9 +149,9 @@ def rounds(method: str, kind: str, links: int, found: Any) -> None:
     """Put the times of three derivations into a queue."""
     for _ in range(ROUNDS):
         clear_cache()
-        start = time.perf_counter()
+        start = time.process_time()
         METHODS[method](kind, links)
-        found.put(time.perf_counter() - start)
+        found.put(time.process_time() - start)
 
 
 def measured(method: str, kind: str, links: int, limit: float) -> float | None:
@@ -174,7 +174,7 @@ def measured(method: str, kind: str, links: int, limit: float) -> float | None:
 
 def table(kind: str, lengths: Iterable[int], limit: float) -> None:
     """Print the times of one kind of chain."""
-    print(f"\n{kind} chain, seconds (minimum of {ROUNDS})")
+    print(f"\n{kind} chain, processor seconds (minimum of {ROUNDS})")
     print(f"{'links':>6}" + "".join(f"{name:>17}" for name in METHODS))
     given_up: set[str] = set()
     for links in lengths:

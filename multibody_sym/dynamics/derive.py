@@ -10,8 +10,9 @@ from typing import Any, Final
 import sympy
 
 from multibody_sym.dynamics.budget import Budget
-from multibody_sym.dynamics.composite_body import composite_body
+from multibody_sym.dynamics.composite_body import mass_matrix
 from multibody_sym.dynamics.derivation import Derivation, Equation, Step
+from multibody_sym.dynamics.inverse_dynamics import inverse_dynamics
 from multibody_sym.dynamics.lagrange import (
     Energies,
     LagrangeTerms,
@@ -37,6 +38,9 @@ from multibody_sym.dynamics.subexpressions import Subexpressions, WrittenOut, ti
 from multibody_sym.dynamics.symbolic_equations import READABLE, SymbolicEquations
 from multibody_sym.dynamics.symbols import Symbols, symbols_of
 from multibody_sym.errors import InputError
+from multibody_sym.kinematics.loads import applied, applied_generalized_forces
+from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import slot_state
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.resolve import mechanism as resolved
@@ -132,16 +136,17 @@ def _by_multipliers(mechanism: Mechanism, symbols: Symbols, names: Subexpression
 
 def _by_composite_body(mechanism: Mechanism, symbols: Symbols, names: Subexpressions, given: Energies) -> Parts:
     names.budget.enter("the composite bodies' equations")
-    found = composite_body(mechanism, slot_state(mechanism))
-    rows = [[row.phi, row.phidot, row.gamma, *row.jacobian] for row in found.rows]
-    lists = [*found.mass_matrix, found.velocity_terms, found.applied, *rows]
+    motion = motion_of(mechanism, slot_state(mechanism))
+    velocity_terms = inverse_dynamics(motion, [0] * len(symbols.speeds))
+    forces = applied_generalized_forces(motion, applied(motion))
+    rows = [[row.phi, row.phidot, row.gamma, *row.jacobian] for row in row_motions(motion)]
+    lists = [*mass_matrix(motion), velocity_terms, forces, *rows]
     nodes = [as_node(x) for part in lists for x in part]
     flat = iter(names.translated(nodes, known_nodes(mechanism, symbols)))
     expressions = [[names.name(next(flat)) for _ in part] for part in lists]
     n = len(symbols.speeds)
-    matrix, (velocity_terms, forces), rest = expressions[:n], expressions[n : n + 2], expressions[n + 2 :]
-    row_parts = [RowTerms(phi, phidot, jacobian, gamma) for phi, phidot, gamma, *jacobian in rest]
-    return Parts(given, matrix, velocity_terms, [sympy.S.Zero] * n, forces, row_parts)
+    row_parts = [RowTerms(phi, phidot, jacobian, gamma) for phi, phidot, gamma, *jacobian in expressions[n + 2 :]]
+    return Parts(given, expressions[:n], expressions[n], [sympy.S.Zero] * n, expressions[n + 1], row_parts)
 
 
 METHODS: Final[Mapping[str, Callable[[Mechanism, Symbols, Subexpressions, Energies], Parts]]] = {
