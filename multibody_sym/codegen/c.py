@@ -29,15 +29,16 @@ _RESERVED: Final = frozenset([*_WORDS.split(), "w"])
 def c_source(programs: Mapping[str, Program], *, prefix: str = "mbs", samples: Samples | None = None) -> dict[str, str]:
     """Return model.c, model.h, runtime.c and runtime.h as text by file name, and selftest.c where `samples` are given.
 
-    Each program becomes the function `<prefix>_<name>`; `mbs_programs` lists them all under one type. The same Programs
-    give the same bytes in every process.
+    Each program becomes the function `<prefix>_<name>`; `<prefix>_programs` lists them all under one type.
+    The same Programs give the same bytes in every process.
     Raises ProgramError where there is no program, or a name is none.
     """
     files = {name: template_text(f"c/{name}") for name in ("runtime.c", "runtime.h")}
-    every = functions(programs, f"{prefix}_", f"{prefix}__", re.findall(r"\bmbs_\w+", files["runtime.h"]))
+    taken = [f"{prefix}_programs", f"{prefix}_program_count", *re.findall(r"\bmbs_\w+", files["runtime.h"])]
+    every = functions(programs, f"{prefix}_", f"{prefix}__", taken)
     files |= {"model.c": _model(every, list(programs), prefix), "model.h": _header(every, prefix)}
     if samples is not None:
-        files["selftest.c"] = _selftest(programs, samples)
+        files["selftest.c"] = _selftest(programs, samples, prefix)
     return files
 
 
@@ -67,7 +68,9 @@ def _header(every: Functions, prefix: str) -> str:
         for name, part in zip(inputs + outputs, parts, strict=True):
             sizes.append(f"#define {f'{f.name}_{name}'.upper()}_SIZE {math.prod(part.shape)}")
     prototypes = "\n".join(f"{_head(f)};" for f in every.exported)
-    return filled("c/model.h.in", title=_TITLE, guard=prefix.upper(), sizes="\n".join(sizes), prototypes=prototypes)
+    return filled(
+        "c/model.h.in", title=_TITLE, prefix=prefix, guard=prefix.upper(), sizes="\n".join(sizes), prototypes=prototypes
+    )
 
 
 def _head(function: Function) -> str:
@@ -114,12 +117,13 @@ def _entry(k: int, name: str, program: Program, prefix: str) -> str:
     return f'    {{"{name}", {given}, {len(program.outputs)}, {prefix}__out_sizes_{k}, {prefix}__call_{k}}},'
 
 
-def _selftest(programs: Mapping[str, Program], samples: Samples) -> str:
+def _selftest(programs: Mapping[str, Program], samples: Samples, prefix: str) -> str:
     numbers = [x for name, program in programs.items() for x in stored_numbers(program, samples.get(name, ()))]
     results = [sum(len(output.values) for output in program.outputs) for program in programs.values()]
     arrays = [len(part) for program in programs.values() for part in (program.inputs, program.outputs)]
     return filled(
         "c/selftest.c.in",
+        prefix=prefix,
         tolerance=repr(TOLERANCE),
         largest=max([1, *results]),
         arrays=max([1, *arrays]),
