@@ -48,7 +48,7 @@ class Script(ABC):
         """Return an expression or a matrix as it is written."""
         if isinstance(expression, sympy.MatrixBase):
             return self.matrix([[self.piece(x).text for x in row] for row in expression.tolist()])
-        return self.piece(sympy.sympify(expression, strict=True)).text
+        return self.piece(expression if isinstance(expression, sympy.Basic) else sympy.Integer(expression)).text
 
     def piece(self, e: Any) -> Piece:
         """Return an expression written, with its strength."""

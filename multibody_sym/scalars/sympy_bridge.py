@@ -15,7 +15,7 @@ SYMPY_OPERATIONS: Final[dict[str, Callable[..., Any]]] = {
     "neg": lambda a: -a,
     "add": lambda a, b: a + b,
     "mul": lambda a, b: a * b,
-    "div": lambda a, b: sympy.sympify(a) / b,
+    "div": lambda a, b: a / b,
     "pow": sympy.Pow,
     "sin": sympy.sin, "cos": sympy.cos, "tan": sympy.tan, "asin": sympy.asin, "acos": sympy.acos,
     "atan": sympy.atan, "atan2": sympy.atan2, "sinh": sympy.sinh, "cosh": sympy.cosh, "tanh": sympy.tanh,
