@@ -19,6 +19,7 @@ LARGEST_SUM: Final = 600
 
 _LARGEST_DENOMINATOR: Final = 12
 _LONGEST_NUMERATOR: Final = 12
+_REWRITTEN_POWERS: Final = range(2, 7)
 Monomial = tuple[tuple[Any, Any], ...]
 """A product of powers: (base, exponent) pairs, ordered by the text of the base."""
 Terms = dict[Monomial, Any]
@@ -156,13 +157,13 @@ def _angles(terms: Terms) -> list[Any]:
 
 
 def _without_square(terms: Terms, gone: Any, others: Sequence[Any]) -> Terms:
-    """Return the terms with gone^2 = 1 - (sum of the squares of others)."""
+    """Return the terms with gone^2 = 1 - (sum of the squares of others), in powers that a person would rewrite."""
     result: Terms = {}
     pending = list(terms.items())
     while pending:
         key, factor = pending.pop()
         exponent = dict(key).get(gone, 0)
-        if not (exponent == int(exponent) and exponent >= 2):
+        if exponent not in _REWRITTEN_POWERS:
             _added(result, key, factor)
             continue
         pending.append((_changed(key, {gone: -2}), factor))

@@ -71,3 +71,9 @@ def test_the_value_stays(seed: int) -> None:
     at = {m1: 1.1, k: 0.7, L: 1.7, a: 0.3, b: -1.1, u: 0.6, v: -0.8}
     before, after = (complex(e.evalf(20, subs=at)) for e in (expression, readable(expression)))
     assert after == pytest.approx(before, rel=1e-10, abs=1e-10)
+
+
+def test_high_powers_are_left_alone() -> None:
+    """(1 - cos^2)^100 is no help to a reader, and a trap for a program."""
+    high = sin(a) ** 200 + u * cos(a) ** 201
+    assert readable(high) == high
