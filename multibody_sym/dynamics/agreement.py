@@ -5,6 +5,7 @@ Residuals are compared, not accelerations: on long chains of thin rods two good 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
@@ -53,21 +54,22 @@ def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Seq
         |D r| / (eps n (|D M D| |udot / D| + |D Q| + |D c| + |D H^T| |lambda|)),   norms: largest row sums,
 
     where |Q|, |c| are sums of absolute contributions; and |H_j udot - gamma_j| / (eps n (|H_j D|_1 |udot / D| +
-    |gamma_j|)) for each row. 0/0 is 0; nan is returned where anything is not finite.
+    |gamma_j|)) for each row. 0/0 is 0; nan is returned where anything is not finite. In equilibrium udot is what the
+    forces round to: it counts as sqrt(eps) of them at least.
     """
     x, multiplier = np.asarray(udot, dtype=float), np.asarray(multipliers, dtype=float)
     matrix, jacobian = reference.mass_matrix, reference.constraint_jacobian
     scale = 1.0 / np.sqrt(_inertia(reference))
     residual = matrix @ x - (reference.applied - reference.velocity_terms) - jacobian.T @ multiplier
+    forces = _norm(scale * reference.absolute_applied) + _norm(scale * reference.absolute_velocity_terms)
+    forces += _row_norm(scale[:, None] * jacobian.T) * _norm(multiplier)
     size = _norm(x / scale)
-    terms = _norm(np.abs(scale[:, None] * matrix * scale).sum(axis=1)) * size
-    terms += _norm(scale * reference.absolute_applied) + _norm(scale * reference.absolute_velocity_terms)
-    terms += _norm(np.abs(scale[:, None] * jacobian.T).sum(axis=1)) * _norm(multiplier)
-    ratios = [_quotient(_norm(scale * residual), terms)]
+    ratios = [_quotient(_norm(scale * residual), _row_norm(scale[:, None] * matrix * scale) * size + forces)]
+    least = max(size, math.sqrt(EPSILON) * forces)
     for row, gamma in zip(jacobian, reference.constraint_forcing, strict=True):
-        row_size = float(np.abs(row * scale).sum()) * size + abs(gamma)
+        row_size = float(np.abs(row * scale).sum()) * least + abs(gamma)
         ratios.append(_quotient(abs(float(row @ x) - gamma), row_size))
-    return float(np.max(ratios)) / (EPSILON * max(1, len(x)))
+    return float(np.max(ratios)) / (EPSILON * len(x))
 
 
 def _inertia(reference: Reference) -> Floats:
@@ -79,6 +81,10 @@ def _inertia(reference: Reference) -> Floats:
 
 def _norm(x: Floats) -> float:
     return float(np.abs(x).max(initial=0.0))
+
+
+def _row_norm(matrix: Floats) -> float:
+    return _norm(np.abs(matrix).sum(axis=1))
 
 
 def _quotient(residual: float, size: float) -> float:

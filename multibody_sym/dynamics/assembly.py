@@ -41,6 +41,8 @@ _SLOW_STEPS: Final = 4
 _RESTARTS: Final = 6
 _LARGEST_STEP: Final = 1.0
 _SEED: Final = 1
+_DAMPING: Final = 1e-2
+_DEPENDENT: Final = 1e-8
 
 
 @dataclass(frozen=True)
@@ -55,15 +57,16 @@ class Assembled:
 
 @dataclass(frozen=True)
 class Rows:
-    """Those rows of a mechanism that are to be closed, at t = 0, for given parameters."""
+    """Those rows of a mechanism that are to be closed, for given parameters, at the start or another time."""
 
     mechanism: Mechanism
     parameters: Sequence[float]
     active: Sequence[int]
+    t: float = 0.0
 
     def motion(self, q: Floats, u: Floats) -> Motion:
         """Return the motion of all bodies."""
-        state = state_of(self.mechanism, float, 0.0, q.tolist(), u.tolist(), self.parameters)
+        state = state_of(self.mechanism, float, self.t, q.tolist(), u.tolist(), self.parameters)
         return motion_of(self.mechanism, state)
 
     def of(self, motion: Motion) -> list[RowMotion]:
@@ -104,6 +107,7 @@ class _Item(NamedTuple):
     known: bool
 
 
+Solver = Callable[[Floats, Floats], Floats]
 Close = Callable[[Sequence[int], bool], Floats | None]
 """Find values with these speeds free; weighted by the mass matrix or not. None where the rows do not close."""
 
@@ -116,15 +120,22 @@ def assembled_position(rows: Rows, q: Floats) -> Assembled:
     if not rows.active:
         return Assembled(q)
     start = rows.at(q)
-    phi, jacobian = start if start is not None else (np.full(len(rows.active), math.inf), None)
+    phi = start[0] if start is not None else np.full(len(rows.active), math.inf)
 
     def close(free: Sequence[int], weighted: bool) -> Floats | None:
         return _closed(rows, q, free, weighted)
 
-    found = _chosen(_position_items(rows.mechanism), jacobian, phi, close)
+    found = _chosen(_position_items(rows.mechanism), _generic_jacobian(rows, q), phi, close)
     if found is None:
         raise rows.failure("the start values do not satisfy the constraints", start[0] if start is not None else None)
     return _compared(q, *found)
+
+
+def _generic_jacobian(rows: Rows, q: Floats) -> Floats | None:
+    """Return |H| beside q, where columns that vanish at q itself (a rod along an axis) do not."""
+    count = len(rows.mechanism.speeds)
+    near = rows.at(moved(rows.mechanism, q, np.random.default_rng(_SEED).uniform(0.01, 0.1, count)))
+    return None if near is None else near[1]
 
 
 def _position_items(mechanism: Mechanism) -> list[_Item]:
@@ -171,7 +182,7 @@ def _newton(rows: Rows, q: Floats, free: Sequence[int], weighted: bool) -> Float
             return None
         phi, jacobian = here
         closed, size = _is_closed(phi, jacobian, q), float(np.linalg.norm(phi))
-        step = _least_change(rows, q, jacobian, -phi, free, weighted)
+        step = _least_change(rows, q, jacobian, -phi, free, weighted, _damped)
         step *= min(1.0, _LARGEST_STEP / max(float(np.abs(step).max(initial=0.0)), _LARGEST_STEP))
         ahead = _line_search(rows, q, step, size)
         slow = slow + 1 if ahead is None or float(np.linalg.norm(ahead[1][0])) > _SLOW * size else 0
@@ -227,7 +238,7 @@ def assembled_speeds(rows: Rows, q: Floats, u: Floats) -> Assembled:
     phidot, jacobian = np.array([row.phidot for row in moving], dtype=float), rows.jacobian(moving)
 
     def close(free: Sequence[int], weighted: bool) -> Floats | None:
-        change = _least_change(rows, q, jacobian, -phidot, free, weighted)
+        change = _least_change(rows, q, jacobian, -phidot, free, weighted, _exact)
         found: Floats = np.add(u, change)
         return found if _is_closed(phidot + jacobian @ change, jacobian, u) else None
 
@@ -296,14 +307,33 @@ def _weights(motion: Motion) -> MassFactors:
 
 
 def _least_change(
-    rows: Rows, q: Floats, jacobian: Floats, wanted: Floats, free: Sequence[int], weighted: bool
+    rows: Rows, q: Floats, jacobian: Floats, wanted: Floats, free: Sequence[int], weighted: bool, solver: Solver
 ) -> Floats:
-    """Return the smallest change of the free speeds with H change = wanted, least squares where rows are dependent."""
+    """Return the smallest change of the free speeds with H change = wanted, as `solver` finds it."""
     change = np.zeros(len(rows.mechanism.speeds))
     if weighted:
         factors = _weights(rows.motion(q, change))
         matrix = np.array([factors.weighted(row) for row in jacobian.tolist()], dtype=float)
-        return np.array(factors.unweighted(solve(matrix, wanted).solution.tolist()), dtype=float)
+        return np.array(factors.unweighted(solver(matrix, wanted).tolist()), dtype=float)
     if free:
-        change[list(free)] = solve(jacobian[:, list(free)], wanted).solution
+        change[list(free)] = solver(jacobian[:, list(free)], wanted)
     return change
+
+
+def _exact(matrix: Floats, wanted: Floats) -> Floats:
+    """Return the smallest x with A x = r over rows that are independent to rounding."""
+    return solve(matrix, wanted).solution
+
+
+def _damped(matrix: Floats, wanted: Floats) -> Floats:
+    """Return A^T (A A^T + mu E)^-1 r with mu -> 0 as |r|^2, over rows of unit length (Levenberg, Marquardt).
+
+    Rows that are dependent where they hold are independent beside it, and would lead Newton's method astray.
+    """
+    lengths = np.linalg.norm(matrix, axis=1)
+    lengths[lengths == 0.0] = 1.0
+    u, sizes, v = np.linalg.svd(matrix / lengths[:, None], full_matrices=False)
+    damping = min(_DAMPING, float(wanted @ wanted))
+    gains = np.where(sizes > _DEPENDENT, sizes / (sizes * sizes + damping + (sizes == 0.0)), 0.0)
+    step: Floats = v.T @ (gains * (u.T @ (wanted / lengths)))
+    return step

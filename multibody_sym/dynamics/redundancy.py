@@ -18,6 +18,7 @@ from multibody_sym.program.solve import solve
 Floats = npt.NDArray[np.float64]
 
 _NEGLIGIBLE: Final = 1e-8
+_APPROXIMATE: Final = 1e-6
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,15 @@ def redundancy(motion: Motion, dynamics: TreeDynamics) -> Redundancy:
     return Redundancy(rank, redundant, (*rows, *names))
 
 
+def approximate_rank(dynamics: TreeDynamics) -> int:
+    """Return the rank of the rows at a state that satisfies them only nearly."""
+    if not dynamics.rows:
+        return 0
+    matrix = np.array([dynamics.factors.weighted(row.jacobian) for row in dynamics.rows], dtype=float)
+    values = np.linalg.svd(matrix / _lengths(matrix), compute_uv=False)
+    return int((values > _APPROXIMATE).sum())
+
+
 def _generic(count: int) -> Floats:
     """Return numbers that no row is likely to be perpendicular to."""
     return np.sqrt(2.0 + np.arange(count, dtype=float))
@@ -55,12 +65,18 @@ def _generic(count: int) -> Floats:
 
 def _idle(matrix: Floats, rank: int) -> Floats:
     """Return the combinations of multipliers (s x (s - rank)) that exert nothing."""
-    lengths = np.linalg.norm(matrix, axis=1, keepdims=True)
-    lengths[lengths == 0.0] = 1.0
+    lengths = _lengths(matrix)
     u, _, _ = np.linalg.svd(matrix / lengths)
     found = u[:, rank:] / lengths
     unit: Floats = found / np.linalg.norm(found, axis=0)
     return unit
+
+
+def _lengths(matrix: Floats) -> Floats:
+    """Return the lengths of the rows (s x 1), one for a zero row."""
+    lengths: Floats = np.linalg.norm(matrix, axis=1, keepdims=True)
+    lengths[lengths == 0.0] = 1.0
+    return lengths
 
 
 def _is_there(part: Floats) -> bool:

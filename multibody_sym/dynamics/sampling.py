@@ -2,29 +2,33 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.dynamics.assembly import moved
+from multibody_sym.dynamics.assembly import Rows, closed_near, moved
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED, verify_inertia
 from multibody_sym.dynamics.start import Start
 from multibody_sym.errors import MultibodyError
 from multibody_sym.kinematics.loads import applied
-from multibody_sym.kinematics.motion import Motion, motion_of
+from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.mechanism import Mechanism
 
 Floats = npt.NDArray[np.float64]
 
-_TRIES = 20
+_TRIES: Final = 20
+_DEPENDENT: Final = 1e-12
+_NEARLY_DEPENDENT: Final = 1e-4
 
 
 def sampled_states(mechanism: Mechanism, begin: Start, count: int, seed: int = 0) -> list[State]:
     """Return the state at the start and up to `count` random ones around it, over floats.
 
-    Coordinates need not satisfy phi = 0 (the equations of motion hold without), speeds satisfy H u = -phi_t. States at
-    which something declared has no value, or M is singular, are passed over.
+    Speeds satisfy H u = -phi_t, coordinates phi = 0 where Newton's method brings them there (the equations of motion
+    hold without). States at which something declared has no value, or M is singular, are passed over.
     """
     rng = np.random.default_rng(seed)
     states = [state_of(mechanism, float, 0.0, begin.q, begin.u, begin.parameters)]
@@ -40,19 +44,30 @@ def sampled_states(mechanism: Mechanism, begin: Start, count: int, seed: int = 0
 
 def _near(mechanism: Mechanism, begin: Start, rng: np.random.Generator) -> State:
     change, u = (rng.uniform(-1.0, 1.0, len(mechanism.speeds)) for _ in range(2))
-    q, t = moved(mechanism, np.array(begin.q, dtype=float), change), float(rng.uniform(0.0, 1.0))
-    free = state_of(mechanism, float, t, q.tolist(), u.tolist(), begin.parameters)
-    admissible = u + _correction(motion_of(mechanism, free))
-    state = state_of(mechanism, float, t, q.tolist(), admissible.tolist(), begin.parameters)
-    motion = motion_of(mechanism, state)
+    rows = Rows(mechanism, begin.parameters, range(len(mechanism.rows)), float(rng.uniform(0.0, 1.0)))
+    apart = moved(mechanism, np.array(begin.q, dtype=float), change)
+    closed = closed_near(rows, apart)
+    q = apart if closed is None else closed
+    motion = rows.motion(q, u + _correction(rows.motion(q, u)))
     verify_inertia(motion)
+    _verify_regular(motion)
     applied(motion)
-    return state
+    return motion.state
+
+
+def _verify_regular(motion: Motion) -> None:
+    """Raise ValueError where rows are nearly but not quite dependent: forces grow there beyond all bounds."""
+    jacobian = np.array([row.jacobian for row in row_motions(motion)], dtype=float).reshape(-1, len(motion.state.u))
+    lengths = np.linalg.norm(jacobian, axis=1, keepdims=True)
+    sizes = np.linalg.svd(jacobian / np.where(lengths > 0.0, lengths, 1.0), compute_uv=False)
+    if ((sizes > _DEPENDENT) & (sizes < _NEARLY_DEPENDENT)).any():
+        raise ValueError("a nearly singular position")
 
 
 def _correction(motion: Motion) -> Floats:
     """Return the smallest change of the speeds that satisfies H u = -phi_t."""
     rows = row_motions(motion)
     jacobian = np.array([row.jacobian for row in rows], dtype=float).reshape(-1, len(motion.state.u))
-    change: Floats = np.linalg.lstsq(jacobian, -np.array([row.phidot for row in rows], dtype=float), rcond=None)[0]
+    phidot = np.array([row.phidot for row in rows], dtype=float)
+    change: Floats = np.linalg.lstsq(jacobian, -phidot, rcond=_NEARLY_DEPENDENT)[0]
     return change

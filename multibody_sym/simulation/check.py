@@ -15,7 +15,7 @@ from multibody_sym.dynamics.composite_body import composite_body
 from multibody_sym.dynamics.formalisms import FORMALISMS
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED, forward_dynamics
 from multibody_sym.dynamics.massless import massless_speeds
-from multibody_sym.dynamics.redundancy import Redundancy, redundancy
+from multibody_sym.dynamics.redundancy import Redundancy, approximate_rank, redundancy
 from multibody_sym.dynamics.sampling import sampled_states
 from multibody_sym.dynamics.start import Start, start
 from multibody_sym.dynamics.theorems import NEGLIGIBLE, conserved, instant_of, rates_of, theorems
@@ -195,7 +195,7 @@ def _rank_nearby(resolved: Mechanism, begin: Start) -> int | None:
         if q is None:
             return None
         motion = rows.motion(q, np.zeros(len(resolved.speeds)))
-        return redundancy(motion, composite_body(resolved, motion.state)).rank
+        return approximate_rank(composite_body(resolved, motion.state))
     except UNDEFINED:
         return None
 

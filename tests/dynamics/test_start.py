@@ -170,6 +170,22 @@ def test_given_values_are_held_in_their_order_as_long_as_the_rest_can_close() ->
     assert max(residuals(resolved, begin)) < 1e-12
 
 
+def test_coordinate_that_a_row_does_not_feel_at_zero_is_found() -> None:
+    """At y = 0 the rod is level: y changes its length only from there on."""
+    system = System(
+        "pendulum",
+        bodies={"slide": Body(mass=1), "bob": Body(mass=1)},
+        joints={
+            "A": Prismatic("ground", "slide", q="x", initial=Initial(q=0.6)),
+            "B": Prismatic("slide", "bob", axis="y", q="y"),
+        },
+        constraints={"rod": Distance(["ground", "bob"], 1)},
+    )
+    begin = start(mechanism(system))
+    assert begin.q[0] == 0.6
+    assert abs(begin.q[1]) == pytest.approx(0.8, rel=1e-12)
+
+
 def test_all_given_and_near_is_projected_with_least_change() -> None:
     exact = start(mechanism(four_bar(a=Initial(q=1, u=2, known=True))))
     near = [x + 1e-7 for x in exact.q]
