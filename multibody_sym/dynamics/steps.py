@@ -13,12 +13,14 @@ from multibody_sym.dynamics.multipliers import RowTerms
 from multibody_sym.dynamics.notation import Notation, upright
 from multibody_sym.dynamics.subexpressions import Subexpressions
 from multibody_sym.dynamics.symbols import Symbols
+from multibody_sym.expressions.printer import text as in_model_language
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.points import position, velocity
 from multibody_sym.kinematics.state import slot_state
 from multibody_sym.kinematics.vectors import ZERO_VECTOR
 from multibody_sym.model.bodies import Pose
 from multibody_sym.model.mechanism import Marker, Mechanism, TreeBody
+from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, as_node
 
 _T: Final = Label("T", "T")
@@ -81,7 +83,15 @@ def energy_steps(mechanism: Mechanism, symbols: Symbols, given: Energies, notati
     kinetic = Step("Kinetic energy", (Equation(_T, given.kinetic),))
     potential = Step("Potential energy", (Equation(_V, sympy.Add(*given.potential)),))
     note = "by virtual work of all loads that V does not hold" if equations else "V holds all loads"
-    return kinetic, potential, Step("Generalised forces", tuple(equations), note)
+    notes = "\n".join([note, *_inputs(mechanism)])
+    return kinetic, potential, Step("Generalised forces", tuple(equations), notes)
+
+
+def _inputs(mechanism: Mechanism) -> list[str]:
+    """Return each input with its declared expression, in the model's words."""
+    symbol_of = {slot: symbol for symbol, slot in mechanism.symbols.items()}
+    written = evaluate(list(mechanism.inputs.values()), lambda leaf: symbol_of.get(leaf, leaf))
+    return [f"{name} = {in_model_language(e)}" for name, e in zip(mechanism.inputs, written, strict=True)]
 
 
 def _shown(mechanism: Mechanism, symbols: Symbols, values: Sequence[Any]) -> list[tuple[Any, Any]]:

@@ -10,14 +10,14 @@ import numpy as np
 import numpy.typing as npt
 import sympy
 
+from multibody_sym.dynamics.budget import Budget
 from multibody_sym.dynamics.derivation import Derivation, Equation
 from multibody_sym.dynamics.notation import Notation
 from multibody_sym.dynamics.start import parameter_values
-from multibody_sym.dynamics.subexpressions import needed
+from multibody_sym.dynamics.subexpressions import Subexpressions, needed, value_of
 from multibody_sym.dynamics.symbols import Symbols
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.program.solve import solve
-from multibody_sym.scalars.sympy_bridge import to_sympy
 
 Floats = npt.NDArray[np.float64]
 READABLE: Final = 2_000
@@ -97,13 +97,14 @@ class SymbolicEquations:
     def _compiled(self) -> Callable[..., Any]:
         """Return the compiled function of (t, q, u, parameters); every symbol becomes a Dummy, whatever its name."""
         s = self.symbols
+        declared = Subexpressions("input ", Budget())
+        inputs = declared.translated(list(self.mechanism.inputs.values()), s.slots)
+        definitions = [*declared.definitions.items(), *zip(s.inputs, inputs, strict=True), *self.definitions]
+        numbers = {**self.numbers, **{symbol: value_of(node) for symbol, node in declared.numbers.items()}}
         given = (s.time, *s.coordinates, *s.speeds, *s.parameters)
-        slots = dict(s.slots)
-        inputs = [(x, to_sympy(e, slots)) for x, e in zip(s.inputs, self.mechanism.inputs.values(), strict=True)]
-        numbers = {symbol: sympy.Float(float(value)) for symbol, value in self.numbers.items()}
-        dummies = {x: sympy.Dummy() for x in (*given, *(x for x, _ in inputs), *(x for x, _ in self.definitions))}
-        replaced = {**numbers, **dummies}
-        shared = [(dummies[x], e.xreplace(replaced)) for x, e in (*inputs, *self.definitions)]
+        dummies = {x: sympy.Dummy() for x in (*given, *(x for x, _ in definitions))}
+        replaced = {**{symbol: sympy.Float(float(value)) for symbol, value in numbers.items()}, **dummies}
+        shared = [(dummies[x], e.xreplace(replaced)) for x, e in definitions]
         parts = (self.mass_matrix, self.forcing, self.constraint_jacobian, self.constraint_forcing)
         matrices = [list(part.xreplace(replaced)) for part in parts]
         groups = (s.coordinates, s.speeds, s.parameters)
