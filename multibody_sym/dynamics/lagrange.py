@@ -19,7 +19,7 @@ import sympy
 from multibody_sym.dynamics.budget import Budget
 from multibody_sym.dynamics.equations import EquationsOfMotion, equations
 from multibody_sym.dynamics.subexpressions import Subexpressions
-from multibody_sym.dynamics.symbols import Symbols, symbols_of
+from multibody_sym.dynamics.symbols import Symbols, numbered_symbols
 from multibody_sym.errors import ModelError
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy, split, stored_energy
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
@@ -225,7 +225,7 @@ def _cut(flat: Sequence[Any], like: Sequence[Sequence[Any]]) -> list[list[Any]]:
 
 
 def _lowered_tree(mechanism: Mechanism) -> Lowered:
-    symbols = symbols_of(mechanism)
+    symbols = numbered_symbols(mechanism)
     names = Subexpressions(symbols.free_prefix, Budget())
     given = energies(mechanism, symbols, names)
     return lowered(symbols, names, lagrange_terms(mechanism, symbols, names, given))

@@ -22,7 +22,7 @@ from multibody_sym.dynamics.lagrange import (
     time_rates,
 )
 from multibody_sym.dynamics.subexpressions import Subexpressions
-from multibody_sym.dynamics.symbols import Symbols, symbols_of
+from multibody_sym.dynamics.symbols import Symbols, numbered_symbols
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism import Mechanism
 
@@ -33,7 +33,7 @@ def multipliers(mechanism: Mechanism, state: State) -> EquationsOfMotion:
 
 
 def _lowered(mechanism: Mechanism) -> Lowered:
-    symbols = symbols_of(mechanism)
+    symbols = numbered_symbols(mechanism)
     names = Subexpressions(symbols.free_prefix, Budget())
     given = energies(mechanism, symbols, names)
     terms = lagrange_terms(mechanism, symbols, names, given)

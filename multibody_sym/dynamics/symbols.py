@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import sympy
@@ -33,15 +33,38 @@ class Symbols:
 
 def symbols_of(mechanism: Mechanism) -> Symbols:
     """Return the symbols of a mechanism; those of names that cannot stand in expressions are spelt with `_`."""
+    return _symbols(
+        mechanism,
+        [c.name for c in mechanism.coordinates],
+        [s.name for s in mechanism.speeds],
+        list(mechanism.inputs),
+        [p.name for p in mechanism.parameters],
+        [row.name for row in mechanism.rows],
+    )
+
+
+def numbered_symbols(mechanism: Mechanism) -> Symbols:
+    """Return symbols called by their places, so that what is derived for programs does not depend on any name."""
+    groups = mechanism.coordinates, mechanism.speeds, mechanism.inputs, mechanism.parameters, mechanism.rows
+    numbered = ([f"{letter}{i}" for i in range(len(group))] for letter, group in zip("quwpr", groups, strict=True))
+    return _symbols(mechanism, *numbered)
+
+
+def _symbols(
+    mechanism: Mechanism,
+    coordinate_names: Sequence[str],
+    speed_names: Sequence[str],
+    input_names: Sequence[str],
+    parameter_names: Sequence[str],
+    row_names: Sequence[str],
+) -> Symbols:
     taken = {"t"}
     time = sympy.Symbol("t", real=True)
-    coordinates = _named((c.name for c in mechanism.coordinates), taken)
-    speeds = _named((s.name for s in mechanism.speeds), taken)
-    inputs = _named(mechanism.inputs, taken)
-    positive = [p.positive for p in mechanism.parameters]
-    parameters = _named((p.name for p in mechanism.parameters), taken, positive)
-    accelerations = _named((f"{s.name}_rate" for s in mechanism.speeds), taken)
-    multipliers = _named((f"lambda_{row.name}" for row in mechanism.rows), taken)
+    coordinates, speeds = _named(coordinate_names, taken), _named(speed_names, taken)
+    inputs = _named(input_names, taken)
+    parameters = _named(parameter_names, taken, [p.positive for p in mechanism.parameters])
+    accelerations = _named([f"{name}_rate" for name in speed_names], taken)
+    multipliers = _named([f"lambda_{name}" for name in row_names], taken)
     slots = {TIME: time}
     for array, made in (("q", coordinates), ("u", speeds), ("parameters", parameters), ("inputs", inputs)):
         slots.update((slot(array, i), x) for i, x in enumerate(made))
@@ -50,11 +73,10 @@ def symbols_of(mechanism: Mechanism) -> Symbols:
 
 
 def _named(
-    names: Iterable[str], taken: set[str], positive: Iterable[bool] | None = None
+    names: Sequence[str], taken: set[str], positive: Sequence[bool] | None = None
 ) -> tuple[sympy.Symbol, ...]:
     made = []
-    words = list(names)
-    for name, above_zero in zip(words, positive or [False] * len(words), strict=True):
+    for name, above_zero in zip(names, positive or [False] * len(names), strict=True):
         spelt = _free(re.sub(r"[^A-Za-z0-9_]+", "_", name), taken.__contains__)
         taken.add(spelt)
         made.append(sympy.Symbol(spelt, positive=True) if above_zero else sympy.Symbol(spelt, real=True))

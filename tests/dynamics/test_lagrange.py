@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -217,3 +218,27 @@ def test_rows_ask_for_multipliers() -> None:
 def test_the_table_of_formalisms_does_not_import_sympy() -> None:
     code = "import sys, multibody_sym.dynamics.formalisms; sys.exit('sympy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+_PRINTED = """
+import sys
+sys.path[:0] = sys.argv[2:]
+from textbook import chain
+from multibody_sym.dynamics.lagrange import lagrange
+from multibody_sym.dynamics.programs import state_derivative
+from multibody_sym.kinematics.state import slot_state
+from multibody_sym.model.resolve import mechanism
+names = [f"{letter}{k}" for letter in ("mk" if sys.argv[1] == "plain" else "za") for k in range(3)]
+resolved = mechanism(chain(names[:3], names[3:]))
+print(state_derivative(resolved, lagrange(resolved, slot_state(resolved))))
+"""
+
+
+def test_programs_do_not_depend_on_names_or_hash_seeds() -> None:
+    printed = set()
+    for seed, names in (("0", "plain"), ("1", "plain"), ("2", "other"), ("3", "other")):
+        environment = {**os.environ, "PYTHONHASHSEED": seed}
+        words = [sys.executable, "-c", _PRINTED, names, *sys.path]
+        printed.add(subprocess.run(words, capture_output=True, text=True, check=True, env=environment).stdout)
+    assert len(printed) == 1
+    assert "udot" in printed.pop()
