@@ -9,7 +9,7 @@ from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.vectors import S, Vec, apply, cross, dot, scale, subtract
 from multibody_sym.model.mechanism import Bend, Marker
-from multibody_sym.scalars.functions import atan2, sign, sqrt
+from multibody_sym.scalars.functions import absolute, atan2, sign, sqrt
 from multibody_sym.scalars.node import PI
 
 
@@ -51,13 +51,17 @@ def segments(motion: Motion, path: Sequence[Bend]) -> tuple[list[Segment], S]:
 
 
 def _wheel(motion: Motion, path: Sequence[Bend], centres: Sequence[Vec], k: int) -> Wheel | None:
-    """Return the wheel at bend k, None for a point; its centre is inside the bend."""
+    """Return the wheel at bend k, None for a point; its centre is inside the bend.
+
+    Where the rope runs straight back (both ends hang below the centre) the bend has no inside, and the wheel no radius.
+    """
     if path[k].radius.shadow == 0 or k in (0, len(path) - 1):
         return None
     radius, *components = motion.state.values([path[k].radius, *path[k].axis])
     axis = apply(motion.rotation(path[k].at.body), components)
     before, after = subtract(centres[k], centres[k - 1]), subtract(centres[k + 1], centres[k])
-    return Wheel(radius, scale(sign(dot(axis, cross(before, after))), axis))
+    side = sign(dot(axis, cross(before, after)))
+    return Wheel(radius * absolute(side), scale(side, axis))
 
 
 def _tangent(ends: tuple[Marker, Marker], d: Vec, first: Wheel | None, second: Wheel | None) -> Segment:

@@ -100,6 +100,10 @@ class Solved:
         """The values of the symbols of closed forms."""
         return {node: float(letter.sample) for node, letter in self.symbolic.letters.items()}
 
+    def number(self, node: Node) -> float:
+        """Return the value of an expression in the names of the model at the instant."""
+        return float(self.asked(node)(self.numbers)[""])
+
     def asked(self, node: Node) -> Callable[[Instant], Mapping[str, Any]]:
         """Return the question for an expression in the names of the model."""
         in_slots = evaluate([node], lambda leaf: self.mechanism.symbols.get(leaf, leaf))

@@ -33,7 +33,7 @@ def answered(solved: Solved) -> tuple[dict[str, Value], list[str]]:
             if question.value is not None:
                 answers[name] = solved.values(solved.asked(question.value), {})[""]
             else:
-                _verify_names(solved, question)
+                _verify(solved, question)
                 answers[name] = replace(motion.answer(name, question), unit=_unit(question))
     return answers, remarks
 
@@ -44,7 +44,7 @@ def _unit(question: Ask) -> str:
     return "m" if question.after is not None else "m/s"
 
 
-def _verify_names(solved: Solved, question: Ask) -> None:
+def _verify(solved: Solved, question: Ask) -> None:
     for coordinate in (*(question.when or ()), *(question.at or ())):
         names = [c.name for c in solved.mechanism.coordinates]
         if coordinate not in names:
@@ -52,6 +52,9 @@ def _verify_names(solved: Solved, question: Ask) -> None:
     if question.of is not None and question.of not in solved.mechanism.markers:
         with at("of"):
             raise ModelError(f"no body is called {question.of!r}{suggestion(question.of, solved.mechanism.markers)}")
+    if question.after is not None and not solved.number(question.after) >= 0.0:
+        with at("after"):
+            raise ModelError("the time is negative")
 
 
 @dataclass(frozen=True)
@@ -116,14 +119,11 @@ class _Motion:
     def _in_numbers(self, name: str, question: Ask) -> Value:
         if question.after is not None:
             assert question.of is not None
-            return Value(self.simulated.path(question.of, self._number(question.after)))
+            return Value(self.simulated.path(question.of, self.solved.number(question.after)))
         condition = question.when or question.at or {}
         ((coordinate, value),) = condition.items()
-        time = self.simulated.time(coordinate, self._number(value))
+        time = self.simulated.time(coordinate, self.solved.number(value))
         if time is None:
             self.remarks.append(f"{name}: {coordinate} does not have this value before t_end of the simulation")
             return Value(None)
         return Value(time if question.of is None else self.simulated.speed(question.of, time))
-
-    def _number(self, node: Node) -> float:
-        return float(self.solved.asked(node)(self.solved.numbers)[""])

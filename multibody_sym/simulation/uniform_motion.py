@@ -83,11 +83,11 @@ class UniformMotion:
         if question.of is None:
             ((coordinate, value),) = (question.when or {}).items()
             k = [c.name for c in self.solved.mechanism.coordinates].index(coordinate)
-            way = float(self.solved.asked(value)(numbers)[""]) - self.solved.begin.q[k]
+            way = self.solved.number(value) - self.solved.begin.q[k]
             gone = [self.solved.begin.u[k] * time, numbers.udot[k] * time * time / 2]
             return bool(abs(sum(gone) - way) <= AGREEMENT * max(map(abs, gone)))
         v, a = (
-            np.array([self.solved.asked(quantity(f, (question.of, axis)))(numbers)[""] for axis in AXES], dtype=float)
+            np.array([self.solved.number(quantity(f, (question.of, axis))) for axis in AXES])
             for f in ("velocity", "acceleration")
         )
         if question.at is not None:
