@@ -1,0 +1,44 @@
+"""What `solve` found as text, and on the command line."""
+
+from __future__ import annotations
+
+import multibody_sym as mbs
+from multibody_sym.report.solution import solution_text
+
+MODEL = """
+multibody_sym: 1
+name: wedge
+gravity: [0, -g, 0]
+parameters: {g: 10, m: 2 kg, alpha: 30 deg}
+bodies:
+  ground: {frames: {face: {rotate: [{axis: z, angle: alpha}]}}}
+  block: {mass: m}
+joints: {slide: {type: prismatic, parent: ground.face, child: block, axis: -x, q: s}}
+ask: {way: {of: block, after: 2 s}, up: {s: -1}}
+"""
+
+
+def test_formula_number_and_unit_stand_on_one_line() -> None:
+    assert solution_text(mbs.solve(mbs.loads(MODEL))).splitlines() == [
+        "wedge at t = 0",
+        "accelerations",
+        "  s'' = g*sin(alpha) = 5 m/s^2",
+        "reactions of joints, on the child, in the axes of the joint's frame on the parent (zeros left out)",
+        "  slide fy = g*m*cos(alpha) = 17.32050808 N",
+        "conditions",
+        "  g > 0 holds",
+        "  sin(alpha) > 0 holds",
+        "  up: s never has this value",
+        "answers",
+        "  way = 2*g*sin(alpha) = 10 m",
+        "  up = unknown",
+    ]
+
+
+def test_speeds_that_are_no_coordinate_s_rate_have_one_prime() -> None:
+    ball = mbs.System(
+        "ball",
+        bodies={"b": mbs.Body(mass=1, inertia={"Ixx": 1, "Iyy": 2, "Izz": 3})},
+        joints={"joint": mbs.Spherical("ground", "b", initial={"u": [1, 1, 0]})},
+    )
+    assert "joint_wz' = -1/3 = -0.3333333333 rad/s^2" in solution_text(mbs.solve(ball))
