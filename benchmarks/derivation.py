@@ -5,7 +5,8 @@
 The planar chain has point masses and relative angles, parameters m, l of each link and g. The spatial chain has
 revolute joints about alternating axes and 13 parameters a body: mass, centre of mass, inertia, place of the next joint.
 Times are processor time, the minimum of three after imports, with sympy's cache emptied before each, from the declared
-model to mass matrix and forcing; a method that takes longer than the limit is not asked for longer chains.
+model to mass matrix and forcing. Rounds that the limit (wall time, all rounds together) cuts off do not count; a method
+without a single round within it is not asked for longer chains.
 """
 
 from __future__ import annotations
