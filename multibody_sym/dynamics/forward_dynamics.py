@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from multibody_sym.dynamics.composite_body import mass_matrix
 from multibody_sym.dynamics.equations import TreeDynamics
-from multibody_sym.dynamics.massless import completed_matrix
+from multibody_sym.dynamics.massless import completed_matrix, massless_speeds
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import row_motions
@@ -57,7 +57,8 @@ def forward_dynamics(dynamics: TreeDynamics) -> Accelerations:
 
 def verify_inertia(motion: Motion) -> None:
     """Raise NoSolutionError naming the first speed that neither inertia nor rows resist."""
-    index = speed_without_inertia(completed_matrix(motion, mass_matrix(motion), row_motions(motion)))
+    rows = row_motions(motion) if massless_speeds(motion.mechanism) else []
+    index = speed_without_inertia(completed_matrix(motion, mass_matrix(motion), rows))
     if index is not None:
         speed = motion.mechanism.speeds[index]
         raise NoSolutionError(

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +16,7 @@ from multibody_sym.dynamics.forward_dynamics import UNDEFINED, verify_inertia
 from multibody_sym.errors import ModelError, Where
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.points import position as point_position
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.model.mechanism import Coordinate, Mechanism, RopeRow, Speed
 from multibody_sym.model.slots import at, suggestion
@@ -55,6 +57,7 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None) ->
     rows = Rows(mechanism, declared, [k for k in range(len(mechanism.rows)) if k not in measured])
     _verify_inertia(rows, q, u)
     position = assembled_position(rows, q)
+    _verify_directions(rows.motion(position.values, np.zeros(len(u))))
     parameters = _with_lengths(rows, position.values, measured)
     every = Rows(mechanism, parameters, range(len(mechanism.rows)))
     speeds = assembled_speeds(every, position.values, u)
@@ -72,6 +75,19 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None) ->
 def _verify_inertia(rows: Rows, q: Floats, u: Floats) -> None:
     with _valued():
         verify_inertia(rows.motion(q, u))
+
+
+def _verify_directions(motion: Motion) -> None:
+    """Raise ModelError where the pieces of a rope or rod have no direction, because both ends are at one place."""
+    for row in motion.mechanism.rows:
+        markers = [bend.at for bend in row.path] if isinstance(row, RopeRow) else getattr(row, "ends", ())
+        for a, b in pairwise(markers):
+            if point_position(motion, a) == point_position(motion, b):
+                raise ModelError(
+                    f"{a.name} and {b.name} are at the same place at the start, and what joins them has no direction; "
+                    "give them different positions (initial: {q: ..})",
+                    where=Where(path=("constraints", row.name)),
+                )
 
 
 def _verify_loads(motion: Motion) -> None:
@@ -174,7 +190,8 @@ def _with_lengths(rows: Rows, q: Floats, measured: Mapping[int, int]) -> list[fl
     """Return the parameters with the ropes' lengths at q: phi = length - path, where length is still zero."""
     parameters = list(rows.parameters)
     if measured:
-        motions = row_motions(rows.motion(q, np.zeros(len(rows.mechanism.speeds))))
+        with _valued():
+            motions = row_motions(rows.motion(q, np.zeros(len(rows.mechanism.speeds))))
         for row, place in measured.items():
             parameters[place] = -float(motions[row].phi)
     return parameters

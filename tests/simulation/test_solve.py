@@ -284,3 +284,9 @@ def test_wrong_names_in_questions_are_errors_with_their_place(question: str, mes
     with pytest.raises(mbs.ModelError, match=message) as raised:
         mbs.solve(problem(PENDULUM + f"ask: {{what: {question}}}\n"))
     assert raised.value.where.path[:2] == ("ask", "what")
+
+
+def test_a_rope_without_direction_says_what_to_do() -> None:
+    with pytest.raises(mbs.ModelError, match="left and right are at the same place") as raised:
+        mbs.solve(problem(TWO_BLOCKS.replace(", initial: {q: 0.5 m}", "")))
+    assert raised.value.where.path == ("constraints", "string")
