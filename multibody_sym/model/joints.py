@@ -284,7 +284,7 @@ class Custom(MovingJoint):
     """A joint made of its freedoms, one after the other: `free: [{translate: x}, {rotate: z}]`."""
 
     kind: ClassVar[str] = "custom"
-    free: tuple[Direct, ...] = holds(ListOf(Record(Direct), least=1), ())
+    free: tuple[Direct, ...] = holds(ListOf(Record(Direct)), ())
 
     @property
     def steps(self) -> tuple[Step, ...]:

@@ -67,7 +67,7 @@ def mechanism(system: System) -> Mechanism:
         return with_expressions(part, lambda node: evaluate([node], lambda leaf: slots.get(leaf, leaf))[0])
 
     resolved = in_slots(system)
-    resolver = _Resolver(resolved, _body_numbers(joints), slots)
+    resolver = _Resolver(resolved, _body_numbers(joints, system.bodies), slots)
     bodies = resolver.bodies([(name, resolved.joints[name]) for name, _ in joints])
     return Mechanism(
         name=system.name,
@@ -93,12 +93,14 @@ def _in(slots: Mapping[Node, Node], node: Node) -> Node:
 
 
 def _body_part(reference: str, bodies: Mapping[str, Body]) -> tuple[str, str]:
-    """Split `body.point` into both names (the point empty where there is none)."""
-    if reference in bodies or reference == GROUND:
-        return reference, ""
-    body, _, point = reference.partition(".")
-    if body not in bodies and body != GROUND:
-        raise ModelError(f"no body is called {body!r}{suggestion(body, [*bodies, GROUND])}")
+    """Split `body.point` into both names (the point empty where there is none); either may contain dots."""
+    body, point = reference, ""
+    while body not in bodies and body != GROUND:
+        body, dot, last = body.rpartition(".")
+        point = f"{last}.{point}" if point else last
+        if not dot:
+            first = reference.partition(".")[0]
+            raise ModelError(f"no body is called {first!r}{suggestion(first, {**bodies, GROUND: None})}")
     return body, point
 
 
@@ -159,11 +161,9 @@ def _verify_all_joined(system: System, carrier: Mapping[str, str], order: list[s
                 raise ModelError(f"{body!r} hangs on a circle of joints that never reaches ground; turn one around")
 
 
-def _body_numbers(joints: Iterable[tuple[str, Joint]]) -> dict[str, int]:
-    numbers = {GROUND: -1}
-    for _, joint in joints:
-        numbers[joint.child.partition(".")[0] if joint.child not in numbers else joint.child] = len(numbers) - 1
-    return numbers
+def _body_numbers(joints: Iterable[tuple[str, Joint]], bodies: Mapping[str, Body]) -> dict[str, int]:
+    carried = [_body_part(joint.child, bodies)[0] for _, joint in joints]
+    return {GROUND: -1, **{name: number for number, name in enumerate(carried)}}
 
 
 # --- names ---------------------------------------------------------------------------------------------------------
@@ -428,29 +428,40 @@ class _Resolver:
         with at("at"):
             return self.marker(f"{element.on}.{element.at}")
 
-    def rows(self) -> list[Row]:
-        made = []
-        for name, element in self.system.constraints.items():
-            with at("constraints", name):
-                made.append(self.row(name, element))
+    def pulleys(self) -> dict[str, Bend]:
+        made = {}
+        for name, pulley in self.system.pulleys.items():
+            with at("pulleys", name, "at"):
+                made[name] = Bend(self.marker(pulley.at), pulley.radius, unit_vector(pulley.axis))
         return made
 
-    def row(self, name: str, element: Element) -> Row:
+    def rows(self) -> list[Row]:
+        made, pulleys = [], self.pulleys()
+        for name, element in self.system.constraints.items():
+            with at("constraints", name):
+                made.append(self.row(name, element, pulleys))
+        return made
+
+    def row(self, name: str, element: Element, pulleys: Mapping[str, Bend]) -> Row:
         if isinstance(element, Distance):
             return DistanceRow(name, self.pair(element.between), element.value)
         if isinstance(element, Rope):
             length = element.length if element.length is not None else self.measured_length(name)
-            return RopeRow(name, tuple(self.bend(i, step) for i, step in enumerate(element.path)), length)
+            return RopeRow(name, tuple(self.bend(i, step, pulleys) for i, step in enumerate(element.path)), length)
         assert isinstance(element, Expression)
         return ExpressionRow(name, element.zero)
 
-    def bend(self, index: int, step: str) -> Bend:
-        pulley = self.system.pulleys.get(step)
-        if pulley is None:
-            with at("path", index):
+    def bend(self, index: int, step: str, pulleys: Mapping[str, Bend]) -> Bend:
+        if step in pulleys:
+            return pulleys[step]
+        with at("path", index):
+            try:
                 return Bend(self.marker(step), ZERO, (ZERO, ZERO, ONE))
-        with at("at"):
-            return Bend(self.marker(pulley.at), pulley.radius, unit_vector(pulley.axis))
+            except ModelError as error:
+                near = suggestion(step, pulleys)
+                if "mean" not in near:
+                    raise
+                raise ModelError(f"no body or pulley is called {step!r}{near}") from error
 
     def measured_length(self, name: str) -> Node:
         return slot("parameters", len(self.system.parameters) + _unmeasured_ropes(self.system).index(name))
