@@ -57,16 +57,25 @@ class Solved:
 
     def values(self, ask: Callable[[Instant], Mapping[str, Any]], units: Mapping[str, str]) -> dict[str, Value]:
         """Return what `ask` finds at the instant, as numbers with closed forms where they agree."""
-        numbers, nodes = ask(self.numbers), ask(self.nodes)
+        numbers, nodes = ask(self.numbers), self._nodes(ask)
         others = [ask(other) for other in self.others]
         compared = (*numbers.values(), *self.numbers.udot, *self.numbers.multipliers)
         scale = max((abs(float(x)) for x in compared), default=0.0)
         found = {}
         for name, number in numbers.items():
             unique = all(abs(other[name] - number) <= _NOT_UNIQUE * scale for other in others)
-            known = self._value(as_node(nodes[name]), float(number), scale) if unique else Value(float(number))
+            closed = unique and name in nodes
+            known = self._value(as_node(nodes[name]), float(number), scale) if closed else Value(float(number))
             found[name] = replace(known, unique=unique, unit=units.get(name, ""))
         return found
+
+    def _nodes(self, ask: Callable[[Instant], Mapping[str, Any]]) -> Mapping[str, Any]:
+        """Return what `ask` finds over Nodes; nothing where an expression has no value with the start put in exactly."""
+        try:
+            return ask(self.nodes) if self.forms is not None else {}
+        except ExpressionError as reason:
+            self.reasons[reason.message] = None
+            return {}
 
     def _value(self, node: Node, number: float, scale: float) -> Value:
         closed = self.closed(lambda forms: forms.of([node])[0])
@@ -147,7 +156,9 @@ def _forms(resolved: Mechanism, symbolic: SymbolicState, reasons: dict[str, None
         return closed_forms(resolved, symbolic)
     except NoClosedFormError as reason:
         reasons[str(reason)] = None
-        return None
+    except ExpressionError as reason:
+        reasons[reason.message] = None
+    return None
 
 
 def _verify(resolved: Mechanism, found: Accelerations) -> None:

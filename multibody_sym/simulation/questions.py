@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from multibody_sym.dynamics.quotient_field import NoClosedFormError, Quotient
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import ExpressionError, ModelError
 from multibody_sym.model.elements import Ask
 from multibody_sym.model.slots import at, suggestion
 from multibody_sym.scalars.node import Node
@@ -79,7 +79,7 @@ class _Motion:
         if self.uniform is not None:
             try:
                 found = self._in_closed_form(self.uniform, name, question)
-            except NoClosedFormError as reason:
+            except (NoClosedFormError, ExpressionError) as reason:
                 self.solved.reasons[str(reason)] = None
                 found = None
             if found is not None:
