@@ -69,7 +69,7 @@ def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Seq
     for row, gamma in zip(jacobian, reference.constraint_forcing, strict=True):
         row_size = float(np.abs(row * scale).sum()) * least + abs(gamma)
         ratios.append(_quotient(abs(float(row @ x) - gamma), row_size))
-    return float(np.max(ratios)) / (EPSILON * len(x))
+    return float(np.max(ratios)) / (EPSILON * max(len(x), 1))
 
 
 def _inertia(reference: Reference) -> Floats:
