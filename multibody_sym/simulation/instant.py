@@ -70,7 +70,7 @@ class Solved:
         return found
 
     def _nodes(self, ask: Callable[[Instant], Mapping[str, Any]]) -> Mapping[str, Any]:
-        """Return what `ask` finds over Nodes; nothing where an expression has no value with the start put in exactly."""
+        """Return what `ask` finds over Nodes; nothing where an expression has no value at the exact start."""
         try:
             return ask(self.nodes) if self.forms is not None else {}
         except ExpressionError as reason:

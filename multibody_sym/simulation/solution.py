@@ -38,7 +38,7 @@ class Value:
         return {"value": number, "expression": expression, "unit": self.unit}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Solution:
     """The solved instant t = 0 of a system.
 
@@ -56,6 +56,10 @@ class Solution:
     conditions: tuple[str, ...]
     answers: Mapping[str, Value]
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        found = ", ".join(f"{name}: {value}" for name, value in self.accelerations.items())
+        return f"<Solution of {self.name} with accelerations {found or 'of nothing'}>"
 
     @property
     def not_unique(self) -> list[str]:

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
+import pytest
+
 import multibody_sym as mbs
+from multibody_sym.cli import main
 from multibody_sym.report.solution import solution_text
 
 MODEL = """
@@ -42,3 +48,20 @@ def test_speeds_that_are_no_coordinate_s_rate_have_one_prime() -> None:
         joints={"joint": mbs.Spherical("ground", "b", initial={"u": [1, 1, 0]})},
     )
     assert "joint_wz' = -1/3 = -0.3333333333 rad/s^2" in solution_text(mbs.solve(ball))
+
+
+def test_the_command_prints_text_or_one_object(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "wedge.yaml"
+    file.write_text(MODEL)
+    assert main(["solve", str(file)]) == 0
+    assert "s'' = g*sin(alpha) = 5 m/s^2" in capsys.readouterr().out
+    assert main(["solve", str(file), "--json", "--set", "g=20"]) == 0
+    assert json.loads(capsys.readouterr().out)["accelerations"]["s"] == {
+        "value": 10.0,
+        "expression": "g*sin(alpha)",
+        "unit": "m/s^2",
+    }
+
+
+def test_a_solution_shows_itself_in_a_line() -> None:
+    assert repr(mbs.solve(mbs.loads(MODEL))) == "<Solution of wedge with accelerations s: g*sin(alpha) = 5 m/s^2>"
