@@ -9,7 +9,7 @@ from typing import Any, Final
 import sympy
 
 from multibody_sym.errors import ExpressionError
-from multibody_sym.scalars.node import BUILD, PI, Node, number, postorder, real, symbol
+from multibody_sym.scalars.node import BUILD, ONE, PI, Node, number, postorder, real, symbol
 
 SYMPY_OPERATIONS: Final[dict[str, Callable[..., Any]]] = {
     "neg": lambda a: -a,
@@ -31,10 +31,13 @@ _FROM: Final[dict[Any, str]] = {
     sympy.sin: "sin", sympy.cos: "cos", sympy.tan: "tan", sympy.asin: "asin", sympy.acos: "acos",
     sympy.atan: "atan", sympy.atan2: "atan2", sympy.sinh: "sinh", sympy.cosh: "cosh", sympy.tanh: "tanh",
     sympy.exp: "exp", sympy.log: "log", sympy.Abs: "abs", sympy.sign: "sign", sympy.Pow: "pow",
-    sympy.StrictLessThan: "less", sympy.LessThan: "less_equal",
+    sympy.StrictLessThan: "less", sympy.LessThan: "less_equal", sympy.ITE: "where",
 }
 _ROOT: Final = 2
-_CHAINED: Final[dict[Any, str]] = {sympy.Add: "add", sympy.Mul: "mul", sympy.Min: "min", sympy.Max: "max"}
+_CHAINED: Final[dict[Any, str]] = {
+    sympy.Add: "add", sympy.Min: "min", sympy.Max: "max", sympy.And: "min", sympy.Or: "max",
+}
+"""What takes any number of operands; conditions are 1 and 0."""
 
 
 def to_sympy(node: Node, leaves: Mapping[Node, Any]) -> Any:
@@ -94,13 +97,14 @@ def _operands(e: Any) -> tuple[Any, ...]:
 
 
 def _combined(e: Any, args: list[Node]) -> Node:
+    if isinstance(e, sympy.Mul):
+        return _product(args)
     if e.func in _CHAINED:
-        build, total = BUILD[_CHAINED[e.func]], args[0]
-        for a in args[1:]:
-            total = build(total, a)
-        return total
+        return _chained(_CHAINED[e.func], args)
     if isinstance(e, sympy.Piecewise):
         return _piecewise(e, args)
+    if isinstance(e, sympy.Not):
+        return 1 - args[0]
     if e.func in (sympy.StrictGreaterThan, sympy.GreaterThan):
         return BUILD["less" if e.func is sympy.StrictGreaterThan else "less_equal"](args[1], args[0])
     if isinstance(e, sympy.Pow) and e.exp.is_Rational and (e.exp.is_negative or e.exp.q == _ROOT):
@@ -108,6 +112,21 @@ def _combined(e: Any, args: list[Node]) -> Node:
     if e.func not in _FROM:
         raise ExpressionError(f"sympy's {e.func.__name__} has no counterpart in the expression language")
     return BUILD[_FROM[e.func]](*args)
+
+
+def _chained(op: str, args: list[Node]) -> Node:
+    total = args[0]
+    for a in args[1:]:
+        total = BUILD[op](total, a)
+    return total
+
+
+def _product(args: list[Node]) -> Node:
+    """Return a product with one quotient for all its reciprocals."""
+    below = [a.args[1] for a in args if a.op == "div" and a.args[0] is ONE]
+    above = [a for a in args if not (a.op == "div" and a.args[0] is ONE)]
+    numerator = _chained("mul", above) if above else ONE
+    return BUILD["div"](numerator, _chained("mul", below)) if below else numerator
 
 
 def _quotient_or_root(base: Node, exponent: Any) -> Node:
