@@ -46,7 +46,8 @@ def _unit(question: Ask) -> str:
 
 def _verify(solved: Solved, question: Ask) -> None:
     for coordinate in (*(question.when or ()), *(question.at or ())):
-        names = [c.name for c in solved.mechanism.coordinates]
+        quaternions = {k for body in solved.mechanism.bodies for k in body.quaternion}
+        names = [c.name for k, c in enumerate(solved.mechanism.coordinates) if k not in quaternions]
         if coordinate not in names:
             raise ModelError(f"no coordinate is called {coordinate!r}{suggestion(coordinate, names)}")
     if question.of is not None and question.of not in solved.mechanism.markers:
