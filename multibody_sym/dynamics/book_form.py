@@ -40,17 +40,15 @@ def book_form(a: Quotient) -> Node:
 
 
 def comparison(positive: Quotient) -> str:
-    """Return `a > b` for the difference a - b that is positive, else `a > 0` or `a < 0`."""
+    """Return `a > b` for what is positive: b holds the terms that are subtracted, and is 0 where there are none."""
     form = book_form(positive)
     if form.op == "neg":
         return f"{text(form.args[0])} < 0"
-    greater, less = (form.args[0], form.args[1].args[0]) if _is_difference(form) else (form, ZERO)
-    return f"{text(greater)} > {text(less)}"
-
-
-def _is_difference(node: Node) -> bool:
-    subtracted = [n for n in flatten("add", node) if n.op == "neg"]
-    return node.op == "add" and subtracted == [node.args[1]]
+    sides: dict[bool, list[Node]] = {True: [], False: []}
+    for term in flatten("add", form):
+        subtracted = term.op == "neg" or (term.op == "number" and term.data < 0)
+        sides[subtracted].append(negate(term) if subtracted else term)
+    return f"{text(reduce(add, sides[False]))} > {text(reduce(add, sides[True], ZERO))}"
 
 
 def _reading(node: Node) -> tuple[int, str]:
