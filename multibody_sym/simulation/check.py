@@ -29,7 +29,7 @@ from multibody_sym.model.system import System, expressions
 from multibody_sym.scalars.node import leaves
 
 _STATES: Final = 4
-_DERIVED: Final[Mapping[str, int]] = {"lagrange": 8, "multipliers": 8}
+_DERIVED: Final[Mapping[str, int]] = {"lagrange": 12, "multipliers": 12}
 """Formalisms that derive closed forms, and the most speeds for which that takes seconds."""
 
 
@@ -131,8 +131,10 @@ def _declared_hints(system: System) -> list[str]:
         hints += [f"{what} {name} is not used" for name in getattr(system, section) if name not in named]
     ropes = [step for c in system.constraints.values() if isinstance(c, Rope) for step in c.path]
     hints += [f"no rope runs over pulley {name}" for name in system.pulleys if name not in ropes]
+    carriers = [joint.parent for joint in system.joints.values()]
     for name, body in system.bodies.items():
-        if name != "ground" and body.mass is None and body.shape is None:
+        carries = any(parent == name or parent.startswith(f"{name}.") for parent in carriers)
+        if name != "ground" and not carries and body.mass is None and body.shape is None:
             hints.append(f"body {name} has no mass")
     return hints if system.outputs else [*hints, "no outputs are declared: a run tells coordinates and speeds only"]
 
