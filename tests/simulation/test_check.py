@@ -73,7 +73,8 @@ def test_hints(changes, hint: str) -> None:
 
 
 def test_bodies_between_others_may_be_without_mass() -> None:
-    bodies = {"arm": Body(points={"end": [1, 0, 0]}), "bob": Body(mass=1, com=[1, 0, 0])}
+    bob = Body(mass=1, com=[1, 0, 0], inertia={"Izz": 1})
+    bodies = {"arm": Body(points={"end": [1, 0, 0]}), "bob": bob}
     joints = {"A": Revolute("ground", "arm"), "B": Revolute("arm.end", "bob")}
     assert check(system(bodies=bodies, joints=joints)).hints == ()
 
