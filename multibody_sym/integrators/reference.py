@@ -27,6 +27,9 @@ SAFETY: Final = 0.9
 GROWTH: Final = 10.0
 SHRINKAGE: Final = 5.0
 RETREAT: Final = 0.25  # of the step, when a trial step could not be evaluated at all
+FAR: Final = 0.1  # of the whole step, by which its end may move when it is settled
+FAR_BEYOND_ROUND_OFF: Final = 1e-10
+LEAST_AT_KINK: Final = 1e-9  # of the time of the run: what is still a kink in so short a step is a jump
 LEAST_ERROR: Final = 1e-4  # remembered by the control: a lucky step does not let the next one grow without measure
 
 
@@ -141,12 +144,29 @@ def _accepted_step(flow: Flow, before: Step, rtol: float, atol: float) -> Step:
             if error <= 1.0:
                 h_next = min(h / change, h) if rejected else h / change
                 done = Step(t, x, h, k, t_new, x_new, before.slope_new, h_next, max(error, LEAST_ERROR), rejected)
-                return _closed(flow, done)
-            failure, proposed = StepError(Status.STEP_UNDERFLOW, t, worst), h / shrink
+                closed = _closed(flow, done)
+                far = _moved_far(x, x_new, closed.x_new)
+                if far is None:
+                    return closed
+                jump = h <= LEAST_AT_KINK * (flow.t_end - flow.t0)
+                failure, proposed = StepError(Status.STEP_UNDERFLOW, t, far), 0.0 if jump else h * RETREAT
+            else:
+                failure, proposed = StepError(Status.STEP_UNDERFLOW, t, worst), h / shrink
         except StepError as problem:
             failure, proposed = problem, h * RETREAT
         rejected += 1
     raise StepError(failure.status, failure.time, failure.component, rejected)
+
+
+def _moved_far(x: Floats, x_new: Floats, settled: Floats) -> int | None:
+    """Return the component that settling moved most, if by more than a tenth of the whole step and round-off; else None.
+
+    Such a step has gone over a kink in the constraints, of which the error estimate knows nothing.
+    """
+    moved, step = np.abs(settled - x_new), float(np.max(np.abs(x_new - x)))
+    most = float(np.max(moved))
+    far = most > FAR * step and most > FAR_BEYOND_ROUND_OFF * (1.0 + float(np.max(np.abs(settled))))
+    return int(np.argmax(moved)) if far else None
 
 
 def _least_step(flow: Flow, t: float) -> float:

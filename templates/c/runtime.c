@@ -444,7 +444,8 @@ static void write_sample(run *r, double *x)
 
 /* ---- steps ---- */
 
-/* Settle the end of a trial step and find its slope; a changed end needs a slope of its own. */
+/* Settle the end of a trial step and find its slope; a changed end needs a slope of its own. The end as it was before
+   stays in `spare`. */
 static int close_step(run *r, double t_new)
 {
     int end = r->method->stages - 1, status = MBS_RUNNING, changed = 0;
@@ -564,6 +565,24 @@ static double control_power(const mbs_method *m)
     return 1.0 / ((m->order < m->error_order ? m->order : m->error_order) + 1.0);
 }
 
+/* The component that settling the end of a step moved most, if by more than a tenth of the whole step and round-off;
+   else -1. Such a step has gone over a kink in the constraints, of which the error estimate knows nothing. */
+static int moved_far(const run *r, const double *before)
+{
+    double moved = 0.0, step = 0.0;
+    int component = 0;
+    for (int i = 0; i < r->n; ++i) {
+        double change = fabs(r->x_new[i] - before[i]), whole = fabs(before[i] - r->x[i]);
+        if (change > moved) {
+            moved = change;
+            component = i;
+        }
+        if (whole > step)
+            step = whole;
+    }
+    return moved > 0.1 * step && moved > 1e-10 * (1.0 + largest(r->n, r->x_new)) ? component : -1;
+}
+
 /* Try one step; on success record it, else shorten h_next. */
 static int adaptive_trial(run *r, int rejected)
 {
@@ -580,7 +599,12 @@ static int adaptive_trial(run *r, int rejected)
             s->h_next = h / (shrink < 5.0 ? shrink : 5.0);
             return failed(r, MBS_STEP_UNDERFLOW, t, worst);
         }
-        if ((status = close_step(r, t_new)) == MBS_RUNNING) {
+        status = close_step(r, t_new);
+        if (status == MBS_RUNNING && (worst = moved_far(r, r->spare)) >= 0) {
+            s->h_next = h > 1e-9 * (t_end - r->problem->t0) ? h * 0.25 : 0.0; /* a jump stays one in any step */
+            return failed(r, MBS_STEP_UNDERFLOW, t, worst);
+        }
+        if (status == MBS_RUNNING) {
             change = change < 5.0 ? change : 5.0;
             change = change > 0.1 ? change : 0.1;
             s->h_next = h / change;

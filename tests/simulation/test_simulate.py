@@ -166,6 +166,17 @@ def test_a_motion_that_grows_without_bound_names_coordinate_and_time() -> None:
     assert np.allclose(run["u_x"], 1 / (1 - run.t), rtol=1e-5)
 
 
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_a_load_drawn_through_its_pulley_ends_the_run(backend) -> None:
+    """Block on an incline, s = -2 + 2 t^2 until it meets the pulley at t = 1, where the rope's length has a kink."""
+    system = mbs.load(EXAMPLES / "textbook" / "incline_pulley.yaml")
+    with pytest.raises(FailedRunError, match=r"at t = 1 s, on account of u_") as caught:
+        mbs.simulate(system, backend=backend)
+    run = caught.value.trajectory
+    assert np.allclose(run["s"], -2 + 2 * run.t**2, rtol=0, atol=1e-9)
+    assert run.t[-1] == pytest.approx(1.0, abs=0.011)
+
+
 def test_too_many_steps_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(problem, "_MOST_STEPS", 20)
     with pytest.raises(FailedRunError, match="largest number of steps"):
