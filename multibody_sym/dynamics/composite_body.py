@@ -66,6 +66,16 @@ def mass_matrix(motion: Motion) -> list[list[S]]:
     return matrix
 
 
+def mass_diagonal(motion: Motion) -> list[S]:
+    """Return the diagonal of M (nu), in time linear in the number of bodies."""
+    diagonal = []
+    for moved, composite in zip(motion.bodies, _composites(motion), strict=True):
+        for linear, angular in zip(moved.linear, moved.angular, strict=True):
+            force, moment = composite.wrench(linear, angular)
+            diagonal.append(dot(linear, force) + dot(angular, moment))
+    return diagonal
+
+
 def _fill_column(matrix: list[list[S]], motion: Motion, index: int, k: int, wrench: Wrench) -> None:
     """Project the wrench of column k on the joint of body `index` and of all bodies that carry it."""
     while index >= 0:

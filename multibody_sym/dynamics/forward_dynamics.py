@@ -14,7 +14,8 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.dynamics.composite_body import mass_matrix
+from multibody_sym.dynamics.block_ldl import tree_factors
+from multibody_sym.dynamics.composite_body import mass_diagonal, mass_matrix
 from multibody_sym.dynamics.equations import TreeDynamics
 from multibody_sym.dynamics.massless import completed_matrix, massless_speeds
 from multibody_sym.errors import NoSolutionError, Where
@@ -57,7 +58,10 @@ def forward_dynamics(dynamics: TreeDynamics) -> Accelerations:
 
 def verify_inertia(motion: Motion) -> None:
     """Raise NoSolutionError naming the first speed that neither inertia nor rows resist."""
-    rows = row_motions(motion) if massless_speeds(motion.mechanism) else []
+    massless = massless_speeds(motion.mechanism)
+    if not massless and _has_inertia(motion):
+        return
+    rows = row_motions(motion) if massless else []
     index = speed_without_inertia(completed_matrix(motion, mass_matrix(motion), rows))
     if index is not None:
         speed = motion.mechanism.speeds[index]
@@ -67,6 +71,17 @@ def verify_inertia(motion: Motion) -> None:
             "hold the direction, or start from another position",
             where=Where(path=("joints", speed.joint)),
         )
+
+
+def _has_inertia(motion: Motion) -> bool:
+    """Return whether M has positive pivots beside its diagonal, in time linear in the number of bodies."""
+    try:
+        factors = tree_factors(motion)
+    except ZeroDivisionError:
+        return False
+    pivots = np.array([freedom.pivot for of_body in factors.freedoms for freedom in of_body], dtype=float)
+    diagonal = np.array(mass_diagonal(motion), dtype=float)
+    return bool((pivots > _SAFETY * EPSILON * len(pivots) * diagonal).all())
 
 
 def speed_without_inertia(matrix: Sequence[Sequence[float]]) -> int | None:

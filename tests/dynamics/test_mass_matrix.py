@@ -8,7 +8,7 @@ from exact import Exact
 from mechanisms import random_case, random_state
 
 from multibody_sym.dynamics.block_ldl import tree_factors
-from multibody_sym.dynamics.composite_body import mass_matrix
+from multibody_sym.dynamics.composite_body import mass_diagonal, mass_matrix
 from multibody_sym.dynamics.dalembert import dalembert
 from multibody_sym.dynamics.factorization import factorized
 from multibody_sym.kinematics.energy import kinetic_energy
@@ -29,6 +29,7 @@ def test_is_symmetric_positive_definite_and_agrees_with_dalembert(seed: int) -> 
     motion = case.motion(*random_state(np.random.default_rng(seed), case))
     matrix = np.array(mass_matrix(motion), dtype=float)
     assert (matrix == matrix.T).all()
+    np.testing.assert_allclose(mass_diagonal(motion), matrix.diagonal(), rtol=1e-13)
     assert np.linalg.eigvalsh(scaled(matrix)).min() > 0
     np.testing.assert_allclose(scaled(matrix), scaled(dalembert(motion).mass_matrix), atol=1e-12)
 
