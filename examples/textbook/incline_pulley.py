@@ -24,6 +24,7 @@ system = mbs.System(
         "normal_force": "reaction(plane, fy)",
         "speed_at_the_top": mbs.Ask(of="block", at={"s": 0}),
     },
+    simulation=mbs.Settings(t_end="0.9 s"),
 )
 
 if __name__ == "__main__":

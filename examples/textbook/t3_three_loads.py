@@ -21,6 +21,7 @@ system = mbs.System(
     constraints={"string": mbs.Rope(["upper", "pulley", "single"]), "link": mbs.Rope(["upper", "lower"])},
     pulleys={"pulley": mbs.Pulley("ground.axle")},
     ask={"path": mbs.Ask(of="single", after="4 s")},
+    simulation=mbs.Settings(t_end="4 s"),
 )
 
 if __name__ == "__main__":

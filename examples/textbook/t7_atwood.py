@@ -19,6 +19,7 @@ system = mbs.System(
     constraints={"string": mbs.Rope(["left", "pulley", "right"])},
     pulleys={"pulley": mbs.Pulley("ground.axle")},
     ask={"displacement": mbs.Ask(of="right", after="5 s"), "tension": "tension(string)"},
+    simulation=mbs.Settings(t_end="5 s"),
 )
 
 if __name__ == "__main__":

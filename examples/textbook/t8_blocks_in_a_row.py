@@ -25,6 +25,7 @@ system = mbs.System(
         "string3": mbs.Rope(["block3", "pulley", "load"]),
     },
     pulleys={"pulley": mbs.Pulley("ground.edge")},
+    simulation=mbs.Settings(t_end="1 s"),
 )
 
 if __name__ == "__main__":

@@ -59,8 +59,8 @@ def approximate_rank(dynamics: TreeDynamics) -> int:
 
 
 def _generic(count: int) -> Floats:
-    """Return numbers that no row is likely to be perpendicular to."""
-    return np.sqrt(2.0 + np.arange(count, dtype=float))
+    """Return numbers that no row is likely to be perpendicular to: drawn, as any pattern meets masses that fit it."""
+    return np.random.default_rng(20).normal(size=count)
 
 
 def _idle(matrix: Floats, rank: int) -> Floats:

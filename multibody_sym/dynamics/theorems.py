@@ -118,8 +118,8 @@ def theorems(instants: Iterable[Instant]) -> dict[str, float]:
     for at in instants:
         residuals = (
             _unbalanced(at.energy[:, None], at.powers[:, None]),
-            _unbalanced(at.changes[0], at.causes[0]),
-            _unbalanced(at.changes[1], at.causes[1]),
+            _unbalanced(at.changes[0], at.causes[0], at.momenta[0]),
+            _unbalanced(at.changes[1], at.causes[1], at.momenta[1]),
         )
         worst = {name: max(x, y) for (name, x), y in zip(worst.items(), residuals, strict=True)}
     return worst
@@ -147,9 +147,13 @@ def _keeps_energy(at: Instant) -> bool:
     return abs(float(terms.sum())) <= NEGLIGIBLE * float(np.abs(terms).sum() + np.abs(at.powers).sum())
 
 
-def _unbalanced(left: Floats, right: Floats) -> float:
-    """Return |sum left - sum right| relative to the largest component of the terms' absolute values; 0/0 is 0."""
+def _unbalanced(left: Floats, right: Floats, momenta: Floats | None = None) -> float:
+    """Return |sum left - sum right| relative to the largest component of the terms' absolute values; 0/0 is 0.
+
+    Where all rates cancel, as of a body that only turns, they are compared with the momenta themselves.
+    """
     size = float((np.abs(left).sum(axis=0) + np.abs(right).sum(axis=0)).max())
+    size += 0.0 if momenta is None else float(np.abs(momenta).sum())
     difference = float(np.abs(left.sum(axis=0) - right.sum(axis=0)).max())
     return 0.0 if difference == 0.0 else difference / size
 

@@ -75,7 +75,9 @@ def test_measure_sees_a_part_in_a_million(rows: bool) -> None:
             found = FORMALISMS["composite_body"](mechanism, at)
             if part == "rows":
                 return replace(found, rows=[replace(row, gamma=row.gamma * (1 + 1e-6) + 1e-6) for row in found.rows])
-            return replace(found, **{part: [x * (1 + 1e-6) + 1e-6 for x in getattr(found, part)]})
+            changed = replace(found, **{part: [x * (1 + 1e-6) + 1e-6 for x in getattr(found, part)]})
+            pairs = zip(changed.applied, changed.velocity_terms, strict=True)
+            return replace(changed, forcing=[q - c for q, c in pairs])
 
         return formalism
 
