@@ -13,7 +13,7 @@ _MOST: Final = 20
 
 def run_summary(run: Trajectory) -> str:
     """Return how the run was done, where it ended, and how well energy and constraints were kept."""
-    return "\n".join([_headline(run), *_end(run), *_energy(run), *_constraints(run)])
+    return "\n".join([_headline(run), *_end(run), *_energy(run), *_constraints(run), *_ropes(run)])
 
 
 def _headline(run: Trajectory) -> str:
@@ -55,3 +55,10 @@ def _constraints(run: Trajectory) -> list[str]:
     if drift["quaternion"]:
         lines.append(f"quaternions were within {drift['quaternion']:.2g} of unit length when they were normalised")
     return lines
+
+
+def _ropes(run: Trajectory) -> list[str]:
+    return [
+        f"warning: from t = {event['t']:g} s on rope {event['element']} would have to push; a real one goes slack there"
+        for event in run.events
+    ]

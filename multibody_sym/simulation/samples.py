@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from multibody_sym.errors import InputError, ModelError
 from multibody_sym.formats.tables import Table
-from multibody_sym.model.mechanism import COMPONENTS, Mechanism
+from multibody_sym.model.mechanism import COMPONENTS, Mechanism, RopeRow
 from multibody_sym.model.slots import suggestion
 from multibody_sym.simulation.runnable import Runnable
 
@@ -131,6 +131,16 @@ class Samples:
     @cached_property
     def _energies(self) -> tuple[Floats, ...]:
         return self._evaluated("energy")
+
+    @cached_property
+    def tensions(self) -> Mapping[str, Floats]:
+        """The tension of each rope (m,) by name; negative where it would have to push."""
+        rows = self.ready.mechanism.rows
+        ropes = {row.name: k for k, row in enumerate(rows) if isinstance(row, RopeRow)}
+        if not ropes:
+            return {}
+        multipliers = self._derivative[2]
+        return {name: multipliers[:, k] for name, k in ropes.items()}
 
     def _evaluated(self, name: str) -> tuple[Floats, ...]:
         return self.ready.compiled.map(name, *self._arguments)

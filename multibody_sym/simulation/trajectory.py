@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from multibody_sym.integrators.reference import Status
 from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.samples import Floats, Samples
+
+_ROUNDING: Final = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -41,8 +43,13 @@ class Trajectory(Samples):
 
     @property
     def events(self) -> list[dict[str, Any]]:
-        """What happened on the way: nothing, for equality constraints have no events."""
-        return []
+        """What happened on the way: each rope's first sample at which it would push; a real one goes slack there."""
+        found: list[dict[str, Any]] = []
+        for name, tension in self.tensions.items():
+            pushing = np.flatnonzero(tension < -_ROUNDING * np.abs(tension).max(initial=0.0))
+            if len(pushing):
+                found.append({"t": float(self.t[pushing[0]]), "kind": "rope would push", "element": name})
+        return sorted(found, key=lambda event: float(event["t"]))
 
     @property
     def final(self) -> dict[str, Any]:

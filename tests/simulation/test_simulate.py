@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -171,7 +172,7 @@ def test_a_load_drawn_through_its_pulley_ends_the_run(backend) -> None:
     """Block on an incline, s = -2 + 2 t^2 until it meets the pulley at t = 1, where the rope's length has a kink."""
     system = mbs.load(EXAMPLES / "textbook" / "incline_pulley.yaml")
     with pytest.raises(FailedRunError, match=r"at t = 1 s, on account of u_") as caught:
-        mbs.simulate(system, backend=backend)
+        mbs.simulate(system, t_end=10, backend=backend)
     run = caught.value.trajectory
     assert np.allclose(run["s"], -2 + 2 * run.t**2, rtol=0, atol=1e-9)
     assert run.t[-1] == pytest.approx(1.0, abs=0.011)
@@ -232,3 +233,20 @@ def test_an_interrupted_run_keeps_its_samples() -> None:
     assert 1 < len(run) < 200001
     assert run.as_json()["interrupted"] is True
     assert run.final["t"] < 2000
+
+
+def test_a_rope_that_would_push_is_an_event() -> None:
+    joint = {"type": "prismatic", "parent": "ground", "axis": "x"}
+    system = mbs.System(
+        "pushed",
+        bodies={"left": {"mass": 1}, "right": {"mass": 2}},
+        joints={"a": {**joint, "child": "left"}, "b": {**joint, "child": "right", "initial": {"q": 0.5}}},
+        forces={"p": {"type": "force", "on": "left", "value": ["1 - 2*t", 0, 0]}},
+        constraints={"string": {"type": "rope", "path": ["left", "right"]}},
+    )
+    (event,) = mbs.simulate(system, t_end=0.4, samples=41).events
+    assert event == {"t": 0.0, "kind": "rope would push", "element": "string"}
+    pulled = replace(system, forces={"p": {"type": "force", "on": "left", "value": ["2*t - 1", 0, 0]}})
+    (later,) = mbs.simulate(pulled, t_end=1, samples=101).events
+    assert later["t"] == pytest.approx(0.51)
+    assert not mbs.simulate(pulled, t_end=0.4).events
