@@ -159,7 +159,7 @@ def _accepted_step(flow: Flow, before: Step, rtol: float, atol: float) -> Step:
 
 
 def _moved_far(x: Floats, x_new: Floats, settled: Floats) -> int | None:
-    """Return the component that settling moved most, if by more than a tenth of the whole step and round-off; else None.
+    """Return the component that settling moved most, if by over a tenth of the whole step and round-off; else None.
 
     Such a step has gone over a kink in the constraints, of which the error estimate knows nothing.
     """
