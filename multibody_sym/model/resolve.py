@@ -43,7 +43,7 @@ from multibody_sym.model.mechanism import (
     TreeBody,
 )
 from multibody_sym.model.slots import AXES, Element, at, dimension_of_unit, suggestion
-from multibody_sym.model.system import RESERVED, System, expressions, verify_symbol, with_expressions
+from multibody_sym.model.system import RESERVED, System, expressions, verify_symbol, verify_system, with_expressions
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, leaves, slot, symbol
 
@@ -56,6 +56,7 @@ def mechanism(system: System) -> Mechanism:
     Raises ModelError (with the path of the field) for unknown names, wrong dimensions, bodies that nothing joins, and
     whatever else contradicts itself.
     """
+    verify_system(system)
     joints = _tree(system)
     coordinates = tuple(c for name, joint in joints for c in _coordinates(name, joint))
     speeds = tuple(s for name, joint in joints for s in _speeds(name, joint))

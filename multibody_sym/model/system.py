@@ -21,7 +21,20 @@ from multibody_sym.model.elements import (
     Settings,
 )
 from multibody_sym.model.joints import JOINTS, Joint
-from multibody_sym.model.slots import Element, MapOf, Names, Record, Scalar, Text, Vector, at, holds, slots_of, unit_of
+from multibody_sym.model.slots import (
+    Element,
+    MapOf,
+    Names,
+    Record,
+    Scalar,
+    Text,
+    Vector,
+    at,
+    described,
+    holds,
+    slots_of,
+    unit_of,
+)
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, leaves, symbol, symbol_with
 
@@ -161,3 +174,8 @@ def verify_symbol(name: str) -> None:
     if name in RESERVED:
         raise ModelError(f"{name!r} is reserved")
 
+
+def verify_system(value: object) -> None:
+    """Raise ModelError unless `value` is a System; a file's name is what people hand over instead."""
+    if not isinstance(value, System):
+        raise ModelError(f"expected a System, got {described(value)}; load(...) reads one from a file")

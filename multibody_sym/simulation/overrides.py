@@ -10,7 +10,7 @@ from multibody_sym.errors import ModelError
 from multibody_sym.expressions.parser import parse_scalar
 from multibody_sym.model.elements import Parameter
 from multibody_sym.model.slots import Names, at, scalar, suggestion
-from multibody_sym.model.system import System
+from multibody_sym.model.system import System, verify_system
 
 
 def with_values(system: System, values: Mapping[str, Any] | None) -> System:
@@ -18,6 +18,7 @@ def with_values(system: System, values: Mapping[str, Any] | None) -> System:
 
     Raises InputError for a name that is no parameter and for a value of another dimension.
     """
+    verify_system(system)
     if not values:
         return system
     changed = dict(system.parameters)
