@@ -59,7 +59,7 @@ def derive(model: System | Mechanism, method: str | None = None, *, budget: Budg
     sub-expressions have names. Raises InputError for an unknown method, ModelError where "lagrange" does not apply,
     NoSolutionError past the budget.
     """
-    mechanism = resolved(model) if isinstance(model, System) else model
+    mechanism = model if isinstance(model, Mechanism) else resolved(model)
     labels = labels_of(model) if isinstance(model, System) else {}
     chosen = method or ("multipliers" if mechanism.rows else "lagrange")
     if chosen not in METHODS:
