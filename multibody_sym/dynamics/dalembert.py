@@ -16,10 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.kinematics.loads import applied
+from multibody_sym.kinematics.loads import applied, span
 from multibody_sym.kinematics.motion import Motion, accelerations
+from multibody_sym.kinematics.points import velocity
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.wrenches import Wrench
+from multibody_sym.model.mechanism import JointSpring, Load, PointSpring
 
 Floats = npt.NDArray[np.float64]
 
@@ -46,9 +48,13 @@ class Partials:
     angular: Floats
 
     def force(self, force: Floats, moment: Floats) -> tuple[Floats, Floats]:
-        """Return the generalised forces of a wrench about the origin (world axes), and their absolute contributions."""
+        """Return the generalised forces of a wrench about the origin (world axes), and their absolute contributions.
+
+        The latter are products of lengths, as other axes make them cancel where these do not.
+        """
         value = self.linear.T @ force + self.angular.T @ moment
-        return value, np.abs(self.linear).T @ np.abs(force) + np.abs(self.angular).T @ np.abs(moment)
+        sizes = np.linalg.norm(self.linear, axis=0) * np.linalg.norm(force)
+        return value, sizes + np.linalg.norm(self.angular, axis=0) * np.linalg.norm(moment)
 
 
 def dalembert(motion: Motion) -> Reference:
@@ -108,14 +114,31 @@ def _inertia_force(
 def _applied(motion: Motion, partials: Sequence[Partials]) -> tuple[Floats, Floats]:
     """Return Q and its absolute contributions: each load's on each body, each weight, each drive."""
     total, absolute = np.zeros(len(motion.state.u)), np.zeros(len(motion.state.u))
-    acting = [applied(motion, [load], weight=False) for load in motion.mechanism.loads]
-    for forces in [*acting, applied(motion, [])]:
+    acting = [(applied(motion, [load], weight=False), _cancelled(motion, load)) for load in motion.mechanism.loads]
+    for forces, larger in [*acting, (applied(motion, []), 1.0)]:
         drives = np.array(forces.of_speed, dtype=float)
-        total, absolute = total + drives, absolute + np.abs(drives)
+        total, absolute = total + drives, absolute + larger * np.abs(drives)
         for body, wrench in zip(partials, forces.of_body, strict=True):
             value, part = body.force(*_in_world(body.rotation, wrench))
-            total, absolute = total + value, absolute + part
+            total, absolute = total + value, absolute + larger * part
     return total, absolute
+
+
+def _cancelled(motion: Motion, load: Load) -> float:
+    """Return how much larger than a spring's force the terms are whose difference it is."""
+    if isinstance(load, JointSpring):
+        k, d, rest = motion.state.values([load.stiffness, load.damping, load.rest])
+        at, rate = abs(motion.state.q[load.q]), motion.state.u[load.u]
+        terms, force = abs(k) * (at + abs(rest)) + abs(d * rate), k * (motion.state.q[load.q] - rest) + d * rate
+    elif isinstance(load, PointSpring):
+        k, d, rest = motion.state.values([load.stiffness, load.damping, load.length])
+        length, direction = span(motion, load.ends)
+        first, second = (np.array(velocity(motion, end), dtype=float) for end in load.ends)
+        terms = abs(k) * (length + abs(rest)) + abs(d) * float(np.linalg.norm(first) + np.linalg.norm(second))
+        force = k * (length - rest) + d * float(np.dot(direction, second - first))
+    else:
+        return 1.0
+    return float(terms / abs(force)) if force else 1.0
 
 
 def _in_world(R: Floats, wrench: Wrench) -> tuple[Floats, Floats]:
