@@ -28,7 +28,7 @@ from multibody_sym.kinematics.vectors import (
     steiner,
     transpose,
 )
-from multibody_sym.kinematics.wrenches import Wrench
+from multibody_sym.kinematics.wrenches import Wrench, to_parent
 from multibody_sym.model.mechanism import Mechanism
 
 
@@ -84,8 +84,7 @@ def _fill_column(matrix: list[list[S]], motion: Motion, index: int, k: int, wren
         for j, linear, angular in zip(body.u, moved.linear, moved.angular, strict=True):
             if j <= k:
                 matrix[j][k] = matrix[k][j] = dot(linear, force) + dot(angular, moment)
-        force = apply(moved.R_PB, force)
-        wrench = force, add(apply(moved.R_PB, moment), cross(moved.p_PB, force))
+        wrench = to_parent(moved, wrench)
         index = body.parent
 
 

@@ -48,6 +48,11 @@ class TreeDynamics:
     row_names: tuple[str, ...]
 
     @property
+    def bias_acceleration(self) -> list[S]:
+        """M^-1 f (n): the accelerations without rows."""
+        return self.factors.solve(self.forcing)
+
+    @property
     def constraint_jacobian(self) -> list[list[S]]:
         """H (s x n)."""
         return [row.jacobian for row in self.rows]

@@ -45,7 +45,7 @@ def forward_dynamics(dynamics: TreeDynamics) -> Accelerations:
     M udot = Q - c + H^T lambda, H udot = gamma. Multipliers of dependent rows are zero.
     """
     if not dynamics.rows:
-        return Accelerations(np.array(dynamics.factors.solve(dynamics.forcing), dtype=float), np.zeros(0), np.zeros(3))
+        return Accelerations(np.array(dynamics.bias_acceleration, dtype=float), np.zeros(0), np.zeros(3))
     factors, gamma = dynamics.factors, np.array(dynamics.constraint_forcing, dtype=float)
     free = np.array(factors.weighted(dynamics.forcing), dtype=float)
     matrix = np.array([factors.weighted(row.jacobian) for row in dynamics.rows], dtype=float)

@@ -53,7 +53,7 @@ def state_derivative(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
     trace = Trace("state_derivative", arrays(mechanism))
     rows = len(dynamics.rows)
     if rows == 0:
-        udot = dynamics.factors.solve(dynamics.forcing)
+        udot = dynamics.bias_acceleration
         multipliers: Sequence[Node] = ()
         report: Sequence[Node] = (ZERO,) * 3
     else:

@@ -179,6 +179,12 @@ def accelerations(motion: Motion, udot: Sequence[S], base: Vec = ZERO_VECTOR) ->
     return found
 
 
+def from_parent(moved: BodyMotion, parent: tuple[Vec, Vec]) -> tuple[Vec, Vec]:
+    """Return the accelerations (linear, angular) that a body at rest shares with its parent, in the body's axes."""
+    a, alpha = parent
+    return apply_transposed(moved.R_PB, add(a, cross(alpha, moved.p_PB))), apply_transposed(moved.R_PB, alpha)
+
+
 def spread(alpha: Vec, w: Vec) -> Mat:
     """Return [alpha] + [w][w]: times r it is how much more a point at r accelerates than the reference point."""
     xx, yy, zz = w[0] * w[0], w[1] * w[1], w[2] * w[2]

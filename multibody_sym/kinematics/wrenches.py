@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.motion import BodyMotion, Motion
 from multibody_sym.kinematics.vectors import ZERO_VECTOR, S, Vec, add, apply, apply_transposed, cross, dot, negate
 from multibody_sym.model.mechanism import Marker
 
@@ -49,11 +49,15 @@ def carried(motion: Motion, of_body: Sequence[Wrench]) -> list[Wrench]:
     for index in range(len(total) - 1, -1, -1):
         parent = motion.mechanism.bodies[index].parent
         if parent >= 0:
-            moved = motion.bodies[index]
-            force = apply(moved.R_PB, total[index][0])
-            moment = add(apply(moved.R_PB, total[index][1]), cross(moved.p_PB, force))
+            force, moment = to_parent(motion.bodies[index], total[index])
             total[parent] = (add(total[parent][0], force), add(total[parent][1], moment))
     return total
+
+
+def to_parent(moved: BodyMotion, wrench: Wrench) -> Wrench:
+    """Return a wrench about the parent's origin, in the parent's axes."""
+    force = apply(moved.R_PB, wrench[0])
+    return force, add(apply(moved.R_PB, wrench[1]), cross(moved.p_PB, force))
 
 
 def joint_projection(motion: Motion, wrenches: Sequence[Wrench]) -> list[S]:

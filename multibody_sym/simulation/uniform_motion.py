@@ -170,7 +170,7 @@ def _accelerations(solved: Solved, t: float, q: Floats, u: Floats) -> tuple[Floa
     resolved = solved.mechanism
     state = state_of(resolved, float, t, q.tolist(), u.tolist(), solved.begin.parameters)
     dynamics = composite_body(resolved, state)
-    free = max((abs(x) for x in dynamics.factors.solve(dynamics.forcing)), default=0.0)
+    free = max((abs(x) for x in dynamics.bias_acceleration), default=0.0)
     udot = forward_dynamics(dynamics).udot
     return udot, max(free, float(np.abs(udot).max(initial=0.0)))
 
