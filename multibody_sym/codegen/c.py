@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from multibody_sym.codegen.layout import Function, Functions, functions, parameters, summary, wrapped
 from multibody_sym.codegen.selftest import TOLERANCE, Samples, stored_numbers
-from multibody_sym.codegen.templates import filled, template_text
+from multibody_sym.codegen.templates import RUNTIME_HEADERS, RUNTIME_SOURCES, filled, runtime_files
 from multibody_sym.program.infix import Language, Texts, expression
 from multibody_sym.program.program import Array, Assign, Call, Output, Program, Solve, Statement
 from multibody_sym.scalars.node import Node
@@ -27,14 +27,15 @@ _RESERVED: Final = frozenset([*_WORDS.split(), "w"])
 
 
 def c_source(programs: Mapping[str, Program], *, prefix: str = "mbs", samples: Samples | None = None) -> dict[str, str]:
-    """Return model.c, model.h, runtime.c and runtime.h as text by file name, and selftest.c where `samples` are given.
+    """Return model.c, model.h and the files of the runtime by name, and selftest.c where `samples` are given.
 
     Each program becomes the function `<prefix>_<name>`; `<prefix>_programs` lists them all under one type.
     The same Programs give the same bytes in every process.
     Raises ProgramError where there is no program, or a name is none.
     """
-    files = {name: template_text(f"c/{name}") for name in ("runtime.c", "runtime.h")}
-    taken = [f"{prefix}_programs", f"{prefix}_program_count", *re.findall(r"\bmbs_\w+", files["runtime.h"])]
+    files = runtime_files()
+    used = {name for header in RUNTIME_HEADERS for name in re.findall(r"\bmbs_\w+", files[header])}
+    taken = [f"{prefix}_programs", f"{prefix}_program_count", *sorted(used)]
     every = functions(programs, f"{prefix}_", f"{prefix}__", taken)
     files |= {"model.c": _model(every, list(programs), prefix), "model.h": _header(every, prefix)}
     if samples is not None:
@@ -51,6 +52,7 @@ def _model(every: Functions, names: Sequence[str], prefix: str) -> str:
     return filled(
         "c/model.c.in",
         title=_TITLE,
+        runtime=" ".join(RUNTIME_SOURCES),
         summary="\n".join(f" * {line}" for name, f in exported for line in summary(name, f.program)),
         prefix=prefix,
         functions="\n\n".join(printed),

@@ -4,8 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 from string import Template
+from typing import Final
 
+RUNTIME_SOURCES: Final = ("solve.c", "calls.c", "constraints.c", "explicit.c", "runtime.c")
+RUNTIME_HEADERS: Final = ("runtime.h", "stepper.h", "vectors.h")
 _PACKAGE = Path(__file__).resolve().parents[1]
+
+
+def runtime_files() -> dict[str, str]:
+    """Return the texts of the runtime that is compiled with every model, by file name."""
+    return {name: template_text(f"c/{name}") for name in (*RUNTIME_SOURCES, *RUNTIME_HEADERS)}
 
 
 def template_text(name: str) -> str:

@@ -104,9 +104,9 @@ def _runs(path: str) -> bool:
 
 
 def build_library(compiler: Compiler, sources: Mapping[str, str]) -> Path:
-    """Return the cached shared library of `model.c` and `runtime.c` in `sources` (file name -> text).
+    """Return the cached shared library of `model.c` and the runtime's files in `sources` (file name -> text).
 
-    Both are compiled at the same time; the object of runtime.c is kept, since all models share it. Raises
+    All are compiled at the same time; the objects of the runtime are kept, since all models share them. Raises
     CompilerError, and OSError if nothing can be written.
     """
     version = compiler.version()
@@ -122,22 +122,29 @@ def build_library(compiler: Compiler, sources: Mapping[str, str]) -> Path:
 
 
 def _compiled(compiler: Compiler, sources: Mapping[str, str], origin: str) -> bytes:
-    runtime_key = cache.digest("runtime", origin, sources["runtime.c"], sources["runtime.h"])
-    runtime = cache.find(runtime_key)
+    shared = _shared_objects(sources, origin)
+    kept = {unit: artifact.path for unit, key in shared.items() if (artifact := cache.find(key)) is not None}
     with tempfile.TemporaryDirectory(prefix="multibody_sym-") as name:
         place = Path(name)
         for file, text in sources.items():
             (place / file).write_text(text, encoding="ascii")
-        units = ["model"] if runtime else ["model", "runtime"]
+        missing = [unit for unit in shared if unit not in kept]
         limit = _SECONDS + sum(map(len, sources.values())) / _BYTES_PER_SECOND
         start = [*compiler.command, *compiler.flags]
-        _run([[*start, "-c", f"{unit}.c", "-o", f"{unit}.o"] for unit in units], place, limit)
-        if runtime is None:
-            kept = cache.keep(_written(compiler, place / "runtime.o"), runtime_key, ".o")
-            cache.store(runtime_key, kept, {})
-        runtime_object = str(runtime.path) if runtime else "runtime.o"
-        _run([[*start, "-shared", "model.o", runtime_object, "-lm", "-o", "model.so"]], place, limit)
+        _run([[*start, "-c", f"{unit}.c", "-o", f"{unit}.o"] for unit in ("model", *missing)], place, limit)
+        for unit in missing:
+            kept[unit] = cache.keep(_written(compiler, place / f"{unit}.o"), shared[unit], ".o")
+            cache.store(shared[unit], kept[unit], {})
+        objects = [str(kept[unit]) for unit in shared]
+        _run([[*start, "-shared", "model.o", *objects, "-lm", "-o", "model.so"]], place, limit)
         return _written(compiler, place / "model.so")
+
+
+def _shared_objects(sources: Mapping[str, str], origin: str) -> dict[str, str]:
+    """Return the key of the compiled file for each of the runtime's files, by the file's name without ending."""
+    headers = [text for name, text in sources.items() if name.endswith(".h") and name != "model.h"]
+    units = [name.removesuffix(".c") for name in sources if name.endswith(".c") and name != "model.c"]
+    return {unit: cache.digest("runtime", origin, sources[f"{unit}.c"], *headers) for unit in units}
 
 
 def _written(compiler: Compiler, path: Path) -> bytes:

@@ -31,11 +31,11 @@ def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     method, system = _method(tableau), _system(problem, parameters, modes)
     structure = _problem(problem, method, system)
     x0 = problem.x0
-    work = np.zeros((len(tableau.c) + 6) * len(x0) + 2 * system.ns + system.nw + 4)
     state, steps, done = StateStruct(), _FIRST_PIECE, False
     derivative = problem.compiled["state_derivative"]
     assert isinstance(derivative, NativeFunction)
     library, handles = derivative.library, [ctypes.byref(s) for s in (structure, state)]
+    work = np.zeros(library.mbs_work(handles[0]))
     library.mbs_start(handles[0], _address(x0), handles[1], _address(work))
     while not done:
         begin, piece = time.perf_counter(), ctypes.c_longlong(steps)

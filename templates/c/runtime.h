@@ -89,7 +89,7 @@ typedef struct {
 } mbs_state;
 
 /* Doubles of work space for mbs_integrate. */
-#define MBS_WORK(stages, nq, nu, ns, nw) (((stages) + 6) * ((nq) + (nu)) + 2 * (ns) + (nw) + 4)
+long long mbs_work(const mbs_problem *problem);
 
 void mbs_start(const mbs_problem *problem, const double *x0, mbs_state *state, double *work);
 

@@ -49,7 +49,7 @@ class Library:
         for name, text in sources.items():
             (folder / name).write_text(text, encoding="ascii")
         path = folder / "model.so"
-        files = [name for name in ("model.c", "runtime.c") if name in sources]
+        files = [name for name in sources if name.endswith(".c") and name != "selftest.c"]
         command = [compiler(), *STRICT, *flags, "-fPIC", "-shared", *files, "-lm", "-o", str(path)]
         subprocess.run(command, cwd=folder, check=True, timeout=300)
         self.library = ctypes.CDLL(str(path))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from multibody_sym.codegen.templates import runtime_files
 from multibody_sym.runtime.loading import Compiled, load_c
 from multibody_sym.runtime.signature import Signature
 
@@ -70,8 +71,7 @@ class HandModel:
             entries.append(f'    {{"{name}", {counts}, {name}}}')
         lines.append("const mbs_program mbs_programs[] = {\n" + ",\n".join(entries) + "\n};\n")
         lines.append(f"const int mbs_program_count = {len(entries)};\n")
-        runtime = {name: (TEMPLATES / name).read_text() for name in ("runtime.c", "runtime.h")}
-        return {"model.c": "".join(lines), **runtime}
+        return {"model.c": "".join(lines), **runtime_files()}
 
     def load(self) -> Compiled:
         """Return the model compiled, under a key made of its source."""

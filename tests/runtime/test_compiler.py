@@ -132,7 +132,7 @@ def test_the_runtime_is_compiled_once_for_all_models(fresh, monkeypatch):
     build_library(find_compiler(), {**sources, "model.c": sources["model.c"] + "\n"})
     build_library(find_compiler(), sources)
     lines = log.read_text().splitlines()
-    assert sum("-c runtime.c" in line for line in lines) == 1
+    assert sum("-c explicit.c" in line for line in lines) == 1
     assert sum("-c model.c" in line for line in lines) == 2
 
 

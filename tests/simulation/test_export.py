@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.codegen.templates import runtime_files
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 COMPILER = shutil.which("cc") or shutil.which("gcc")
@@ -38,7 +39,7 @@ def shell(line: str, folder: Path) -> str:
 @pytest.mark.parametrize("fold", [False, True])
 def test_c_compiles_as_its_head_says_and_tests_itself(tmp_path: Path, fold: bool) -> None:
     files = mbs.export(mbs.loads(HELD), to="c", directory=tmp_path / "out", fold=fold)
-    assert {file.name for file in files} == {"model.c", "model.h", "runtime.c", "runtime.h", "selftest.c", "names.json"}
+    assert {file.name for file in files} == {"model.c", "model.h", *runtime_files(), "selftest.c", "names.json"}
     line = re.search(r"Self-test: (cc .*)$", (tmp_path / "out" / "model.c").read_text(), re.MULTILINE)[1]
     printed = shell(line.replace("cc ", f"{COMPILER} -Wall -Wextra -Werror -pedantic ", 1), tmp_path / "out")
     assert printed.count("ok") == 6
@@ -102,7 +103,7 @@ def test_a_foreign_driver_reaches_the_same_state(tmp_path: Path) -> None:
         }
         """
     )
-    printed = shell(f"{COMPILER} -O2 -ffp-contract=off driver.c model.c runtime.c -lm -o driver && ./driver", tmp_path)
+    printed = shell(f"{COMPILER} -O2 -ffp-contract=off driver.c model.c solve.c -lm -o driver && ./driver", tmp_path)
     rhs, x = mbs.compile(mbs.state_derivative(system)), [1.0, 0.5, 0.0, 0.0]
     for _ in range(1000):
         x = [a + 1e-3 * b for a, b in zip(x, rhs(0.0, x).tolist(), strict=True)]

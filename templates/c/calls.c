@@ -1,0 +1,68 @@
+/* Calls of the programs of a system. */
+#include "stepper.h"
+
+void mbs_map(const mbs_program *program, long long samples, const double **in, const int *advance, double **out)
+{
+    for (long long sample = 0; sample < samples; ++sample) {
+        program->call(in, out);
+        for (int i = 0; i < program->n_in; ++i)
+            in[i] += advance[i] ? program->in_sizes[i] : 0;
+        for (int i = 0; i < program->n_out; ++i)
+            out[i] += program->out_sizes[i];
+    }
+}
+
+int mbs_failed(mbs_run *r, int status, double time, int component)
+{
+    r->state->failure_time = time;
+    r->state->component = component;
+    return status;
+}
+
+int mbs_all_finite(mbs_run *r, double time, const double *values)
+{
+    double product = 0.0;
+    for (int i = 0; i < r->n; ++i)
+        product += 0.0 * values[i];
+    if (product == 0.0)
+        return MBS_RUNNING;
+    int component = 0;
+    while (isfinite(values[component]))
+        ++component;
+    return mbs_failed(r, MBS_NOT_FINITE, time, component);
+}
+
+void mbs_call(mbs_run *r, const mbs_program *program, double t, const double *x, double *const *out)
+{
+    const mbs_system *system = r->system;
+    const double *in[6] = {&t, x, x + system->nq, system->parameters, r->inputs, system->modes};
+    if (system->inputs)
+        system->inputs->call(in, &r->inputs);
+    program->call(in, out);
+}
+
+static void note_report(mbs_run *r, double t)
+{
+    mbs_state *state = r->state;
+    if (r->report[0] < state->least_rank)
+        state->least_rank = r->report[0];
+    if (r->report[0] > state->greatest_rank)
+        state->greatest_rank = r->report[0];
+    if (r->report[1] < state->conditioning) {
+        state->conditioning = r->report[1];
+        state->conditioning_time = t;
+    }
+    if (r->report[2] > r->residual)
+        r->residual = r->report[2];
+}
+
+int mbs_derivative(mbs_run *r, double t, const double *x, double *slope)
+{
+    double *out[4] = {slope, slope + r->system->nq, r->multipliers, r->report};
+    mbs_call(r, r->system->state_derivative, t, x, out);
+    ++r->state->evaluations;
+    int status = mbs_all_finite(r, t, slope);
+    if (status == MBS_RUNNING && r->system->ns > 0)
+        note_report(r, t);
+    return status;
+}

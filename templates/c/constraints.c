@@ -1,0 +1,62 @@
+/* The state of a step put back onto the constraints. */
+#include "stepper.h"
+
+double mbs_violation(mbs_run *r, const mbs_program *program, double t, const double *x)
+{
+    double *out[2] = {r->rows, r->correction};
+    mbs_call(r, program, t, x, out);
+    return mbs_largest(r->system->ns, r->rows);
+}
+
+int mbs_worst_row(const mbs_run *r)
+{
+    int row = 0;
+    for (int i = 1; i < r->system->ns; ++i)
+        if (!(fabs(r->rows[i]) <= fabs(r->rows[row])))
+            row = i;
+    return row;
+}
+
+/* Correct `count` entries of x from `first` on until the rows hold to round-off or get no better; `before` and `after`
+   receive the largest |row|. */
+static int close_rows(mbs_run *r, const mbs_program *program, double t, double *x, int first, int count, double *before,
+                      double *after)
+{
+    double *part = x + first, *kept = r->stage;
+    double size = 1.0 + mbs_largest(count, part), previous = HUGE_VAL;
+    *before = *after = mbs_violation(r, program, t, x);
+    for (int round = 0; round < 20 && *after > 1e-14 * size && *after < 0.5 * previous; ++round) {
+        previous = *after;
+        mbs_copy(count, part, kept);
+        for (int i = 0; i < count; ++i)
+            part[i] += r->correction[i];
+        *after = mbs_violation(r, program, t, x);
+        if (!(*after < previous)) {
+            mbs_copy(count, kept, part);
+            *after = previous;
+        }
+    }
+    if (*after <= r->problem->closure * size)
+        return MBS_RUNNING;
+    return mbs_failed(r, MBS_NOT_CLOSED, t, mbs_worst_row(r));
+}
+
+void mbs_normalize(mbs_run *r, double t, double *x, double *deviation)
+{
+    double *out[2] = {r->correction, deviation};
+    if (!r->system->normalize)
+        return;
+    mbs_call(r, r->system->normalize, t, x, out);
+    mbs_copy(r->system->nq, r->correction, x);
+}
+
+int mbs_project(mbs_run *r, double t, double *x)
+{
+    const mbs_system *s = r->system;
+    int status = MBS_RUNNING;
+    if (s->project_position)
+        status = close_rows(r, s->project_position, t, x, 0, s->nq, &r->removed_position, &r->drift_position);
+    if (status == MBS_RUNNING && s->project_velocity)
+        status = close_rows(r, s->project_velocity, t, x, s->nq, s->nu, &r->removed_velocity, &r->drift_velocity);
+    return status;
+}

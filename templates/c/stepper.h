@@ -1,0 +1,69 @@
+/* Interface between the integration loop and the families of methods; users of a model need runtime.h only. */
+#ifndef MBS_STEPPER_H
+#define MBS_STEPPER_H
+
+#include "runtime.h"
+#include "vectors.h"
+
+typedef struct mbs_run mbs_run;
+
+/* A family of methods. A step goes from (t, x), where the slope is `slope`, to (t_new, x_new) over h. The loop calls
+   restart, then for each step attempt (until one is good enough), finish and advance; value in between. */
+typedef struct {
+    /* Doubles of work space of its own: r->own. */
+    long long (*work)(const mbs_problem *problem);
+    /* Nothing before x counts: at the start and where an event has ended a step. */
+    void (*restart)(mbs_run *r);
+    /* Fill x_new and, unless the step is fixed, the error. Any h may come, shorter or longer than the one before. */
+    int (*attempt)(mbs_run *r, double h, double t_new);
+    /* Fill slope_new, the slope at x_new, which has been normalised and projected (then `changed` is not 0). */
+    int (*finish)(mbs_run *r, double t_new, int changed);
+    /* The step is accepted: x_new and slope_new are about to become x and slope. */
+    void (*advance)(mbs_run *r);
+    /* The state at t + theta h in the step that is finished, 0 <= theta <= 1. */
+    void (*value)(const mbs_run *r, double theta, double *x);
+} mbs_stepper;
+
+extern const mbs_stepper mbs_explicit;
+
+/* The problem, its state and the parts of the work space. */
+struct mbs_run {
+    const mbs_problem *problem;
+    const mbs_method *method;
+    const mbs_system *system;
+    const mbs_stepper *stepper;
+    mbs_state *state;
+    int n;
+    double *x, *x_new, *slope_new, *error;
+    double *stage, *spare, *correction; /* for whoever needs them: nothing stays in them from one call to the next */
+    double *slope, *own;                /* own follows slope: a first stage at x is row 0 of an array from slope on */
+    double *inputs, *multipliers, *rows, *report;
+    double drift_position, drift_velocity, removed_position, removed_velocity, deviation; /* of the step on trial */
+    double residual; /* largest scaled residual of dependent rows in it */
+};
+
+/* Note when and where a run failed; returns `status`. */
+int mbs_failed(mbs_run *r, int status, double time, int component);
+
+/* MBS_RUNNING if all values (n) are finite. */
+int mbs_all_finite(mbs_run *r, double time, const double *values);
+
+/* Call a program of the system at (t, x), with the inputs that its program for them gives. */
+void mbs_call(mbs_run *r, const mbs_program *program, double t, const double *x, double *const *out);
+
+/* The slope at (t, x); watches the rank of the rows and how far dependent ones disagree. */
+int mbs_derivative(mbs_run *r, double t, const double *x, double *slope);
+
+/* The largest |row| of a projection program at (t, x); the rows stay in r->rows, its correction in r->correction. */
+double mbs_violation(mbs_run *r, const mbs_program *program, double t, const double *x);
+
+/* The index of the largest of r->rows. */
+int mbs_worst_row(const mbs_run *r);
+
+/* Quaternions of x to unit length; `deviation` receives how far the worst was from it. */
+void mbs_normalize(mbs_run *r, double t, double *x, double *deviation);
+
+/* Put x back onto the constraints; fills removed_ and drift_ of both levels. */
+int mbs_project(mbs_run *r, double t, double *x);
+
+#endif
