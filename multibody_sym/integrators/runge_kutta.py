@@ -1,4 +1,4 @@
-"""Explicit Runge-Kutta methods as exact data that checks itself; `METHODS` is the table of them by name.
+"""Explicit Runge-Kutta methods as exact data that checks itself; `EXPLICIT` lists them.
 
 Every method is kept with its end point as last stage: the last row of `A` is b, so the last slope is f(t + h, x_new).
 It costs nothing, because it is the first slope of the next step, and it lets one loop serve all methods: error
@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from types import MappingProxyType
 from typing import Final
 
 import numpy as np
@@ -184,16 +183,11 @@ def _dormand_prince() -> RungeKutta:
     )
 
 
-METHODS: Final = MappingProxyType(
-    {
-        method.name: method
-        for method in (
-            _method("explicit_euler", 1, "1"),
-            _method("midpoint", 2, "1/2; 0 1"),
-            _method("heun", 2, "1; 1/2 1/2"),
-            _method("rk4", 4, "1/2; 0 1/2; 0 0 1; 1/6 1/3 1/3 1/6"),
-            _method("bogacki_shampine", 3, "1/2; 0 3/4; 2/9 1/3 4/9", "7/24 1/4 1/3 1/8", 2),
-            _dormand_prince(),
-        )
-    }
+EXPLICIT: Final = (
+    _method("explicit_euler", 1, "1"),
+    _method("midpoint", 2, "1/2; 0 1"),
+    _method("heun", 2, "1; 1/2 1/2"),
+    _method("rk4", 4, "1/2; 0 1/2; 0 0 1; 1/6 1/3 1/3 1/6"),
+    _method("bogacki_shampine", 3, "1/2; 0 3/4; 2/9 1/3 4/9", "7/24 1/4 1/3 1/8", 2),
+    _dormand_prince(),
 )

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.integrators.reference import Status
+from multibody_sym.integrators.flow import Status
 from multibody_sym.runtime.native_loop import native_loop
 from multibody_sym.runtime.problem import Chunk, Loop, Problem, Progress, RunFailure, Statistics
 from multibody_sym.runtime.python_loop import python_loop

@@ -6,13 +6,14 @@ import ctypes
 import math
 import time
 from collections.abc import Iterator
+from functools import singledispatch
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.integrators.reference import Status
-from multibody_sym.integrators.runge_kutta import Tableau
+from multibody_sym.integrators.flow import Method, Status
+from multibody_sym.integrators.runge_kutta import RungeKutta
 from multibody_sym.runtime.native import MethodStruct, NativeFunction, ProblemStruct, StateStruct, SystemStruct
 from multibody_sym.runtime.problem import Problem, Progress, RunFailure, Statistics
 
@@ -26,9 +27,8 @@ _PROGRAMS: Final = ("inputs", "state_derivative", "project_position", "project_v
 
 def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     """Integrate in C; see `Loop`. What was written before an interruption stays in `samples`."""
-    tableau = problem.method.tableau
     parameters, modes = (np.array(values, dtype=float) for values in (problem.parameters, problem.modes))
-    method, system = _method(tableau), _system(problem, parameters, modes)
+    method, system = _method(problem.method), _system(problem, parameters, modes)
     structure = _problem(problem, method, system)
     x0 = problem.x0
     state, steps, done = StateStruct(), _FIRST_PIECE, False
@@ -51,8 +51,15 @@ def _address(array: Floats) -> ctypes.c_void_p:
     return ctypes.c_void_p(array.ctypes.data)
 
 
-def _method(tableau: Tableau) -> MethodStruct:
-    """Return the tableau for C; it points into `tableau`, which must live as long."""
+@singledispatch
+def _method(method: Method) -> MethodStruct:
+    """Return the method for C; it points into the method's arrays, which must live as long."""
+    raise TypeError(f"{method!r} is no method")
+
+
+@_method.register
+def _explicit(method: RungeKutta) -> MethodStruct:
+    tableau = method.tableau
     return MethodStruct(
         stages=len(tableau.c),
         order=tableau.order,

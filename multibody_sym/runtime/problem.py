@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.integrators.reference import Status, sample_times
-from multibody_sym.integrators.runge_kutta import RungeKutta
+from multibody_sym.integrators.flow import Method, Status
+from multibody_sym.integrators.reference import sample_times
 from multibody_sym.runtime.loading import Compiled
 
 Floats = NDArray[np.float64]
@@ -27,7 +27,7 @@ class Problem:
     """
 
     compiled: Compiled
-    method: RungeKutta
+    method: Method
     t0: float
     t_end: float
     q0: Floats
@@ -47,7 +47,7 @@ class Problem:
         for true, claim in (
             (self.t_end > self.t0, "t_end is later than t0"),
             (self.step is None or self.step > 0.0, "step is positive"),
-            (self.step is not None or self.method.error is not None, f"{self.method.name} has a step, no tolerances"),
+            (self.step is not None or self.method.error_order > 0, f"{self.method.name} has a step, no tolerances"),
             (self.rtol >= 0.0 and self.atol > 0.0, "rtol is not negative and atol is positive"),
             (self.samples >= 2, "there are at least two samples"),
             (self.max_steps >= 1, "max_steps is at least one"),

@@ -11,16 +11,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.integrators.reference import (
-    Flow,
-    Status,
-    Step,
-    StepError,
-    adaptive_steps,
-    fixed_steps,
-    reaches,
-    sampled,
-)
+from multibody_sym.integrators.flow import Flow, Status, Step, StepError
+from multibody_sym.integrators.reference import reaches, sampled, steps
 from multibody_sym.runtime.problem import Problem, Progress, RunFailure, Statistics
 
 Floats = NDArray[np.float64]
@@ -83,9 +75,8 @@ class _Run:
     def steps(self, x0: Floats) -> Iterator[Step]:
         """Yield the accepted steps; raises StepError."""
         p = self.problem
-        flow = Flow(p.method.tableau, self.derivative, p.t0, p.t_end, x0, self.settle)
-        steps = adaptive_steps(flow, p.rtol, p.atol) if p.step is None else fixed_steps(flow, p.step)
-        for number, done in enumerate(steps, 1):
+        flow = Flow(p.method, self.derivative, p.t0, p.t_end, x0, self.settle, p.step, p.rtol, p.atol)
+        for number, done in enumerate(steps(flow), 1):
             yield done
             if number >= p.max_steps and done.t_new < p.t_end:
                 raise StepError(Status.STEP_LIMIT, done.t_new, -1)
@@ -162,7 +153,7 @@ class _Run:
     def sample(self, done: Step, index: int) -> Floats:
         """Return sample `index`, normalised and projected like a step; where that fails as interpolated."""
         at = self.times[index]
-        x = sampled(self.problem.method.tableau, done, at)
+        x = sampled(done, at)
         if x is done.x_new:
             return x
         x = self._normalized(at, x)

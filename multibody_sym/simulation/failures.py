@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from multibody_sym.errors import RunError
-from multibody_sym.integrators.reference import Status
+from multibody_sym.integrators.flow import Status
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.runtime.problem import RunFailure
 

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.errors import ModelError
-from multibody_sym.integrators.reference import Status
+from multibody_sym.integrators.flow import Status
 from multibody_sym.model.slots import at
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.problem import Problem

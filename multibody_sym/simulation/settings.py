@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from multibody_sym.errors import ModelError
-from multibody_sym.integrators.runge_kutta import METHODS, RungeKutta
+from multibody_sym.integrators.flow import Method
+from multibody_sym.integrators.methods import METHODS
 from multibody_sym.model.elements import Baumgarte, Settings
 from multibody_sym.model.slots import at, suggestion
 from multibody_sym.scalars.functions import evaluate_float
@@ -32,7 +33,7 @@ class RunSettings:
     `project`: each step is put back onto the constraints; `baumgarte`: they are stabilised instead.
     """
 
-    method: RungeKutta
+    method: Method
     t_end: float
     step: float | None
     rtol: float
@@ -54,7 +55,7 @@ def run_settings(settings: Settings, values: Mapping[Node, float]) -> RunSetting
         return RunSettings(method, t_end, step, rtol, atol, samples, baumgarte is None and not unwanted, baumgarte)
 
 
-def _method(settings: Settings) -> RungeKutta:
+def _method(settings: Settings) -> Method:
     with at("step"):
         if settings.step is not None and (settings.rtol is not None or settings.atol is not None):
             raise ModelError("give a step or tolerances (rtol, atol), not both")
@@ -62,8 +63,8 @@ def _method(settings: Settings) -> RungeKutta:
         if settings.method not in METHODS:
             raise ModelError(f"there is no method {settings.method!r}{suggestion(settings.method, METHODS)}")
         method = METHODS[settings.method]
-        if settings.step is None and method.error is None:
-            adaptive = ", ".join(name for name, m in METHODS.items() if m.error is not None)
+        if settings.step is None and method.error_order == 0:
+            adaptive = ", ".join(name for name, m in METHODS.items() if m.error_order > 0)
             raise ModelError(f"{method.name} estimates no error and needs a step; adaptive methods: {adaptive}")
         return method
 

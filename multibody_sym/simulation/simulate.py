@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from multibody_sym.integrators.reference import Status
+from multibody_sym.integrators.flow import Status
 from multibody_sym.model.slots import at
 from multibody_sym.model.system import System
 from multibody_sym.runtime.integration import Integration, integrate

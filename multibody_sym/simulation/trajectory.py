@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.integrators.reference import Status
+from multibody_sym.integrators.flow import Status
 from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.samples import Floats, Samples

@@ -14,7 +14,9 @@ from multibody_sym.integrators.order_conditions import (
     rooted_trees,
     stage_weights,
 )
-from multibody_sym.integrators.runge_kutta import METHODS
+from multibody_sym.integrators.runge_kutta import EXPLICIT
+
+METHODS = {method.name: method for method in EXPLICIT}
 
 
 def symmetry(tree):

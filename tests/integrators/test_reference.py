@@ -6,17 +6,9 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
-from multibody_sym.integrators.reference import (
-    Flow,
-    Status,
-    StepError,
-    adaptive_steps,
-    fixed_steps,
-    sample_times,
-    solution,
-    step_count,
-)
-from multibody_sym.integrators.runge_kutta import METHODS
+from multibody_sym.integrators.flow import Flow, Status, StepError
+from multibody_sym.integrators.methods import METHODS
+from multibody_sym.integrators.reference import sample_times, solution, step_count, steps
 
 AMPLITUDE = 2.0
 FINEST = {"explicit_euler": 6000, "midpoint": 1600, "heun": 1600, "rk4": 800, "bogacki_shampine": 800}
@@ -50,20 +42,20 @@ def test_the_measured_order_is_the_nominal_one(method, samples):
 def test_explicit_time_is_seen_by_every_stage(method):
     nominal = METHODS[method].order
     errors = []
-    for steps in (100, 200):
-        t, x = solution(METHODS[method], lambda t, x: x * np.cos(t), 0.0, 2.0, [1.0], step=2.0 / steps, samples=2)
+    for count in (100, 200):
+        t, x = solution(METHODS[method], lambda t, x: x * np.cos(t), 0.0, 2.0, [1.0], step=2.0 / count, samples=2)
         errors.append(abs(x[-1, 0] - math.exp(math.sin(t[-1]))))
     assert math.log2(errors[0] / errors[1]) > nominal - 0.1
 
 
 @pytest.mark.parametrize(("step", "count"), [(0.1, 10), (0.3, 4), (1.0, 1), (7.0, 1), (1 / 3, 3), (0.7, 2)])
 def test_fixed_steps_end_exactly_at_t_end(step, count):
-    flow = Flow(METHODS["rk4"].tableau, pendulum, 0.0, 1.0, np.array([1.0, 0.0]))
-    steps = list(fixed_steps(flow, step))
-    assert len(steps) == step_count(0.0, 1.0, step) == count
-    assert steps[-1].t_new == 1.0
-    assert all(done.h == step for done in steps[:-1])
-    assert math.fsum(done.h for done in steps) == pytest.approx(1.0, abs=1e-15)
+    flow = Flow(METHODS["rk4"], pendulum, 0.0, 1.0, np.array([1.0, 0.0]), step=step)
+    taken = list(steps(flow))
+    assert len(taken) == step_count(0.0, 1.0, step) == count
+    assert taken[-1].t_new == 1.0
+    assert all(done.h == step for done in taken[:-1])
+    assert math.fsum(done.h for done in taken) == pytest.approx(1.0, abs=1e-15)
 
 
 def test_samples_are_evenly_spaced_with_both_ends_exact():
@@ -88,9 +80,9 @@ def test_dormand_prince_takes_the_steps_that_scipy_needs():
     from scipy.integrate import solve_ivp
 
     calls = []
-    flow = Flow(METHODS["dormand_prince"].tableau, lambda t, x: calls.append(t) or pendulum(t, x), 0.0, 50.0,
-                np.array([AMPLITUDE, 0.0]))  # fmt: skip
-    last = list(adaptive_steps(flow, 1e-8, 1e-8))[-1]
+    start = np.array([AMPLITUDE, 0.0])
+    flow = Flow(METHODS["dormand_prince"], lambda t, x: calls.append(t) or pendulum(t, x), 0.0, 50.0, start)
+    last = list(steps(flow))[-1]
     other = solve_ivp(pendulum, (0, 50), [AMPLITUDE, 0], rtol=1e-8, atol=1e-8)
     assert last.t_new == 50.0
     assert abs(last.x_new[0] - pendulum_angle(50.0)) < 2e-6
@@ -107,16 +99,17 @@ def test_a_changed_end_gets_a_slope_of_its_own():
     for name, kept in (("dormand_prince", 1 + 6 * 4), ("rk4", 1 + 4 * 4)):
         for settle, more in ((None, 0), (lambda _, x: x, 0), (lambda _, x: x * 1.01, 4 if name != "rk4" else 0)):
             slopes.clear()
-            steps = list(fixed_steps(Flow(METHODS[name].tableau, derivative, 0.0, 1.0, np.ones(1), settle), 0.25))
+            taken = list(steps(Flow(METHODS[name], derivative, 0.0, 1.0, np.ones(1), settle, step=0.25)))
             assert len(slopes) == kept + more
-            assert steps[-1].slope_new == -steps[-1].x_new
-            assert slopes[-1] == steps[-1].x_new
+            assert taken[-1].slope_new == -taken[-1].x_new
+            assert slopes[-1] == taken[-1].x_new
 
 
 def test_a_pole_is_met_with_the_time_and_the_component():
-    flow = Flow(METHODS["dormand_prince"].tableau, lambda _, x: np.array([1.0, x[1] ** 2]), 0.0, 2.0, np.ones(2))
+    method, pole = METHODS["dormand_prince"], lambda _, x: np.array([1.0, x[1] ** 2])
+    flow = Flow(method, pole, 0.0, 2.0, np.ones(2), rtol=1e-6, atol=1e-6)
     with pytest.raises(StepError) as met:
-        list(adaptive_steps(flow, 1e-6, 1e-6))
+        list(steps(flow))
     assert met.value.status in (Status.STEP_UNDERFLOW, Status.NOT_FINITE)
     assert met.value.time == pytest.approx(1.0, abs=1e-4)
     assert met.value.component == 1
@@ -124,17 +117,18 @@ def test_a_pole_is_met_with_the_time_and_the_component():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_what_is_not_finite_is_met_in_its_step(method):
-    flow = Flow(METHODS[method].tableau, lambda t, _: np.array([0.0, np.sqrt(0.5 - t)]), 0.0, 1.0, np.zeros(2))
+    flow = Flow(METHODS[method], lambda t, _: np.array([0.0, np.sqrt(0.5 - t)]), 0.0, 1.0, np.zeros(2), step=0.2)
     with np.errstate(invalid="ignore"), pytest.raises(StepError) as met:
-        list(fixed_steps(flow, 0.2))
+        list(steps(flow))
     assert (met.value.status, met.value.component) == (Status.NOT_FINITE, 1)
     assert 0.5 < met.value.time <= 0.6 + 1e-12
 
 
 def test_a_trial_that_cannot_be_evaluated_is_shortened_first():
     """The root exists up to t = 1, and the motion ends there: the step must not fail because a stage looks beyond."""
-    flow = Flow(METHODS["dormand_prince"].tableau, lambda t, x: np.sqrt(1.0 - t) + 0 * x, 0.0, 1.0, np.zeros(1))
+    method, root = METHODS["dormand_prince"], lambda t, x: np.sqrt(1.0 - t) + 0 * x
+    flow = Flow(method, root, 0.0, 1.0, np.zeros(1), rtol=1e-10, atol=1e-10)
     with np.errstate(invalid="ignore"):
-        steps = list(adaptive_steps(flow, 1e-10, 1e-10))
-    assert steps[-1].t_new == 1.0
-    assert steps[-1].x_new[0] == pytest.approx(2 / 3, abs=1e-8)
+        taken = list(steps(flow))
+    assert taken[-1].t_new == 1.0
+    assert taken[-1].x_new[0] == pytest.approx(2 / 3, abs=1e-8)

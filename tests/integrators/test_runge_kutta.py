@@ -8,8 +8,9 @@ import pytest
 from test_order_conditions import symmetry
 
 from multibody_sym.integrators.order_conditions import density, rooted_trees, stage_weights
-from multibody_sym.integrators.runge_kutta import METHODS, RungeKutta, hermite
+from multibody_sym.integrators.runge_kutta import EXPLICIT, RungeKutta, hermite
 
+METHODS = {method.name: method for method in EXPLICIT}
 RK4, DP = METHODS["rk4"], METHODS["dormand_prince"]
 
 

@@ -22,8 +22,8 @@ from hand_models import (
 from scipy.special import ellipj, ellipk
 
 from multibody_sym.codegen.templates import runtime_files
-from multibody_sym.integrators.reference import Status
-from multibody_sym.integrators.runge_kutta import METHODS
+from multibody_sym.integrators.flow import Status
+from multibody_sym.integrators.methods import METHODS
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.native import MethodStruct, ProblemStruct, ProgramStruct, StateStruct, SystemStruct
 from multibody_sym.runtime.native_loop import native_loop

@@ -1,0 +1,150 @@
+"""What the stepping loop and the families of methods share: the flow, trials, steps, and why a step fails."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Final, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Derivative = Callable[[float, Floats], Floats]
+Settle = Callable[[float, Floats], Floats]
+
+LEAST_ERROR: Final = 1e-4  # remembered by the control: a lucky step does not let the next one grow without measure
+
+
+class Status(IntEnum):
+    """How a run stands; the codes from 0 on are those of runtime.h."""
+
+    RUNNING = 0
+    DONE = 1
+    NOT_FINITE = 2
+    STEP_UNDERFLOW = 3
+    STEP_LIMIT = 4
+    CONTRADICTION = 5
+    NOT_CLOSED = 6
+    INTERRUPTED = -1
+
+
+class StepError(Exception):
+    """A step could not be taken: `status`, at which `time`, and the `component` of the state or row it shows in.
+
+    `rejected` counts the trials that were made in vain.
+    """
+
+    def __init__(self, status: Status, time: float, component: int, rejected: int = 0) -> None:
+        super().__init__(f"{status.name} at t = {time!r} in component {component}")
+        self.status = status
+        self.time = time
+        self.component = component
+        self.rejected = rejected
+
+
+class Method(Protocol):
+    """A method as data: its name, its order, and the order of its error estimate, 0 without one."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def order(self) -> int: ...
+    @property
+    def error_order(self) -> int: ...
+
+
+@dataclass(frozen=True)
+class Flow:
+    """x' = derivative(t, x) from (t0, x0) to t_end by a method.
+
+    `settle(t, x)` returns the state from which to go on after an accepted step (put back onto constraints,
+    normalised), or x itself; it may raise StepError, as may the derivative. `step`: fixed, or None: adaptive by
+    `rtol`, `atol`.
+    """
+
+    method: Method
+    derivative: Derivative
+    t0: float
+    t_end: float
+    x0: Floats
+    settle: Settle | None = None
+    step: float | None = None
+    rtol: float = 1e-8
+    atol: float = 1e-8
+
+    def slope(self, t: float, x: Floats) -> Floats:
+        """Return the derivative at (t, x); raises StepError where it is not finite."""
+        slope = self.derivative(t, x)
+        require_finite(slope, t)
+        return slope
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A step on trial from (t, x), where the slope is `slope`, over h to (t_new, x_new).
+
+    `error`: the estimate of its error (n,), None where the method makes none; `stages`: what its family keeps.
+    """
+
+    t: float
+    x: Floats
+    slope: Floats
+    h: float
+    t_new: float
+    x_new: Floats
+    error: Floats | None
+    stages: list[Floats]
+
+
+@dataclass(frozen=True)
+class Step:
+    """An accepted step from (t, x) over h to (t_new, x_new), where the slope is slope_new.
+
+    `value(theta)` is the state at t + theta h. `h_next` is the step to try next and `error` the scaled error norm that
+    control remembers (adaptive steps); `rejected` counts the trials that failed since the step before.
+    """
+
+    t: float
+    x: Floats
+    h: float
+    t_new: float
+    x_new: Floats
+    slope_new: Floats
+    value: Callable[[float], Floats]
+    h_next: float = 0.0
+    error: float = LEAST_ERROR
+    rejected: int = 0
+
+
+class Stepper(Protocol):
+    """A family of methods at work: restart, then for each step attempt (until one is good enough), finish, advance."""
+
+    def restart(self) -> None:
+        """Let nothing that was before count: at the start and where an event has ended a step."""
+
+    def attempt(self, t: float, x: Floats, slope: Floats, h: float, t_new: float) -> Trial:
+        """Return the step over any h, shorter or longer than the one before; raises StepError."""
+
+    def finish(self, trial: Trial, x_new: Floats) -> Step:
+        """Return the step that ends at x_new, which is the end of `trial` put onto constraints; raises StepError."""
+
+    def advance(self, step: Step) -> None:
+        """Let `step` be the one before."""
+
+
+def combination(weights: Floats, k: list[Floats]) -> Floats:
+    """Return sum_j weights_j k_j, added in order of j and without the zero weights."""
+    total = np.zeros_like(k[0])
+    for weight, slope in zip(weights.tolist(), k, strict=True):
+        if weight != 0.0:
+            total = total + weight * slope
+    return total
+
+
+def require_finite(values: Floats, time: float) -> None:
+    """Raise StepError with the first component that is not finite."""
+    finite = np.isfinite(values)
+    if not finite.all():
+        raise StepError(Status.NOT_FINITE, time, int(np.argmin(finite)))

@@ -1,0 +1,20 @@
+"""The stepper of each family of methods."""
+
+from __future__ import annotations
+
+from functools import singledispatch
+
+from multibody_sym.integrators.explicit_stepper import ExplicitStepper
+from multibody_sym.integrators.flow import Flow, Method, Stepper
+from multibody_sym.integrators.runge_kutta import RungeKutta
+
+
+@singledispatch
+def stepper(method: Method, flow: Flow) -> Stepper:
+    """Return what takes the steps of a method; raises TypeError for a family that is not known."""
+    raise TypeError(f"{method!r} is no method")
+
+
+@stepper.register
+def _explicit(method: RungeKutta, flow: Flow) -> Stepper:
+    return ExplicitStepper(method.tableau, flow)
