@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from multibody_sym.errors import RunError as RunError
     from multibody_sym.formats.reader import load as load
     from multibody_sym.formats.reader import loads as loads
+    from multibody_sym.formats.urdf import UrdfNotice as UrdfNotice
+    from multibody_sym.formats.urdf import load_urdf as load_urdf
     from multibody_sym.formats.writer import dump as dump
     from multibody_sym.formats.writer import dumps as dumps
     from multibody_sym.model.elements import Ask as Ask
@@ -82,6 +84,7 @@ _NAMES = {
     "dynamics.symbolic_equations": "SymbolicEquations",
     "errors": "ExpressionError InputError ModelError MultibodyError NoSolutionError OutputError RunError",
     "formats.reader": "load loads",
+    "formats.urdf": "UrdfNotice load_urdf",
     "formats.writer": "dump dumps",
     "model.elements": "Ask Baumgarte Body Damper Distance Expression Force Frame Parameter Pulley Rope Settings Shape "
     "SpringDamper Stabilisation Torque Turn",

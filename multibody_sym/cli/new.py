@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Final
 
 from multibody_sym.cli.answer import Answer
-from multibody_sym.errors import InputError, OutputError, Where
+from multibody_sym.errors import InputError
+from multibody_sym.formats.files import write_new
 
 HELP: Final = "write a model file to start from, any of the shipped examples"
 STARTER: Final = "pendulum"
@@ -32,7 +33,7 @@ def run(options: argparse.Namespace) -> Answer:
     if name not in examples:
         raise InputError(f"there is no example {name!r}{_nearest(name, list(examples))}; `new --list` shows all")
     target = options.output or f"{name}.yaml"
-    _write_new(target, examples[name].read_bytes())
+    write_new(target, examples[name].read_bytes())
     return Answer({"file": target, "example": name}, f"wrote {target}; next: multibody-sym simulate {target} --plot")
 
 
@@ -53,16 +54,3 @@ def _nearest(name: str, known: list[str]) -> str:
 
     near = get_close_matches(name, known, n=1)
     return f"; did you mean {near[0]}?" if near else ""
-
-
-def _write_new(target: str, content: bytes) -> None:
-    try:
-        with open(target, "xb") as file:
-            file.write(content)
-            file.flush()
-    except FileExistsError:
-        raise InputError("this file exists already; choose another one with -o", where=Where(file=target)) from None
-    except (OSError, ValueError) as problem:
-        reason = getattr(problem, "strerror", None) or str(problem)
-        raise OutputError(f"the file cannot be written: {reason}", where=Where(file=target)) from None
-

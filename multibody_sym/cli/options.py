@@ -6,10 +6,10 @@ import argparse
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, NoReturn
 
-from multibody_sym.cli import check, derive, export, new, simulate, solve
+from multibody_sym.cli import check, derive, export, import_, new, simulate, solve
 from multibody_sym.errors import InputError, Where
 
-COMMANDS: Final = (new, check, derive, solve, simulate, export)
+COMMANDS: Final = (new, import_, check, derive, solve, simulate, export)
 _EXIT_CODES: Final = (
     "exit codes: 0 done; 2 wrong input; 3 no solution, failed run or disagreement; 4 output, compiler or memory; "
     "70 a defect of this program; 130 Ctrl-C, with what was computed kept"
@@ -80,7 +80,7 @@ def _parser() -> tuple[argparse.ArgumentParser, Mapping[str, argparse.ArgumentPa
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", dest="command", required=True)
     made: dict[str, argparse.ArgumentParser] = {}
     for command in COMMANDS:
-        name = command.__name__.rpartition(".")[2]
+        name = command.__name__.rpartition(".")[2].rstrip("_")
         described = f"{command.HELP[0].upper()}{command.HELP[1:]}."
         one = made[name] = commands.add_parser(name, help=command.HELP, description=described)
         command.add_options(one)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import BinaryIO, Final
 
-from multibody_sym.errors import OutputError, Where
+from multibody_sym.errors import InputError, OutputError, Where
 
 _NEW: Final = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
 
@@ -21,6 +21,19 @@ def write_whole(path: str | os.PathLike[str], content: bytes) -> None:
         file.write(content)
 
     replace_with(path, write)
+
+
+def write_new(path: str | os.PathLike[str], content: bytes) -> None:
+    """Write `content` to a file that does not exist yet. Raises InputError where it does, OutputError."""
+    name = os.fspath(path)
+    try:
+        with output_errors(name), open(name, "xb") as file:
+            file.write(content)
+            _sync(file)
+    except OutputError as error:
+        if not isinstance(error.__cause__, FileExistsError):
+            raise
+        raise InputError("this file exists already; choose another one with -o", where=Where(file=name)) from None
 
 
 def replace_with(path: str | os.PathLike[str], write: Callable[[BinaryIO], None]) -> None:

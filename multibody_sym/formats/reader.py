@@ -49,15 +49,20 @@ def loads(text: str, name: str = _TEXT_NAME) -> System:
 def load_with_places(path: str | os.PathLike[str]) -> tuple[System, Places]:
     """Return what `load` returns, and the places for errors that come up later, as in `with places.shown(): ...`."""
     name = os.fspath(path)
-    return _with_places(read_bytes(_content(name), name), name)
+    content = read_content(name, LARGEST_FILE)
+    if content.lstrip().startswith(b"<"):
+        message = "this is XML; multibody-sym import turns URDF into a model file, load_urdf(...) reads it in Python"
+        raise InputError(message, where=Where(file=name))
+    return _with_places(read_bytes(content, name), name)
 
 
-def _content(name: str) -> bytes:
+def read_content(name: str, largest: int) -> bytes:
+    """Return the bytes of a file, one more than `largest` at most. Raises InputError."""
     try:
         if os.path.isdir(name):
             raise InputError("this is a directory, not a model file", where=Where(file=name))
         with open(name, "rb") as file:
-            return file.read(LARGEST_FILE + 1)
+            return file.read(largest + 1)
     except FileNotFoundError:
         raise InputError(f"there is no such file{_neighbour(name)}", where=Where(file=name)) from None
     except (OSError, ValueError) as error:

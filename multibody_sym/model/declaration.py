@@ -38,7 +38,7 @@ def system_from_tree(tree: Any) -> System:
 
 def tree_from_system(system: System) -> dict[str, Any]:
     """Return the content of a model file that describes the System."""
-    return {_VERSION_KEY: VERSION, **fields_tree(system)}
+    return {_VERSION_KEY: VERSION, **{key: part for key, part in fields_tree(system).items() if part != {}}}
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,35 @@
+"""`import`: a robot description (URDF) as a model file."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Final
+
+from multibody_sym.cli.answer import Answer
+
+HELP: Final = "turn a robot description (URDF) into a model file"
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of the command."""
+    parser.add_argument("file", metavar="FILE", help="a robot description (.urdf)")
+    parser.add_argument("-o", "--output", metavar="FILE", help="the model file to write; default: standard output")
+    parser.add_argument("--floating", action="store_true", help="the root link moves freely; default: fixed to ground")
+    parser.add_argument("--no-damping", action="store_true", help="leave out the damping of joints")
+
+
+def run(options: argparse.Namespace) -> Answer:
+    """Write the model; an existing file is never replaced. What was not imported is told on standard error."""
+    from multibody_sym.formats.files import write_new
+    from multibody_sym.formats.urdf import load_urdf
+    from multibody_sym.formats.writer import dumps
+    from multibody_sym.model.resolve import mechanism
+
+    system = load_urdf(options.file, floating=options.floating, damping=not options.no_damping)
+    text, speeds = dumps(system), len(mechanism(system).speeds)
+    answer = {"model": text, "file": options.output, "speeds": speeds}
+    if options.output is None:
+        return Answer(answer, text)
+    write_new(options.output, text.encode("utf-8"))
+    done = f"wrote {options.output}: {len(system.bodies)} bodies, {speeds} speeds"
+    return Answer(answer, f"{done}; next: multibody-sym simulate {options.output} --plot")
