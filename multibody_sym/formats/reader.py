@@ -50,9 +50,9 @@ def load_with_places(path: str | os.PathLike[str]) -> tuple[System, Places]:
     """Return what `load` returns, and the places for errors that come up later, as in `with places.shown(): ...`."""
     name = os.fspath(path)
     content = read_content(name, LARGEST_FILE)
-    if content.lstrip().startswith(b"<"):
+    if content.lstrip().startswith((b"<?xml", b"<robot")):
         message = "this is XML; multibody-sym import turns URDF into a model file, load_urdf(...) reads it in Python"
-        raise InputError(message, where=Where(file=name))
+        raise InputError(message, where=Where(file=name, line=1, column=1))
     return _with_places(read_bytes(content, name), name)
 
 
