@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
+from random_scans import WIDTH, Passes
 
 from multibody_sym.errors import ExpressionError
 from multibody_sym.program.program import Array, Program
@@ -34,22 +35,28 @@ class Maker:
     def program(self, depth: int = 2, steps: int = 60) -> Program:
         """Return a Program that calls others down to `depth`."""
         inputs = [Array(name, self.random.choice(SHAPES)) for name in ("t", "q", "sin")]
-        trace = Trace(f"random_{depth}", inputs)
+        outputs = {name: self.random.choice(SHAPES) for name in ("x", "q", "y")}
+        return self.function(f"random_{depth}", inputs, outputs, depth, steps)
+
+    def function(
+        self, name: str, inputs: Sequence[Array], outputs: dict[str, tuple[int, ...]], depth: int = 0, steps: int = 8
+    ) -> Program:
+        """Return a Program of random operations with these inputs and shapes of outputs."""
+        trace = Trace(name, inputs)
         pool = [leaf for array in inputs for leaf in trace[array.name]] + list(self.random.sample(CONSTANTS, 4))
         callees = [self.program(depth - 1, steps // 2) for _ in range(2)] if depth else []
         for _ in range(steps):
             kind = self.random.random()
             if callees and kind < 0.08:
                 pool += self._call(trace, self.random.choice(callees), pool)
-            elif self.solves and kind < 0.12:
+            elif depth and kind < 0.10:
+                pool += self._scan(trace, pool)
+            elif self.solves and kind < 0.14:
                 pool += self._solve(trace, pool)
             else:
                 pool += self.operation(pool)
-        outputs = {}
-        for name in ("x", "q", "y"):
-            shape = self.random.choice(SHAPES)
-            outputs[name] = (shape, self._some(pool, int(np.prod(shape, dtype=int))))
-        return trace.finish(outputs)
+        sizes = {output: int(np.prod(shape, dtype=int)) for output, shape in outputs.items()}
+        return trace.finish({output: (outputs[output], self._some(pool, size)) for output, size in sizes.items()})
 
     def arguments(self, program: Program) -> list[np.ndarray]:
         """Return numbers for the inputs: mostly harmless, some zero, signed, tiny or huge."""
@@ -89,6 +96,11 @@ class Maker:
                 for mine, its, given in zip(trace.inputs, callee.inputs, arguments, strict=True)
             ]
         return [leaf for part in trace.call(callee, arguments) for leaf in part]
+
+    def _scan(self, trace: Trace, pool: Sequence[Node]) -> list[Node]:
+        count = self.random.randrange(5)
+        passes = Passes.random(self.random, self.function, count, chain=self.random.random() < 0.3)
+        return passes.scanned(trace, self._some(pool, WIDTH * count), self._some(pool, 1)[0])
 
     def _solve(self, trace: Trace, pool: Sequence[Node]) -> list[Node]:
         rows, columns = self.random.randrange(4), self.random.randrange(4)

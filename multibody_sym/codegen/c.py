@@ -8,11 +8,22 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from multibody_sym.codegen.layout import Function, Functions, functions, parameters, summary, wrapped
+from multibody_sym.codegen.layout import (
+    SHORTEST_RUN,
+    Function,
+    Functions,
+    Places,
+    functions,
+    parameters,
+    runs,
+    summary,
+    wrapped,
+)
 from multibody_sym.codegen.selftest import TOLERANCE, Samples, stored_numbers
 from multibody_sym.codegen.templates import RUNTIME_HEADERS, RUNTIME_SOURCES, filled, runtime_files
 from multibody_sym.program.infix import Language, Texts, expression
 from multibody_sym.program.program import Array, Assign, Call, Output, Program, Solve, Statement
+from multibody_sym.program.scan import Kernel, Loop, Progression, Scan, accesses
 from multibody_sym.scalars.node import Node
 
 _LONGEST: Final = 400
@@ -185,8 +196,8 @@ class _Printer:
         )
         program = function.program
         self.inputs, self.outputs = parameters(program, _RESERVED)
-        self.whole = {a.slots: name for name, a in zip(self.inputs, program.inputs, strict=True) if a.shape}
         self.leaves = dict(_leaves(self.inputs, program.inputs))
+        self.given = _places(self.inputs, program.inputs)
         self.origins: dict[Node, tuple[_Piece, str]] = {}
         self.kept: dict[Node, int] = {}
         self.records = 0
@@ -221,6 +232,7 @@ class _Printer:
         self.piece = _Piece()
         self.pieces.append(self.piece)
         self.names = _Names(self._fetch)
+        self.places = dict(self.given)
 
     def _fetch(self, node: Node) -> str:
         """Return the text of an input, or of a value of an earlier piece, which is then passed on in the work space."""
@@ -249,11 +261,24 @@ class _Printer:
         texts = [self.names[atom] for atom in atoms] or ["0.0"]
         return wrapped(f"        const double {name}[{len(texts)}] = {{", texts, "};", indent=" " * 12)
 
-    def targets(self, name: str, leaves: Sequence[Node]) -> None:
-        """Declare the array that a call or solve fills."""
-        self.piece.lines.append(f"    double {name}[{max(1, len(leaves))}];")
+    def pointer(self, name: str, atoms: Sequence[Node]) -> tuple[str, str]:
+        """Return an expression for the address of `atoms`, and the declaration of array `name` where it needs one."""
+        if list(runs(atoms, self.places)) == [(0, len(atoms))] and atoms[0] in self.places:
+            whole, first = self.places[atoms[0]]
+            self._use(whole)
+            return (f"{whole} + {first}" if first else whole), ""
+        return name, self.array(name, atoms)
+
+    def _use(self, name: str) -> None:
+        if name in self.inputs:
+            self.piece.used.add(name)
+
+    def targets(self, name: str, leaves: Sequence[Node], storage: str = "") -> None:
+        """Declare the array that a call, solve or scan fills."""
+        self.piece.lines.append(f"    {storage}double {name}[{max(1, len(leaves))}];")
         for k, leaf in enumerate(leaves):
             self.define(leaf, f"{name}[{k}]")
+            self.places[leaf] = name, k
 
     def record(self) -> str:
         """Return a number for the local arrays of a call or solve."""
@@ -261,13 +286,26 @@ class _Printer:
         return str(self.records)
 
     def _output(self, name: str, output: Output) -> None:
-        for k, value in enumerate(output.values):
-            if self.piece.size >= _LONGEST:
-                self._cut()
-            self.piece.size += 1
-            place = f"{name}[{k}]" if output.shape else f"*{name}"
-            self.piece.lines.append(f"    {place} = {self.names[value]};")
-            self.piece.used.add(name)
+        values = output.values
+        for start, end in list(runs(values, self.places)):
+            if end - start >= SHORTEST_RUN and values[start] in self.places:
+                self._copy(name, start, end - start, self.places[values[start]])
+                continue
+            for k in range(start, end):
+                if self.piece.size >= _LONGEST:
+                    self._cut()
+                self.piece.size += 1
+                place = f"{name}[{k}]" if output.shape else f"*{name}"
+                self.piece.lines.append(f"    {place} = {self.names[values[k]]};")
+                self.piece.used.add(name)
+
+    def _copy(self, name: str, start: int, count: int, source: tuple[str, int]) -> None:
+        """Copy consecutive elements of an array to an output."""
+        self.piece.size += 1
+        self.piece.used.add(name)
+        self._use(source[0])
+        to, origin = (f"{i} + k" if i else "k" for i in (start, source[1]))
+        self.piece.lines += [f"    for (int k = 0; k < {count}; k++)", f"        {name}[{to}] = {source[0]}[{origin}];"]
 
 
 def _piece(name: str, piece: _Piece, declared: Mapping[str, str]) -> str:
@@ -281,6 +319,11 @@ def _leaves(names: Sequence[str], arrays: Sequence[Array]) -> list[tuple[Node, t
         for k, leaf in enumerate(array.slots):
             pairs.append((leaf, (name, f"{name}[{k}]" if array.shape else name)))
     return pairs
+
+
+def _places(names: Sequence[str], arrays: Sequence[Array]) -> Places:
+    shaped = [(name, array) for name, array in zip(names, arrays, strict=True) if array.shape]
+    return {leaf: (name, k) for name, array in shaped for k, leaf in enumerate(array.slots)}
 
 
 # --- statements ---------------------------------------------------------------------------------------------------
@@ -300,12 +343,10 @@ def _call(printer: _Printer, statement: Call) -> None:
     for k, (array, atoms) in enumerate(zip(callee.inputs, statement.arguments, strict=True)):
         if not array.shape:
             arguments.append(printer.names[atoms[0]])
-        elif atoms and atoms in printer.whole:
-            arguments.append(printer.whole[atoms])
-            printer.piece.used.add(printer.whole[atoms])
         else:
-            arguments.append(f"a{number}_{k}")
-            arrays.append(printer.array(f"a{number}_{k}", atoms))
+            address, declared = printer.pointer(f"a{number}_{k}", atoms)
+            arguments.append(address)
+            arrays += [declared] if declared else []
     for k, leaves in enumerate(statement.targets):
         printer.targets(f"r{number}_{k}", leaves)
         arguments.append(f"r{number}_{k}")
@@ -331,9 +372,74 @@ def _solve(printer: _Printer, statement: Solve) -> None:
     ]
 
 
+def _scan(printer: _Printer, statement: Scan) -> None:
+    number, lines = printer.record(), printer.piece.lines
+    pointers = [printer.pointer(f"a{number}_{k}", atoms) for k, atoms in enumerate(statement.given)]
+    names = [name for name, _ in pointers]
+    for k, leaves in enumerate(statement.targets):
+        names.append(f"r{number}_{k}")
+        printer.targets(names[-1], leaves, "MBS_SCRATCH ")
+    work = []
+    for k, size in enumerate(statement.work):
+        names.append(f"s{number}_{k}")
+        work.append(f"        MBS_SCRATCH double {names[-1]}[{max(1, size)}];")
+    tables: dict[Progression, str] = {}
+    loops = [line for loop in statement.loops for line in _loop(printer, loop, names, tables)]
+    zeros = [
+        f"        for (int k = 0; k < {size}; k++)\n            {name}[k] = 0.0;"
+        for name, size, use in [*zip(names, statement.sizes, accesses(statement), strict=True)][len(pointers) :]
+        if use.needs_zeros
+    ]
+    patterns = [
+        wrapped(f"        static const int {name}[] = {{", map(str, given.pattern), "};", indent=" " * 12)
+        for given, name in tables.items()
+    ]
+    lines += ["    {", *(declared for _, declared in pointers if declared), *work, *patterns, *zeros, *loops, "    }"]
+
+
+def _loop(printer: _Printer, loop: Loop, names: Sequence[str], tables: dict[Progression, str]) -> list[str]:
+    head = f"        for (int k = 0; k < {loop.count}; k++) {{"
+    if len(loop.kernels) == 1:
+        return [head, *_kernel(printer, loop.kernels[0], names, tables), "        }"]
+    lines = [head, f"            switch ({_place(loop.choice, tables)}) {{"]
+    for k, kernel in enumerate(loop.kernels):
+        inside = _kernel(printer, kernel, names, tables)
+        lines += [f"            case {k}: {{", *inside, "                break;", "            }"]
+    return [*lines, "            }", "        }"]
+
+
+def _kernel(printer: _Printer, kernel: Kernel, names: Sequence[str], tables: dict[Progression, str]) -> list[str]:
+    declared, arguments, added = [], [], []
+    for window, array in zip(kernel.reads, kernel.program.inputs, strict=True):
+        place = _place(window.first, tables)
+        name = names[window.array]
+        arguments.append(f"{name} + {place}" if array.shape else f"({name})[{place}]")
+    for k, (window, output) in enumerate(zip(kernel.writes, kernel.program.outputs, strict=True)):
+        target, size = f"{names[window.array]} + {_place(window.first, tables)}", len(output.values)
+        if window.adds:
+            declared.append(f"                double d{k}[{max(1, size)}];")
+            added += [f"                for (int i = 0; i < {size}; i++)", f"                    ({target})[i] += d{k}[i];"]
+        arguments.append(f"d{k}" if window.adds else target)
+    called = f"                {printer.every.names[id(kernel.program)]}("
+    return [*declared, wrapped(called, arguments, ");", indent=" " * 20), *added]
+
+
+def _place(given: Progression, tables: dict[Progression, str]) -> str:
+    """Return the expression of number k of a progression; one that is not arithmetic reads a table."""
+    pattern, step = given.pattern, given.step
+    if len(pattern) == 1:
+        steps = {0: "", 1: "k"}.get(step, f"{step}*k")
+        first = str(pattern[0]) if pattern[0] or not steps else ""
+        return f"{first} + {steps}" if first and steps else first + steps
+    table = tables.setdefault(given, f"p{len(tables)}")
+    periods = f" + {step}*(k / {len(pattern)})" if step else ""
+    return f"{table}[k % {len(pattern)}]{periods}"
+
+
 _OWN_FUNCTIONS: Final = {"min": "minimum", "max": "maximum", "sign": "sign"}
 _PRINTERS: Final[dict[type[Statement], Callable[[_Printer, Any], None]]] = {
     Assign: _assign,
     Call: _call,
     Solve: _solve,
+    Scan: _scan,
 }

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Final
 
 from multibody_sym.program.measures import operation_count, program_hash
-from multibody_sym.program.program import Call, Program, ProgramError, verify_program_name
+from multibody_sym.program.program import Program, ProgramError, callees, verify_program_name
+from multibody_sym.scalars.node import Node
 
 _WIDTH: Final = 110
 
@@ -61,11 +62,12 @@ def functions(programs: Mapping[str, Program], prefix: str, callee_prefix: str, 
 
 
 def _callees(program: Program, known: Mapping[int, str]) -> Iterator[Program]:
-    """Yield the Programs that `program` calls, directly or not, callees first, those not known yet."""
+    """Yield the Programs that `program` runs, directly or not, callees first, those not known yet."""
     for statement in program.statements:
-        if isinstance(statement, Call) and id(statement.program) not in known:
-            yield from _callees(statement.program, known)
-            yield statement.program
+        for callee in callees(statement):
+            if id(callee) not in known:
+                yield from _callees(callee, known)
+                yield callee
 
 
 def parameters(program: Program, reserved: Collection[str]) -> tuple[list[str], list[str]]:
@@ -83,6 +85,25 @@ def _identifiers(wanted: Iterable[str], reserved: Collection[str]) -> list[str]:
         used.add(name)
         names.append(name)
     return names
+
+
+SHORTEST_RUN: Final = 8
+"""Elements in a row from which on they are copied as a piece of their array."""
+Places = dict[Node, tuple[str, int]]
+"""The leaves that are elements of an array of the generated code, each with the array's name and its index."""
+
+
+def runs(atoms: Sequence[Node], places: Places) -> Iterator[tuple[int, int]]:
+    """Yield where atoms begin and end that are consecutive elements of one array."""
+    start, wanted = 0, None
+    for k, atom in enumerate(atoms):
+        place = places.get(atom)
+        if k > start and (place is None or place != wanted):
+            yield start, k
+            start = k
+        wanted = None if place is None else (place[0], place[1] + 1)
+    if atoms:
+        yield start, len(atoms)
 
 
 def summary(name: str, program: Program) -> list[str]:

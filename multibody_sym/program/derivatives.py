@@ -1,4 +1,4 @@
-"""Exact derivatives of Programs as Programs: forward (jacobian) and reverse (gradient), through calls and solves.
+"""Exact derivatives of Programs as Programs: forward (jacobian) and reverse (gradient), through every statement.
 
 A solve is differentiated with the set of its kept rows held fixed. With full row rank that is the derivative of the
 minimum-norm solution; where rows are dependent it is the derivative of what is computed as long as the same rows are
@@ -8,9 +8,11 @@ kept. The report of a solve counts as constant.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from multibody_sym.program.program import Array, Assign, Call, Output, Program, ShapeError, Solve, Statement
+from multibody_sym.program.scan import Kernel, Loop, Progression, Scan, Window, reversed_progression
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.derivatives import partials
 from multibody_sym.scalars.node import ONE, ZERO, Node, add, multiply, subtract, where
@@ -46,7 +48,7 @@ def gradient(program: Program, output: str, input: str) -> Program:
 
 
 def _resumed(program: Program, name: str, further: Iterable[Array]) -> Trace:
-    """Return a Trace in which the calls and solves of `program` are done already."""
+    """Return a Trace in which the calls, solves and scans of `program` are done already."""
     trace = Trace(name, (*program.inputs, *further))
     for statement in program.statements:
         if not isinstance(statement, Assign):
@@ -71,6 +73,7 @@ class _Forward:
     def __init__(self, trace: Trace) -> None:
         self.trace = trace
         self.callees: dict[tuple[int, tuple[bool, ...]], Program] = {}
+        self.paired: dict[tuple[int, tuple[bool, ...]], Program] = {}
 
     def rates(self, program: Program, seeds: Mapping[Node, Node], wanted: Sequence[Node]) -> Vector:
         """Return the derivatives of `wanted` along the direction `seeds` (leaf -> its rate)."""
@@ -124,6 +127,52 @@ class _Forward:
         _put(rates, statement.solution, list(map(add, turned, found.solution)))
         _put(rates, statement.multipliers, found.multipliers)
 
+    def scan(self, statement: Scan, rates: dict[Node, Node]) -> None:
+        """Run the kernels with their rates; every array that moves has a second one for its rates."""
+        given = [_taken(rates, atoms) for atoms in statement.given]
+        moving = _moving(statement, [any(rate is not ZERO for rate in part) for part in given])
+        first, last = len(statement.given), len(statement.given) + len(statement.targets)
+        moved = [
+            [number for number in range(*bounds) if moving[number]]
+            for bounds in ((0, first), (first, last), (last, len(moving)))
+        ]
+        if not moved[1]:
+            return
+        layout = _Layout.of(statement, *moved)
+        found = self.trace.scan(
+            [*statement.given, *(given[number] for number in moved[0])],
+            [statement.sizes[number] for number in (*range(first, last), *moved[1])],
+            [statement.sizes[number] for number in (*range(last, len(moving)), *moved[2])],
+            [self._moving_loop(loop, layout) for loop in statement.loops],
+        )
+        for number, values in zip(moved[1], found[len(statement.targets) :], strict=True):
+            _put(rates, statement.targets[number - first], values)
+
+    def _moving_loop(self, loop: Loop, layout: _Layout) -> Loop:
+        return replace(loop, kernels=tuple(self._moving_kernel(kernel, layout) for kernel in loop.kernels))
+
+    def _moving_kernel(self, kernel: Kernel, layout: _Layout) -> Kernel:
+        active = tuple(window.array in layout.second for window in kernel.reads)
+        reads = [*map(layout.kept, kernel.reads), *(layout.other(w) for w in kernel.reads if w.array in layout.second)]
+        if not any(active):
+            return replace(kernel, reads=tuple(reads), writes=tuple(map(layout.kept, kernel.writes)))
+        writes = [*map(layout.kept, kernel.writes), *map(layout.other, kernel.writes)]
+        return Kernel(self._paired(kernel.program, active), tuple(reads), tuple(writes))
+
+    def _paired(self, program: Program, active: tuple[bool, ...]) -> Program:
+        """Return the Program of all outputs and then their rates."""
+        if (id(program), active) not in self.paired:
+            tangent = self._tangent(program, active)
+            trace = Trace(f"{program.name}_and_rate", tangent.inputs)
+            values = trace.call(program, [trace[array.name] for array in program.inputs])
+            rates = trace.call(tangent, [trace[array.name] for array in tangent.inputs])
+            names = [output.name for output in program.outputs]
+            outputs = dict(zip(names, _shaped(program.outputs, values), strict=True))
+            further = [_unused(name, "_rate", names) for name in names]
+            outputs |= dict(zip(further, _shaped(program.outputs, rates), strict=True))
+            self.paired[id(program), active] = trace.finish(outputs)
+        return self.paired[id(program), active]
+
 
 def _rate(node: Node, rates: Mapping[Node, Node]) -> Node:
     if node.op == "where":
@@ -140,6 +189,7 @@ _RATES: Final[dict[type[Statement], Callable[[Any, dict[Node, Node], _Forward], 
     Assign: lambda statement, rates, sweep: sweep.assign(statement, rates),
     Call: lambda statement, rates, sweep: sweep.call(statement, rates),
     Solve: lambda statement, rates, sweep: sweep.solve(statement, rates),
+    Scan: lambda statement, rates, sweep: sweep.scan(statement, rates),
 }
 
 
@@ -214,6 +264,42 @@ class _Reverse:
             for j, atom in enumerate(row):
                 _gather(weights, atom, subtract(multiply(multipliers[k], rest[j]), multiply(mu, x[j])))
 
+    def scan(self, statement: Scan, weights: dict[Node, Node]) -> None:
+        """Run the scan, then its kernels' adjoints over the same windows, last iteration first.
+
+        Every array has a second one for its weights; those of the results begin with what is given.
+        """
+        seeds = [_taken(weights, leaves) for leaves in statement.targets]
+        if all(weight is ZERO for part in seeds for weight in part):
+            return
+        first, every = len(statement.given), range(len(statement.sizes))
+        layout = _Layout(
+            {number: number + (number >= first) * (len(seeds) + first) for number in every},
+            {number: first + len(seeds) + number + (number >= first) * len(every[first:]) for number in every},
+        )
+        found = self.trace.scan(
+            [*statement.given, *seeds],
+            statement.sizes[:first],
+            [*statement.sizes[first:], *statement.sizes[first:]],
+            [
+                *(_moved_loop(loop, layout) for loop in statement.loops),
+                *(_copied(len(seed), first + k, layout.second[first + k]) for k, seed in enumerate(seeds)),
+                *(self._returned(loop, layout) for loop in reversed(statement.loops)),
+            ],
+        )
+        for atoms, values in zip(statement.given, found, strict=True):
+            for atom, value in zip(atoms, values, strict=True):
+                _gather(weights, atom, value)
+
+    def _returned(self, loop: Loop, layout: _Layout) -> Loop:
+        kernels = []
+        for kernel in loop.kernels:
+            program = self._adjoint(kernel.program, (True,) * len(kernel.writes))
+            reads = [*map(layout.kept, kernel.reads), *map(layout.other, kernel.writes)]
+            writes = [replace(layout.other(window), adds=True) for window in kernel.reads]
+            kernels.append(Kernel(program, _backward(reads, loop.count), _backward(writes, loop.count)))
+        return Loop(loop.count, tuple(kernels), reversed_progression(loop.choice, loop.count))
+
 
 def _seeds(outputs: Iterable[Output], arrays: Iterable[Array]) -> list[tuple[Node, Node]]:
     pairs = zip(outputs, arrays, strict=True)
@@ -229,7 +315,75 @@ _WEIGHTS: Final[dict[type[Statement], Callable[[Any, dict[Node, Node], _Reverse]
     Assign: lambda statement, weights, sweep: sweep.assign(statement, weights),
     Call: lambda statement, weights, sweep: sweep.call(statement, weights),
     Solve: lambda statement, weights, sweep: sweep.solve(statement, weights),
+    Scan: lambda statement, weights, sweep: sweep.scan(statement, weights),
 }
+
+
+# --- arrays of scans ----------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Where the arrays of a scan are in its derivative, by their number, and where those of their rates or weights."""
+
+    first: Mapping[int, int]
+    second: Mapping[int, int]
+
+    @staticmethod
+    def of(scan: Scan, *moved: Sequence[int]) -> _Layout:
+        """Return the layout in which the given arrays, results and work space are each followed by those `moved`."""
+        first: dict[int, int] = {}
+        second: dict[int, int] = {}
+        parts = map(len, (scan.given, scan.targets, scan.work))
+        for size, twice in zip(parts, moved, strict=True):
+            first |= {len(first) + k: len(first) + len(second) + k for k in range(size)}
+            second |= {number: len(first) + len(second) + k for k, number in enumerate(twice)}
+        return _Layout(first, second)
+
+    def kept(self, window: Window) -> Window:
+        """Return the window on the array itself."""
+        return replace(window, array=self.first[window.array])
+
+    def other(self, window: Window) -> Window:
+        """Return the window on the array of its rates or weights."""
+        return replace(window, array=self.second[window.array])
+
+
+def _moving(scan: Scan, given: Sequence[bool]) -> list[bool]:
+    """Return which arrays have rates, where those `given` have."""
+    moving = [*given, *[False] * (len(scan.sizes) - len(given))]
+    before: list[bool] = []
+    while before != moving:
+        before = moving.copy()
+        for loop in scan.loops:
+            for kernel in loop.kernels:
+                if any(moving[window.array] for window in kernel.reads):
+                    for window in kernel.writes:
+                        moving[window.array] = True
+    return moving
+
+
+def _moved_loop(loop: Loop, layout: _Layout) -> Loop:
+    kernels = [
+        Kernel(k.program, tuple(map(layout.kept, k.reads)), tuple(map(layout.kept, k.writes))) for k in loop.kernels
+    ]
+    return replace(loop, kernels=tuple(kernels))
+
+
+def _backward(windows: Iterable[Window], count: int) -> tuple[Window, ...]:
+    return tuple(replace(window, first=reversed_progression(window.first, count)) for window in windows)
+
+
+def _copied(count: int, source: int, target: int) -> Loop:
+    """Return the loop that adds the elements of one array to those of another."""
+    trace = Trace("copy", [Array("x")])
+    one_by_one = Progression((0,), 1)
+    copy = trace.finish({"y": ((), trace["x"])})
+    return Loop(count, (Kernel(copy, (Window(source, one_by_one),), (Window(target, one_by_one, adds=True),)),))
+
+
+def _shaped(outputs: Iterable[Output], values: Iterable[Vector]) -> list[tuple[tuple[int, ...], Vector]]:
+    return [(output.shape, part) for output, part in zip(outputs, values, strict=True)]
 
 
 # --- vectors of Nodes ---------------------------------------------------------------------------------------------

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 from multibody_sym.program.program import Assign, Call, Program, Solve
+from multibody_sym.program.scan import Integers, Kernel, Loop, Scan
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, as_node
@@ -13,7 +15,7 @@ from multibody_sym.scalars.node import Node, as_node
 Vector = tuple[Node, ...]
 
 
-def folded(program: Program, input: str, values: Sequence[float]) -> Program:
+def folded(program: Program, input: str, values: Sequence[float | Node]) -> Program:
     """Return `program` with the numbers `values` in place of its input `input`, also in the Programs it calls.
 
     Raises UndefinedError where there is no such input, ExpressionError where a constant part has no finite value.
@@ -29,6 +31,8 @@ def folded(program: Program, input: str, values: Sequence[float]) -> Program:
         if isinstance(statement, Call):
             arguments = tuple(map(constant, statement.arguments))
             trace.adopt(Call(_callee(statement, input, numbers, values), arguments, statement.targets))
+        elif isinstance(statement, Scan):
+            trace.adopt(_scan(statement, constant))
         elif not isinstance(statement, Assign):
             matrix = tuple(map(constant, statement.matrix))
             right = constant(statement.right)
@@ -36,9 +40,29 @@ def folded(program: Program, input: str, values: Sequence[float]) -> Program:
     return trace.finish({output.name: (output.shape, constant(output.values)) for output in program.outputs})
 
 
-def _callee(call: Call, input: str, numbers: dict[Node, Node], values: Sequence[float]) -> Program:
+def _callee(call: Call, input: str, numbers: dict[Node, Node], values: Sequence[float | Node]) -> Program:
     """Return what a call runs; it is folded too where it is handed that input as a whole, under the same name."""
     for array, arguments in zip(call.program.inputs, call.arguments, strict=True):
         if array.name == input and arguments == tuple(numbers):
             return folded(call.program, input, values)
     return call.program
+
+
+def _scan(scan: Scan, constant: Callable[[Sequence[Node]], Vector]) -> Scan:
+    given = tuple(map(constant, scan.given))
+    return replace(scan, given=given, loops=tuple(_loop(loop, given) for loop in scan.loops))
+
+
+def _loop(loop: Loop, given: Sequence[Vector]) -> Loop:
+    return replace(loop, kernels=tuple(_kernel(kernel, turns, given) for kernel, turns in loop.turns()))
+
+
+def _kernel(kernel: Kernel, iterations: Integers, given: Sequence[Vector]) -> Kernel:
+    """Return a kernel in which the inputs that are the same constants in all iterations are folded."""
+    program = kernel.program
+    for window, array in zip(kernel.reads, program.inputs, strict=True):
+        if window.array < len(given):
+            read = {given[window.array][first:][: array.size] for first in map(window.first.at, iterations.tolist())}
+            if len(read) == 1 and all(atom.shadow is not None for atom in next(iter(read))):
+                program = folded(program, array.name, next(iter(read)))
+    return replace(kernel, program=program)

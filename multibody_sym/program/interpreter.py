@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.program.arithmetic import OPERATIONS, integer_exponent, power
-from multibody_sym.program.program import Assign, Call, Program, ShapeError, Solve, Statement, targets
+from multibody_sym.program.program import Assign, Call, Program, Record, ShapeError, Solve, Statement, targets
+from multibody_sym.program.scan import Loop, Scan
 from multibody_sym.program.solve import solve
 from multibody_sym.scalars.node import Node
 
@@ -64,7 +65,27 @@ def _solve(statement: Solve, values: _Values) -> None:
     _store(statement, (found.solution, found.multipliers, found.report), values)
 
 
-def _store(statement: Call | Solve, results: tuple[Floats, ...], values: _Values) -> None:
+def _scan(statement: Scan, values: _Values) -> None:
+    memory = [np.array([values[atom] for atom in atoms], dtype=float) for atoms in statement.given]
+    memory += [np.zeros(size) for size in statement.sizes[len(memory) :]]
+    for loop in statement.loops:
+        for k in range(loop.count):
+            _iterate(loop, k, memory)
+    _store(statement, tuple(memory[len(statement.given) :][: len(statement.targets)]), values)
+
+
+def _iterate(loop: Loop, k: int, memory: list[Floats]) -> None:
+    kernel = loop.kernels[loop.choice.at(k)]
+    read = []
+    for window, array in zip(kernel.reads, kernel.program.inputs, strict=True):
+        first = window.first.at(k)
+        read.append(memory[window.array][first : first + array.size].reshape(array.shape))
+    for window, result in zip(kernel.writes, interpret(kernel.program, *read), strict=True):
+        place = memory[window.array][window.first.at(k) :][: result.size]
+        place[:] = place + result.ravel() if window.adds else result.ravel()
+
+
+def _store(statement: Record, results: tuple[Floats, ...], values: _Values) -> None:
     for leaves, result in zip(targets(statement), results, strict=True):
         values.update(zip(leaves, result.ravel().tolist(), strict=True))
 
@@ -73,4 +94,5 @@ _INTERPRETERS: Final[dict[type[Statement], Callable[[Any, _Values], None]]] = {
     Assign: _assign,
     Call: _call,
     Solve: _solve,
+    Scan: _scan,
 }

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from multibody_sym.program.arithmetic import integer_exponent
-from multibody_sym.program.program import Assign, Call, Program, Solve, Statement, operands, targets
+from multibody_sym.program.program import Assign, Call, Program, Record, Solve, Statement, operands, targets
+from multibody_sym.program.scan import Progression, Scan, Window
 from multibody_sym.scalars.node import BUILD, Node
 
 
@@ -34,7 +35,7 @@ class OperationCount:
 
 
 def operation_count(program: Program) -> OperationCount:
-    """Return the operations of one run; those of callees count at each call, those inside a solve do not.
+    """Return the operations of one run; those of callees count whenever they run, those inside a solve do not.
 
     A change of sign is free; x^n costs the multiplications that compute it; where, abs, min and comparisons are
     functions.
@@ -51,8 +52,22 @@ def _counted(program: Program, known: dict[int, Counter[str]]) -> Counter[str]:
                 counts += _counted(statement.program, known)
             elif isinstance(statement, Solve):
                 counts["solves"] += 1
+            elif isinstance(statement, Scan):
+                counts += _counted_scan(statement, known)
         known[id(program)] = counts
     return known[id(program)]
+
+
+def _counted_scan(scan: Scan, known: dict[int, Counter[str]]) -> Counter[str]:
+    counts: Counter[str] = Counter()
+    for loop in scan.loops:
+        for kernel, iterations in loop.turns():
+            for name, times in _counted(kernel.program, known).items():
+                counts[name] += times * len(iterations)
+            pairs = zip(kernel.writes, kernel.program.outputs, strict=True)
+            added = sum(len(output.values) for window, output in pairs if window.adds)
+            counts["additions"] += added * len(iterations)
+    return counts
 
 
 def _counted_nodes(nodes: list[Node]) -> Counter[str]:
@@ -96,7 +111,8 @@ def digest(program: Program) -> bytes:
 
 
 _WORDS: Final = {op: int.from_bytes(op.encode()[:8], "big") for op in BUILD}
-_CONSTANT, _CALL, _SOLVE, _INPUT, _OUTPUT = range(1, 6)
+_CONSTANT, _CALL, _SOLVE, _INPUT, _OUTPUT, _SCAN = range(1, 7)
+_WORD: Final = 2**64
 
 
 class _Numbers(dict[Node, int]):
@@ -137,7 +153,27 @@ def _hash_solve(statement: Solve, numbers: _Numbers) -> None:
     _hash_record((_SOLVE, len(statement.right), len(statement.solution)), statement, numbers)
 
 
-def _hash_record(head: tuple[int, ...], statement: Call | Solve, numbers: _Numbers) -> None:
+def _hash_scan(statement: Scan, numbers: _Numbers) -> None:
+    parts = statement.given, statement.targets
+    head = [_SCAN, *map(len, parts), len(statement.work), len(statement.loops), *statement.sizes]
+    for loop in statement.loops:
+        head += (loop.count, len(loop.kernels), *_hashed_progression(loop.choice))
+        for kernel in loop.kernels:
+            head += struct.unpack("<4Q", kernel.program.digest)
+            for window in (*kernel.reads, *kernel.writes):
+                head += _hashed_window(window)
+    _hash_record(tuple(head), statement, numbers)
+
+
+def _hashed_window(window: Window) -> tuple[int, ...]:
+    return (window.array, int(window.adds), *_hashed_progression(window.first))
+
+
+def _hashed_progression(given: Progression) -> tuple[int, ...]:
+    return (len(given.pattern), *(x % _WORD for x in (*given.pattern, given.step)))
+
+
+def _hash_record(head: tuple[int, ...], statement: Record, numbers: _Numbers) -> None:
     atoms = [numbers[atom] for part in operands(statement) for atom in part]
     numbers.words += head
     numbers.words += atoms
@@ -149,4 +185,5 @@ _HASHERS: Final[dict[type[Statement], Callable[[Any, _Numbers], None]]] = {
     Assign: _hash_assign,
     Call: _hash_call,
     Solve: _hash_solve,
+    Scan: _hash_scan,
 }

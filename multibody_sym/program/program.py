@@ -10,10 +10,11 @@ from functools import cached_property
 from typing import ClassVar, Final, TypeVar
 
 from multibody_sym.errors import MultibodyError
+from multibody_sym.program.scan import Scan, conflict
 from multibody_sym.scalars.node import Node, slot
 
 TARGETS: Final = "z"
-"""The array whose slots stand for the results of calls and solves."""
+"""The array whose slots stand for the results of calls, solves and scans."""
 _ARRAY_NAME: Final = re.compile(r"[A-Za-z]+(_[A-Za-z]+)*")
 _PROGRAM_NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*")
 
@@ -94,20 +95,32 @@ class Solve:
     report: tuple[Node, ...]
 
 
-Statement = Assign | Call | Solve
-"""Operands of calls and solves are atoms: constants, input slots, values of earlier statements."""
+Record = Call | Solve | Scan
+"""What fills targets. Its operands are atoms: constants, input slots, values of earlier statements."""
+Statement = Assign | Record
 
 
-def operands(statement: Call | Solve) -> tuple[tuple[Node, ...], ...]:
-    """Return the atoms that a call or solve reads."""
-    return statement.arguments if isinstance(statement, Call) else (*statement.matrix, statement.right)
+def operands(statement: Record) -> tuple[tuple[Node, ...], ...]:
+    """Return the atoms that a record reads."""
+    if isinstance(statement, Solve):
+        return (*statement.matrix, statement.right)
+    return statement.arguments if isinstance(statement, Call) else statement.given
 
 
-def targets(statement: Call | Solve) -> tuple[tuple[Node, ...], ...]:
-    """Return the slots that a call or solve fills."""
+def targets(statement: Record) -> tuple[tuple[Node, ...], ...]:
+    """Return the slots that a record fills."""
+    if isinstance(statement, Solve):
+        return (statement.solution, statement.multipliers, statement.report)
+    return statement.targets
+
+
+def callees(statement: Statement) -> tuple[Program, ...]:
+    """Return the Programs that a statement runs."""
     if isinstance(statement, Call):
-        return statement.targets
-    return (statement.solution, statement.multipliers, statement.report)
+        return (statement.program,)
+    if isinstance(statement, Scan):
+        return tuple(kernel.program for loop in statement.loops for kernel in loop.kernels)
+    return ()
 
 
 @dataclass(frozen=True, repr=False)
@@ -230,7 +243,22 @@ def _verify_solve(statement: Solve, known: set[Node]) -> None:
     _verify_operands_and_targets(statement, known)
 
 
-def _verify_operands_and_targets(statement: Call | Solve, known: set[Node]) -> None:
+def _verify_scan(statement: Scan, known: set[Node]) -> None:
+    for loop in statement.loops:
+        for kernel in loop.kernels:
+            counts = len(kernel.reads), len(kernel.writes)
+            if counts != (len(kernel.program.inputs), len(kernel.program.outputs)):
+                raise ShapeError(f"kernel {kernel.program.name} has {counts[0]} windows to read, {counts[1]} to write")
+    try:
+        problem = conflict(statement)
+    except IndexError as error:
+        raise ShapeError(f"in a scan {error}") from None
+    if problem:
+        raise DefinedTwiceError(f"in a scan {problem}")
+    _verify_operands_and_targets(statement, known)
+
+
+def _verify_operands_and_targets(statement: Record, known: set[Node]) -> None:
     for atoms in operands(statement):
         _verify_atoms(atoms, known)
     for leaves in targets(statement):
@@ -263,4 +291,5 @@ _VERIFIERS: Final[dict[type[Statement], Callable[..., None]]] = {
     Assign: _verify_assign,
     Call: _verify_call,
     Solve: _verify_solve,
+    Scan: _verify_scan,
 }

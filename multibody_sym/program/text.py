@@ -7,6 +7,7 @@ from typing import Any, Final
 
 from multibody_sym.program.infix import Language, Texts, expression
 from multibody_sym.program.program import TARGETS, Array, Assign, Call, Output, Program, Solve, Statement
+from multibody_sym.program.scan import Kernel, Loop, Progression, Scan, Window
 from multibody_sym.scalars.node import Node
 
 _LANGUAGE: Final = Language(
@@ -66,6 +67,33 @@ def _solve(statement: Solve, counter: _Counter) -> str:
     return f"{unknown} = solve(({rows}), {right})"
 
 
+def _scan(statement: Scan, counter: _Counter) -> str:
+    given = ", ".join(_listed(atoms, counter.texts) for atoms in statement.given)
+    loops = "".join(f"\n    {_loop(loop)}" for loop in statement.loops)
+    return f"{_defined(statement.targets, counter)} = scan({given}) with work {statement.work}{loops}"
+
+
+def _loop(loop: Loop) -> str:
+    runs = "; ".join(map(_kernel, loop.kernels))
+    chosen = f", kernel {_progression(loop.choice)} of" if len(loop.kernels) > 1 else ":"
+    return f"for k < {loop.count}{chosen} {runs}"
+
+
+def _kernel(kernel: Kernel) -> str:
+    reads = ", ".join(map(_window, kernel.reads))
+    return f"{', '.join(map(_window, kernel.writes))} = {kernel.program.name}({reads})"
+
+
+def _window(window: Window) -> str:
+    return f"{'+' if window.adds else ''}a{window.array}[{_progression(window.first)}]"
+
+
+def _progression(given: Progression) -> str:
+    if len(given.pattern) == 1:
+        return f"{given.pattern[0]} + {given.step}k" if given.step else f"{given.pattern[0]}"
+    return f"{given.pattern} by {given.step}"
+
+
 def _defined(leaves: tuple[tuple[Node, ...], ...], counter: _Counter) -> str:
     return ", ".join(f"({', '.join(counter.define(leaf) for leaf in part)})" for part in leaves)
 
@@ -74,4 +102,5 @@ _PRINTERS: Final[dict[type[Statement], Callable[[Any, _Counter], str]]] = {
     Assign: _assign,
     Call: _call,
     Solve: _solve,
+    Scan: _scan,
 }

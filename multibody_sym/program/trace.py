@@ -1,4 +1,4 @@
-"""Trace: records calls and solves while expressions are built, and turns what is asked for into a Program."""
+"""Trace: records calls, solves and scans while expressions are built, and turns what is asked for into a Program."""
 
 from __future__ import annotations
 
@@ -15,11 +15,13 @@ from multibody_sym.program.program import (
     Call,
     Output,
     Program,
+    Record,
     Solve,
     Statement,
     operands,
     targets,
 )
+from multibody_sym.program.scan import Loop, Scan
 from multibody_sym.scalars.node import Node, as_node, slot
 
 _LONGEST: Final = 16
@@ -36,7 +38,7 @@ class Trace:
         self.name = name
         self.inputs = tuple(inputs)
         self._slots = {array.name: array.slots for array in self.inputs}
-        self._records: list[Call | Solve] = []
+        self._records: list[Record] = []
         self._makers: dict[Node, int] = {}
         self._next = 0
 
@@ -62,8 +64,21 @@ class Trace:
         self.adopt(record)
         return record
 
-    def adopt(self, record: Call | Solve) -> None:
-        """Take over a call or solve whose targets are its own already."""
+    def scan(
+        self, given: Sequence[Sequence[Node]], results: Sequence[int], work: Sequence[int], loops: Sequence[Loop]
+    ) -> tuple[tuple[Node, ...], ...]:
+        """Return the results of `loops` as fresh leaves.
+
+        Arguments: the atoms of each array that is `given`, the sizes of the arrays that are `results` and of those
+        that only `work`; windows number the arrays in this order.
+        """
+        atoms = tuple(tuple(map(as_node, values)) for values in given)
+        record = Scan(atoms, tuple(self._fresh(size) for size in results), tuple(work), tuple(loops))
+        self.adopt(record)
+        return record.targets
+
+    def adopt(self, record: Record) -> None:
+        """Take over a record whose targets are its own already."""
         for leaves in targets(record):
             self._makers.update(dict.fromkeys(leaves, len(self._records)))
             self._next = max([self._next, *(leaf.data[1] + 1 for leaf in leaves)])
@@ -94,7 +109,7 @@ class _Order:
     atoms: set[Node]
 
 
-def _ordered(roots: list[Node], records: list[Call | Solve], makers: dict[Node, int]) -> _Order:
+def _ordered(roots: list[Node], records: list[Record], makers: dict[Node, int]) -> _Order:
     """Walk from the roots down; None on the stack means that all operands of what lies below it are done."""
     items: list[Any] = []
     uses: dict[Node, int] = {}

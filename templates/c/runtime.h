@@ -2,6 +2,17 @@
 #ifndef MBS_RUNTIME_H
 #define MBS_RUNTIME_H
 
+/* Storage of large work arrays: static, one for each thread, where the compiler can do that; else on the stack. */
+#if defined(__STDC_VERSION__) && __STDC_VERSION__ >= 201112L && !defined(__STDC_NO_THREADS__)
+#define MBS_SCRATCH static _Thread_local
+#elif defined(__GNUC__)
+#define MBS_SCRATCH static __thread
+#elif defined(_MSC_VER)
+#define MBS_SCRATCH static __declspec(thread)
+#else
+#define MBS_SCRATCH
+#endif
+
 typedef void (*mbs_function)(const double *const *in, double *const *out);
 
 typedef struct {

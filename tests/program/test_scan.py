@@ -1,0 +1,166 @@
+"""Scans against the same passes unrolled: values, derivatives, folding, operations; and what a scan must not do."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from random_programs import SMOOTH, Maker
+from random_scans import WIDTH, Passes
+
+from multibody_sym.program.derivatives import gradient, jacobian
+from multibody_sym.program.folding import folded
+from multibody_sym.program.interpreter import interpret
+from multibody_sym.program.measures import operation_count, program_hash
+from multibody_sym.program.program import Array, DefinedTwiceError, Program, ShapeError
+from multibody_sym.program.scan import Kernel, Loop, Progression, Window, progression
+from multibody_sym.program.trace import Trace
+from multibody_sym.scalars.node import ZERO
+
+SEEDS = st.integers(0, 10**9)
+
+
+def both(seed: int, count: int) -> tuple[Program, Program, list[np.ndarray]]:
+    """Return random passes over a random tree scanned and unrolled, and arguments."""
+    maker = Maker(seed, SMOOTH, solves=False)
+    passes = Passes.random(maker.random, maker.function, count, chain=maker.random.random() < 0.3)
+    programs = []
+    for run in (passes.scanned, passes.unrolled):
+        trace = Trace("f", [Array("own", (WIDTH * count,)), Array("shared")])
+        values = run(trace, trace["own"], trace["shared"][0])
+        total = sum((x * x for x in values), ZERO)
+        programs.append(trace.finish({"rows": ((len(values),), values), "total": ((), [total])}))
+    return programs[0], programs[1], [np.clip(a, -1.0, 1.0) for a in maker.arguments(programs[0])]
+
+
+def assert_close(found: Sequence[np.ndarray], wanted: Sequence[np.ndarray]) -> None:
+    for a, b in zip(found, wanted, strict=True):
+        assert np.abs(a - b).max(initial=0.0) <= 1e-10 * (1.0 + np.abs(b).max(initial=0.0))
+
+
+@given(SEEDS, st.integers(0, 7))
+def test_values(seed: int, count: int) -> None:
+    scanned, unrolled, arrays = both(seed, count)
+    assert_close(interpret(scanned, *arrays), interpret(unrolled, *arrays))
+
+
+@given(SEEDS, st.integers(1, 5))
+def test_derivatives(seed: int, count: int) -> None:
+    scanned, unrolled, arrays = both(seed, count)
+    for name in ("own", "shared"):
+        wanted = interpret(jacobian(unrolled, "total", name), *arrays)
+        assert_close(interpret(jacobian(scanned, "total", name), *arrays), wanted)
+        assert_close(interpret(gradient(scanned, "total", name), *arrays), wanted)
+
+
+def test_a_second_derivative_forward_over_backward() -> None:
+    scanned, unrolled, arrays = both(5, 3)
+    twice = [jacobian(gradient(f, "total", "own"), "gradient", "own") for f in (scanned, unrolled)]
+    found, wanted = (interpret(f, *arrays)[0] for f in twice)
+    assert_close([found], [wanted])
+    assert_close([found], [found.T])
+
+
+@given(SEEDS, st.integers(1, 5))
+def test_folding(seed: int, count: int) -> None:
+    scanned, _, arrays = both(seed, count)
+    ready = folded(folded(scanned, "shared", [float(arrays[1])]), "own", arrays[0].tolist())
+    assert_close(interpret(ready, np.full(WIDTH * count, np.nan), np.nan), interpret(scanned, *arrays))
+    assert operation_count(ready).total <= operation_count(scanned).total
+
+
+@given(SEEDS, st.integers(0, 7))
+def test_operations_are_those_of_every_iteration(seed: int, count: int) -> None:
+    maker = Maker(seed, SMOOTH, solves=False)
+    passes = Passes.random(maker.random, maker.function, count)
+    trace = Trace("f", [Array("own", (WIDTH * count,)), Array("shared")])
+    values = passes.scanned(trace, trace["own"], trace["shared"][0])
+    wanted: Counter[str] = Counter(additions=(1 + WIDTH) * count + 1)  # a share, a sum for the parent; one at the end
+    for kind in passes.kinds:
+        wanted += Counter(asdict(operation_count(passes.down[kind])))
+        wanted += Counter(asdict(operation_count(passes.up[kind])))
+    counted = asdict(operation_count(trace.finish({"rows": ((len(values),), values)})))
+    assert counted == {name: wanted[name] for name in counted}
+
+
+def test_text_and_hash() -> None:
+    first, second, other = both(3, 4)[0], both(3, 4)[0], both(3, 5)[0]
+    assert program_hash(first) == program_hash(second) != program_hash(other)
+    lines = str(first).splitlines()
+    assert sum("for k < 4" in line for line in lines) == 2
+    assert any("= up_0(a0[" in line or "up_0(a0[" in line for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("values", "wanted"),
+    [
+        ([], Progression((0,))),
+        ([4], Progression((4,))),
+        ([7, 7, 7], Progression((7,))),
+        ([5, 3, 1, -1], Progression((5,), -2)),
+        ([0, 3, 4, 7, 8, 11], Progression((0, 3), 4)),
+        ([0, 1, 0, 1, 0], Progression((0, 1))),
+    ],
+)
+def test_progressions_are_found(values: list[int], wanted: Progression) -> None:
+    assert progression(values) == wanted
+    assert wanted.values(len(values)).tolist() == values
+
+
+@given(st.lists(st.integers(-3, 3), min_size=1, max_size=200))
+def test_any_table_is_a_progression(values: list[int]) -> None:
+    found = progression(values)
+    assert found.values(len(values)).tolist() == values
+    assert [found.at(k) for k in range(len(values))] == values
+
+
+def doubled(name: str = "x") -> Program:
+    trace = Trace("double", [Array(name)])
+    return trace.finish({"y": ((), [2 * trace[name][0]])})
+
+
+def scan(read: Window, write: Window, count: int = 3, kernels: int = 1, choice: Progression = Progression((0,))) -> Program:
+    trace = Trace("f", [Array("q", (4,))])
+    kernel = Kernel(doubled(), (read,), (write,))
+    (result,) = trace.scan([trace["q"]], [4], [], [Loop(count, (kernel,) * kernels, choice)])
+    return trace.finish({"x": ((4,), result)})
+
+
+def test_one_loop() -> None:
+    steps = Progression((0,), 1), Progression((1,), 1)
+    assert interpret(scan(Window(0, steps[0]), Window(1, steps[0])), [1, 2, 3, 4])[0].tolist() == [2, 4, 6, 0]
+    assert interpret(scan(Window(1, steps[0]), Window(1, steps[1])), [1, 2, 3, 4])[0].tolist() == [0, 0, 0, 0]
+    total = scan(Window(0, steps[0]), Window(1, Progression((2,)), adds=True))
+    assert interpret(total, [1, 2, 3, 4])[0].tolist() == [0, 0, 12, 0]
+
+
+@pytest.mark.parametrize(
+    ("error", "make", "message"),
+    [
+        (ShapeError, lambda: scan(Window(0, Progression((2,), 1)), Window(1, Progression((0,), 1))), "beyond array 0"),
+        (ShapeError, lambda: scan(Window(0, Progression((0,))), Window(1, Progression((0,), -1))), "beyond array 1"),
+        (ShapeError, lambda: scan(Window(2, Progression((0,))), Window(1, Progression((0,), 1))), "no array 2"),
+        (ShapeError, lambda: scan(Window(0, Progression((0,))), Window(1, Progression((0,), 1)), kernels=2,
+                                  choice=Progression((0, 2))), "chooses among 2 kernels"),
+        (DefinedTwiceError, lambda: scan(Window(1, Progression((0,))), Window(0, Progression((0,), 1))), "is given"),
+        (DefinedTwiceError, lambda: scan(Window(0, Progression((0,))), Window(1, Progression((0,)))), "stored twice"),
+        (DefinedTwiceError, lambda: scan(Window(1, Progression((0,), 1)), Window(1, Progression((0,), 1))),
+         "after it is read"),
+    ],
+)  # fmt: skip
+def test_what_does_not_fit_is_refused(error, make, message) -> None:
+    with pytest.raises(error, match=message):
+        make()
+
+
+def test_a_kernel_with_a_window_too_few_is_refused() -> None:
+    trace = Trace("f", [Array("q", (4,))])
+    kernel = Kernel(doubled(), (), (Window(1, Progression((0,), 1)),))
+    (result,) = trace.scan([trace["q"]], [4], [], [Loop(3, (kernel,))])
+    with pytest.raises(ShapeError, match="kernel double has 0 windows"):
+        trace.finish({"x": ((4,), result)})

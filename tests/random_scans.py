@@ -1,0 +1,89 @@
+"""Random passes over random trees: down with what the parent has, up with what the children add; scanned or unrolled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from multibody_sym.program.program import Array, Program
+from multibody_sym.program.scan import Kernel, Loop, Window, progression
+from multibody_sym.program.trace import Trace
+from multibody_sym.scalars.node import ZERO, Node
+
+WIDTH = 2
+"""Elements of a body's own data, of its row and of what it adds to its parent's."""
+Make = Callable[[str, Sequence[Array], dict[str, tuple[int, ...]]], Program]
+"""Makes a Program with a name, inputs and the shapes of outputs."""
+
+
+@dataclass(frozen=True)
+class Passes:
+    """`parents[k] < k` (-1: root), `kinds[k]` of each body, and the Programs of a kind for both directions.
+
+    Down: (own, shared, parent's row) -> (row, share of a sum); up: (own, row, sum of children) -> what the parent gets.
+    """
+
+    parents: tuple[int, ...]
+    kinds: tuple[int, ...]
+    down: tuple[Program, ...]
+    up: tuple[Program, ...]
+
+    @staticmethod
+    def random(random, make: Make, count: int, *, chain: bool = False) -> Passes:
+        """Return passes over `count` bodies of two kinds."""
+        parents = tuple(k - 1 if chain else random.randrange(-1, k) for k in range(count))
+        kinds = tuple(k % 2 if chain else random.randrange(2) for k in range(count))
+        own, row = Array("own", (WIDTH,)), Array("row", (WIDTH,))
+        rows = {"row": (WIDTH,), "share": ()}
+        down = [make(f"down_{k}", [own, Array("shared"), row], rows) for k in range(2)]
+        up = [make(f"up_{k}", [own, row, Array("sum", (WIDTH,))], {"sum": (WIDTH,)}) for k in range(2)]
+        return Passes(parents, kinds, tuple(down), tuple(up))
+
+    def scanned(self, trace: Trace, own: Sequence[Node], shared: Node) -> list[Node]:
+        """Return all rows, the sum of shares, and what arrives at the root, by one scan."""
+        rows = [WIDTH * (p + 1) for p in self.parents], [WIDTH * (k + 1) for k in range(len(self.parents))]
+        data = Window(0, progression([WIDTH * k for k in range(len(self.parents))]))
+        once = progression([0] * len(self.parents))
+        mine, above = Window(2, progression(rows[1])), Window(2, progression(rows[0]))
+        down = [Kernel(p, (data, Window(1, once), above), (mine, Window(3, once, adds=True))) for p in self.down]
+        order = range(len(self.parents) - 1, -1, -1)
+
+        def upward(window: Window, places: Sequence[int]) -> Window:
+            return Window(window.array, progression([places[k] for k in order]), window.adds)
+
+        read = (upward(data, [WIDTH * k for k in range(len(order))]), upward(mine, rows[1]),
+                upward(Window(4, once), rows[1]))  # fmt: skip
+        up = [Kernel(p, read, (upward(Window(4, once, adds=True), rows[0]),)) for p in self.up]
+        size, count = WIDTH * (len(order) + 1), len(order)
+        found = trace.scan(
+            [own, [shared]],
+            [size, 1],
+            [size],
+            [
+                Loop(count, tuple(down), progression(self.kinds)),
+                Loop(count, tuple(up), progression([self.kinds[k] for k in order])),
+                Loop(1, (Kernel(_copy(), (Window(4, once),), (Window(3, once, adds=True),)),)),
+            ],
+        )
+        return [*found[0], *found[1]]
+
+    def unrolled(self, trace: Trace, own: Sequence[Node], shared: Node) -> list[Node]:
+        """Return the same by a call for each body."""
+        rows: list[Sequence[Node]] = [[ZERO] * WIDTH]
+        sums: list[list[Node]] = [[ZERO] * WIDTH for _ in range(len(self.parents) + 1)]
+        total: Node = ZERO
+        datas = [own[WIDTH * k : WIDTH * (k + 1)] for k in range(len(self.parents))]
+        for kind, parent, data in zip(self.kinds, self.parents, datas, strict=True):
+            row, share = trace.call(self.down[kind], [data, [shared], rows[parent + 1]])
+            rows.append(row)
+            total = total + share[0]
+        for k in range(len(self.parents) - 1, -1, -1):
+            (given,) = trace.call(self.up[self.kinds[k]], [datas[k], rows[k + 1], sums[k + 1]])
+            parent = self.parents[k] + 1
+            sums[parent] = [a + b for a, b in zip(sums[parent], given, strict=True)]
+        return [*(x for row in rows for x in row), total + sums[0][0]]
+
+
+def _copy() -> Program:
+    trace = Trace("copy", [Array("x")])
+    return trace.finish({"y": ((), trace["x"])})
