@@ -49,9 +49,9 @@ class Maker:
             kind = self.random.random()
             if callees and kind < 0.08:
                 pool += self._call(trace, self.random.choice(callees), pool)
-            elif depth and kind < 0.10:
+            elif depth and kind < 0.09:
                 pool += self._scan(trace, pool)
-            elif self.solves and kind < 0.14:
+            elif self.solves and kind < 0.13:
                 pool += self._solve(trace, pool)
             else:
                 pool += self.operation(pool)
@@ -98,7 +98,7 @@ class Maker:
         return [leaf for part in trace.call(callee, arguments) for leaf in part]
 
     def _scan(self, trace: Trace, pool: Sequence[Node]) -> list[Node]:
-        count = self.random.randrange(5)
+        count = self.random.randrange(4)
         passes = Passes.random(self.random, self.function, count, chain=self.random.random() < 0.3)
         return passes.scanned(trace, self._some(pool, WIDTH * count), self._some(pool, 1)[0])
 

@@ -1,4 +1,4 @@
-"""Random passes over random trees: down with what the parent has, up with what the children add; scanned or unrolled."""
+"""Random passes over random trees, scanned or unrolled: down with what the parent has, up with what children add."""
 
 from __future__ import annotations
 
@@ -40,31 +40,33 @@ class Passes:
         return Passes(parents, kinds, tuple(down), tuple(up))
 
     def scanned(self, trace: Trace, own: Sequence[Node], shared: Node) -> list[Node]:
-        """Return all rows, the sum of shares, and what arrives at the root, by one scan."""
-        rows = [WIDTH * (p + 1) for p in self.parents], [WIDTH * (k + 1) for k in range(len(self.parents))]
-        data = Window(0, progression([WIDTH * k for k in range(len(self.parents))]))
-        once = progression([0] * len(self.parents))
-        mine, above = Window(2, progression(rows[1])), Window(2, progression(rows[0]))
-        down = [Kernel(p, (data, Window(1, once), above), (mine, Window(3, once, adds=True))) for p in self.down]
-        order = range(len(self.parents) - 1, -1, -1)
+        """Return all rows, the sum of shares and what arrives at the root, by one scan."""
+        count = len(self.parents)
+        outward, inward, once = range(count), range(count - 1, -1, -1), progression([0])
 
-        def upward(window: Window, places: Sequence[int]) -> Window:
-            return Window(window.array, progression([places[k] for k in order]), window.adds)
+        def at(array: int, order: range, row: Callable[[int], int], adds: bool = False) -> Window:
+            return Window(array, progression([WIDTH * row(k) for k in order]), adds)
 
-        read = (upward(data, [WIDTH * k for k in range(len(order))]), upward(mine, rows[1]),
-                upward(Window(4, once), rows[1]))  # fmt: skip
-        up = [Kernel(p, read, (upward(Window(4, once, adds=True), rows[0]),)) for p in self.up]
-        size, count = WIDTH * (len(order) + 1), len(order)
-        found = trace.scan(
-            [own, [shared]],
-            [size, 1],
-            [size],
-            [
-                Loop(count, tuple(down), progression(self.kinds)),
-                Loop(count, tuple(up), progression([self.kinds[k] for k in order])),
-                Loop(1, (Kernel(_copy(), (Window(4, once),), (Window(3, once, adds=True),)),)),
-            ],
-        )
+        def mine(k: int) -> int:
+            return k + 1
+
+        def above(k: int) -> int:
+            return self.parents[k] + 1
+
+        read = at(0, outward, int), Window(1, once), at(2, outward, above)
+        written = at(2, outward, mine), Window(3, once, adds=True)
+        read_up = at(0, inward, int), at(2, inward, mine), at(4, inward, mine)
+        loops = [
+            Loop(count, tuple(Kernel(p, read, written) for p in self.down), progression(self.kinds)),
+            Loop(
+                count,
+                tuple(Kernel(p, read_up, (at(4, inward, above, adds=True),)) for p in self.up),
+                progression([self.kinds[k] for k in inward]),
+            ),
+            Loop(1, (Kernel(_copy(), (Window(4, once),), (Window(3, once, adds=True),)),)),
+        ]
+        size = WIDTH * (count + 1)
+        found = trace.scan([own, [shared]], [size, 1], [size], loops)
         return [*found[0], *found[1]]
 
     def unrolled(self, trace: Trace, own: Sequence[Node], shared: Node) -> list[Node]:

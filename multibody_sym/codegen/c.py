@@ -418,7 +418,8 @@ def _kernel(printer: _Printer, kernel: Kernel, names: Sequence[str], tables: dic
         target, size = f"{names[window.array]} + {_place(window.first, tables)}", len(output.values)
         if window.adds:
             declared.append(f"                double d{k}[{max(1, size)}];")
-            added += [f"                for (int i = 0; i < {size}; i++)", f"                    ({target})[i] += d{k}[i];"]
+            added.append(f"                for (int i = 0; i < {size}; i++)")
+            added.append(f"                    ({target})[i] += d{k}[i];")
         arguments.append(f"d{k}" if window.adds else target)
     called = f"                {printer.every.names[id(kernel.program)]}("
     return [*declared, wrapped(called, arguments, ");", indent=" " * 20), *added]

@@ -8,7 +8,7 @@ from dataclasses import asdict
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_programs import SMOOTH, Maker
 from random_scans import WIDTH, Passes
@@ -43,12 +43,14 @@ def assert_close(found: Sequence[np.ndarray], wanted: Sequence[np.ndarray]) -> N
         assert np.abs(a - b).max(initial=0.0) <= 1e-10 * (1.0 + np.abs(b).max(initial=0.0))
 
 
+@settings(max_examples=30, deadline=None)
 @given(SEEDS, st.integers(0, 7))
 def test_values(seed: int, count: int) -> None:
     scanned, unrolled, arrays = both(seed, count)
     assert_close(interpret(scanned, *arrays), interpret(unrolled, *arrays))
 
 
+@settings(max_examples=30, deadline=None)
 @given(SEEDS, st.integers(1, 5))
 def test_derivatives(seed: int, count: int) -> None:
     scanned, unrolled, arrays = both(seed, count)
@@ -66,6 +68,7 @@ def test_a_second_derivative_forward_over_backward() -> None:
     assert_close([found], [found.T])
 
 
+@settings(max_examples=30, deadline=None)
 @given(SEEDS, st.integers(1, 5))
 def test_folding(seed: int, count: int) -> None:
     scanned, _, arrays = both(seed, count)
@@ -74,6 +77,7 @@ def test_folding(seed: int, count: int) -> None:
     assert operation_count(ready).total <= operation_count(scanned).total
 
 
+@settings(max_examples=30, deadline=None)
 @given(SEEDS, st.integers(0, 7))
 def test_operations_are_those_of_every_iteration(seed: int, count: int) -> None:
     maker = Maker(seed, SMOOTH, solves=False)
@@ -124,10 +128,11 @@ def doubled(name: str = "x") -> Program:
     return trace.finish({"y": ((), [2 * trace[name][0]])})
 
 
-def scan(read: Window, write: Window, count: int = 3, kernels: int = 1, choice: Progression = Progression((0,))) -> Program:
+def scan(read: Window, write: Window, *choice: int) -> Program:
     trace = Trace("f", [Array("q", (4,))])
     kernel = Kernel(doubled(), (read,), (write,))
-    (result,) = trace.scan([trace["q"]], [4], [], [Loop(count, (kernel,) * kernels, choice)])
+    loop = Loop(3, (kernel, kernel), Progression(choice or (0, 1)))
+    (result,) = trace.scan([trace["q"]], [4], [], [loop])
     return trace.finish({"x": ((4,), result)})
 
 
@@ -145,8 +150,7 @@ def test_one_loop() -> None:
         (ShapeError, lambda: scan(Window(0, Progression((2,), 1)), Window(1, Progression((0,), 1))), "beyond array 0"),
         (ShapeError, lambda: scan(Window(0, Progression((0,))), Window(1, Progression((0,), -1))), "beyond array 1"),
         (ShapeError, lambda: scan(Window(2, Progression((0,))), Window(1, Progression((0,), 1))), "no array 2"),
-        (ShapeError, lambda: scan(Window(0, Progression((0,))), Window(1, Progression((0,), 1)), kernels=2,
-                                  choice=Progression((0, 2))), "chooses among 2 kernels"),
+        (ShapeError, lambda: scan(Window(0, Progression((0,))), Window(1, Progression((0,), 1)), 0, 2), "2 kernels"),
         (DefinedTwiceError, lambda: scan(Window(1, Progression((0,))), Window(0, Progression((0,), 1))), "is given"),
         (DefinedTwiceError, lambda: scan(Window(0, Progression((0,))), Window(1, Progression((0,)))), "stored twice"),
         (DefinedTwiceError, lambda: scan(Window(1, Progression((0,), 1)), Window(1, Progression((0,), 1))),
