@@ -106,6 +106,14 @@ def _multiplier(instant: Instant, name: str) -> S:
     return instant.multipliers[rows[name]]
 
 
+def _center_of_mass(instant: Instant, axis: str) -> S:
+    """Return a component of the centre of mass of all bodies, sum(m r)/sum(m)."""
+    masses, total = [body.mass for body in instant.motion.masses], ZERO_VECTOR
+    for mass, (r, _) in zip(masses, _momenta(instant.motion), strict=True):
+        total = add(total, scale(mass, r))
+    return _component(total, axis) / sum(masses)
+
+
 def _momentum(instant: Instant, axis: str) -> S:
     return _component(_sum(p for _, p in _momenta(instant.motion)), axis)
 
@@ -160,6 +168,7 @@ _QUANTITIES: Final[dict[str, Callable[..., S]]] = {
     "total_energy": _total,
     "kinetic_energy": _kinetic,
     "potential_energy": _potential,
+    "center_of_mass": _center_of_mass,
     "momentum": _momentum,
     "angular_momentum": _angular_momentum,
 }

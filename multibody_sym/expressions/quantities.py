@@ -29,6 +29,7 @@ QUANTITIES: Final[dict[str, Quantity]] = {
     "total_energy": Quantity((), _ENERGY),
     "kinetic_energy": Quantity((), _ENERGY),
     "potential_energy": Quantity((), _ENERGY),
+    "center_of_mass": Quantity(("axis",), Dimension(0, 1, 0)),
     "momentum": Quantity(("axis",), Dimension(1, 1, -1)),
     "angular_momentum": Quantity(("axis",), Dimension(1, 2, -1)),
 }

@@ -68,13 +68,16 @@ def test_points_distances_and_energies(seed: int) -> None:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_momenta_are_sums_over_the_bodies(seed: int) -> None:
     case, motion, found = instant(seed)
-    momentum, angular = np.zeros(3), np.zeros(3)
+    momentum, angular, moment = np.zeros(3), np.zeros(3), np.zeros(3)
     for index, body in enumerate(case.mechanism.bodies):
         mass, R = motion.masses[index], np.array(motion.rotation(index), dtype=float)
         p = float(mass.mass) * vector(motion, found, "velocity", body.name)
         momentum += p
+        moment += float(mass.mass) * vector(motion, found, "position", body.name)
         spin = R @ np.array(mass.inertia, dtype=float) @ R.T @ vector(motion, found, "angular_velocity", body.name)
         angular += spin + np.cross(vector(motion, found, "position", body.name), p)
+    com = moment / sum(float(mass.mass) for mass in motion.masses)
+    np.testing.assert_allclose(vector(motion, found, "center_of_mass"), com, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(vector(motion, found, "momentum"), momentum, rtol=1e-10, atol=1e-10)
     np.testing.assert_allclose(vector(motion, found, "angular_momentum"), angular, rtol=1e-10, atol=1e-10)
 
