@@ -22,17 +22,21 @@ class ExplicitStepper:
 
     def attempt(self, t: float, x: Floats, slope: Floats, h: float, t_new: float) -> Trial:
         """Return a step; the last slope is among its stages only if the error estimate needs it."""
-        tableau, k = self.tableau, [slope]
-        for stage in range(1, len(tableau.c) - 1):
-            at = x + h * combination(tableau.A[stage, :stage], k)
-            k.append(self.flow.slope(t + float(tableau.c[stage]) * h, at))
-        x_new = x + h * combination(tableau.A[-1, :-1], k)
+        tableau, k, end = self.tableau, [slope], self.tableau.stages - 1
+        self._extend(t, x, h, k, end)
+        x_new = x + h * combination(tableau.A[end, :end], k)
         require_finite(x_new, t_new)
         if tableau.end_in_error:
             k.append(self.flow.slope(t_new, x_new))
-        adaptive = self.flow.step is None and tableau.error is not None
-        error = h * combination(tableau.error[: len(k)], k) if adaptive and tableau.error is not None else None
-        return Trial(t, x, slope, h, t_new, x_new, error, k)
+        weights = (tableau.error, tableau.coarse_error) if self.flow.step is None else (None, None)
+        error, coarse = (None if w is None else h * combination(w[: len(k)], k) for w in weights)
+        return Trial(t, x, slope, h, t_new, x_new, error, k, coarse)
+
+    def _extend(self, t: float, x: Floats, h: float, k: list[Floats], count: int) -> None:
+        """Add the slopes of further stages to `k` until there are `count`."""
+        for stage in range(len(k), count):
+            at = x + h * combination(self.tableau.A[stage, :stage], k)
+            k.append(self.flow.slope(t + float(self.tableau.c[stage]) * h, at))
 
     def finish(self, trial: Trial, x_new: Floats) -> Step:
         """Return the step with the slope at its end; a changed end needs one of its own."""
@@ -45,6 +49,7 @@ class ExplicitStepper:
             slope_new = k[-1] if kept else self.flow.slope(trial.t_new, x_new)
 
         def value(theta: float) -> Floats:
+            self._extend(trial.t, trial.x, trial.h, k, len(self.tableau.c))
             weights = np.zeros(len(k))
             for column in self.tableau.dense.T[::-1]:
                 weights = (weights + column) * theta

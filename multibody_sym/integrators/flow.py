@@ -85,7 +85,8 @@ class Flow:
 class Trial:
     """A step on trial from (t, x), where the slope is `slope`, over h to (t_new, x_new).
 
-    `error`: the estimate of its error (n,), None where the method makes none; `stages`: what its family keeps.
+    `error`: the estimate of its error (n,), None where the method makes none; `stages`: what its family keeps;
+    `coarse`: a second estimate of lower order (n,), where there is one.
     """
 
     t: float
@@ -96,6 +97,7 @@ class Trial:
     x_new: Floats
     error: Floats | None
     stages: list[Floats]
+    coarse: Floats | None = None
 
 
 @dataclass(frozen=True)

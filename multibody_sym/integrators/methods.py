@@ -1,11 +1,44 @@
-"""The table of all methods by name."""
+"""Every integration method by name: in a few words in `SUMMARIES`, as the record that holds it in `METHODS`."""
 
 from __future__ import annotations
 
-from types import MappingProxyType
-from typing import Final
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Final
 
-from multibody_sym.integrators.flow import Method
-from multibody_sym.integrators.runge_kutta import EXPLICIT
+if TYPE_CHECKING:
+    from multibody_sym.integrators.flow import Method
 
-METHODS: Final[MappingProxyType[str, Method]] = MappingProxyType({method.name: method for method in EXPLICIT})
+SUMMARIES: Final[Mapping[str, str]] = {
+    "explicit_euler": "order 1, fixed step",
+    "midpoint": "order 2, fixed step",
+    "heun": "order 2, fixed step",
+    "rk4": "order 4, fixed step",
+    "bogacki_shampine": "order 3(2), adaptive",
+    "dormand_prince": "order 5(4), adaptive; the default",
+    "dormand_prince_8": "order 8(5,3), adaptive; for high accuracy",
+}
+"""What each method is; the names are those that a model file and `--method` take."""
+
+
+class _Methods(Mapping[str, "Method"]):
+    """The methods by name, each made, and so checked, when it is first asked for: the checks take some milliseconds."""
+
+    def __init__(self) -> None:
+        self._made: dict[str, Method] = {}
+
+    def __getitem__(self, name: str) -> Method:
+        if name not in self._made:
+            from multibody_sym.integrators.runge_kutta import EXPLICIT
+
+            self._made[name] = EXPLICIT[name]()
+        return self._made[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(SUMMARIES)
+
+    def __len__(self) -> int:
+        return len(SUMMARIES)
+
+
+METHODS: Final = _Methods()
+"""Each method's record."""

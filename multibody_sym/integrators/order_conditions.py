@@ -1,4 +1,4 @@
-"""Order conditions of Runge-Kutta methods over all rooted trees, in exact rational arithmetic.
+"""Order conditions of Runge-Kutta methods over all rooted trees, exactly for coefficients that are Fractions.
 
 A rooted tree is the sorted tuple of its branches, each a tree; `()` is the single node. A method with coefficients
 A, weights b and nodes c = A 1 has order p when every tree t of at most p nodes satisfies
@@ -15,10 +15,10 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import cache
 from math import prod
+from typing import Any, TypeVar
 
 Tree = tuple["Tree", ...]
-Matrix = Sequence[Sequence[Fraction]]
-StageWeights = dict[Tree, list[Fraction]]
+Number = TypeVar("Number", Fraction, float)
 
 
 @cache
@@ -48,11 +48,12 @@ def density(tree: Tree) -> int:
     return node_count(tree) * prod(map(density, tree))
 
 
-def stage_weights(A: Matrix, size: int) -> StageWeights:
+def stage_weights(A: Sequence[Sequence[Number]], size: int) -> dict[Tree, list[Number]]:
     """Return Phi_i(t) by stage for every tree of at most `size` nodes of the method with coefficients `A`."""
-    weights: StageWeights = {}
-    branches: StageWeights = {}
-    zero, one = Fraction(0), Fraction(1)
+    weights: dict[Tree, list[Number]] = {}
+    branches: dict[Tree, list[Number]] = {}
+    scalar: Any = next((type(a) for row in A for a in row), Fraction)
+    zero, one = scalar(0), scalar(1)
     for nodes in range(1, size + 1):
         for tree in rooted_trees(nodes):
             phi = [prod((branches[t][i] for t in tree), start=one) for i in range(len(A))]
@@ -61,26 +62,39 @@ def stage_weights(A: Matrix, size: int) -> StageWeights:
     return weights
 
 
-def reached_order(weights: StageWeights, b: Sequence[Fraction]) -> int:
-    """Return the order of the method with weights `b`, as far as the trees in `weights` can tell."""
-    wrong = (node_count(t) - 1 for t, phi in weights.items() if _dot(b, phi) != Fraction(1, density(t)))
+def reached_order(weights: dict[Tree, list[Number]], b: Sequence[Number], tolerance: float = 0.0) -> int:
+    """Return the order of the method with weights `b`, as far as the trees in `weights` can tell.
+
+    Conditions count as satisfied to within `tolerance`.
+    """
+    wrong = (node_count(t) - 1 for t, phi in weights.items() if not _equal(_dot(b, phi), t, tolerance))
     return min(wrong, default=max(map(node_count, weights)))
 
 
-def reached_dense_order(weights: StageWeights, dense: Matrix) -> int:
+def reached_dense_order(
+    weights: dict[Tree, list[Number]], dense: Sequence[Sequence[Number]], tolerance: float = 0.0
+) -> int:
     """Return the order of the extension b_i(theta) = sum_k dense[i][k] theta^(k+1), as far as `weights` can tell.
 
-    It is p when sum_i b_i(theta) Phi_i(t) = theta^|t| / gamma(t) as polynomials for every tree of at most p nodes.
+    It is p when sum_i b_i(theta) Phi_i(t) = theta^|t| / gamma(t) as polynomials for every tree of at most p nodes,
+    to within `tolerance` for each coefficient.
     """
     columns = list(enumerate(zip(*dense, strict=True), 1))
     wrong = (
         node_count(t) - 1
         for t, phi in weights.items()
         if node_count(t) > len(columns)
-        or any(_dot(c, phi) != (Fraction(1, density(t)) if k == node_count(t) else 0) for k, c in columns)
+        or any(not _equal(_dot(c, phi), t if k == node_count(t) else None, tolerance) for k, c in columns)
     )
     return min(wrong, default=max(map(node_count, weights)))
 
 
-def _dot(a: Sequence[Fraction], b: Sequence[Fraction]) -> Fraction:
-    return sum((x * y for x, y in zip(a, b, strict=True) if x and y), Fraction(0))
+def _equal(value: Number, tree: Tree | None, tolerance: float) -> bool:
+    """Tell whether `value` is 1 / gamma of the tree, or 0 without one."""
+    wanted = Fraction(1, density(tree)) if tree is not None else Fraction(0)
+    return bool(abs(value - wanted) <= tolerance)
+
+
+def _dot(a: Sequence[Number], b: Sequence[Number]) -> Number:
+    zero: Any = 0
+    return sum((x * y for x, y in zip(a, b, strict=True) if x and y), zero)

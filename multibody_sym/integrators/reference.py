@@ -148,10 +148,18 @@ def _scaled_norm(values: Floats, scales: Floats) -> float:
 
 
 def _error_norm(flow: Flow, trial: Trial) -> tuple[float, int]:
-    """Return the mean-square error in units of atol + rtol max(|x|, |x_new|), and the component with most of it."""
+    """Return the mean-square error in units of atol + rtol max(|x|, |x_new|), and the component with most of it.
+
+    Of two estimates the finer, e5, counts as e5^2 / sqrt(e5^2 + 0.01 e3^2), with the coarser, e3: an error of the power
+    of the step that their orders together make (Hairer, Norsett, Wanner, section II.10).
+    """
     assert trial.error is not None
     scales = flow.atol + flow.rtol * np.maximum(np.abs(trial.x), np.abs(trial.x_new))
-    return _scaled_norm(trial.error, scales), int(np.argmax(np.abs(trial.error / scales)))
+    fine, worst = _scaled_norm(trial.error, scales), int(np.argmax(np.abs(trial.error / scales)))
+    if trial.coarse is None or fine == 0.0:
+        return fine, worst
+    coarse = _scaled_norm(trial.coarse, scales)
+    return fine * fine / math.sqrt(fine * fine + 0.01 * (coarse * coarse)), worst
 
 
 def first_step(flow: Flow, slope: Floats) -> float:

@@ -1,17 +1,19 @@
-"""Explicit Runge-Kutta methods as exact data that checks itself; `EXPLICIT` lists them.
+"""Explicit Runge-Kutta methods as data that checks itself; `EXPLICIT` makes each of them by name.
 
 Every method is kept with its end point as last stage: the last row of `A` is b, so the last slope is f(t + h, x_new).
 It costs nothing, because it is the first slope of the next step, and it lets one loop serve all methods: error
-estimates and continuous extensions are weights over the same stages, with or without "first same as last".
+estimates and continuous extensions are weights over the same stages, with or without "first same as last". An
+extension may need stages beyond the end point; they are evaluated only in steps that are interpolated.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Final
+from types import MappingProxyType
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,36 +24,45 @@ Weights = tuple[Fraction, ...]
 Floats = NDArray[np.float64]
 
 
+_ROUNDING: Final = 1e-11  # of order conditions in floating point
+
+
 @dataclass(frozen=True)
 class Tableau:
-    """A method in floating point, as the stepping loops in C and Python read it; s stages, the last at the end point.
+    """A method in floating point, as the stepping loops in C and Python read it.
 
-    `A` (s, s), `c` (s,), `error` (s,) or None, `dense` (s, degree); `order` of the step, `error_order` of the
-    embedded solution; `end_in_error` tells that the error estimate needs the last slope.
+    `stages`, the last of them at the end point, make the step; those after it, up to s, serve the extension only.
+    `A` (s, s), `c` (s,), `error` (stages,) or None, `coarse_error` (stages,) or None, `dense` (s, degree); `order` of
+    the step, `error_order` of the estimated error; `end_in_error` tells that the estimate needs the last slope.
     """
 
+    stages: int
     A: Floats
     c: Floats
     error: Floats | None
+    coarse_error: Floats | None
     dense: Floats
     order: int
     error_order: int
 
     @property
     def end_in_error(self) -> bool:
-        return self.error is not None and bool(self.error[-1] != 0.0)
+        return any(e is not None and bool(e[-1] != 0.0) for e in (self.error, self.coarse_error))
 
 
 @dataclass(frozen=True)
 class RungeKutta:
-    """An explicit Runge-Kutta method; construction raises ValueError unless every claim it makes is exactly true.
+    """An explicit Runge-Kutta method; construction raises ValueError unless every claim it makes is true.
 
         k_i = f(t + c_i h, x + h sum_j a_ij k_j),   x_new = x + h sum_j a_sj k_j,   k_s = f(t + h, x_new)
         x(t + theta h) = x + h sum_i b_i(theta) k_i,   b_i(theta) = sum_k dense[i][k] theta^(k+1)
 
-    `A`: row i has i entries; the last row is b. `c`: nodes. `order`: of x_new. `error`: weights b - b_hat of the
-    error estimate, whose b_hat has order `error_order`; None and 0 without one. `dense_order`: the local error of
-    the continuous extension is O(h^(dense_order + 1)).
+    `A`: row i has i entries; the last row is b. `extra`: rows of the stages after the end point. `c`: nodes. `order`:
+    of x_new. `error`: weights b - b_hat of the error estimate; None without one. `error_order`: that of b_hat, 0
+    without an estimate. `coarse`: weights of a second estimate e3, of `coarse_order`; the first, e5, then counts as
+    e5^2 / sqrt(e5^2 + 0.01 e3^2), which makes `error_order` twice that of b_hat less the coarse one. `dense_order`:
+    the local error of the continuous extension is O(h^(dense_order + 1)). `decimals`: the coefficients are decimals,
+    whose orders hold to rounding; else exactly.
     """
 
     name: str
@@ -62,13 +73,19 @@ class RungeKutta:
     dense_order: int
     error: Weights | None = None
     error_order: int = 0
+    coarse: Weights | None = None
+    coarse_order: int = 0
+    extra: tuple[Weights, ...] = ()
+    decimals: bool = False
 
     def __post_init__(self) -> None:
+        rows = (*self.A, *self.extra)
+        sums = [self._number(sum(row, Fraction(0))) - self._number(c) for row, c in zip(rows, self.c, strict=False)]
         for true, claim in (
-            ([len(row) for row in self.A] == list(range(self.stages)), "row i of A has i entries"),
-            (len(self.c) == len(self.dense) == self.stages, "c and dense have one entry a stage"),
-            (list(self.c) == [sum(row, Fraction(0)) for row in self.A], "c_i is the sum of row i of A"),
-            (self.c[-1:] == (Fraction(1),), "the last stage is the end point"),
+            ([len(row) for row in rows] == list(range(len(rows))), "row i of A has i entries"),
+            (len(self.c) == len(self.dense) == len(rows), "c and dense have one entry a stage"),
+            (max(map(abs, sums)) <= self._tolerance, "c_i is the sum of row i of A"),
+            (self.c[self.stages - 1] == 1, "the last stage is the end point"),
             ((self.error is None) == (self.error_order == 0), "an error estimate has an order"),
             (self.error is None or len(self.error) == self.stages, "error has one entry a stage"),
         ):
@@ -76,15 +93,18 @@ class RungeKutta:
         self._check_orders()
 
     def _check_orders(self) -> None:
-        weights = stage_weights(self.A, self.order + 1)
-        b = (*self.A[-1], Fraction(0))
-        self._require(reached_order(weights, b) == self.order, f"the order is {self.order}")
-        if self.error is not None:
-            b_hat = [x - e for x, e in zip(b, self.error, strict=True)]
-            embedded = reached_order(weights, b_hat)
-            self._require(embedded == self.error_order < self.order, f"the embedded order is {self.error_order}")
-        self._require(tuple(map(sum, self.dense)) == b, "the continuous extension ends at x_new")
-        dense_order = reached_dense_order(weights, self.dense)
+        A, dense = (tuple(map(self._numbers, rows)) for rows in ((*self.A, *self.extra), self.dense))
+        b = (*A[self.stages - 1], *[self._number(Fraction(0))] * (1 + len(self.extra)))
+        weights, tolerance = stage_weights(A, self.order + 1), self._tolerance
+        self._require(reached_order(weights, b, tolerance) == self.order, f"the order is {self.order}")
+        for error, order in ((self.error, self.fine_order), (self.coarse, self.coarse_order)):
+            if error is not None:
+                b_hat = [x - e for x, e in zip(b, (*self._numbers(error), *b[self.stages :]), strict=True)]
+                embedded = reached_order(weights, b_hat, tolerance)
+                self._require(embedded == order < self.order, f"the embedded order is {order}")
+        ends = [sum(row) - x for row, x in zip(dense, b, strict=True)]
+        self._require(max(map(abs, ends)) <= tolerance, "the continuous extension ends at x_new")
+        dense_order = reached_dense_order(weights, dense, tolerance)
         self._require(dense_order == self.dense_order, f"the continuous extension has order {self.dense_order}")
 
     def _require(self, true: bool, claim: str) -> None:
@@ -92,19 +112,38 @@ class RungeKutta:
             raise ValueError(f"{self.name}: not true that {claim}")
 
     @property
+    def _tolerance(self) -> float:
+        return _ROUNDING if self.decimals else 0.0
+
+    def _number(self, value: Fraction) -> Any:
+        """Return a coefficient as it is checked: rational arithmetic on thirty decimals takes half a second."""
+        return float(value) if self.decimals else value
+
+    def _numbers(self, row: Weights) -> tuple[Any, ...]:
+        return tuple(map(self._number, row))
+
+    @property
     def stages(self) -> int:
-        """The number of stages, the end point included."""
+        """The number of stages of a step, the end point included."""
         return len(self.A)
+
+    @property
+    def fine_order(self) -> int:
+        """The order of b_hat."""
+        return (self.error_order + self.coarse_order) // 2 if self.coarse else self.error_order
 
     @cached_property
     def tableau(self) -> Tableau:
         """The method in floating point."""
-        square = [[*row, *[0] * (self.stages - len(row))] for row in self.A]
-        error = None if self.error is None else np.array(self.error, dtype=float)
+        rows = (*self.A, *self.extra)
+        square = [[*row, *[0] * (len(rows) - len(row))] for row in rows]
+        error, coarse = (None if e is None else np.array(e, dtype=float) for e in (self.error, self.coarse))
         return Tableau(
+            stages=self.stages,
             A=np.array(square, dtype=float),
             c=np.array(self.c, dtype=float),
             error=error,
+            coarse_error=coarse,
             dense=np.array(self.dense, dtype=float),
             order=self.order,
             error_order=self.error_order,
@@ -183,11 +222,22 @@ def _dormand_prince() -> RungeKutta:
     )
 
 
-EXPLICIT: Final = (
-    _method("explicit_euler", 1, "1"),
-    _method("midpoint", 2, "1/2; 0 1"),
-    _method("heun", 2, "1; 1/2 1/2"),
-    _method("rk4", 4, "1/2; 0 1/2; 0 0 1; 1/6 1/3 1/3 1/6"),
-    _method("bogacki_shampine", 3, "1/2; 0 3/4; 2/9 1/3 4/9", "7/24 1/4 1/3 1/8", 2),
-    _dormand_prince(),
+def _dormand_prince_8() -> RungeKutta:
+    from multibody_sym.integrators.dormand_prince_8 import dormand_prince_8
+
+    return dormand_prince_8()
+
+
+EXPLICIT: Final[Mapping[str, Callable[[], RungeKutta]]] = MappingProxyType(
+    {
+        "explicit_euler": lambda: _method("explicit_euler", 1, "1"),
+        "midpoint": lambda: _method("midpoint", 2, "1/2; 0 1"),
+        "heun": lambda: _method("heun", 2, "1; 1/2 1/2"),
+        "rk4": lambda: _method("rk4", 4, "1/2; 0 1/2; 0 0 1; 1/6 1/3 1/3 1/6"),
+        "bogacki_shampine": lambda: _method(
+            "bogacki_shampine", 3, "1/2; 0 3/4; 2/9 1/3 4/9", "7/24 1/4 1/3 1/8", 2
+        ),
+        "dormand_prince": _dormand_prince,
+        "dormand_prince_8": _dormand_prince_8,
+    }
 )

@@ -34,8 +34,8 @@ class MethodStruct(ctypes.Structure):
     """`mbs_method` of runtime.h."""
 
     _fields_ = (
-        *((name, ctypes.c_int) for name in ("stages", "order", "error_order", "dense_degree")),
-        *((name, ctypes.c_void_p) for name in ("a", "c", "error", "dense")),
+        *((name, ctypes.c_int) for name in ("stages", "all_stages", "order", "error_order", "dense_degree")),
+        *((name, ctypes.c_void_p) for name in ("a", "c", "error", "coarse_error", "dense")),
     )
 
 
@@ -77,7 +77,7 @@ class StateStruct(ctypes.Structure):
         *((name, ctypes.c_double) for name in ("least_rank", "greatest_rank")),
         *((name, ctypes.c_double) for name in ("conditioning", "conditioning_time")),
         *((name, ctypes.c_longlong) for name in ("steps", "rejected", "evaluations", "sample")),
-        *((name, ctypes.c_int) for name in ("status", "component", "phase")),
+        *((name, ctypes.c_int) for name in ("status", "component", "phase", "extended")),
     )
 
 

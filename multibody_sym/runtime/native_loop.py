@@ -61,13 +61,15 @@ def _method(method: Method) -> MethodStruct:
 def _explicit(method: RungeKutta) -> MethodStruct:
     tableau = method.tableau
     return MethodStruct(
-        stages=len(tableau.c),
+        stages=tableau.stages,
+        all_stages=len(tableau.c),
         order=tableau.order,
         error_order=tableau.error_order,
         dense_degree=tableau.dense.shape[1],
         a=_address(tableau.A),
         c=_address(tableau.c),
         error=None if tableau.error is None else _address(tableau.error),
+        coarse_error=None if tableau.coarse_error is None else _address(tableau.coarse_error),
         dense=_address(tableau.dense),
     )
 

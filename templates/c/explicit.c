@@ -4,7 +4,7 @@
 static long long own_work(const mbs_problem *problem)
 {
     const mbs_system *system = problem->system;
-    return (long long)(problem->method->stages - 1) * (system->nq + system->nu);
+    return (long long)(problem->method->all_stages - 1) * (system->nq + system->nu);
 }
 
 static void restart(mbs_run *r)
@@ -34,14 +34,27 @@ static void extrapolate(const mbs_run *r, double h, int count, const double *wei
 
 static int end_in_error(const mbs_method *method)
 {
-    return method->error && method->error[method->stages - 1] != 0.0;
+    int end = method->stages - 1;
+    return (method->error && method->error[end] != 0.0) || (method->coarse_error && method->coarse_error[end] != 0.0);
 }
 
-static void estimate(mbs_run *r, double h)
+static void estimate(const mbs_run *r, double h, const double *weights, double *error)
 {
-    combine(r, r->method->stages, r->method->error, r->error);
+    combine(r, r->method->stages, weights, error);
     for (int i = 0; i < r->n; ++i)
-        r->error[i] *= h;
+        error[i] *= h;
+}
+
+/* Fill the slopes of the stages from `first` up to `last`. */
+static int evaluate(mbs_run *r, double h, int first, int last)
+{
+    const mbs_method *m = r->method;
+    int status = MBS_RUNNING;
+    for (int i = first; i < last && status == MBS_RUNNING; ++i) {
+        extrapolate(r, h, i, m->a + i * m->all_stages, r->stage);
+        status = mbs_derivative(r, r->state->t + m->c[i] * h, r->stage, r->slope + i * r->n);
+    }
+    return status;
 }
 
 /* Fill x_new and the slopes; the last slope only if the error estimate needs it before x_new is settled. */
@@ -49,18 +62,18 @@ static int attempt(mbs_run *r, double h, double t_new)
 {
     const mbs_method *m = r->method;
     int end = m->stages - 1, status;
-    for (int i = 1; i < end; ++i) {
-        extrapolate(r, h, i, m->a + i * m->stages, r->stage);
-        if ((status = mbs_derivative(r, r->state->t + m->c[i] * h, r->stage, r->slope + i * r->n)) != MBS_RUNNING)
-            return status;
-    }
-    extrapolate(r, h, end, m->a + end * m->stages, r->x_new);
+    if ((status = evaluate(r, h, 1, end)) != MBS_RUNNING)
+        return status;
+    extrapolate(r, h, end, m->a + end * m->all_stages, r->x_new);
     if ((status = mbs_all_finite(r, t_new, r->x_new)) != MBS_RUNNING)
         return status;
     if (end_in_error(m) && (status = mbs_derivative(r, t_new, r->x_new, r->slope + end * r->n)) != MBS_RUNNING)
         return status;
-    if (!(r->problem->step > 0.0))
-        estimate(r, h);
+    if (!(r->problem->step > 0.0)) {
+        estimate(r, h, m->error, r->error);
+        if (m->coarse_error)
+            estimate(r, h, m->coarse_error, r->coarse);
+    }
     return MBS_RUNNING;
 }
 
@@ -82,11 +95,16 @@ static void advance(mbs_run *r)
     (void)r;
 }
 
+static int extend(mbs_run *r)
+{
+    return evaluate(r, r->state->h, r->method->stages, r->method->all_stages);
+}
+
 static void value(const mbs_run *r, double theta, double *x)
 {
     const mbs_method *m = r->method;
     mbs_fill(r->n, 0.0, x);
-    for (int j = 0; j < m->stages; ++j) {
+    for (int j = 0; j < m->all_stages; ++j) {
         const double *coefficients = m->dense + j * m->dense_degree, *k = r->slope + j * r->n;
         double weight = 0.0;
         for (int power = m->dense_degree - 1; power >= 0; --power)
@@ -99,4 +117,4 @@ static void value(const mbs_run *r, double theta, double *x)
         x[i] = r->x[i] + r->state->h * x[i];
 }
 
-const mbs_stepper mbs_explicit = {own_work, restart, attempt, finish, advance, value};
+const mbs_stepper mbs_explicit = {own_work, restart, attempt, finish, advance, extend, value};

@@ -12,7 +12,7 @@ static const mbs_stepper *stepper_of(const mbs_method *method)
 long long mbs_work(const mbs_problem *problem)
 {
     const mbs_system *s = problem->system;
-    return 8LL * (s->nq + s->nu) + 2LL * s->ns + s->nw + 3 + stepper_of(problem->method)->work(problem);
+    return 9LL * (s->nq + s->nu) + 2LL * s->ns + s->nw + 3 + stepper_of(problem->method)->work(problem);
 }
 
 /* x stands first, as runtime.h promises. */
@@ -21,9 +21,9 @@ static mbs_run unpacked(const mbs_problem *problem, mbs_state *state, double *wo
     const mbs_system *system = problem->system;
     int n = system->nq + system->nu;
     mbs_run r = {.problem = problem, .method = problem->method, .system = system, .state = state, .n = n};
-    double **const vectors[] = {&r.x, &r.x_new, &r.slope_new, &r.error, &r.stage, &r.spare, &r.correction};
+    double **const vectors[] = {&r.x, &r.x_new, &r.slope_new, &r.error, &r.coarse, &r.stage, &r.spare, &r.correction};
     r.stepper = stepper_of(problem->method);
-    for (int i = 0; i < 7; ++i, work += n)
+    for (int i = 0; i < 8; ++i, work += n)
         *vectors[i] = work;
     r.inputs = work;
     r.multipliers = r.inputs + system->nw;
@@ -58,19 +58,33 @@ static int sample_due(const mbs_run *r)
     return time <= r->state->t_new || at_end(r, time);
 }
 
-/* A sample between steps is normalised and projected like a step; where that fails it stays as interpolated. */
-static void write_sample(mbs_run *r, double *x)
+/* The state at a time within the finished step, as interpolated. */
+static int value(mbs_run *r, double time, double *x)
 {
-    double time = sample_time(r->problem, r->state->sample++), deviation;
-    if (at_end(r, time)) {
-        mbs_copy(r->n, r->x_new, x);
-        return;
+    mbs_state *s = r->state;
+    int status = s->extended ? MBS_RUNNING : r->stepper->extend(r);
+    if (status == MBS_RUNNING) {
+        s->extended = 1;
+        r->stepper->value(r, (time - s->t) / s->h, x);
     }
-    r->stepper->value(r, (time - r->state->t) / r->state->h, x);
-    mbs_normalize(r, time, x, &deviation);
-    mbs_copy(r->n, x, r->spare);
-    if (r->problem->project && mbs_project(r, time, x) != MBS_RUNNING)
-        mbs_copy(r->n, r->spare, x);
+    return status;
+}
+
+/* A sample between steps is normalised and projected like a step; where that fails it stays as interpolated. */
+static int write_sample(mbs_run *r, double *x)
+{
+    double time = sample_time(r->problem, r->state->sample), deviation;
+    int status = MBS_RUNNING;
+    if (at_end(r, time))
+        mbs_copy(r->n, r->x_new, x);
+    else if ((status = value(r, time, x)) == MBS_RUNNING) {
+        mbs_normalize(r, time, x, &deviation);
+        mbs_copy(r->n, x, r->spare);
+        if (r->problem->project && mbs_project(r, time, x) != MBS_RUNNING)
+            mbs_copy(r->n, r->spare, x);
+    }
+    r->state->sample += status == MBS_RUNNING;
+    return status;
 }
 
 /* ---- steps ---- */
@@ -133,6 +147,7 @@ static int accept(mbs_run *r, double t_new, double h)
     keep_largest(&s->removed_velocity, r->removed_velocity);
     keep_largest(&s->quaternion_deviation, r->deviation);
     s->phase = SAMPLING;
+    s->extended = 0;
     return contradiction(r);
 }
 
@@ -176,6 +191,17 @@ static double scaled_norm(const mbs_run *r, const double *y, const double *x, co
     return sqrt(sum / r->n);
 }
 
+/* The error of a trial. Of two estimates the finer, e5, counts as e5^2 / sqrt(e5^2 + 0.01 e3^2), with the coarser, e3. */
+static double trial_error(const mbs_run *r, int *worst)
+{
+    double fine = scaled_norm(r, r->error, r->x, r->x_new, worst);
+    int ignored;
+    if (!r->method->coarse_error || fine == 0.0)
+        return fine;
+    double coarse = scaled_norm(r, r->coarse, r->x, r->x_new, &ignored);
+    return fine * fine / sqrt(fine * fine + 0.01 * (coarse * coarse));
+}
+
 static double control_power(const mbs_method *m)
 {
     return 1.0 / ((m->order < m->error_order ? m->order : m->error_order) + 1.0);
@@ -209,7 +235,7 @@ static int adaptive_trial(mbs_run *r, int rejected)
     int status = attempt(r, h, t_new);
     if (status == MBS_RUNNING) {
         double power = control_power(r->method), integral = 0.2 * power;
-        double error = scaled_norm(r, r->error, r->x, r->x_new, &worst), proportional = pow(error, power - 0.75 * integral);
+        double error = trial_error(r, &worst), proportional = pow(error, power - 0.75 * integral);
         double change = proportional / pow(s->error, integral) / 0.9, shrink = proportional / 0.9;
         if (!(error <= 1.0)) {
             s->h_next = h / (shrink < 5.0 ? shrink : 5.0);
@@ -338,9 +364,11 @@ long long mbs_integrate(const mbs_problem *problem, mbs_state *state, double *wo
         } else if (state->phase == STEPPING) {
             state->status = step(&r);
         } else {
-            for (; written < rows && sample_due(&r); ++written)
-                write_sample(&r, samples + written * r.n);
-            if (sample_due(&r))
+            while (state->status == MBS_RUNNING && written < rows && sample_due(&r)) {
+                state->status = write_sample(&r, samples + written * r.n);
+                written += state->status == MBS_RUNNING;
+            }
+            if (state->status != MBS_RUNNING || sample_due(&r))
                 break;
             state->status = move_on(&r);
             --steps;

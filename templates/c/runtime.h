@@ -36,16 +36,19 @@ void mbs_solve(int rows, int columns, const double *matrix, const double *right,
    the output, that of input i by its size if advance[i] is not 0. */
 void mbs_map(const mbs_program *program, long long samples, const double **in, const int *advance, double **out);
 
-/* An explicit Runge-Kutta method. The last stage is the end point: the last row of a gives the new state. */
+/* An explicit Runge-Kutta method. The last stage of a step is the end point: its row of a gives the new state. Stages
+   after it are evaluated only where a step is interpolated. */
 typedef struct {
-    int stages;
+    int stages;                 /* of a step, the end point among them */
+    int all_stages;
     int order;
-    int error_order;     /* order of the embedded solution, 0 without one */
+    int error_order;            /* order of the estimated error, 0 without an estimate */
     int dense_degree;
-    const double *a;     /* stages x stages, row by row */
-    const double *c;     /* stages */
-    const double *error; /* stages: weights of the error estimate; null without one */
-    const double *dense; /* stages x dense_degree: b_i(theta) = sum_k dense[i][k] theta^(k+1) */
+    const double *a;            /* all_stages x all_stages, row by row */
+    const double *c;            /* all_stages */
+    const double *error;        /* stages: weights of the error estimate; null without one */
+    const double *coarse_error; /* stages: weights of a second estimate of lower order; null without one */
+    const double *dense;        /* all_stages x dense_degree: b_i(theta) = sum_k dense[i][k] theta^(k+1) */
 } mbs_method;
 
 /* What is integrated: x = (q, u). The programs a model does not have are null. */
@@ -97,6 +100,7 @@ typedef struct {
     long long sample;                          /* samples written so far */
     int status, component;
     int phase;
+    int extended;                              /* whether the step can be interpolated as it is */
 } mbs_state;
 
 /* Doubles of work space for mbs_integrate. */

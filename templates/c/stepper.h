@@ -14,13 +14,15 @@ typedef struct {
     long long (*work)(const mbs_problem *problem);
     /* Nothing before x counts: at the start and where an event has ended a step. */
     void (*restart)(mbs_run *r);
-    /* Fill x_new and, unless the step is fixed, the error. Any h may come, shorter or longer than the one before. */
+    /* Fill x_new and, unless the step is fixed, the error, and coarse where there are two estimates. Any h may come, shorter or longer than the one before. */
     int (*attempt)(mbs_run *r, double h, double t_new);
     /* Fill slope_new, the slope at x_new, which has been normalised and projected (then `changed` is not 0). */
     int (*finish)(mbs_run *r, double t_new, int changed);
     /* The step is accepted: x_new and slope_new are about to become x and slope. */
     void (*advance)(mbs_run *r);
-    /* The state at t + theta h in the step that is finished, 0 <= theta <= 1. */
+    /* Evaluate what the value between the ends of a finished step needs; called once in a step, before the first. */
+    int (*extend)(mbs_run *r);
+    /* The state at t + theta h in the step that is finished and extended, 0 <= theta <= 1. */
     void (*value)(const mbs_run *r, double theta, double *x);
 } mbs_stepper;
 
@@ -34,7 +36,7 @@ struct mbs_run {
     const mbs_stepper *stepper;
     mbs_state *state;
     int n;
-    double *x, *x_new, *slope_new, *error;
+    double *x, *x_new, *slope_new, *error, *coarse;
     double *stage, *spare, *correction; /* for whoever needs them: nothing stays in them from one call to the next */
     double *slope, *own;                /* own follows slope: a first stage at x is row 0 of an array from slope on */
     double *inputs, *multipliers, *rows, *report;

@@ -27,7 +27,7 @@ static const double a[] = {A}, c[] = {C}, error[] = {ERROR}, dense[] = {DENSE};
 int main(void)
 {
     const double parameters[] = {9.81, 1, 0, 0}, x0[] = {1, 0, 0, 0};
-    mbs_method method = {7, 5, 4, 4, a, c, error, dense};
+    mbs_method method = {7, 7, 5, 4, 4, a, c, error, 0, dense};
     mbs_system system = {0, &mbs_programs[0], &mbs_programs[1], &mbs_programs[2], 0, parameters, x0, 2, 2, 2, 0};
     mbs_problem problem = {&method, &system, 0, 2.0, 0, 1e-8, 1e-8, 1e-3, 1e-8, 1000000, 11, 1};
     mbs_state state;
