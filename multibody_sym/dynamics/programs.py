@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from multibody_sym.dynamics.equations import Formalism, TreeDynamics
-from multibody_sym.dynamics.quantities import quantities
+from multibody_sym.dynamics.events import events
+from multibody_sym.dynamics.quantities import answered
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.motion import coordinate_rates, motion_of
-from multibody_sym.kinematics.state import slot_state
+from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.program.program import Array, Program
+from multibody_sym.program.program import Program
 from multibody_sym.program.programs import Programs
 from multibody_sym.program.trace import Trace
-from multibody_sym.scalars.functions import absolute, evaluate, maximum, sqrt
-from multibody_sym.scalars.node import ZERO, Node, as_node, leaves
+from multibody_sym.scalars.functions import absolute, maximum, sqrt
+from multibody_sym.scalars.node import ZERO, Node, as_node
 
 
 def programs(mechanism: Mechanism, formalism: Formalism) -> Programs:
@@ -30,18 +31,7 @@ def programs(mechanism: Mechanism, formalism: Formalism) -> Programs:
         normalize=_normalize(mechanism),
         energy=_energy(mechanism),
         outputs=_outputs(mechanism, derivative),
-    )
-
-
-def arrays(mechanism: Mechanism) -> tuple[Array, ...]:
-    """Return the inputs that every Program of a system has, in their order."""
-    return (
-        Array("t", ()),
-        Array("q", (len(mechanism.coordinates),)),
-        Array("u", (len(mechanism.speeds),)),
-        Array("parameters", (len(mechanism.parameters),)),
-        Array("inputs", (len(mechanism.inputs),)),
-        Array("modes", (0,)),
+        events=events(mechanism, derivative),
     )
 
 
@@ -153,20 +143,10 @@ def _energy(mechanism: Mechanism) -> Program:
 
 
 def _outputs(mechanism: Mechanism, derivative: Program) -> Program:
-    """Return the declared outputs; what depends on accelerations or multipliers calls the state derivative."""
     trace = Trace("outputs", arrays(mechanism))
-    declared = list(mechanism.outputs.values())
-    asked = leaves(declared, "quantity")
-    values = declared
-    if asked:
-        _, udot, multipliers, _ = trace.call(derivative, [trace[a.name] for a in trace.inputs])
-        motion = motion_of(mechanism, slot_state(mechanism))
-        found = quantities(motion, udot, multipliers, asked)
-        values = evaluate(declared, lambda leaf: found.get(leaf, leaf))
+    values = answered(trace, mechanism, derivative, list(mechanism.outputs.values()))
     return trace.finish({"values": ((len(values),), values)})
 
 
 def _nodes(matrix: Sequence[Sequence[Node]]) -> list[list[Node]]:
     return [[as_node(x) for x in row] for row in matrix]
-
-

@@ -10,14 +10,17 @@ from typing import Final
 from multibody_sym.dynamics.reactions import reactions
 from multibody_sym.kinematics import points
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
-from multibody_sym.kinematics.motion import Motion, accelerations
+from multibody_sym.kinematics.motion import Motion, accelerations, motion_of
 from multibody_sym.kinematics.rows import RowMotion, row_motions
+from multibody_sym.kinematics.state import slot_state
 from multibody_sym.kinematics.vectors import ZERO_VECTOR, S, Vec, add, apply, cross, dot, scale, subtract
 from multibody_sym.model.bodies import Pose
-from multibody_sym.model.mechanism import Marker
+from multibody_sym.model.mechanism import Marker, Mechanism
 from multibody_sym.model.slots import AXES
-from multibody_sym.scalars.functions import sqrt
-from multibody_sym.scalars.node import Node
+from multibody_sym.program.program import Program
+from multibody_sym.program.trace import Trace
+from multibody_sym.scalars.functions import evaluate, sqrt
+from multibody_sym.scalars.node import Node, leaves
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,20 @@ def quantities(
     """Return the values of `quantity` leaves over the motion's scalar; their names were verified with the model."""
     instant = Instant(motion, udot, multipliers)
     return {leaf: _QUANTITIES[leaf.data[0]](instant, *leaf.data[1]) for leaf in asked}
+
+
+def answered(trace: Trace, mechanism: Mechanism, derivative: Program, declared: Sequence[Node]) -> list[Node]:
+    """Return expressions in slots with their quantities answered.
+
+    What depends on accelerations or multipliers calls the state derivative.
+    """
+    asked = leaves(declared, "quantity")
+    if not asked:
+        return list(declared)
+    _, udot, multipliers, _ = trace.call(derivative, [trace[a.name] for a in trace.inputs])
+    motion = motion_of(mechanism, slot_state(mechanism))
+    found = quantities(motion, udot, multipliers, asked)
+    return evaluate(declared, lambda leaf: found.get(leaf, leaf))
 
 
 def _component(vector: Vec, axis: str) -> S:

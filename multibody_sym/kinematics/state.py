@@ -8,6 +8,7 @@ from typing import Any
 
 from multibody_sym.kinematics.vectors import S
 from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.program.program import Array
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, slot
 
@@ -55,4 +56,16 @@ def slot_state(mechanism: Mechanism) -> State:
         [slot("u", i) for i in range(len(mechanism.speeds))],
         [slot("parameters", i) for i in range(len(mechanism.parameters))],
         [slot("inputs", i) for i in range(len(mechanism.inputs))],
+    )
+
+
+def arrays(mechanism: Mechanism) -> tuple[Array, ...]:
+    """Return the inputs that every Program of a system has, in their order."""
+    return (
+        Array("t", ()),
+        Array("q", (len(mechanism.coordinates),)),
+        Array("u", (len(mechanism.speeds),)),
+        Array("parameters", (len(mechanism.parameters),)),
+        Array("inputs", (len(mechanism.inputs),)),
+        Array("modes", (0,)),
     )

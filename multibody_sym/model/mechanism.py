@@ -193,7 +193,8 @@ class ParameterEntry:
 class Mechanism:
     """A system resolved: bodies in tree order (parents first), coordinates, speeds, parameters, inputs, loads, rows.
 
-    `symbols` gives the slot of each name that expressions may use; `markers` every named point and frame.
+    `symbols` gives the slot of each name that expressions may use; `markers` every named point and frame. `stops` are
+    functions that become positive where the run ends, `kinks` functions at whose zeros forces or inputs bend or jump.
     """
 
     name: str
@@ -205,6 +206,8 @@ class Mechanism:
     parameters: tuple[ParameterEntry, ...]
     inputs: Mapping[str, Node]
     outputs: Mapping[str, Node]
+    stops: Mapping[str, Node]
+    kinks: tuple[Node, ...]
     loads: tuple[Load, ...]
     rows: tuple[Row, ...]
     symbols: Mapping[Node, Node]

@@ -45,6 +45,7 @@ from multibody_sym.model.mechanism import (
 from multibody_sym.model.slots import AXES, Element, at, dimension_of_unit, suggestion
 from multibody_sym.model.system import RESERVED, System, expressions, verify_symbol, verify_system, with_expressions
 from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.kinks import switching_function, switching_functions
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, leaves, slot, symbol
 
 MOST_BODIES: Final = 20_000
@@ -80,6 +81,8 @@ def mechanism(system: System) -> Mechanism:
         parameters=_parameter_entries(system, slots),
         inputs=resolved.inputs,
         outputs=resolved.outputs,
+        stops={name: switching_function(condition) for name, condition in resolved.stop.items()},
+        kinks=_kinks(resolved),
         loads=tuple(resolver.loads(bodies)),
         rows=tuple(resolver.rows()),
         symbols=slots,
@@ -88,6 +91,11 @@ def mechanism(system: System) -> Mechanism:
 
 def _in(slots: Mapping[Node, Node], node: Node) -> Node:
     return as_node(evaluate([node], lambda leaf: slots.get(leaf, leaf))[0])
+
+
+def _kinks(resolved: System) -> tuple[Node, ...]:
+    parts = (resolved.forces, resolved.constraints, resolved.inputs)
+    return tuple(switching_functions([written.node for part in parts for written in expressions(part)]))
 
 
 # --- the tree ------------------------------------------------------------------------------------------------------
@@ -246,9 +254,10 @@ _MAY_NAME: Final[Mapping[str, tuple[str, ...]]] = {
     "constraints": ("a parameter", "a coordinate", "the time"),
     "inputs": ("a parameter", "a coordinate", "a speed", "the time"),
     "outputs": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
+    "stop": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
     "ask": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
 }
-_MAY_ASK: Final = ("outputs", "ask")
+_MAY_ASK: Final = ("outputs", "stop", "ask")
 
 
 def _verify_expressions(system: System, names: Mapping[str, str]) -> None:
@@ -290,7 +299,7 @@ def _vocabulary(system: System) -> dict[str, list[str]]:
 def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str]]) -> None:
     function, arguments = leaf.data
     if section not in _MAY_ASK:
-        raise ModelError(f"{leaf} can be asked in outputs and ask only")
+        raise ModelError(f"{leaf} can be asked in outputs, stop and ask only")
     for kind, name in zip(QUANTITIES[function].arguments, arguments, strict=True):
         if name not in vocabulary[kind]:
             raise ModelError(f"{leaf}: {name!r} is no {kind}{suggestion(name, vocabulary[kind])}")

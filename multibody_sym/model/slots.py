@@ -93,6 +93,24 @@ class Scalar:
 
 
 @dataclass(frozen=True)
+class Condition:
+    """A comparison of two expressions, such as `y < 0`."""
+
+    unit: str | None = None
+
+    def accept(self, value: Any) -> Node:
+        node = scalar(value, self.unit)
+        if node.op not in ("less", "less_equal"):
+            raise ModelError(f"expected a comparison such as y < 0, got {described(value)}")
+        if node.shadow is not None:
+            raise ModelError(f"{described(value)} compares two constants; name something that changes")
+        return node
+
+    def tree(self, value: Node) -> str:
+        return text(value)
+
+
+@dataclass(frozen=True)
 class Vector:
     """Three numbers or expressions."""
 

@@ -22,6 +22,7 @@ from multibody_sym.model.elements import (
 )
 from multibody_sym.model.joints import JOINTS, Joint
 from multibody_sym.model.slots import (
+    Condition,
     Element,
     MapOf,
     Names,
@@ -38,7 +39,10 @@ from multibody_sym.model.slots import (
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, leaves, symbol, symbol_with
 
-_MAPS: Final = ("parameters", "bodies", "joints", "forces", "constraints", "pulleys", "inputs", "outputs", "ask")
+_MAPS: Final = (
+    *("parameters", "bodies", "joints", "forces", "constraints", "pulleys"),
+    *("inputs", "outputs", "stop", "ask"),
+)
 _SYMBOL: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 RESERVED: Final = ("t", "pi")
 t: Final = symbol("t")
@@ -70,6 +74,7 @@ class System(Element):
     pulleys: Mapping[str, Pulley] = holds(MapOf(Record(Pulley)), None)
     inputs: Mapping[str, Node] = holds(MapOf(Scalar()), None)
     outputs: Mapping[str, Node] = holds(MapOf(Scalar()), None)
+    stop: Mapping[str, Node] = holds(MapOf(Condition()), None)
     ask: Mapping[str, Ask] = holds(MapOf(AskSlot()), None)
     simulation: Settings = holds(Record(Settings), None)
 

@@ -16,6 +16,7 @@ _OUTPUTS: Final = {
     "normalize": ("q", "deviation"),
     "energy": ("kinetic", "potential"),
     "outputs": ("values",),
+    "events": ("values",),
 }
 
 
@@ -34,6 +35,8 @@ class Programs:
     - `normalize`: q (nq,) with unit quaternions, deviation (). None without quaternions.
     - `energy`: kinetic (), potential ().
     - `outputs`: values (no,).
+    - `events`: values (ne,): first the conditions that stop a run, positive where they hold, then what changes its sign
+      at kinks of forces and inputs. None where there are neither.
 
     With rows, the last two parameters are Baumgarte's alpha and beta.
     Raises ProgramError where a Program has other inputs or outputs, and ShapeError where their sizes disagree.
@@ -46,11 +49,12 @@ class Programs:
     normalize: Program | None
     energy: Program
     outputs: Program
+    events: Program | None = None
 
     def __post_init__(self) -> None:
         for name, program in self.as_mapping().items():
             _verify_names(name, program)
-            _verify_sizes(name, program, self._sizes())
+            _verify_sizes(name, program, self._sizes(name))
         if (self.ns > 0) != (self.project_position is not None) or (self.ns > 0) != (self.project_velocity is not None):
             raise ProgramError("project_position and project_velocity belong to systems with rows, and only to them")
 
@@ -94,12 +98,18 @@ class Programs:
         """The number of outputs."""
         return len(self.outputs.output("values").values)
 
-    def _sizes(self) -> dict[str, tuple[int, ...]]:
-        """Return the shapes of all inputs and outputs; `correction` is that of the Program's own unknown."""
+    @property
+    def ne(self) -> int:
+        """The number of switching functions: conditions that stop a run, and kinks."""
+        return len(self.events.output("values").values) if self.events else 0
+
+    def _sizes(self, name: str) -> dict[str, tuple[int, ...]]:
+        """Return the shapes of all inputs and outputs of a Program; `correction` is that of its own unknown."""
         q, u, rows = (self.nq,), (self.nu,), (self.ns,)
         given = {"t": (), "q": q, "u": u, "parameters": (self.np,), "inputs": (self.nw,), "modes": (self.nm,)}
         rates = {"qdot": q, "udot": u, "multipliers": rows, "report": (3,), "phi": rows, "residual": rows}
-        return {**given, **rates, "deviation": (), "kinetic": (), "potential": (), "values": (self.no,)}
+        values = (self.ne if name == "events" else self.no,)
+        return {**given, **rates, "deviation": (), "kinetic": (), "potential": (), "values": values}
 
 
 def _verify_names(name: str, program: Program) -> None:

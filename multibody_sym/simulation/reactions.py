@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from multibody_sym.dynamics.programs import arrays
 from multibody_sym.dynamics.reactions import reactions
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.kinematics.state import slot_state
+from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism import COMPONENTS, Mechanism
 from multibody_sym.program.program import Array
 from multibody_sym.program.trace import Trace

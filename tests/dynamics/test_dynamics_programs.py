@@ -11,10 +11,11 @@ from multibody_sym.dynamics.composite_body import composite_body, mass_matrix
 from multibody_sym.dynamics.dalembert import dalembert
 from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
 from multibody_sym.dynamics.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.programs import arrays, programs
+from multibody_sym.dynamics.programs import programs
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.motion import coordinate_rates
 from multibody_sym.kinematics.rows import row_motions
+from multibody_sym.kinematics.state import arrays
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.programs import Programs
 from multibody_sym.scalars.node import slot

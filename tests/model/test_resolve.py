@@ -109,7 +109,7 @@ ERRORS = [
     ([("bodies/rod/mass", "phi")], "'phi' is a coordinate; here an expression names parameters only", "bodies.rod"),
     ([("constraints/string/length", "u_phi")], "'u_phi' is a speed; here an expression names", "constraints.string"),
     ([("inputs/tau", "other"), ("inputs/other", "1")], "'other' is an input; here", "inputs.tau"),
-    ([("forces/drive/value", "position(rod, x)")], "can be asked in outputs and ask only", "forces.drive.value"),
+    ([("forces/drive/value", "position(rod, x)")], "can be asked in outputs, stop and ask only", "forces.drive.value"),
     ([("outputs/x", "position(rood, x)")], "'rood' is no point; did you mean rod?", "outputs.x"),
     ([("outputs/x", "position(rod, w)")], "'w' is no axis", "outputs.x"),
     ([("outputs/x", "reaction(A, q)")], "'q' is no component", "outputs.x"),

@@ -13,6 +13,7 @@ from multibody_sym.model.declaration import system_from_tree
 from multibody_sym.model.elements import Body, Damper, Distance, Rope, Shape, SpringDamper, Torque
 from multibody_sym.model.joints import JOINTS, Custom, Initial, Planar, Revolute, Spherical
 from multibody_sym.model.slots import (
+    Condition,
     Count,
     Direction,
     Flag,
@@ -47,6 +48,8 @@ X, Y = symbol("x"), symbol("y")
         (Scalars(), [1, "x"], (as_node(1), X), ["1", "x"]),
         (ScalarOrVector("N*m"), "x", X, "x"),
         (ScalarOrVector(), [1, 2, 3], tuple(map(as_node, (1, 2, 3))), ["1", "2", "3"]),
+        (Condition(), "x < 2*y", X < 2 * Y, "x < 2*y"),
+        (Condition(), "x >= 2*y", 2 * Y <= X, "2*y <= x"),
         (Flag(), "true", True, "true"),
         (Flag(), False, False, "false"),
         (Count(), "12", 12, "12"),

@@ -1,0 +1,46 @@
+"""Where an expression has a kink or a jump: the switching functions of its comparisons, choices and absolute values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Final
+
+from multibody_sym.scalars.node import ZERO, Node, postorder, subtract
+
+_COMPARISONS: Final = ("less", "less_equal")
+
+
+def switching_function(condition: Node) -> Node:
+    """Return g with g > 0 where the comparison a < b or a <= b holds: g = b - a."""
+    a, b = condition.args
+    return subtract(b, a)
+
+
+def switching_functions(nodes: Iterable[Node]) -> list[Node]:
+    """Return functions at whose zeros the expressions may have a kink or a jump, each once, nested ones too.
+
+    They are b - a of a < b, max(a, b) and min(a, b), and a of |a| and sign(a). Functions of constants alone switch
+    nothing, nor do min and max of conditions, which combine the truth of what is listed already.
+    """
+    found: dict[Node, None] = {}
+    for n in postorder(nodes):
+        sides = _sides(n)
+        if sides is not None and subtract(*sides) not in found:
+            found[subtract(sides[1], sides[0])] = None
+    return [g for g in found if g.shadow is None]
+
+
+def _sides(n: Node) -> tuple[Node, ...] | None:
+    """Return what a node compares, if it switches."""
+    if n.op in _COMPARISONS:
+        return n.args
+    if n.op in ("min", "max"):
+        return None if all(map(_is_condition, n.args)) else n.args
+    return (ZERO, n.args[0]) if n.op in ("abs", "sign") and not _is_condition(n.args[0]) else None
+
+
+def _is_condition(n: Node) -> bool:
+    """Tell whether a value is the truth of something, which jumps where what it is made of switches."""
+    if n.op in ("neg", "min", "max", "add", "mul", "pow", "where"):
+        return all(map(_is_condition, n.args))
+    return n.op in _COMPARISONS or n.op == "sign" or n.shadow is not None
