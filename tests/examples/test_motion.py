@@ -2,36 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
+from runs import Floats, G, by_hand, simulated
 from scipy.special import ellipj, ellipk, roots_laguerre
 from twins import from_file
 
 import multibody_sym as mbs
-
-Floats = NDArray[np.float64]
-G = 9.81
-
-
-def simulated(name: str, t_end: float, **settings: object) -> mbs.Trajectory:
-    """Return the motion of an example until `t_end`, by the generated Python (no compiler is needed)."""
-    return mbs.simulate(from_file(name), t_end=t_end, rtol=1e-11, atol=1e-12, backend="python", **settings)
-
-
-def by_hand(accelerations: Callable[..., Sequence[float]], q: Sequence[float], times: Floats) -> Floats:
-    """Return coordinates (n, m) at times from rest, integrated by scipy; accelerations(t, q, u)."""
-    n = len(q)
-
-    def rates(t: float, x: Floats) -> list[float]:
-        return [*x[n:], *accelerations(t, x[:n], x[n:])]
-
-    found = solve_ivp(rates, (0.0, times[-1]), [*q, *([0.0] * n)], "DOP853", times, rtol=1e-12, atol=1e-13)
-    assert found.success
-    return np.asarray(found.y[:n])
 
 
 def pendulum_angle(amplitude: float, omega: float, t: Floats) -> Floats:
