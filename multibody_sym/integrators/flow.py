@@ -27,6 +27,7 @@ class Status(IntEnum):
     STEP_LIMIT = 4
     CONTRADICTION = 5
     NOT_CLOSED = 6
+    STOPPED = 7
     INTERRUPTED = -1
 
 
@@ -56,12 +57,24 @@ class Method(Protocol):
 
 
 @dataclass(frozen=True)
+class Events:
+    """Switching functions `values(t, x)` (ng,) and for each whether it is `terminal`.
+
+    The run stops where a terminal one becomes positive; where another changes sign, a kink, a step ends and the next
+    one starts afresh. What is zero at the start crosses nothing until it has left zero.
+    """
+
+    values: Callable[[float, Floats], Floats]
+    terminal: tuple[bool, ...]
+
+
+@dataclass(frozen=True)
 class Flow:
     """x' = derivative(t, x) from (t0, x0) to t_end by a method.
 
     `settle(t, x)` returns the state from which to go on after an accepted step (put back onto constraints,
-    normalised), or x itself; it may raise StepError, as may the derivative. `step`: fixed, or None: adaptive by
-    `rtol`, `atol`.
+    normalised), or x itself; it may raise StepError, as may the derivative. `settle_sample` does so for states between
+    steps and raises nothing. `step`: fixed, or None: adaptive by `rtol`, `atol`.
     """
 
     method: Method
@@ -73,6 +86,8 @@ class Flow:
     step: float | None = None
     rtol: float = 1e-8
     atol: float = 1e-8
+    settle_sample: Settle | None = None
+    events: Events | None = None
 
     def slope(self, t: float, x: Floats) -> Floats:
         """Return the derivative at (t, x); raises StepError where it is not finite."""
@@ -104,8 +119,9 @@ class Trial:
 class Step:
     """An accepted step from (t, x) over h to (t_new, x_new), where the slope is slope_new.
 
-    `value(theta)` is the state at t + theta h. `h_next` is the step to try next and `error` the scaled error norm that
-    control remembers (adaptive steps); `rejected` counts the trials that failed since the step before.
+    `value(theta)` is the state at t + theta h. `event`: the switching function that ended the step at (t_new, x_new),
+    nearly at h; the slope from there on is another one. `h_next` is the step to try next and `error` the scaled error
+    norm that control remembers (adaptive steps); `rejected` counts the trials that failed since the step before.
     """
 
     t: float
@@ -118,6 +134,7 @@ class Step:
     h_next: float = 0.0
     error: float = LEAST_ERROR
     rejected: int = 0
+    event: int | None = None
 
 
 class Stepper(Protocol):

@@ -15,6 +15,7 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.integrators.events import Watch
 from multibody_sym.integrators.flow import (
     LEAST_ERROR,
     Derivative,
@@ -45,23 +46,71 @@ def steps(flow: Flow) -> Iterator[Step]:
     most atol + rtol |x| in the mean square; a trial that cannot be evaluated is an error only after shorter ones
     failed, down to the least step.
     """
-    taking = stepper(flow.method, flow)
+    watch = None if flow.events is None else Watch(flow, flow.events)
+    taking = stepper(flow.method, flow if watch is None else replace(flow, derivative=watch.slope))
     taking.restart()
     slope = flow.slope(flow.t0, flow.x0)
     start = Step(flow.t0, flow.x0, 0.0, flow.t0, flow.x0, slope, lambda _: flow.x0)
     if flow.step is None:
-        return _adaptive_steps(flow, taking, replace(start, h_next=first_step(flow, slope)))
-    return _fixed_steps(flow, taking, start, flow.step)
+        return _adaptive_steps(flow, taking, watch, replace(start, h_next=first_step(flow, slope)))
+    return _fixed_steps(flow, taking, watch, start, flow.step)
 
 
-def _fixed_steps(flow: Flow, taking: Stepper, done: Step, step: float) -> Iterator[Step]:
-    count = step_count(flow.t0, flow.t_end, step)
-    for number in range(1, count + 1):
-        t_new = flow.t0 + number * step if number < count else flow.t_end
-        h = step if number < count else flow.t_end - done.t_new
-        done = _closed(flow, taking, taking.attempt(done.t_new, done.x_new, done.slope_new, h, t_new))
+def _fixed_steps(flow: Flow, taking: Stepper, watch: Watch | None, done: Step, step: float) -> Iterator[Step]:
+    """Yield whole steps and what events have left of them."""
+    count, grid = step_count(flow.t0, flow.t_end, step), 0
+
+    def grid_time(number: int) -> float:
+        return flow.t0 + number * step if number < count else flow.t_end
+
+    while done.t_new < flow.t_end:
+        t, t_new, whole = done.t_new, grid_time(grid + 1), done.t_new == grid_time(grid)
+        if not whole and t_new < flow.t_end and t_new - t < _least_step(flow, t):
+            grid += 1
+            t_new = grid_time(grid + 1)
+        h = step if whole and t_new < flow.t_end else t_new - t
+        trial = _attempt(taking, watch, done, h, t_new)
+        done = _ended(flow, taking, watch, _closed(flow, taking, trial), done)
+        if done.t_new >= t_new:
+            grid += 1
         yield done
+        if _stopped(flow, done):
+            return
+        done = _moved_on(flow, taking, watch, done)
+
+
+def _attempt(taking: Stepper, watch: Watch | None, before: Step, h: float, t_new: float) -> Trial:
+    if watch is not None:
+        watch.beyond = False
+    return taking.attempt(before.t_new, before.x_new, before.slope_new, h, t_new)
+
+
+def _ended(flow: Flow, taking: Stepper, watch: Watch | None, done: Step, before: Step) -> Step:
+    """Return a step shortened to the first event in it."""
+    if watch is None:
+        return done
+
+    def take(h: float, t_new: float) -> Step:
+        return _closed(flow, taking, _attempt(taking, watch, before, h, t_new))
+
+    return watch.ended(done, before.slope_new, take)
+
+
+def _stopped(flow: Flow, done: Step) -> bool:
+    return done.event is not None and flow.events is not None and flow.events.terminal[done.event]
+
+
+def _moved_on(flow: Flow, taking: Stepper, watch: Watch | None, done: Step) -> Step:
+    """Make the end of the step the start of the next, afresh after an event."""
+    if watch is not None:
+        watch.origin = done.event
+    if done.event is None:
         taking.advance(done)
+        return done
+    if not done.t_new < flow.t_end:
+        return done
+    taking.restart()
+    return replace(done, slope_new=flow.slope(done.t_new, done.x_new))
 
 
 def step_count(t0: float, t_end: float, step: float) -> int:
@@ -72,14 +121,16 @@ def step_count(t0: float, t_end: float, step: float) -> int:
     return max(1, nearest if whole else math.ceil(ratio))
 
 
-def _adaptive_steps(flow: Flow, taking: Stepper, done: Step) -> Iterator[Step]:
+def _adaptive_steps(flow: Flow, taking: Stepper, watch: Watch | None, done: Step) -> Iterator[Step]:
     while done.t_new < flow.t_end:
-        done = _accepted_step(flow, taking, done)
+        done = _accepted_step(flow, taking, watch, done)
         yield done
-        taking.advance(done)
+        if _stopped(flow, done):
+            return
+        done = _moved_on(flow, taking, watch, done)
 
 
-def _accepted_step(flow: Flow, taking: Stepper, before: Step) -> Step:
+def _accepted_step(flow: Flow, taking: Stepper, watch: Watch | None, before: Step) -> Step:
     t, x, proposed, rejected = before.t_new, before.x_new, before.h_next, 0
     failure = StepError(Status.STEP_UNDERFLOW, t, 0)
     while proposed >= _least_step(flow, t):
@@ -87,13 +138,14 @@ def _accepted_step(flow: Flow, taking: Stepper, before: Step) -> Step:
         t_new = flow.t_end if last else t + proposed
         h = flow.t_end - t if last else proposed
         try:
-            trial = taking.attempt(t, x, before.slope_new, h, t_new)
+            trial = _attempt(taking, watch, before, h, t_new)
             error, worst = _error_norm(flow, trial)
             shrink, change = _changes(flow, error, before.error)
             if error <= 1.0:
                 done = _closed(flow, taking, trial)
                 far = _moved_far(x, trial.x_new, done.x_new)
                 if far is None:
+                    done = _ended(flow, taking, watch, done, before)
                     h_next = min(h / change, h) if rejected else h / change
                     return replace(done, h_next=h_next, error=max(error, LEAST_ERROR), rejected=rejected)
                 jump = h <= LEAST_AT_KINK * (flow.t_end - flow.t0)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from multibody_sym.integrators.flow import Status
 from multibody_sym.runtime.native_loop import native_loop
-from multibody_sym.runtime.problem import Chunk, Loop, Problem, Progress, RunFailure, Statistics
+from multibody_sym.runtime.problem import Chunk, Event, Loop, Problem, Progress, RunFailure, Statistics
 from multibody_sym.runtime.python_loop import python_loop
 
 Floats = NDArray[np.float64]
@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 class Integration:
     """Samples t (m,), q (m, nq), u (m, nu) as far as the run got, the state (q_final, u_final) at t_final, statistics.
 
-    `failure` is None for a run that reached t_end.
+    A run that stops at an event has its last sample there. `failure` is None for it, and for one that reached t_end.
     """
 
     t: Floats
@@ -31,11 +31,14 @@ class Integration:
     u_final: Floats
     statistics: Statistics
     failure: RunFailure | None
+    events: tuple[Event, ...] = ()
 
     @property
     def status(self) -> Status:
-        """DONE, or the status of the failure."""
-        return self.failure.status if self.failure else Status.DONE
+        """DONE, STOPPED by an event, or the status of the failure."""
+        if self.failure:
+            return self.failure.status
+        return Status.STOPPED if _stopped(self.events) else Status.DONE
 
 
 def integrate(
@@ -53,11 +56,17 @@ def integrate(
         with np.errstate(all="ignore"):
             for latest in run(problem, samples):
                 before, progress = progress, latest
+                if _stopped(latest.events):
+                    times[latest.written - 1] = latest.time
                 if on_chunk is not None:
                     on_chunk(_chunk(problem, times, samples, before, latest))
     except KeyboardInterrupt:
         progress = replace(progress, failure=RunFailure(Status.INTERRUPTED, progress.time, None))
     return _integration(problem, times, samples, progress)
+
+
+def _stopped(events: tuple[Event, ...]) -> bool:
+    return bool(events) and events[-1].terminal
 
 
 def _chunk(problem: Problem, times: Floats, samples: Floats, before: Progress, latest: Progress) -> Chunk:
@@ -76,4 +85,5 @@ def _integration(problem: Problem, times: Floats, samples: Floats, progress: Pro
         u_final=progress.x[nq:],
         statistics=progress.statistics,
         failure=progress.failure,
+        events=progress.events,
     )

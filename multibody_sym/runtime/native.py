@@ -48,9 +48,11 @@ class SystemStruct(ctypes.Structure):
         ("project_position", ctypes.c_void_p),
         ("project_velocity", ctypes.c_void_p),
         ("normalize", ctypes.c_void_p),
+        ("events", ctypes.c_void_p),
+        ("terminal", ctypes.c_void_p),
         ("parameters", ctypes.c_void_p),
         ("modes", ctypes.c_void_p),
-        *((name, ctypes.c_int) for name in ("nq", "nu", "ns", "nw")),
+        *((name, ctypes.c_int) for name in ("nq", "nu", "ns", "nw", "ng")),
     )
 
 
@@ -76,8 +78,8 @@ class StateStruct(ctypes.Structure):
         *((name, ctypes.c_double) for name in ("removed_position", "removed_velocity", "quaternion_deviation")),
         *((name, ctypes.c_double) for name in ("least_rank", "greatest_rank")),
         *((name, ctypes.c_double) for name in ("conditioning", "conditioning_time")),
-        *((name, ctypes.c_longlong) for name in ("steps", "rejected", "evaluations", "sample")),
-        *((name, ctypes.c_int) for name in ("status", "component", "phase", "extended")),
+        *((name, ctypes.c_longlong) for name in ("steps", "rejected", "evaluations", "sample", "grid")),
+        *((name, ctypes.c_int) for name in ("status", "component", "event", "phase", "crossing", "origin", "extended")),
     )
 
 

@@ -6,6 +6,7 @@ import ctypes
 import math
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import singledispatch
 from typing import Final
 
@@ -15,36 +16,44 @@ from numpy.typing import NDArray
 from multibody_sym.integrators.flow import Method, Status
 from multibody_sym.integrators.runge_kutta import RungeKutta
 from multibody_sym.runtime.native import MethodStruct, NativeFunction, ProblemStruct, StateStruct, SystemStruct
-from multibody_sym.runtime.problem import Problem, Progress, RunFailure, Statistics
+from multibody_sym.runtime.problem import Event, Problem, Progress, RunFailure, Statistics
 
 Floats = NDArray[np.float64]
 
 _FIRST_PIECE: Final = 200  # steps
 _LARGEST_PIECE: Final = 10_000_000
 _SECONDS: Final = 0.1
-_PROGRAMS: Final = ("inputs", "state_derivative", "project_position", "project_velocity", "normalize")
+_PROGRAMS: Final = ("inputs", "state_derivative", "project_position", "project_velocity", "normalize", "events")
 
 
 def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     """Integrate in C; see `Loop`. What was written before an interruption stays in `samples`."""
     parameters, modes = (np.array(values, dtype=float) for values in (problem.parameters, problem.modes))
-    method, system = _method(problem.method), _system(problem, parameters, modes)
+    terminal = (ctypes.c_int * len(problem.terminal))(*problem.terminal)
+    method, system = _method(problem.method), _system(problem, parameters, modes, terminal)
     structure = _problem(problem, method, system)
     x0 = problem.x0
     state, steps, done = StateStruct(), _FIRST_PIECE, False
+    events: list[Event] = []
     derivative = problem.compiled["state_derivative"]
     assert isinstance(derivative, NativeFunction)
     library, handles = derivative.library, [ctypes.byref(s) for s in (structure, state)]
     work = np.zeros(library.mbs_work(handles[0]))
     library.mbs_start(handles[0], _address(x0), handles[1], _address(work))
     while not done:
-        begin, piece = time.perf_counter(), ctypes.c_longlong(steps)
-        room = ctypes.c_longlong(problem.samples - state.sample)
-        library.mbs_integrate(*handles, _address(work), piece, room, _address(samples[state.sample :]))
-        done = state.status != Status.RUNNING
+        begin, before = time.perf_counter(), state.steps
+        left = steps
+        while left > 0 and not done:
+            room = ctypes.c_longlong(problem.samples - state.sample)
+            piece = ctypes.c_longlong(left)
+            library.mbs_integrate(*handles, _address(work), piece, room, _address(samples[state.sample :]))
+            done = state.status != Status.RUNNING
+            left = before + steps - state.steps
+            if state.event >= 0:
+                events.append(Event(state.t, state.event, problem.terminal[state.event]))
         seconds = max(time.perf_counter() - begin, 1e-6)
         steps = max(1, min(10 * steps, int(steps * _SECONDS / seconds), _LARGEST_PIECE))
-        yield _progress(problem, state, work[: len(x0)])
+        yield replace(_progress(problem, state, work[: len(x0)]), events=tuple(events))
 
 
 def _address(array: Floats) -> ctypes.c_void_p:
@@ -74,7 +83,9 @@ def _explicit(method: RungeKutta) -> MethodStruct:
     )
 
 
-def _system(problem: Problem, parameters: Floats, modes: Floats) -> SystemStruct:
+def _system(
+    problem: Problem, parameters: Floats, modes: Floats, terminal: ctypes.Array[ctypes.c_int]
+) -> SystemStruct:
     programs = {}
     for name in _PROGRAMS:
         if name in problem.compiled and (name != "inputs" or problem.inputs):
@@ -89,6 +100,8 @@ def _system(problem: Problem, parameters: Floats, modes: Floats) -> SystemStruct
         nu=len(problem.u0),
         ns=problem.rows,
         nw=problem.inputs,
+        terminal=ctypes.addressof(terminal),
+        ng=len(terminal),
     )
 
 
@@ -126,6 +139,6 @@ def _statistics(problem: Problem, state: StateStruct) -> Statistics:
 
 def _failure(state: StateStruct) -> RunFailure | None:
     status = Status(state.status)
-    if status in (Status.RUNNING, Status.DONE):
+    if status in (Status.RUNNING, Status.DONE, Status.STOPPED):
         return None
     return RunFailure(status, state.failure_time, state.component if state.component >= 0 else None)

@@ -23,7 +23,9 @@ class Problem:
     `atol`; `samples` evenly spaced from t0 to t_end, both among them; `project`: each accepted step and each sample is
     put back onto the constraints. `contradiction`: rows contradict each other if both the scaled residual of dependent
     ones and max |phidot| / (1 + max |u|) exceed it; `closure`: the largest |phi| / (1 + max |q|), and the like for u,
-    that a projection may leave. Raises ValueError.
+    that a projection may leave. `terminal`: for each switching function of the program `events` whether the run stops
+    where it becomes positive; where another one changes sign, a step ends and the next starts afresh.
+    Raises ValueError.
     """
 
     compiled: Compiled
@@ -42,6 +44,7 @@ class Problem:
     max_steps: int = 10_000_000
     contradiction: float = 1e-3
     closure: float = 1e-8
+    terminal: tuple[bool, ...] = ()
 
     def __post_init__(self) -> None:
         for true, claim in (
@@ -54,6 +57,9 @@ class Problem:
         ):
             if not true:
                 raise ValueError(f"not true that {claim}")
+        values = dict(self.compiled["events"].signature.outputs)["values"] if "events" in self.compiled else (0,)
+        if values != (len(self.terminal),):
+            raise ValueError(f"terminal has {len(self.terminal)} entries, not {values[0]}")
         arrays = {"q": self.q0, "u": self.u0, "parameters": self.parameters, "modes": self.modes}
         for name, shape in self.compiled["state_derivative"].signature.inputs:
             if name in arrays and arrays[name].shape != shape:
@@ -119,6 +125,15 @@ class RunFailure:
 
 
 @dataclass(frozen=True)
+class Event:
+    """Switching function `index` crossed zero at `time`; the run stopped there if it is `terminal`."""
+
+    time: float
+    index: int
+    terminal: bool
+
+
+@dataclass(frozen=True)
 class Chunk:
     """Samples from number `first` on, just written: t (m,), q (m, nq), u (m, nu); the run has got to `time`."""
 
@@ -131,13 +146,14 @@ class Chunk:
 
 @dataclass(frozen=True)
 class Progress:
-    """Where a loop stands: samples written, time and state reached, statistics, status and failure."""
+    """Where a loop stands: samples written, time and state reached, statistics, failure and the events so far."""
 
     written: int
     time: float
     x: Floats
     statistics: Statistics
     failure: RunFailure | None
+    events: tuple[Event, ...] = ()
 
 
 Loop = Callable[[Problem, Floats], Iterator[Progress]]

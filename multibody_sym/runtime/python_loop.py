@@ -11,9 +11,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.integrators.flow import Flow, Status, Step, StepError
-from multibody_sym.integrators.reference import reaches, sampled, steps
-from multibody_sym.runtime.problem import Problem, Progress, RunFailure, Statistics
+from multibody_sym.integrators.flow import Events, Flow, Status, Step, StepError
+from multibody_sym.integrators.reference import at_end, reaches, sampled, steps
+from multibody_sym.runtime.problem import Event, Problem, Progress, RunFailure, Statistics
 
 Floats = NDArray[np.float64]
 
@@ -27,6 +27,7 @@ def python_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     run = _Run(problem, problem.times().tolist())
     x = samples[0] = problem.x0
     written, reached, failure, shown = 1, problem.t0, None, time.perf_counter()
+    events: list[Event] = []
     try:
         for done in run.steps(x):
             run.accept(done, written)
@@ -34,14 +35,19 @@ def python_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
                 samples[written] = run.sample(done, written)
                 written += 1
             reached, x = done.t_new, done.x_new
+            if done.event is not None:
+                events.append(Event(reached, done.event, problem.terminal[done.event]))
+            if run.stops_between_samples(done, written):
+                samples[written] = x
+                written += 1
             if time.perf_counter() - shown > _SECONDS:
-                yield Progress(written, reached, x, run.statistics(reached), None)
+                yield Progress(written, reached, x, run.statistics(reached), None, tuple(events))
                 shown = time.perf_counter()
     except StepError as problem_met:
         run.rejected += problem_met.rejected
         component = problem_met.component if problem_met.component >= 0 else None
         failure = RunFailure(problem_met.status, problem_met.time, component)
-    yield Progress(written, reached, x, run.statistics(reached), failure)
+    yield Progress(written, reached, x, run.statistics(reached), failure, tuple(events))
 
 
 @dataclass
@@ -75,7 +81,19 @@ class _Run:
     def steps(self, x0: Floats) -> Iterator[Step]:
         """Yield the accepted steps; raises StepError."""
         p = self.problem
-        flow = Flow(p.method, self.derivative, p.t0, p.t_end, x0, self.settle, p.step, p.rtol, p.atol)
+        flow = Flow(
+            method=p.method,
+            derivative=self.derivative,
+            t0=p.t0,
+            t_end=p.t_end,
+            x0=x0,
+            settle=self.settle,
+            settle_sample=self.settle_sample,
+            step=p.step,
+            rtol=p.rtol,
+            atol=p.atol,
+            events=Events(self.switching, p.terminal) if p.terminal else None,
+        )
         for number, done in enumerate(steps(flow), 1):
             yield done
             if number >= p.max_steps and done.t_new < p.t_end:
@@ -108,6 +126,19 @@ class _Run:
         """Return the end of a step on trial, normalised and put back onto the constraints."""
         x = self._normalized(t, x)
         return self._projected(t, x) if self.problem.project else x
+
+    def settle_sample(self, t: float, x: Floats) -> Floats:
+        """Return a state between steps, normalised and put back onto the constraints; where that fails as it is."""
+        x = self._normalized(t, x)
+        try:
+            return self._projected(t, x) if self.problem.project else x
+        except StepError:
+            return x
+
+    def switching(self, t: float, x: Floats) -> Floats:
+        """Return the values of the switching functions."""
+        (values,) = self.call("events", t, x)
+        return values
 
     def _normalized(self, t: float, x: Floats) -> Floats:
         if "normalize" not in self.problem.compiled:
@@ -151,16 +182,15 @@ class _Run:
         return index < len(self.times) and reaches(done, self.times[index])
 
     def sample(self, done: Step, index: int) -> Floats:
-        """Return sample `index`, normalised and projected like a step; where that fails as interpolated."""
+        """Return sample `index`, settled if it lies between steps."""
         at = self.times[index]
         x = sampled(done, at)
-        if x is done.x_new:
-            return x
-        x = self._normalized(at, x)
-        try:
-            return self._projected(at, x) if self.problem.project else x
-        except StepError:
-            return x
+        return x if x is done.x_new else self.settle_sample(at, x)
+
+    def stops_between_samples(self, done: Step, index: int) -> bool:
+        """Tell whether the step ends the run at an event, not at the sample before `index`."""
+        stops = done.event is not None and self.problem.terminal[done.event]
+        return stops and not at_end(done, self.times[index - 1])
 
     def accept(self, done: Step, written: int) -> None:
         """Record an accepted step; drift without projection is measured at the steps in which a sample falls."""

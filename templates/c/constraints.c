@@ -60,3 +60,12 @@ int mbs_project(mbs_run *r, double t, double *x)
         status = close_rows(r, s->project_velocity, t, x, s->nq, s->nu, &r->removed_velocity, &r->drift_velocity);
     return status;
 }
+
+void mbs_settle_sample(mbs_run *r, double t, double *x)
+{
+    double deviation;
+    mbs_normalize(r, t, x, &deviation);
+    mbs_copy(r->n, x, r->spare);
+    if (r->problem->project && mbs_project(r, t, x) != MBS_RUNNING)
+        mbs_copy(r->n, r->spare, x);
+}

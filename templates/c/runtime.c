@@ -12,7 +12,7 @@ static const mbs_stepper *stepper_of(const mbs_method *method)
 long long mbs_work(const mbs_problem *problem)
 {
     const mbs_system *s = problem->system;
-    return 9LL * (s->nq + s->nu) + 2LL * s->ns + s->nw + 3 + stepper_of(problem->method)->work(problem);
+    return 10LL * (s->nq + s->nu) + 2LL * (s->ns + s->ng) + s->nw + 3 + stepper_of(problem->method)->work(problem);
 }
 
 /* x stands first, as runtime.h promises. */
@@ -21,16 +21,21 @@ static mbs_run unpacked(const mbs_problem *problem, mbs_state *state, double *wo
     const mbs_system *system = problem->system;
     int n = system->nq + system->nu;
     mbs_run r = {.problem = problem, .method = problem->method, .system = system, .state = state, .n = n};
-    double **const vectors[] = {&r.x, &r.x_new, &r.slope_new, &r.error, &r.coarse, &r.stage, &r.spare, &r.correction};
+    double **const vectors[] = {&r.x,     &r.x_new, &r.slope_new,  &r.error,  &r.coarse,
+                                &r.stage, &r.spare, &r.correction, &r.event_x};
     r.stepper = stepper_of(problem->method);
-    for (int i = 0; i < 8; ++i, work += n)
+    for (int i = 0; i < 9; ++i, work += n)
         *vectors[i] = work;
-    r.inputs = work;
+    r.values = work;
+    r.sides = r.values + system->ng;
+    r.inputs = r.sides + system->ng;
     r.multipliers = r.inputs + system->nw;
     r.rows = r.multipliers + system->ns;
     r.report = r.rows + system->ns;
     r.slope = r.report + 3;
     r.own = r.slope + n;
+    for (int i = 0; i < system->ng; ++i)
+        r.watching |= !system->terminal[i];
     return r;
 }
 
@@ -58,44 +63,48 @@ static int sample_due(const mbs_run *r)
     return time <= r->state->t_new || at_end(r, time);
 }
 
-/* The state at a time within the finished step, as interpolated. */
-static int value(mbs_run *r, double time, double *x)
+/* The state with which the next step starts. */
+static const double *end_of(const mbs_run *r)
+{
+    return r->state->crossing < 0 ? r->x_new : r->event_x;
+}
+
+int mbs_value(mbs_run *r, double theta, double *x)
 {
     mbs_state *s = r->state;
     int status = s->extended ? MBS_RUNNING : r->stepper->extend(r);
     if (status == MBS_RUNNING) {
         s->extended = 1;
-        r->stepper->value(r, (time - s->t) / s->h, x);
+        r->stepper->value(r, theta, x);
     }
     return status;
 }
 
-/* A sample between steps is normalised and projected like a step; where that fails it stays as interpolated. */
 static int write_sample(mbs_run *r, double *x)
 {
-    double time = sample_time(r->problem, r->state->sample), deviation;
+    double time = sample_time(r->problem, r->state->sample);
     int status = MBS_RUNNING;
     if (at_end(r, time))
-        mbs_copy(r->n, r->x_new, x);
-    else if ((status = value(r, time, x)) == MBS_RUNNING) {
-        mbs_normalize(r, time, x, &deviation);
-        mbs_copy(r->n, x, r->spare);
-        if (r->problem->project && mbs_project(r, time, x) != MBS_RUNNING)
-            mbs_copy(r->n, r->spare, x);
-    }
+        mbs_copy(r->n, end_of(r), x);
+    else if ((status = mbs_value(r, (time - r->state->t) / r->state->h, x)) == MBS_RUNNING)
+        mbs_settle_sample(r, time, x);
     r->state->sample += status == MBS_RUNNING;
     return status;
 }
 
-/* ---- steps ---- */
-
-static int attempt(mbs_run *r, double h, double t_new)
+static int stopping(const mbs_run *r)
 {
-    r->residual = 0.0;
-    return r->stepper->attempt(r, h, t_new);
+    return r->state->crossing >= 0 && r->system->terminal[r->state->crossing];
 }
 
-/* Settle the end of a trial step and find its slope. The end as it was before stays in `spare`. */
+/* A run that stops between two samples gets one more, at its end. */
+static int last_sample_due(const mbs_run *r)
+{
+    return stopping(r) && !at_end(r, sample_time(r->problem, r->state->sample - 1));
+}
+
+/* ---- steps ---- */
+
 static int close_step(mbs_run *r, double t_new)
 {
     int status = MBS_RUNNING, changed = 0;
@@ -106,6 +115,23 @@ static int close_step(mbs_run *r, double t_new)
     for (int i = 0; i < r->n; ++i)
         changed |= r->x_new[i] != r->spare[i];
     return status == MBS_RUNNING ? r->stepper->finish(r, t_new, changed) : status;
+}
+
+static int attempt(mbs_run *r, double h, double t_new)
+{
+    r->residual = 0.0;
+    r->beyond = 0;
+    r->state->crossing = -1;
+    r->state->extended = 0;
+    r->state->h = h;
+    r->state->t_new = t_new;
+    return r->stepper->attempt(r, h, t_new);
+}
+
+int mbs_take(mbs_run *r, double h, double t_new)
+{
+    int status = attempt(r, h, t_new);
+    return status == MBS_RUNNING ? close_step(r, t_new) : status;
 }
 
 static void keep_largest(double *kept, double value)
@@ -119,27 +145,30 @@ static void keep_largest(double *kept, double value)
 static int contradiction(mbs_run *r)
 {
     const mbs_system *s = r->system;
+    const double *end = end_of(r);
     double allowed = r->problem->contradiction, t = r->state->t_new;
     if (!(r->residual > allowed) || !s->project_velocity)
         return MBS_RUNNING;
-    if (!(mbs_violation(r, s->project_velocity, t, r->x_new) > allowed * (1.0 + mbs_largest(s->nu, r->x_new + s->nq))))
+    if (!(mbs_violation(r, s->project_velocity, t, end) > allowed * (1.0 + mbs_largest(s->nu, end + s->nq))))
         return MBS_RUNNING;
     return mbs_failed(r, MBS_CONTRADICTION, t, mbs_worst_row(r));
 }
 
-/* Record an accepted step; drift without projection is measured at the steps in which a sample falls. */
-static int accept(mbs_run *r, double t_new, double h)
+/* Record a step that is good enough, after it has been shortened to an event in it; drift without projection is measured
+   at the steps in which a sample falls. */
+static int accept(mbs_run *r)
 {
     mbs_state *s = r->state;
     const mbs_system *system = r->system;
-    s->t_new = t_new;
-    s->h = h;
+    int status = system->ng > 0 ? mbs_find_event(r) : MBS_RUNNING;
+    if (status != MBS_RUNNING)
+        return status;
     ++s->steps;
     if (!r->problem->project && sample_due(r)) {
         if (system->project_position)
-            r->drift_position = mbs_violation(r, system->project_position, t_new, r->x_new);
+            r->drift_position = mbs_violation(r, system->project_position, s->t_new, end_of(r));
         if (system->project_velocity)
-            r->drift_velocity = mbs_violation(r, system->project_velocity, t_new, r->x_new);
+            r->drift_velocity = mbs_violation(r, system->project_velocity, s->t_new, end_of(r));
     }
     keep_largest(&s->drift_position, r->drift_position);
     keep_largest(&s->drift_velocity, r->drift_velocity);
@@ -147,7 +176,6 @@ static int accept(mbs_run *r, double t_new, double h)
     keep_largest(&s->removed_velocity, r->removed_velocity);
     keep_largest(&s->quaternion_deviation, r->deviation);
     s->phase = SAMPLING;
-    s->extended = 0;
     return contradiction(r);
 }
 
@@ -159,14 +187,30 @@ static double steps_needed(const mbs_problem *p)
     return count > 1.0 ? count : 1.0;
 }
 
+static double grid_time(const mbs_problem *p, long long number, double count)
+{
+    return (double)number >= count ? p->t_end : p->t0 + (double)number * p->step;
+}
+
+static double least_step(const mbs_run *r)
+{
+    double by_time = 16.0 * MBS_EPSILON * fabs(r->state->t), by_span = 1e-16 * (r->problem->t_end - r->problem->t0);
+    return by_time > by_span ? by_time : by_span;
+}
+
+/* A whole step, or what an event has left of one. */
 static int fixed_step(mbs_run *r)
 {
     const mbs_problem *p = r->problem;
-    double number = (double)(r->state->steps + 1), t = r->state->t;
-    int last = number >= steps_needed(p), status;
-    double t_new = last ? p->t_end : p->t0 + number * p->step, h = last ? p->t_end - t : p->step;
-    if ((status = attempt(r, h, t_new)) == MBS_RUNNING && (status = close_step(r, t_new)) == MBS_RUNNING)
-        status = accept(r, t_new, h);
+    mbs_state *s = r->state;
+    double count = steps_needed(p), next = grid_time(p, s->grid + 1, count);
+    int whole = s->t == grid_time(p, s->grid, count), status;
+    if (!whole && next < p->t_end && next - s->t < least_step(r))
+        next = grid_time(p, ++s->grid + 1, count);
+    if ((status = mbs_take(r, whole && next < p->t_end ? p->step : next - s->t, next)) == MBS_RUNNING)
+        status = accept(r);
+    if (s->phase == SAMPLING && s->t_new >= next)
+        ++s->grid;
     return status;
 }
 
@@ -247,23 +291,20 @@ static int adaptive_trial(mbs_run *r, int rejected)
             return mbs_failed(r, MBS_STEP_UNDERFLOW, t, worst);
         }
         if (status == MBS_RUNNING) {
-            change = change < 5.0 ? change : 5.0;
-            change = change > 0.1 ? change : 0.1;
-            s->h_next = h / change;
-            if (rejected && s->h_next > h)
-                s->h_next = h;
-            s->error = error > 1e-4 ? error : 1e-4;
-            return accept(r, t_new, h);
+            status = accept(r);
+            if (s->phase == SAMPLING) {
+                change = change < 5.0 ? change : 5.0;
+                change = change > 0.1 ? change : 0.1;
+                s->h_next = h / change;
+                if (rejected && s->h_next > h)
+                    s->h_next = h;
+                s->error = error > 1e-4 ? error : 1e-4;
+                return status;
+            }
         }
     }
     s->h_next = h * 0.25;
     return status;
-}
-
-static double least_step(const mbs_run *r)
-{
-    double by_time = 16.0 * MBS_EPSILON * fabs(r->state->t), by_span = 1e-16 * (r->problem->t_end - r->problem->t0);
-    return by_time > by_span ? by_time : by_span;
 }
 
 static int adaptive_step(mbs_run *r)
@@ -313,6 +354,8 @@ static int start(mbs_run *r, double *samples)
     ++r->state->sample;
     r->state->phase = STEPPING;
     r->stepper->restart(r);
+    if (r->system->ng > 0)
+        mbs_start_events(r);
     if ((status = mbs_derivative(r, r->state->t, r->x, r->slope)) == MBS_RUNNING && !(r->problem->step > 0.0))
         r->state->h_next = first_step(r);
     return status;
@@ -328,12 +371,22 @@ static int step(mbs_run *r)
 /* Make the end of the step the start of the next. */
 static int move_on(mbs_run *r)
 {
-    r->stepper->advance(r);
-    mbs_copy(r->n, r->x_new, r->x);
+    mbs_state *s = r->state;
+    s->event = s->origin = s->crossing;
+    if (s->event < 0)
+        r->stepper->advance(r);
+    mbs_copy(r->n, end_of(r), r->x);
     mbs_copy(r->n, r->slope_new, r->slope);
-    r->state->t = r->state->t_new;
-    r->state->phase = STEPPING;
-    return r->state->t < r->problem->t_end ? MBS_RUNNING : MBS_DONE;
+    s->t = s->t_new;
+    s->phase = STEPPING;
+    if (stopping(r))
+        return MBS_STOPPED;
+    if (!(s->t < r->problem->t_end))
+        return MBS_DONE;
+    if (s->event < 0)
+        return MBS_RUNNING;
+    r->stepper->restart(r);
+    return mbs_derivative(r, s->t, r->x, r->slope);
 }
 
 void mbs_start(const mbs_problem *problem, const double *x0, mbs_state *state, double *work)
@@ -344,7 +397,10 @@ void mbs_start(const mbs_problem *problem, const double *x0, mbs_state *state, d
                              .least_rank = HUGE_VAL,
                              .greatest_rank = 0.0,
                              .conditioning = HUGE_VAL,
+                             .event = -1,
                              .phase = STARTING,
+                             .crossing = -1,
+                             .origin = -1,
                              .status = MBS_RUNNING};
     *state = fresh;
     mbs_copy(problem->system->nq + problem->system->nu, x0, work);
@@ -355,6 +411,7 @@ long long mbs_integrate(const mbs_problem *problem, mbs_state *state, double *wo
 {
     mbs_run r = unpacked(problem, state, work);
     long long written = 0;
+    state->event = -1;
     while (state->status == MBS_RUNNING && steps > 0) {
         if (state->phase == STARTING) {
             if (rows == 0)
@@ -370,8 +427,14 @@ long long mbs_integrate(const mbs_problem *problem, mbs_state *state, double *wo
             }
             if (state->status != MBS_RUNNING || sample_due(&r))
                 break;
+            if (last_sample_due(&r)) {
+                if (written == rows)
+                    break;
+                mbs_copy(r.n, r.event_x, samples + written++ * r.n);
+                ++state->sample;
+            }
             state->status = move_on(&r);
-            --steps;
+            steps = state->event < 0 ? steps - 1 : 0;
         }
     }
     return written;

@@ -58,9 +58,12 @@ typedef struct {
     const mbs_program *project_position; /* (as before) -> phi, correction of q */
     const mbs_program *project_velocity; /* (as before) -> phidot, correction of u */
     const mbs_program *normalize;        /* (as before) -> q, deviation */
+    const mbs_program *events;           /* (as before) -> values of the switching functions */
+    const int *terminal;                 /* for each of them 1: the run stops where it becomes positive; 0: a kink, where
+                                            it changes sign a step ends and the next one starts afresh */
     const double *parameters;
     const double *modes;
-    int nq, nu, ns, nw;
+    int nq, nu, ns, nw, ng;
 } mbs_system;
 
 typedef struct {
@@ -84,7 +87,8 @@ enum {
     MBS_STEP_UNDERFLOW = 3, /* component of (q, u) with the largest error */
     MBS_STEP_LIMIT = 4,
     MBS_CONTRADICTION = 5,  /* row that is broken because dependent rows ask for different accelerations */
-    MBS_NOT_CLOSED = 6      /* row that projection cannot satisfy */
+    MBS_NOT_CLOSED = 6,     /* row that projection cannot satisfy */
+    MBS_STOPPED = 7         /* a stop was met: t and x are those of the event */
 };
 
 /* Where a run stands. The first entries of the work space hold x at time t. */
@@ -98,9 +102,10 @@ typedef struct {
     double conditioning, conditioning_time;    /* smallest kept |R_kk| / |R_11| and when */
     long long steps, rejected, evaluations;
     long long sample;                          /* samples written so far */
+    long long grid;                            /* fixed steps: the whole ones until t, or until before t */
     int status, component;
-    int phase;
-    int extended;                              /* whether the step can be interpolated as it is */
+    int event; /* the switching function whose event ended the last step of this call, -1 for none */
+    int phase, crossing, origin, extended;
 } mbs_state;
 
 /* Doubles of work space for mbs_integrate. */
@@ -109,7 +114,7 @@ long long mbs_work(const mbs_problem *problem);
 void mbs_start(const mbs_problem *problem, const double *x0, mbs_state *state, double *work);
 
 /* Go on for at most `steps` steps and `rows` samples, written as rows (q, u); returns how many were written.
-   Call again while state->status is MBS_RUNNING. */
+   Call again while state->status is MBS_RUNNING: an event ends a call as well. */
 long long mbs_integrate(const mbs_problem *problem, mbs_state *state, double *work, long long steps, long long rows,
                         double *samples);
 

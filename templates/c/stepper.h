@@ -14,7 +14,8 @@ typedef struct {
     long long (*work)(const mbs_problem *problem);
     /* Nothing before x counts: at the start and where an event has ended a step. */
     void (*restart)(mbs_run *r);
-    /* Fill x_new and, unless the step is fixed, the error, and coarse where there are two estimates. Any h may come, shorter or longer than the one before. */
+    /* Fill x_new and, unless the step is fixed, the error, and coarse where there are two estimates. Any h may
+       come, shorter or longer than the one before. */
     int (*attempt)(mbs_run *r, double h, double t_new);
     /* Fill slope_new, the slope at x_new, which has been normalised and projected (then `changed` is not 0). */
     int (*finish)(mbs_run *r, double t_new, int changed);
@@ -37,11 +38,15 @@ struct mbs_run {
     mbs_state *state;
     int n;
     double *x, *x_new, *slope_new, *error, *coarse;
+    double *event_x;        /* the state at the event that ends the step, where state->crossing >= 0 */
+    double *values, *sides; /* of the switching functions: signs of the sides on which they were last seen */
     double *stage, *spare, *correction; /* for whoever needs them: nothing stays in them from one call to the next */
     double *slope, *own;                /* own follows slope: a first stage at x is row 0 of an array from slope on */
     double *inputs, *multipliers, *rows, *report;
     double drift_position, drift_velocity, removed_position, removed_velocity, deviation; /* of the step on trial */
     double residual; /* largest scaled residual of dependent rows in it */
+    int watching;    /* there are kinks to look out for */
+    int beyond;      /* a slope of the step on trial was taken beyond one */
 };
 
 /* Note when and where a run failed; returns `status`. */
@@ -67,5 +72,23 @@ void mbs_normalize(mbs_run *r, double t, double *x, double *deviation);
 
 /* Put x back onto the constraints; fills removed_ and drift_ of both levels. */
 int mbs_project(mbs_run *r, double t, double *x);
+
+/* The state at t + theta h in the step that is finished, as interpolated. */
+int mbs_value(mbs_run *r, double theta, double *x);
+
+/* Normalise a state between steps and put it back onto the constraints; where that fails it stays as it is. */
+void mbs_settle_sample(mbs_run *r, double t, double *x);
+
+/* Try the step over h to t_new, then settle its end and find its slope. The end as it was before stays in `spare`. */
+int mbs_take(mbs_run *r, double h, double t_new);
+
+/* Note on which side of zero the switching functions are at (t, x). */
+void mbs_start_events(mbs_run *r);
+
+/* Tell whether `values`, just found at some state, lie beyond a kink. */
+int mbs_beyond_kink(const mbs_run *r);
+
+/* If a switching function crosses zero in the step just taken, end the step there: state->crossing, t_new, event_x. */
+int mbs_find_event(mbs_run *r);
 
 #endif

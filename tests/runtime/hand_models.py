@@ -32,6 +32,7 @@ class HandModel:
     state_derivative: str
     ns: int = 0
     nw: int = 0
+    ng: int = 0
     others: tuple[tuple[str, str], ...] = ()
 
     def signatures(self) -> list[Signature]:
@@ -56,6 +57,7 @@ class HandModel:
             "project_position": (("phi", (self.ns,)), ("correction", (self.nq,))),
             "project_velocity": (("residual", (self.ns,)), ("correction", (self.nu,))),
             "normalize": (("q", (self.nq,)), ("deviation", ())),
+            "events": (("values", (self.ng,)),),
         }
         return Signature(name, inputs, outputs[name])
 
@@ -166,3 +168,22 @@ DRIVEN = HandModel(
 )
 BLOW_UP = HandModel(1, 1, 0, "out[0][0] = u[0]; out[1][0] = 2.0*q[0]*u[0];")  # q' = q^2 if u = q^2
 ROOT = HandModel(1, 1, 0, "out[0][0] = 1.0; out[1][0] = sqrt(1.0 - q[0]);")
+
+# a ball over a floor at q = p[1]; switching functions: it touches the floor, it falls, time p[2] has come
+BALL = HandModel(
+    1,
+    1,
+    3,
+    "out[0][0] = u[0]; out[1][0] = -p[0];",
+    ng=3,
+    others=(("events", "out[0][0] = p[1] - q[0]; out[0][1] = -u[0]; out[0][2] = t - p[2];"),),
+)
+# dry friction: a unit mass on a spring that a force of p[0] brakes; the sign of the speed is a kink
+BRAKED = HandModel(
+    1,
+    1,
+    1,
+    "out[0][0] = u[0]; out[1][0] = -q[0] - (u[0] > 0.0 ? p[0] : -p[0]);",
+    ng=1,
+    others=(("events", "out[0][0] = u[0];"),),
+)

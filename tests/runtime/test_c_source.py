@@ -27,9 +27,13 @@ static const double a[] = {A}, c[] = {C}, error[] = {ERROR}, dense[] = {DENSE};
 int main(void)
 {
     const double parameters[] = {9.81, 1, 0, 0}, x0[] = {1, 0, 0, 0};
-    mbs_method method = {7, 7, 5, 4, 4, a, c, error, 0, dense};
-    mbs_system system = {0, &mbs_programs[0], &mbs_programs[1], &mbs_programs[2], 0, parameters, x0, 2, 2, 2, 0};
-    mbs_problem problem = {&method, &system, 0, 2.0, 0, 1e-8, 1e-8, 1e-3, 1e-8, 1000000, 11, 1};
+    mbs_method method = {
+        .stages = 7, .all_stages = 7, .order = 5, .error_order = 4, .dense_degree = 4,
+        .a = a, .c = c, .error = error, .dense = dense};
+    mbs_system system = {.state_derivative = &mbs_programs[0], .project_position = &mbs_programs[1],
+                         .project_velocity = &mbs_programs[2], .parameters = parameters, .nq = 2, .nu = 2, .ns = 2};
+    mbs_problem problem = {.method = &method, .system = &system, .t_end = 2.0, .rtol = 1e-8, .atol = 1e-8,
+                           .contradiction = 1e-3, .closure = 1e-8, .max_steps = 1000000, .samples = 11, .project = 1};
     mbs_state state;
     double *work = malloc(sizeof(double) * (size_t)mbs_work(&problem)), *samples = malloc(sizeof(double) * 4 * 11);
     mbs_start(&problem, x0, &state, work);

@@ -1,0 +1,163 @@
+"""Where switching functions change sign within a step; `events.c` is the same in C.
+
+A step that crosses, or looks beyond a kink in one of its slopes, is taken again to just before the crossing, until no
+slope is from beyond; its continuous extension then leads over it. What has just been crossed counts as crossed whatever
+round-off says, and a function that starts at zero has no side until it has left it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from sys import float_info
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multibody_sym.integrators.flow import Events, Floats, Flow, Step, StepError
+
+BEYOND: Final = 1e-6  # part of a step by which its extension is followed beyond its end
+SHORT_OF: Final = 1e-7  # part of the way to the crossing by which the repeated step stays away from it, ...
+SHORTER: Final = 100.0  # ... this many times more whenever that was not enough
+AT_ONCE: Final = 1e-3  # part of a step in which a function that crosses back after its own event chatters
+REPEATS: Final = 20
+_ROUNDS: Final = 200
+
+Take = Callable[[float, float], Step]
+Path = Callable[[float], Floats]
+
+
+class Watch:
+    """The switching functions of a flow and the sides of zero on which they were last seen.
+
+    `beyond`: a slope of the step on trial was taken beyond a kink; `origin`: the function at whose event it starts.
+    """
+
+    def __init__(self, flow: Flow, events: Events) -> None:
+        self.flow = flow
+        self.values = events.values
+        self.terminal = np.array(events.terminal, dtype=bool)
+        self.sides = np.sign(self.values(flow.t0, flow.x0))
+        self.beyond = False
+        self.origin: int | None = None
+
+    def slope(self, t: float, x: Floats) -> Floats:
+        """Return the derivative at (t, x), and watch whether it lies beyond a kink."""
+        slope = self.flow.derivative(t, x)
+        if not self.beyond and not self.terminal.all():
+            crossed = self._crossed(self.values(t, x)) & ~self.terminal
+            if self.origin is not None:
+                crossed[self.origin] = False
+            self.beyond = bool(crossed.any())
+        return slope
+
+    def ended(self, step: Step, slope: Floats, take: Take) -> Step:
+        """Return `step` if nothing crosses in it, else one that ends at the first crossing or before it.
+
+        `slope` is the one at its start; `take(h, t_new)` takes another step from there. Raises StepError.
+        """
+
+        def straight_on(theta: float) -> Floats:  # nothing from beyond a kink can bend it
+            return step.x + theta * step.h * slope
+
+        least, way, margin = 16.0 * float_info.epsilon * abs(step.t), step.h, SHORT_OF
+        values = self.values(step.t_new, step.x_new)
+        if self.origin is not None and self._crossed(values)[self.origin]:
+            self._let_chatter(step, self.origin)
+        rounds = 0
+        while self._crossed(values).any() or self.beyond:
+            if self._crossed(values).any():
+                if not self._crossed(self._at(step, 1.0)).any():
+                    return self._at_event(step, step.t_new, step.x_new, values)
+                theta = self._first_crossing(step, 0.0, 1.0)
+                way = theta * step.h
+                if not way > least or rounds == REPEATS:
+                    return self._within(step, theta)
+            elif rounds == REPEATS:
+                return self._passed(step, values)
+            elif self._crossed(self._at(step, 1.0, straight_on)).any():
+                way = self._first_crossing(step, 0.0, 1.0, straight_on) * step.h
+            h = way * (1.0 - min(margin, 0.5))
+            step = take(h, step.t + h)
+            if self.beyond:
+                margin *= SHORTER
+            if margin > 0.5:
+                way = h
+            values = self.values(step.t_new, step.x_new)
+            if not self._crossed(values).any() and not self.beyond:
+                return self._ended_clean(step, values)
+            rounds += 1
+        return self._passed(step, values)
+
+    def _let_chatter(self, step: Step, index: int) -> None:
+        """Let a function that crosses back at once, as dry friction at rest, do so in this step."""
+        if self._crossed(self._at(step, 1.0))[index] and self._located(step, index, 0.0, 1.0) < AT_ONCE:
+            self.sides[index] = -self.sides[index]
+
+    def _ended_clean(self, step: Step, values: Floats) -> Step:
+        """Return a step without a slope from beyond a kink, ended at a crossing just behind its end if there is one."""
+        if self._crossed(self._at(step, 1.0 + BEYOND)).any():
+            return self._within(step, self._first_crossing(step, 1.0, 1.0 + BEYOND))
+        return self._passed(step, values)
+
+    def _crossed(self, values: Floats) -> NDArray[np.bool_]:
+        """Tell which functions have crossed: a stop upwards, a kink in both directions."""
+        return np.logical_and(self.sides * values < 0.0, ~self.terminal | (values > 0.0))
+
+    def _at(self, step: Step, theta: float, along: Path | None = None) -> Floats:
+        """Return the values `along` a way, the extension of the step; nan where there is none."""
+        try:
+            return self.values(step.t + theta * step.h, (along or step.value)(theta))
+        except StepError:
+            return np.full(len(self.sides), np.nan)
+
+    def _passed(self, step: Step, values: Floats) -> Step:
+        self.sides = np.where(values != 0.0, np.sign(values), self.sides)
+        return step
+
+    def _within(self, step: Step, theta: float) -> Step:
+        x, t = step.value(theta), step.t + theta * step.h
+        values = self.values(t, x)
+        return self._at_event(step, t, x if self.flow.settle_sample is None else self.flow.settle_sample(t, x), values)
+
+    def _at_event(self, step: Step, t: float, x: Floats, values: Floats) -> Step:
+        """Return `step` ended at (t, x), by which event, stops first."""
+        crossed = self._crossed(values)
+        stops = crossed & self.terminal
+        event = int(np.argmax(stops if stops.any() else crossed))
+        return self._passed(replace(step, t_new=min(t, self.flow.t_end), x_new=x, event=event), values)
+
+    def _first_crossing(self, step: Step, low: float, high: float, along: Path | None = None) -> float:
+        """Return where the first of the functions crosses that have crossed at `high`, on the way `along` the step."""
+        for index in range(len(self.sides)):
+            if self._crossed(self._at(step, high, along))[index]:
+                high = self._located(step, index, low, high, along)
+        return high
+
+    def _located(self, step: Step, index: int, low: float, high: float, along: Path | None = None) -> float:
+        """Return the upper end of [low, high] reduced to round-off of the time by the Illinois method.
+
+        They are parts of the step; at the upper end function `index` has been crossed.
+        """
+        end = abs(step.t) + abs(step.h)
+        least = max(float_info.epsilon * end / step.h, float_info.epsilon)
+        at_high, at_low = (float(self._at(step, theta, along)[index]) for theta in (high, low))
+        last = 0
+        for round_ in range(_ROUNDS):
+            if not high - low > least:
+                break
+            change = at_low - at_high
+            middle = low + (high - low) * (at_low / change) if change != 0.0 else low
+            if round_ % 3 == 2 or not low < middle < high:
+                middle = 0.5 * (low + high)
+            values = self._at(step, middle, along)
+            if self._crossed(values)[index]:
+                high, at_high = middle, float(values[index])
+                at_low = 0.5 * at_low if last > 0 else at_low
+                last = 1
+            else:
+                low, at_low = middle, float(values[index])
+                at_high = 0.5 * at_high if last < 0 else at_high
+                last = -1
+        return high

@@ -1,0 +1,127 @@
+"""Events: stops and kinks found at their times by both loops, with the order of the method across a kink."""
+
+import math
+
+import numpy as np
+import pytest
+from hand_models import BALL, BRAKED
+
+from multibody_sym.integrators.flow import Status
+from multibody_sym.integrators.methods import METHODS
+from multibody_sym.runtime.integration import integrate
+from multibody_sym.runtime.native_loop import native_loop
+from multibody_sym.runtime.problem import Event, Problem
+from multibody_sym.runtime.python_loop import python_loop
+
+LOOPS = pytest.mark.parametrize("loop", [native_loop, python_loop])
+STEPS = pytest.mark.parametrize(("method", "step"), [("dormand_prince", None), ("rk4", 0.07), ("heun", 0.03)])
+G = 9.81
+
+
+def problem(model, q, u, parameters, terminal, t_end, method="dormand_prince", **options):
+    q0, u0, given = (np.array(values, dtype=float) for values in ([q], [u], parameters))
+    method = METHODS[method]
+    return Problem(model.load(), method, 0.0, t_end, q0, u0, given, np.zeros(0), terminal=terminal, **options)
+
+
+def thrown(terminal, *, floor=0.0, q=0.0, u=10.0, when=99.0, **options):
+    return problem(BALL, q, u, [G, floor, when], terminal, options.pop("t_end", 5.0), **options)
+
+
+@LOOPS
+@STEPS
+def test_a_ball_that_starts_on_the_floor_flies_and_stops_there(loop, method, step):
+    """The switching function is zero at the start: only the return counts. The motion is a parabola, hence exact."""
+    run = integrate(thrown((True, False, False), method=method, step=step, samples=11), loop=loop)
+    assert run.status is Status.STOPPED
+    assert run.failure is None
+    flight = 2 * 10.0 / G
+    assert run.t_final == run.t[-1] == pytest.approx(flight, rel=4e-15)
+    assert [e.index for e in run.events] == [1, 0]
+    assert [e.terminal for e in run.events] == [False, True]
+    assert run.events[0].time == pytest.approx(flight / 2, rel=1e-14)
+    np.testing.assert_array_equal(run.t[:-1], np.arange(5) * 0.5)
+    np.testing.assert_allclose(run.q[:, 0], 10 * run.t - G / 2 * run.t**2, atol=1e-12)
+    np.testing.assert_array_equal(run.q[-1], run.q_final)
+
+
+@LOOPS
+def test_what_is_positive_from_the_start_is_no_stop_until_it_was_not(loop):
+    run = integrate(thrown((True, False, False), floor=1.0, u=6.0, samples=3), loop=loop)
+    assert run.status is Status.STOPPED
+    assert run.t_final == pytest.approx((6 + math.sqrt(36 - 2 * G)) / G, rel=1e-14)
+
+
+@LOOPS
+def test_a_stop_is_only_crossed_upwards(loop):
+    run = integrate(thrown((False, True, False), u=-1.0, q=5.0, t_end=0.3), loop=loop)
+    assert run.status is Status.DONE
+    assert run.events == ()
+
+
+@LOOPS
+def test_a_stop_at_a_sample_is_one_sample(loop):
+    run = integrate(thrown((False, False, True), when=2.5, samples=11), loop=loop)
+    assert run.status is Status.STOPPED
+    np.testing.assert_allclose(run.t, np.arange(6) * 0.5, rtol=1e-15)
+    assert run.events[-1] == Event(run.t[-1], 2, True)
+
+
+@LOOPS
+def test_of_two_events_at_once_the_stop_counts(loop):
+    run = integrate(thrown((False, False, True), when=10.0 / G, u=10.0), loop=loop)
+    assert run.status is Status.STOPPED
+    assert run.t_final == pytest.approx(10.0 / G, rel=1e-14)
+
+
+@LOOPS
+def test_at_the_very_end_a_stop_leaves_all_samples(loop):
+    run = integrate(thrown((False, False, True), when=5.0 - 1e-9, samples=6), loop=loop)
+    assert run.status is Status.STOPPED
+    assert len(run.t) == 6
+    assert run.t_final == run.t[-1] == pytest.approx(5.0 - 1e-9, rel=1e-15)
+
+
+def braked_motion(t, q0, friction):
+    """The motion from rest at q0 > 0: half turns about +-friction; turning points at multiples of pi."""
+    half = np.floor(t / math.pi)
+    centre = friction * (-1) ** half
+    amplitude = q0 - friction - 2 * friction * half
+    return centre + amplitude * np.cos(t)
+
+
+@LOOPS
+@STEPS
+def test_dry_friction_turns_at_multiples_of_half_a_period(loop, method, step):
+    rtol = 1e-10
+    case = problem(BRAKED, 10.0, 0.0, [0.3], (False,), 14.0, method, step=step, rtol=rtol, atol=rtol, samples=141)
+    run = integrate(case, loop=loop)
+    tolerance = {"dormand_prince": 1e-8, "rk4": 2e-4, "heun": 3e-2}[method]
+    assert run.status is Status.DONE
+    np.testing.assert_allclose([e.time for e in run.events], np.arange(1, 5) * math.pi, atol=tolerance)
+    np.testing.assert_allclose(run.q[:, 0], braked_motion(run.t, 10.0, 0.3), atol=10 * tolerance)
+
+
+@pytest.mark.parametrize("method", ["heun", "rk4", "bogacki_shampine", "dormand_prince"])
+def test_no_order_is_lost_at_kinks(method):
+    errors = []
+    for steps in (70, 140):
+        case = problem(BRAKED, 10.0, 0.0, [0.3], (False,), 14.0, method, step=14.0 / steps, samples=2)
+        errors.append(abs(integrate(case).q_final[0] - braked_motion(14.0, 10.0, 0.3)))
+    assert math.log2(errors[0] / errors[1]) > METHODS[method].order - 0.5
+
+
+@STEPS
+@pytest.mark.parametrize("case", ["thrown", "braked", "both"])
+def test_both_loops_meet_the_same_events(method, step, case):
+    cases = {
+        "thrown": lambda: thrown((True, False, False), method=method, step=step, samples=11),
+        "braked": lambda: problem(BRAKED, 10.0, 0.0, [0.3], (False,), 14.0, method, step=step, samples=21),
+        "both": lambda: thrown((False, False, True), when=10.0 / G, method=method, step=step, samples=11),
+    }
+    in_c, in_python = integrate(cases[case]()), integrate(cases[case](), loop=python_loop)
+    assert in_c.statistics == in_python.statistics
+    assert [e.index for e in in_c.events] == [e.index for e in in_python.events]
+    assert in_c.status is in_python.status
+    for name in ("t", "q", "u", "q_final", "u_final"):
+        np.testing.assert_allclose(getattr(in_c, name), getattr(in_python, name), rtol=1e-13, atol=1e-13)
