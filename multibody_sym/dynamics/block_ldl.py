@@ -72,15 +72,12 @@ class TreeFactors:
         carried: list[Wrench] = [_NOTHING] * len(self.freedoms)
         remaining = list(right)
         for index in range(len(carried) - 1, -1, -1):
-            force, moment = carried[index]
-            for freedom in reversed(self.freedoms[index]):
-                e = right[freedom.speed] + (dot(freedom.linear, force) + dot(freedom.angular, moment))
+            left, wrench = inward(self.freedoms[index], right, carried[index])
+            for freedom, e in zip(self.freedoms[index], left, strict=True):
                 remaining[freedom.speed] = e
-                lost = _scaled(freedom.gain, e)
-                force, moment = subtract(force, lost[0]), subtract(moment, lost[1])
             parent = self.motion.mechanism.bodies[index].parent
             if parent >= 0:
-                handed, known = to_parent(self.motion.bodies[index], (force, moment)), carried[parent]
+                handed, known = to_parent(self.motion.bodies[index], wrench), carried[parent]
                 carried[parent] = add(known[0], handed[0]), add(known[1], handed[1])
         return remaining
 
@@ -89,13 +86,35 @@ class TreeFactors:
         udot = list(x)
         reached: list[tuple[Vec, Vec]] = []
         for index, body in enumerate(self.motion.mechanism.bodies):
-            a, alpha = from_parent(self.motion.bodies[index], reached[body.parent]) if body.parent >= 0 else _NOTHING
-            for freedom in self.freedoms[index]:
-                rate = x[freedom.speed] - (dot(freedom.gain[0], a) + dot(freedom.gain[1], alpha))
-                a, alpha = add(a, scale(rate, freedom.linear)), add(alpha, scale(rate, freedom.angular))
+            above = from_parent(self.motion.bodies[index], reached[body.parent]) if body.parent >= 0 else _NOTHING
+            rates, here = outward(self.freedoms[index], x, above)
+            for freedom, rate in zip(self.freedoms[index], rates, strict=True):
                 udot[freedom.speed] = rate
-            reached.append((a, alpha))
+            reached.append(here)
         return udot
+
+
+def inward(freedoms: Sequence[Freedom], right: Sequence[S], wrench: Wrench) -> tuple[list[S], Wrench]:
+    """Return e = Q + A^T p of each freedom of a body, the last first eliminated, and what is left of its wrench p."""
+    force, moment = wrench
+    remaining = []
+    for freedom in reversed(freedoms):
+        e = right[freedom.speed] + (dot(freedom.linear, force) + dot(freedom.angular, moment))
+        remaining.append(e)
+        lost = _scaled(freedom.gain, e)
+        force, moment = subtract(force, lost[0]), subtract(moment, lost[1])
+    return remaining[::-1], (force, moment)
+
+
+def outward(freedoms: Sequence[Freedom], x: Sequence[S], above: tuple[Vec, Vec]) -> tuple[list[S], tuple[Vec, Vec]]:
+    """Return udot of each freedom of a body and the accelerations it reaches, from those without them."""
+    a, alpha = above
+    rates = []
+    for freedom in freedoms:
+        rate = x[freedom.speed] - (dot(freedom.gain[0], a) + dot(freedom.gain[1], alpha))
+        a, alpha = add(a, scale(rate, freedom.linear)), add(alpha, scale(rate, freedom.angular))
+        rates.append(rate)
+    return rates, (a, alpha)
 
 
 def tree_factors(motion: Motion) -> TreeFactors:
@@ -104,13 +123,13 @@ def tree_factors(motion: Motion) -> TreeFactors:
     freedoms: list[tuple[Freedom, ...]] = [()] * len(inertias)
     for index in range(len(inertias) - 1, -1, -1):
         body, moved = motion.mechanism.bodies[index], motion.bodies[index]
-        freedoms[index], left = _eliminated(body.u, moved, inertias[index])
+        freedoms[index], left = eliminated(body.u, moved, inertias[index])
         if body.parent >= 0:
             inertias[body.parent] = inertias[body.parent].plus(left.moved(moved.R_PB, moved.p_PB))
     return TreeFactors(motion, tuple(freedoms))
 
 
-def _eliminated(speeds: Sequence[int], moved: BodyMotion, inertia: Inertia) -> tuple[tuple[Freedom, ...], Inertia]:
+def eliminated(speeds: Sequence[int], moved: BodyMotion, inertia: Inertia) -> tuple[tuple[Freedom, ...], Inertia]:
     """Return a joint's freedoms, the last eliminated first, and the inertia that the parent feels through it."""
     freedoms = []
     for speed, linear, angular in reversed(list(zip(speeds, moved.linear, moved.angular, strict=True))):

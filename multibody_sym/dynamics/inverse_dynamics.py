@@ -9,20 +9,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from multibody_sym.kinematics.loads import applied
-from multibody_sym.kinematics.motion import Motion, accelerations, spread
-from multibody_sym.kinematics.vectors import S, add, apply, cross, scale, subtract
+from multibody_sym.kinematics.motion import BodyMass, BodyMotion, Motion, accelerations, spread
+from multibody_sym.kinematics.vectors import S, Vec, add, apply, cross, scale, subtract
 from multibody_sym.kinematics.wrenches import Wrench, carried, joint_projection
 
 
 def inertia_wrenches(motion: Motion, udot: Sequence[S]) -> list[Wrench]:
     """Return each body's rate of momentum: (m a_C, J alpha + omega x J omega + c x m a_C), about its origin."""
-    wrenches = []
-    for moved, mass, (a, alpha) in zip(motion.bodies, motion.masses, accelerations(motion, udot), strict=True):
-        force = scale(mass.mass, add(a, apply(spread(alpha, moved.w_WB), mass.com)))
-        spin = cross(moved.w_WB, apply(mass.inertia, moved.w_WB))
-        moment = add(add(apply(mass.inertia, alpha), spin), cross(mass.com, force))
-        wrenches.append((force, moment))
-    return wrenches
+    bodies = zip(motion.bodies, motion.masses, accelerations(motion, udot), strict=True)
+    return [inertia_wrench(moved, mass, *reached) for moved, mass, reached in bodies]
+
+
+def inertia_wrench(moved: BodyMotion, mass: BodyMass, a: Vec, alpha: Vec) -> Wrench:
+    """Return one body's rate of momentum."""
+    force = scale(mass.mass, add(a, apply(spread(alpha, moved.w_WB), mass.com)))
+    spin = cross(moved.w_WB, apply(mass.inertia, moved.w_WB))
+    return force, add(add(apply(mass.inertia, alpha), spin), cross(mass.com, force))
 
 
 def inverse_dynamics(motion: Motion, udot: Sequence[S]) -> list[S]:

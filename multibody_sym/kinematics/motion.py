@@ -98,15 +98,21 @@ def motion_of(mechanism: Mechanism, state: State) -> Motion:
     """Return the motion of all bodies at a state (forward recursion from ground)."""
     moved: list[BodyMotion] = []
     masses = []
-    ground = replace(_GROUND, gravity=_triple(state, mechanism.gravity))
+    ground = moving_parent(ZERO_VECTOR, ZERO_VECTOR, _triple(state, mechanism.gravity))
     for body in mechanism.bodies:
         parent = moved[body.parent] if body.parent >= 0 else ground
-        moved.append(_moved(body, parent, state))
-        masses.append(_mass(body, state))
+        moved.append(body_motion(body, parent, state))
+        masses.append(body_mass(body, state))
     return Motion(mechanism, state, tuple(moved), tuple(masses), ground.gravity)
 
 
-def _moved(body: TreeBody, parent: BodyMotion, state: State) -> BodyMotion:
+def moving_parent(w_WB: Vec, v_WB: Vec, gravity: Vec) -> BodyMotion:
+    """Return what the motion of a child depends on: its parent's velocities and gravity, in the parent's axes."""
+    return replace(_GROUND, w_WB=w_WB, v_WB=v_WB, gravity=gravity)
+
+
+def body_motion(body: TreeBody, parent: BodyMotion, state: State) -> BodyMotion:
+    """Return the motion of one body, given that of its parent."""
     u = [state.u[k] for k in body.u]
     R_PB, p_PB, linear, angular, relative = _relative(body, u, state)
     w_rel, v_rel = combination(angular, u), combination(linear, u)
@@ -168,15 +174,21 @@ def accelerations(motion: Motion, udot: Sequence[S], base: Vec = ZERO_VECTOR) ->
     """
     found: list[tuple[Vec, Vec]] = []
     for body, moved in zip(motion.mechanism.bodies, motion.bodies, strict=True):
-        a_parent, alpha_parent = found[body.parent] if body.parent >= 0 else (base, ZERO_VECTOR)
+        parent = found[body.parent] if body.parent >= 0 else (base, ZERO_VECTOR)
         w_parent = motion.bodies[body.parent].w_WB if body.parent >= 0 else ZERO_VECTOR
-        rates_here = [udot[k] for k in body.u]
-        carried = apply_transposed(moved.R_PB, add(a_parent, apply(spread(alpha_parent, w_parent), moved.p_PB)))
-        a = add(carried, add(combination(moved.linear, rates_here), moved.linear_bias))
-        alpha_carried = apply_transposed(moved.R_PB, alpha_parent)
-        alpha = add(alpha_carried, add(combination(moved.angular, rates_here), moved.angular_bias))
-        found.append((a, alpha))
+        found.append(body_acceleration(moved, w_parent, parent, [udot[k] for k in body.u]))
     return found
+
+
+def body_acceleration(
+    moved: BodyMotion, w_parent: Vec, parent: tuple[Vec, Vec], udot: Sequence[S]
+) -> tuple[Vec, Vec]:
+    """Return one body's accelerations, given its parent's angular velocity and accelerations and the joint's udot."""
+    a_parent, alpha_parent = parent
+    carried = apply_transposed(moved.R_PB, add(a_parent, apply(spread(alpha_parent, w_parent), moved.p_PB)))
+    a = add(carried, add(combination(moved.linear, udot), moved.linear_bias))
+    alpha_carried = apply_transposed(moved.R_PB, alpha_parent)
+    return a, add(alpha_carried, add(combination(moved.angular, udot), moved.angular_bias))
 
 
 def from_parent(moved: BodyMotion, parent: tuple[Vec, Vec]) -> tuple[Vec, Vec]:
@@ -223,7 +235,8 @@ def _triple(state: State, nodes: Sequence[Node]) -> Vec:
     return x, y, z
 
 
-def _mass(body: TreeBody, state: State) -> BodyMass:
+def body_mass(body: TreeBody, state: State) -> BodyMass:
+    """Return the mass of one body."""
     xx, yy, zz, xy, xz, yz = state.values(body.mass.inertia)
     inertia: Mat = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
     return BodyMass(state.values([body.mass.mass])[0], _triple(state, body.mass.com), inertia)
