@@ -36,6 +36,8 @@ def test_python_blocks(page: str, tmp_path: Path) -> None:
 def test_commands_on_the_printed_model(tmp_path: Path) -> None:
     (model,) = blocks("README.md", "yaml")
     (tmp_path / "pendulum.yaml").write_text(model)
+    (robot,) = blocks("README.md", "xml")
+    (tmp_path / "robot.urdf").write_text(robot)
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     lines = [line for block in blocks("README.md", "sh") for line in block.splitlines()]
     commands = [line for line in lines if line.startswith("multibody-sym ")]
