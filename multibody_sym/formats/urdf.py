@@ -255,9 +255,22 @@ def notes(robot: Robot, *, damping: bool) -> list[str]:
         ],
         "mimic is not applied: ": [name for name, joint in joints if joint.mimic and joint.type in _ONE_COORDINATE],
         "an inertia that no body can have: ": [link for link, x in inertials.items() if not _possible(x)],
+        "moving joints that carry no mass: ": _without_mass(robot),
         "inertia without mass: ": [link for link, x in inertials.items() if any(x.inertia) and not x.mass],
     }
     return [what + _some(names) for what, names in kinds.items() if names]
+
+
+def _without_mass(robot: Robot) -> list[str]:
+    """Return the joints that can move, and beyond which no link has a mass or an inertia."""
+    parents = {joint.child: joint.parent for joint in robot.joints.values()}
+    heavy: set[str] = set()
+    for link, inertial in robot.links.items():
+        if inertial is not None and (inertial.mass or any(inertial.inertia)):
+            while link in parents and link not in heavy:
+                heavy.add(link)
+                link = parents[link]
+    return [name for name, joint in robot.joints.items() if joint.type != "fixed" and joint.child not in heavy]
 
 
 def _possible(inertial: Inertial) -> bool:

@@ -168,6 +168,13 @@ def test_what_is_not_imported_is_told() -> None:
     assert any(note.startswith("damping is applied") for note in notes)
 
 
+def test_joints_without_mass_are_told(tmp_path: Path) -> None:
+    links = [LINK.format("a"), '<link name="b"/>', '<link name="c"/>', '<link name="d"/>', LINK.format("e")]
+    joints = [HINGE.format(name, *ends, "") for name, ends in {"A": "ab", "B": "bc", "C": "ad", "D": "de"}.items()]
+    with pytest.warns(UrdfNotice, match="^moving joints that carry no mass: A, B$"):
+        load_urdf(robot(tmp_path, *links, *joints))
+
+
 def test_strange_inertias_are_told(tmp_path: Path) -> None:
     bent = LINK.replace('izz="1"', 'izz="2.1"').format("bent")
     bare = LINK.replace('mass value="1"', 'mass value="0"').format("bare")
