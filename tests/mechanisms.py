@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from multibody_sym.dynamics.composite_body import mass_matrix
+from multibody_sym.dynamics.massless import massless_speeds
 from multibody_sym.dynamics.start import parameter_values
 from multibody_sym.kinematics.loads import applied, span
 from multibody_sym.kinematics.motion import Motion, motion_of
@@ -57,15 +59,23 @@ class Case:
         return state_of(self.mechanism, float, t, q, u, self.parameters)
 
 
-def random_case(seed: int, *, bodies: tuple[int, int] = (1, 12), rows: bool = False) -> Case:
-    """Return a random case; `rows` asks for at least one row, and all its rows are independent where it is tried."""
-    rng = np.random.default_rng([seed, rows])
+def random_case(
+    seed: int, *, bodies: tuple[int, int] = (1, 12), rows: bool = False, extreme: bool = False
+) -> Case:
+    """Return a random case; `rows` asks for at least one row, and all its rows are independent where it is tried.
+
+    Masses are 1e-3 to 1e3; `extreme` ones 1e-6 to 1e6, with links of no mass at all between bodies that have one.
+    """
+    rng = np.random.default_rng([seed, rows, 1] if extreme else [seed, rows])
     while True:
-        system = _Builder(rng, int(rng.integers(bodies[0], bodies[1] + 1)), rows).system()
+        system = _Builder(rng, int(rng.integers(bodies[0], bodies[1] + 1)), rows, extreme).system()
         resolved = mechanism(system)
-        if resolved.speeds and (not rows or (resolved.rows and len(resolved.rows) < len(resolved.speeds))):
+        if not resolved.speeds or massless_speeds(resolved):
+            continue
+        if not rows or (resolved.rows and len(resolved.rows) < len(resolved.speeds)):
             case = Case(seed, system, resolved, parameter_values(resolved, {}))
-            state = _tried_state(rng, case)
+            at_rest = case.motion(0.0, random_coordinates(rng, resolved), [0.0] * len(resolved.speeds))
+            state = _tried_state(rng, case) if _has_inertia(at_rest) else None
             if state is not None and _independent(case, state):
                 return case
 
@@ -95,7 +105,8 @@ def _tried_state(rng: Random, case: Case) -> tuple[float, list[float], list[floa
             applied(motion)
         except UNDEFINED:
             continue
-        if _is_regular(motion) and all(_apart(motion, x) for x in (*case.mechanism.loads, *case.mechanism.rows)):
+        apart = all(_apart(motion, x) for x in (*case.mechanism.loads, *case.mechanism.rows))
+        if apart and _is_regular(motion) and _has_inertia(motion):
             return state
     return None
 
@@ -104,6 +115,15 @@ def _is_regular(motion: Motion) -> bool:
     """Return whether the freedoms of each joint are independent here: no two angles about one axis."""
     freedoms = [np.hstack([body.linear, body.angular]).astype(float) for body in motion.bodies if body.linear]
     return all(np.linalg.svd(freedom, compute_uv=False)[-1] > 0.05 for freedom in freedoms)
+
+
+def _has_inertia(motion: Motion) -> bool:
+    """Return whether the mass matrix is regular here: no massless body at the end of a branch or on a line."""
+    if all(mass.mass for mass in motion.masses):
+        return True
+    matrix = np.array(mass_matrix(motion), dtype=float)
+    size = np.sqrt(matrix.diagonal())
+    return bool((size > 0).all() and np.linalg.eigvalsh(matrix / np.outer(size, size))[0] > 1e-8)
 
 
 def _apart(motion: Motion, part: Any) -> bool:
@@ -133,6 +153,7 @@ class _Builder:
     rng: Random
     count: int
     constrained: bool
+    extreme: bool
 
     def __post_init__(self) -> None:
         self.planar = self.rng.random() < (0.5 if self.constrained else 0.25)
@@ -147,7 +168,7 @@ class _Builder:
         g = self.parameter("g", 9.81)
         directions: list[list[Any]] = [[0, -g, 0]] if self.planar else [[0, -g, 0], [0.3 * g, 0, -g], [0, 0, 0]]
         for k, name in enumerate(self.names):
-            self.add_joint(f"j{k + 1}", self.some(["ground", *self.names[:k][-3:]]), name)
+            self.add_joint(f"j{k + 1}", self.some(self.parents(k)), name)
         inputs = {f"w{k}": self.expression(time=True) for k in range(int(self.rng.integers(0, 3)))}
         rows = self.numbered("c", 1, 3) if self.constrained and self.speeds else []
         pulleys = {f"P{k}": self.pulley() for k in range(2)} if self.constrained else {}
@@ -163,6 +184,11 @@ class _Builder:
             inputs=inputs,
             outputs={"energy": "total_energy()"},
         )
+
+    def parents(self, k: int) -> list[str]:
+        """Return what may carry body number k: the link before it, where that has no mass to move by itself."""
+        before = self.names[:k][-3:]
+        return before[-1:] if before and self.bodies[before[-1]].mass is None else ["ground", *before]
 
     # numbers
 
@@ -211,7 +237,9 @@ class _Builder:
         return Frame(self.vector(), turns)
 
     def body(self, name: str, particle: bool) -> Body:
-        mass = self.decades(-3, 3)
+        if self.extreme and name != self.names[-1] and self.rng.random() < 0.2:
+            return Body(points={"a": self.vector(), "b": self.vector()}, frames={"F": self.frame()})
+        mass = self.decades(-6, 6) if self.extreme else self.decades(-3, 3)
         if self.rng.random() < 0.3:
             mass = self.parameter(f"m_{name}", mass)
         inertia = None if particle and self.rng.random() < 0.5 else self.inertia(mass)

@@ -15,8 +15,7 @@ from dataclasses import dataclass
 from multibody_sym.dynamics.articulated_inertia import Inertia, rigid_inertia
 from multibody_sym.dynamics.equations import TreeDynamics, tree_dynamics
 from multibody_sym.dynamics.inverse_dynamics import forcing
-from multibody_sym.dynamics.massless import massless_speeds
-from multibody_sym.errors import NoSolutionError
+from multibody_sym.dynamics.massless import verify_massive
 from multibody_sym.kinematics.motion import BodyMotion, Motion, from_parent, motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
@@ -28,8 +27,7 @@ from multibody_sym.scalars.functions import sqrt
 
 def block_ldl(mechanism: Mechanism, state: State) -> TreeDynamics:
     """Return the dynamics at a state. Raises NoSolutionError where a freedom without mass is left to rows to hold."""
-    if massless_speeds(mechanism):
-        raise NoSolutionError("block_ldl needs inertia in every direction; choose composite_body")
+    verify_massive(mechanism, "block_ldl")
     motion = motion_of(mechanism, state)
     return tree_dynamics(motion, tree_factors(motion), forcing(motion), row_motions(motion))
 

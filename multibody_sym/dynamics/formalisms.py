@@ -7,8 +7,11 @@ from typing import Final
 
 from multibody_sym.dynamics.block_ldl import block_ldl
 from multibody_sym.dynamics.composite_body import composite_body
+from multibody_sym.dynamics.dalembert_lagrange import dalembert_lagrange
 from multibody_sym.dynamics.equations import Formalism, TreeDynamics
 from multibody_sym.dynamics.massless import massless_speeds
+from multibody_sym.dynamics.newton_euler import newton_euler
+from multibody_sym.dynamics.sweep import sweep
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism import Mechanism
 
@@ -26,8 +29,11 @@ def _multipliers(mechanism: Mechanism, state: State) -> TreeDynamics:
 
 
 FORMALISMS: Final[Mapping[str, Formalism]] = {
+    "newton_euler": newton_euler,
+    "dalembert_lagrange": dalembert_lagrange,
     "composite_body": composite_body,
     "block_ldl": block_ldl,
+    "sweep": sweep,
     "lagrange": _lagrange,
     "multipliers": _multipliers,
 }

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import BodyMass, BodyMotion, Motion, accelerations, spread
-from multibody_sym.kinematics.vectors import S, Vec, add, apply, cross, scale, subtract
+from multibody_sym.kinematics.vectors import S, Vec, add, apply, cross, negate, scale, subtract
 from multibody_sym.kinematics.wrenches import Wrench, carried, joint_projection
 
 
@@ -35,8 +35,8 @@ def inverse_dynamics(motion: Motion, udot: Sequence[S]) -> list[S]:
 def forcing(motion: Motion) -> list[S]:
     """Return f = Q - c (nu) in one pass: applied forces less inertia forces without udot."""
     forces = applied(motion)
-    left = joint_wrenches(motion, [0] * len(motion.state.u), forces.of_body)
-    return [q - c for q, c in zip(forces.of_speed, joint_projection(motion, left), strict=True)]
+    left = carried(motion, unbalanced_wrenches(motion, [0] * len(motion.state.u), forces.of_body))
+    return [drive + x for drive, x in zip(forces.of_speed, joint_projection(motion, left), strict=True)]
 
 
 def joint_wrenches(motion: Motion, udot: Sequence[S], of_body: Sequence[Wrench]) -> list[Wrench]:
@@ -44,8 +44,11 @@ def joint_wrenches(motion: Motion, udot: Sequence[S], of_body: Sequence[Wrench])
 
     `of_body` holds everything else that acts on the bodies: applied wrenches and those of rows.
     """
+    left = unbalanced_wrenches(motion, udot, of_body)
+    return carried(motion, [(negate(force), negate(moment)) for force, moment in left])
+
+
+def unbalanced_wrenches(motion: Motion, udot: Sequence[S], of_body: Sequence[Wrench]) -> list[Wrench]:
+    """Return what acts on each body, `of_body`, less what its acceleration needs."""
     needed = inertia_wrenches(motion, udot)
-    missing = [
-        (subtract(n[0], given[0]), subtract(n[1], given[1])) for n, given in zip(needed, of_body, strict=True)
-    ]
-    return carried(motion, missing)
+    return [(subtract(given[0], n[0]), subtract(given[1], n[1])) for n, given in zip(needed, of_body, strict=True)]

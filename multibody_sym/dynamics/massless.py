@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.vectors import S
@@ -25,6 +26,12 @@ def massless_speeds(mechanism: Mechanism) -> list[int]:
         if index in massive:
             massive.add(mechanism.bodies[index].parent)
     return [k for index, body in enumerate(mechanism.bodies) if index not in massive for k in body.u]
+
+
+def verify_massive(mechanism: Mechanism, formalism: str) -> None:
+    """Raise NoSolutionError where rows hold a freedom without mass, for a formalism that divides by it."""
+    if massless_speeds(mechanism):
+        raise NoSolutionError(f"{formalism} needs inertia in every direction; choose composite_body")
 
 
 def completed_matrix(motion: Motion, matrix: list[list[S]], rows: Sequence[RowMotion]) -> list[list[S]]:

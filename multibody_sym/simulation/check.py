@@ -109,7 +109,8 @@ def _with_dynamics(system: System, resolved: Mechanism, begin: Start, declared: 
 
 
 def _is_compared(name: str, resolved: Mechanism) -> bool:
-    refused = {"lagrange": bool(resolved.rows), "block_ldl": bool(massless_speeds(resolved))}
+    massless = bool(massless_speeds(resolved))
+    refused = {"lagrange": bool(resolved.rows), "block_ldl": massless, "sweep": massless}
     return not refused.get(name) and len(resolved.speeds) <= _DERIVED.get(name, len(resolved.speeds))
 
 

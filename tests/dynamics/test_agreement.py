@@ -1,4 +1,4 @@
-"""All routes give the same motion: random trees of 1-12 bodies, masses 1e-3 to 1e3, with and without rows.
+"""All routes give the same motion: random trees of 1-12 bodies with masses 1e-6 to 1e6 and links of none, and rows.
 
 A route's accelerations and multipliers are put into the equations of motion of d'Alembert's principle, body by body.
 """
@@ -23,7 +23,7 @@ from multibody_sym.program.interpreter import interpret
 from multibody_sym.runtime.loading import load
 from multibody_sym.scalars.node import ZERO, slot
 
-NUMERIC = {name: FORMALISMS[name] for name in ("composite_body", "block_ldl")}
+NUMERIC = {name: route for name, route in FORMALISMS.items() if name not in ("lagrange", "multipliers")}
 LARGEST = {False: LARGEST_ON_TREES, True: LARGEST_WITH_ROWS}
 
 
@@ -40,12 +40,11 @@ def worst_ratio(case: Case, formalisms: Mapping[str, Formalism], *, compiled: bo
     return max(*ratios.values(), ratio(dalembert(case.motion(t, q, u)), udot, multipliers))
 
 
-@pytest.mark.parametrize("rows", [False, True])
-@pytest.mark.parametrize("block", range(10))
+@pytest.mark.parametrize(("block", "rows"), [*((k, False) for k in range(20)), *((k, True) for k in range(10))])
 def test_numeric_routes_agree(block: int, rows: bool) -> None:
     for seed in range(25 * block, 25 * block + 25):
-        ratio_found = worst_ratio(random_case(seed, rows=rows), NUMERIC, compiled=seed % 25 == 0)
-        assert ratio_found <= LARGEST[rows], f"seed {seed}"
+        case = random_case(seed, rows=rows, extreme=not rows)
+        assert worst_ratio(case, NUMERIC, compiled=seed % 25 == 0) <= LARGEST[rows], f"seed {seed}"
 
 
 @pytest.mark.parametrize("rows", [False, True])
@@ -60,8 +59,12 @@ def test_routes_derived_by_sympy_agree(block: int, rows: bool) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("rows", [False, True])
 def test_thousands_of_cases_agree(rows: bool) -> None:
-    worst = {seed: worst_ratio(random_case(seed, rows=rows), NUMERIC) for seed in range(10_000, 12_500)}
-    assert max(worst.values()) <= LARGEST[rows], sorted(worst.items(), key=lambda item: -item[1])[:5]
+    """Prints the worst ratio with its seed (pytest -s)."""
+    seeds = range(10_000, 12_500 if rows else 15_000)
+    worst = {seed: worst_ratio(random_case(seed, rows=rows, extreme=not rows), NUMERIC) for seed in seeds}
+    found = sorted(worst.items(), key=lambda item: -item[1])[:5]
+    print(found)
+    assert found[0][1] <= LARGEST[rows], found
 
 
 @pytest.mark.parametrize("rows", [False, True])
