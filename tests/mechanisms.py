@@ -237,7 +237,7 @@ class _Builder:
         return Frame(self.vector(), turns)
 
     def body(self, name: str, particle: bool) -> Body:
-        if self.extreme and name != self.names[-1] and self.rng.random() < 0.2:
+        if self.extreme and name != self.names[-1] and self.rng.random() < 0.1:
             return Body(points={"a": self.vector(), "b": self.vector()}, frames={"F": self.frame()})
         mass = self.decades(-6, 6) if self.extreme else self.decades(-3, 3)
         if self.rng.random() < 0.3:

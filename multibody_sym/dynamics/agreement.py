@@ -36,7 +36,8 @@ def agreement(
         reference = dalembert(motion_of(mechanism, state))
         for name, formalism in formalisms.items():
             found = forward_dynamics(formalism(mechanism, state))
-            worst[name] = max(worst[name], ratio(reference, found.udot, found.multipliers))
+            here = ratio(reference, found.udot, found.multipliers)
+            worst[name] = float(np.maximum(worst[name], here))  # which keeps nan
     return worst
 
 
