@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from multibody_sym.model.elements import Expression as Expression
     from multibody_sym.model.elements import Force as Force
     from multibody_sym.model.elements import Frame as Frame
+    from multibody_sym.model.elements import GroundMotion as GroundMotion
     from multibody_sym.model.elements import Parameter as Parameter
     from multibody_sym.model.elements import Pulley as Pulley
     from multibody_sym.model.elements import Rope as Rope
@@ -86,8 +87,8 @@ _NAMES = {
     "formats.reader": "load loads",
     "formats.urdf": "UrdfNotice load_urdf",
     "formats.writer": "dump dumps",
-    "model.elements": "Ask Baumgarte Body Damper Distance Expression Force Frame Parameter Pulley Rope Settings Shape "
-    "SpringDamper Stabilisation Torque Turn",
+    "model.elements": "Ask Baumgarte Body Damper Distance Expression Force Frame GroundMotion Parameter Pulley Rope "
+    "Settings Shape SpringDamper Stabilisation Torque Turn",
     "model.joints": "Custom Cylindrical Direct Fixed Free Initial Planar Prismatic Revolute Screw Spherical Universal",
     "model.resolve": "mechanism",
     "model.system": "System parameters t variable",

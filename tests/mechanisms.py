@@ -25,6 +25,7 @@ from multibody_sym.model.elements import (
     Expression,
     Force,
     Frame,
+    GroundMotion,
     Parameter,
     Pulley,
     Rope,
@@ -67,8 +68,9 @@ def random_case(
     Masses are 1e-3 to 1e3; `extreme` ones 1e-6 to 1e6, with links of no mass at all between bodies that have one.
     """
     rng = np.random.default_rng([seed, rows, 1] if extreme else [seed, rows])
+    motions = np.random.default_rng([seed, rows, 2])
     while True:
-        system = _Builder(rng, int(rng.integers(bodies[0], bodies[1] + 1)), rows, extreme).system()
+        system = _Builder(rng, int(rng.integers(bodies[0], bodies[1] + 1)), rows, extreme, motions).system()
         resolved = mechanism(system)
         if not resolved.speeds or massless_speeds(resolved):
             continue
@@ -148,15 +150,20 @@ def _floats(values: Any) -> list[float]:
 
 @dataclass
 class _Builder:
-    """Draws one system; planar ones move in the x-y plane, where ropes may run over wheels."""
+    """Draws one system; planar ones move in the x-y plane, where ropes may run over wheels.
+
+    `motions` draws what is prescribed, so that the systems in which nothing is do not depend on it.
+    """
 
     rng: Random
     count: int
     constrained: bool
     extreme: bool
+    motions: Random
 
     def __post_init__(self) -> None:
         self.planar = self.rng.random() < (0.5 if self.constrained else 0.25)
+        self.prescribes = bool(self.motions.random() < 0.4)
         self.names = [f"b{k}" for k in range(1, self.count + 1)]
         self.bodies: dict[str, Body] = {"ground": self.ground()}
         self.joints: dict[str, Joint] = {}
@@ -229,7 +236,19 @@ class _Builder:
     # bodies and joints
 
     def ground(self) -> Body:
-        return Body(points={"o": [0, 0, 0], "a": self.vector(), "b": self.vector(2)}, frames={"F": self.frame()})
+        points = {"o": [0, 0, 0], "a": self.vector(), "b": self.vector(2)}
+        return Body(points=points, frames={"F": self.frame()}, motion=self.ground_motion())
+
+    def ground_motion(self) -> GroundMotion | None:
+        if not self.prescribes or self.motions.random() < 0.4:
+            return None
+        turns = [Turn("z" if self.planar else [1, 2, 2], self.motion()) for _ in range(int(self.motions.integers(3)))]
+        return GroundMotion(self.motion(), y=self.motion(), z=0 if self.planar else self.motion(), turn=turns)
+
+    def motion(self) -> str:
+        """Return an expression of t that may prescribe a coordinate; a constant locks it."""
+        a, b, c = np.round(self.motions.uniform(-1, 1, 3), 3)
+        return f"{a}" if self.motions.random() < 0.3 else f"{a} + {b}*sin({c}*t)"
 
     def frame(self) -> Frame:
         axis = (lambda: [0, 0, 1]) if self.planar else (lambda: _floats(np.round(self.rng.normal(size=3), 2) + 0.005))
@@ -267,9 +286,15 @@ class _Builder:
             cls = Fixed if self.rng.random() < 0.03 else self.some([c for c in JOINTS.table.values() if c is not Fixed])
             joint: Joint = cls(parent=self.place(parent), child=self.place(child), **self.fields(cls))
             if issubclass(cls, MovingJoint):
+                joint = replace(joint, motion=self.joint_motion(joint))
                 joint = replace(joint, initial=self.initial(joint))
             if not self.planar or _stays_in_plane(joint):
                 return joint
+
+    def joint_motion(self, joint: Joint) -> list[str | None] | None:
+        if not self.prescribes or self.motions.random() < 0.5:
+            return None
+        return [self.motion() if self.motions.random() < 0.5 else None for _ in joint.steps]
 
     def fields(self, cls: type[Joint]) -> dict[str, Any]:
         """Return values for what a kind of joint has besides its ends, names and start."""

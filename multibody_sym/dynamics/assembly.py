@@ -151,7 +151,7 @@ def _position_items(mechanism: Mechanism) -> list[_Item]:
 def _groups(body: TreeBody) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
     """Return the coordinates that can be held on their own, each with its speeds; a quaternion is held as a whole."""
     groups: list[tuple[tuple[int, ...], tuple[int, ...]]] = []
-    groups += [((i,), (k,)) for i, k in zip(body.q[: len(body.steps)], body.u, strict=False)]
+    groups += [((i,), (k,)) for i, k in zip(body.step_q, body.step_u, strict=True)]
     return [*groups, (body.quaternion, body.u[-3:])] if body.ball else groups
 
 

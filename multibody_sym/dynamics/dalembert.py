@@ -82,9 +82,9 @@ def partial_velocities(motion: Motion) -> list[Partials]:
     """Return each body's partial velocities with respect to all speeds."""
     found: list[Partials] = []
     count = len(motion.state.u)
-    ground = Partials(np.eye(3), np.zeros((3, count)), np.zeros((3, count)))
+    world = Partials(np.eye(3), np.zeros((3, count)), np.zeros((3, count)))
     for index, (body, moved) in enumerate(zip(motion.mechanism.bodies, motion.bodies, strict=True)):
-        parent = found[body.parent] if body.parent >= 0 else ground
+        parent = found[body.parent] if body.parent >= 0 else world
         rotation = _array(motion.rotation(index))
         linear = parent.linear - _skew(parent.rotation @ _array(moved.p_PB)) @ parent.angular
         angular = parent.angular.copy()

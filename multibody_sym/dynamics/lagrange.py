@@ -175,7 +175,7 @@ def turning(mechanism: Mechanism, u: Sequence[Any], momenta: Sequence[Any]) -> l
     """
     terms: list[Any] = []
     for body in mechanism.bodies:
-        terms += [sympy.S.Zero] * len(body.steps)
+        terms += [sympy.S.Zero] * len(body.step_u)
         if body.ball:
             terms += cross([u[k] for k in body.u[-3:]], [momenta[k] for k in body.u[-3:]])
     return terms

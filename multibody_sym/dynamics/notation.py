@@ -80,7 +80,7 @@ def notation_of(
 def _rates(mechanism: Mechanism, symbols: Symbols, spelling: Mapping[Any, Label]) -> dict[Any, Label]:
     """Return the spelling of speeds and accelerations: theta', theta'' where u is the rate of theta."""
     found = {}
-    coordinate_of = {body.u[k]: body.q[k] for body in mechanism.bodies for k in range(len(body.steps))}
+    coordinate_of = {u: q for body in mechanism.bodies for u, q in zip(body.step_u, body.step_q, strict=True)}
     for k, (u, a) in enumerate(zip(symbols.speeds, symbols.accelerations, strict=True)):
         if k in coordinate_of:
             text, latex = spelling[symbols.coordinates[coordinate_of[k]]]

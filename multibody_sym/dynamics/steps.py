@@ -98,8 +98,8 @@ def _shown(mechanism: Mechanism, symbols: Symbols, values: Sequence[Any]) -> lis
     """Return (coordinate, or speed where it is no coordinate's rate; value) by speed."""
     shown: list[Any] = list(symbols.speeds)
     for body in mechanism.bodies:
-        for k in range(len(body.steps)):
-            shown[body.u[k]] = symbols.coordinates[body.q[k]]
+        for u, q in zip(body.step_u, body.step_q, strict=True):
+            shown[u] = symbols.coordinates[q]
     return list(zip(shown, values, strict=True))
 
 

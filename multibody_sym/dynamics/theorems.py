@@ -1,6 +1,6 @@
 """General theorems as self-checks: power, momentum, angular momentum; and what a system conserves.
 
-    dT/dt + dV/dt = power of the forces outside V and of the rows
+    dT/dt + dV/dt = power of the forces outside V, of the rows and of prescribed motion
     d/dt sum m v_C = resultant of the external forces, the ground's reactions included
     d/dt sum (r_C x m v_C + J omega) = their resultant moment about the origin
 
@@ -21,31 +21,32 @@ from multibody_sym.dynamics.forward_dynamics import Accelerations
 from multibody_sym.dynamics.inverse_dynamics import joint_wrenches
 from multibody_sym.dynamics.reactions import acting
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy, split
-from multibody_sym.kinematics.loads import applied, applied_generalized_forces
+from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State, slot_state
-from multibody_sym.kinematics.vectors import Vec, add, apply, cross, scale
-from multibody_sym.kinematics.wrenches import Wrench
-from multibody_sym.model.mechanism import TIME, Mechanism
+from multibody_sym.kinematics.vectors import Vec, add, apply, cross, dot, scale
+from multibody_sym.kinematics.wrenches import Wrench, generalized_forces
+from multibody_sym.model.mechanism import TIME, Load, Mechanism
 from multibody_sym.model.slots import AXES
 from multibody_sym.scalars.derivatives import derivative, gradient, tangents
-from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import ONE, Node, as_node, slot
 
 Floats = npt.NDArray[np.float64]
 
 NEGLIGIBLE: Final = 1e-9
 """Rates below this part of the sum of what could cause them are rounding."""
+_LOADS_TIME: Final = slot("t", 1)
 
 
 @dataclass(frozen=True)
 class Rates:
     """Energies and momenta along any motion, over Nodes in slots and `udot`.
 
-    `kinetic` and `potential`: the terms of dT/dt and of dV/dt at constant t, one for each speed and coordinate; `given`
-    dV/dt from t itself; for each body, in world axes, `momenta` (momentum, angular momentum about the origin) and
-    `changes`, their time derivatives.
+    `kinetic` and `potential`: the terms of dT/dt and of dV/dt, one for each coordinate, each speed and prescribed
+    motion; `given` dV/dt from springs that change in time; for each body, in world axes, `momenta` (momentum, angular
+    momentum about the origin) and `changes`, their time derivatives.
     """
 
     kinetic: list[Node]
@@ -58,21 +59,29 @@ class Rates:
 def rates_of(mechanism: Mechanism) -> Rates:
     """Return the energies' and momenta's derivatives of a mechanism."""
     motion = motion_of(mechanism, slot_state(mechanism))
-    stored, _ = split(mechanism.loads)
+    stored = tuple(_timed(load) for load in split(mechanism.loads)[0])
+    changing = replace(motion.state, slots={**motion.state.slots, _LOADS_TIME: _LOADS_TIME})
     T = as_node(kinetic_energy(motion))
-    V = as_node(potential_energy(replace(motion, mechanism=replace(mechanism, loads=stored))))
+    V = as_node(potential_energy(replace(motion, state=changing, mechanism=replace(mechanism, loads=stored))))
     qdot = [as_node(rate) for rate in coordinate_rates(mechanism, motion.state.q, motion.state.u)]
     udot = [slot("udot", k) for k in range(len(mechanism.speeds))]
-    leaves, rates = [*motion.state.q, *motion.state.u], [*qdot, *udot]
+    leaves, rates = [*motion.state.q, *motion.state.u, TIME], [*qdot, *udot, ONE]
     momenta = [as_node(x) for index in range(len(motion.bodies)) for v in _momenta(motion, index) for x in v]
-    along = {**dict(zip(leaves, rates, strict=True)), TIME: ONE}
+    along = dict(zip(leaves, rates, strict=True))
     return Rates(
         [g * rate for g, rate in zip(gradient(T, leaves), rates, strict=True)],
         [g * rate for g, rate in zip(gradient(V, leaves), rates, strict=True)],
-        derivative(V, TIME),
+        derivative(V, _LOADS_TIME),
         momenta,
         tangents(momenta, along),
     )
+
+
+def _timed(load: Load) -> Load:
+    """Return a load whose expressions call the time by a name of their own, which the kinematics does not know."""
+    nodes = {name: x for name, x in vars(load).items() if isinstance(x, Node)}
+    changed = evaluate(nodes.values(), lambda leaf: _LOADS_TIME if leaf is TIME else leaf)
+    return replace(load, **dict(zip(nodes, changed, strict=True)))
 
 
 def _momenta(motion: Motion, index: int) -> tuple[Vec, Vec]:
@@ -87,9 +96,9 @@ def _momenta(motion: Motion, index: int) -> tuple[Vec, Vec]:
 class Instant:
     """Both sides of the theorems at a state, term by term.
 
-    `energy` the terms of dT/dt + dV/dt at constant t, `given` dV/dt from t itself, `powers` those of the loads outside
-    V and of the rows. First momentum, then angular momentum: `momenta` and `changes` (2 x bodies x 3), and what acts
-    from outside, besides pairs that cancel: `causes` (2 x terms x 3).
+    `energy` the terms of dT/dt + dV/dt but `given`, which is dV/dt from springs that change in time; `powers` those of
+    the loads outside V, of the rows and of prescribed motion. First momentum, then angular momentum: `momenta` and
+    `changes` (2 x bodies x 3), and what acts from outside, besides pairs that cancel: `causes` (2 x terms x 3).
     """
 
     energy: Floats
@@ -104,6 +113,7 @@ def instant_of(mechanism: Mechanism, rates: Rates, state: State, found: Accelera
     """Return both sides of the theorems at a state over floats with its accelerations."""
     motion = motion_of(mechanism, state)
     slots = {**state.slots, **{slot("udot", k): x for k, x in enumerate(found.udot.tolist())}}
+    slots[_LOADS_TIME] = slots[TIME]
     parts = (rates.kinetic, rates.potential, [rates.given], rates.momenta, rates.changes)
     values = np.array(evaluate_float([x for part in parts for x in part], slots), dtype=float)
     kinetic, potential, given, *momenta = np.split(values, np.cumsum([len(part) for part in parts])[:-1])
@@ -159,18 +169,35 @@ def _unbalanced(left: Floats, right: Floats, momenta: Floats | None = None) -> f
 
 
 def _powers(motion: Motion, found: Accelerations) -> Floats:
-    """Return the power of each load outside V and of each row."""
+    """Return the power of each load outside V, of each row, and of each joint's prescribed motion."""
     u = np.array(motion.state.u, dtype=float)
     _, working = split(motion.mechanism.loads)
-    loads = [applied_generalized_forces(motion, applied(motion, [load], weight=False)) for load in working]
-    rows = [np.multiply(row.jacobian, x) for row, x in zip(row_motions(motion), found.multipliers, strict=True)]
-    return np.array([np.array(force, dtype=float) @ u for force in (*loads, *rows)], dtype=float)
+    exerted = [applied(motion, [load], weight=False) for load in working]
+    powers = [_power(motion, forces.of_body) + np.array(forces.of_speed, dtype=float) @ u for forces in exerted]
+    for row, multiplier in zip(row_motions(motion), found.multipliers, strict=True):
+        on_speeds = np.array(row.jacobian, dtype=float) - np.array(generalized_forces(motion, row.of_body), dtype=float)
+        powers.append(multiplier * (_power(motion, row.of_body) + on_speeds @ u))
+    for moved, (force, moment) in zip(motion.bodies, _transmitted(motion, found), strict=True):
+        powers.append(dot(moved.given_linear, force) + dot(moved.given_angular, moment))
+    return np.array(powers, dtype=float)
+
+
+def _power(motion: Motion, of_body: Sequence[Wrench]) -> float:
+    """Return the power of wrenches on the bodies: F . v + M . omega."""
+    pairs = zip(motion.bodies, of_body, strict=True)
+    return float(sum(dot(moved.v_WB, force) + dot(moved.w_WB, moment) for moved, (force, moment) in pairs))
+
+
+def _transmitted(motion: Motion, found: Accelerations) -> list[Wrench]:
+    """Return the wrench of each joint on its child."""
+    given = acting(motion, row_motions(motion), found.multipliers.tolist())
+    return joint_wrenches(motion, found.udot.tolist(), given)
 
 
 def _from_outside(motion: Motion, found: Accelerations) -> Floats:
     """Return the forces on all bodies and their moments about the origin: loads, weight, rows, ground's joints."""
     given = acting(motion, row_motions(motion), found.multipliers.tolist())
-    transmitted = joint_wrenches(motion, found.udot.tolist(), given)
+    transmitted = _transmitted(motion, found)
     on_ground = [k for k, body in enumerate(motion.mechanism.bodies) if body.parent < 0]
     pairs = [*enumerate(given), *((k, transmitted[k]) for k in on_ground)]
     in_world = np.array([_in_world(motion, index, wrench) for index, wrench in pairs], dtype=float)

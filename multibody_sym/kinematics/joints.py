@@ -21,6 +21,7 @@ from multibody_sym.kinematics.vectors import (
     cross,
     product,
     scale,
+    subtract,
 )
 from multibody_sym.scalars.functions import cos, sin
 
@@ -30,14 +31,17 @@ class JointMotion:
     """The motion of M relative to F.
 
     `rotation` R_FM, `position` of M in F's axes; `linear[k]`, `angular[k]`: velocity and angular velocity of M for a
-    unit speed u[k], in M's axes; `turning`: its angular velocity; `linear_bias`, `angular_bias`: its acceleration and
-    angular acceleration relative to F without udot.
+    unit speed u[k], in M's axes; `given_linear`, `given_angular`: what prescribed steps add to them; `turning`: its
+    whole angular velocity; `linear_bias`, `angular_bias`: its acceleration and angular acceleration relative to F
+    without udot.
     """
 
     rotation: Mat = UNIT_MATRIX
     position: Vec = ZERO_VECTOR
     linear: tuple[Vec, ...] = ()
     angular: tuple[Vec, ...] = ()
+    given_linear: Vec = ZERO_VECTOR
+    given_angular: Vec = ZERO_VECTOR
     turning: Vec = ZERO_VECTOR
     linear_bias: Vec = ZERO_VECTOR
     angular_bias: Vec = ZERO_VECTOR
@@ -53,6 +57,7 @@ def translated(before: JointMotion, axis: Vec, q: S, u: S) -> JointMotion:
         position=add(before.position, apply(before.rotation, arm)),
         linear=(*(add(v, cross(w_k, arm)) for v, w_k in zip(before.linear, before.angular, strict=True)), axis),
         angular=(*before.angular, ZERO_VECTOR),
+        given_linear=add(before.given_linear, cross(before.given_angular, arm)),
         linear_bias=add(before.linear_bias, bias),
     )
 
@@ -68,6 +73,8 @@ def rotated(before: JointMotion, rotation: Mat, axes: Sequence[Vec], u: Sequence
         position=before.position,
         linear=(*(apply_transposed(rotation, v) for v in before.linear), *(ZERO_VECTOR for _ in axes)),
         angular=(*(apply_transposed(rotation, w) for w in before.angular), *axes),
+        given_linear=apply_transposed(rotation, before.given_linear),
+        given_angular=apply_transposed(rotation, before.given_angular),
         turning=add(carried, own),
         linear_bias=apply_transposed(rotation, before.linear_bias),
         angular_bias=add(apply_transposed(rotation, before.angular_bias), cross(carried, own)),
@@ -82,6 +89,42 @@ def screwed(before: JointMotion, axis: Vec, lead: S, q: S, u: S) -> JointMotion:
         turned_too,
         linear=(*turned_too.linear[:-2], scale(lead, axis)),
         angular=(*turned_too.angular[:-2], axis),
+    )
+
+
+def prescribed(after: JointMotion, rate: S, acceleration: S) -> JointMotion:
+    """Return the motion where the last step, which has moved at `rate`, is not free but moves so by itself."""
+    (*linear, v), (*angular, w) = after.linear, after.angular
+    return replace(
+        after,
+        linear=tuple(linear),
+        angular=tuple(angular),
+        given_linear=add(after.given_linear, scale(rate, v)),
+        given_angular=add(after.given_angular, scale(rate, w)),
+        linear_bias=add(after.linear_bias, scale(acceleration, v)),
+        angular_bias=add(after.angular_bias, scale(acceleration, w)),
+    )
+
+
+def seen_from(joint: JointMotion, R_BM: Mat, p_BM: Vec) -> JointMotion:
+    """Return the velocities and accelerations of another point of the moving body instead of M, in its axes.
+
+    M stands at p_BM from that point, turned by R_BM.
+    """
+    angular = tuple(apply(R_BM, w) for w in joint.angular)
+    linear = tuple(subtract(apply(R_BM, v), cross(w, p_BM)) for v, w in zip(joint.linear, angular, strict=True))
+    turning, angular_bias = apply(R_BM, joint.turning), apply(R_BM, joint.angular_bias)
+    given_angular = apply(R_BM, joint.given_angular)
+    offset = add(cross(angular_bias, p_BM), cross(turning, cross(turning, p_BM)))
+    return replace(
+        joint,
+        linear=linear,
+        angular=angular,
+        given_linear=subtract(apply(R_BM, joint.given_linear), cross(given_angular, p_BM)),
+        given_angular=given_angular,
+        turning=turning,
+        linear_bias=subtract(apply(R_BM, joint.linear_bias), offset),
+        angular_bias=angular_bias,
     )
 
 

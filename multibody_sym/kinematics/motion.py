@@ -8,10 +8,12 @@ from functools import cached_property
 
 from multibody_sym.kinematics.joints import (
     JointMotion,
+    prescribed,
     quaternion_rates,
     quaternion_rotation,
     rotated,
     screwed,
+    seen_from,
     translated,
     turned,
 )
@@ -32,6 +34,7 @@ from multibody_sym.kinematics.vectors import (
     transpose,
 )
 from multibody_sym.model.bodies import Pose
+from multibody_sym.model.joints import Step
 from multibody_sym.model.mechanism import Marker, Mechanism, TreeBody
 from multibody_sym.scalars.node import Node
 
@@ -41,9 +44,10 @@ class BodyMotion:
     """One body's motion; B is the body, P its parent, W the world. `v_WB` is the velocity of the body's origin,
     `gravity` the acceleration of free fall.
 
-    `linear[k]`, `angular[k]`: partial velocities of the joint's speeds relative to the parent. `linear_bias`,
-    `angular_bias`: what the joint adds to the accelerations besides udot (Coriolis terms, relative accelerations).
-    All in body axes, except `p_PB` (in the parent's).
+    `linear[k]`, `angular[k]`: partial velocities of the joint's speeds relative to the parent; `given_linear`,
+    `given_angular`: what its prescribed motion adds. `linear_bias`, `angular_bias`: what the joint adds to the
+    accelerations besides udot (Coriolis terms, relative accelerations). All in body axes, except `p_PB` (in the
+    parent's).
     """
 
     R_PB: Mat
@@ -52,6 +56,8 @@ class BodyMotion:
     v_WB: Vec
     linear: tuple[Vec, ...]
     angular: tuple[Vec, ...]
+    given_linear: Vec
+    given_angular: Vec
     linear_bias: Vec
     angular_bias: Vec
     gravity: Vec
@@ -86,7 +92,7 @@ class Motion:
         return found
 
     def rotation(self, body: int) -> Mat:
-        """Return R_WB; ground's is the unit matrix."""
+        """Return R_WB; the unit matrix for a ground at rest."""
         return self.poses[body][0] if body >= 0 else UNIT_MATRIX
 
     def point(self, marker: Marker) -> Vec:
@@ -95,82 +101,82 @@ class Motion:
 
 
 def motion_of(mechanism: Mechanism, state: State) -> Motion:
-    """Return the motion of all bodies at a state (forward recursion from ground)."""
+    """Return the motion of all bodies at a state (forward recursion from the world)."""
     moved: list[BodyMotion] = []
     masses = []
-    ground = moving_parent(ZERO_VECTOR, ZERO_VECTOR, _triple(state, mechanism.gravity))
+    world = moving_parent(ZERO_VECTOR, ZERO_VECTOR, _triple(state, mechanism.gravity))
     for body in mechanism.bodies:
-        parent = moved[body.parent] if body.parent >= 0 else ground
+        parent = moved[body.parent] if body.parent >= 0 else world
         moved.append(body_motion(body, parent, state))
         masses.append(body_mass(body, state))
-    return Motion(mechanism, state, tuple(moved), tuple(masses), ground.gravity)
+    return Motion(mechanism, state, tuple(moved), tuple(masses), world.gravity)
 
 
 def moving_parent(w_WB: Vec, v_WB: Vec, gravity: Vec) -> BodyMotion:
     """Return what the motion of a child depends on: its parent's velocities and gravity, in the parent's axes."""
-    return replace(_GROUND, w_WB=w_WB, v_WB=v_WB, gravity=gravity)
+    return replace(_WORLD, w_WB=w_WB, v_WB=v_WB, gravity=gravity)
 
 
 def body_motion(body: TreeBody, parent: BodyMotion, state: State) -> BodyMotion:
     """Return the motion of one body, given that of its parent."""
     u = [state.u[k] for k in body.u]
-    R_PB, p_PB, linear, angular, relative = _relative(body, u, state)
-    w_rel, v_rel = combination(angular, u), combination(linear, u)
+    R_PB, p_PB, joint = _relative(body, u, state)
+    w_rel, v_rel = joint.turning, add(combination(joint.linear, u), joint.given_linear)
     w_parent = apply_transposed(R_PB, parent.w_WB)
-    w_WB = add(w_parent, w_rel)
     v_point = add(parent.v_WB, cross(parent.w_WB, p_PB))
     return BodyMotion(
         R_PB=R_PB,
         p_PB=p_PB,
-        w_WB=w_WB,
+        w_WB=add(w_parent, w_rel),
         v_WB=add(apply_transposed(R_PB, v_point), v_rel),
-        linear=linear,
-        angular=angular,
-        linear_bias=add(_twice(cross(w_parent, v_rel)), relative[0]),
-        angular_bias=add(cross(w_parent, w_rel), relative[1]),
+        linear=joint.linear,
+        angular=joint.angular,
+        given_linear=joint.given_linear,
+        given_angular=joint.given_angular,
+        linear_bias=add(_twice(cross(w_parent, v_rel)), joint.linear_bias),
+        angular_bias=add(cross(w_parent, w_rel), joint.angular_bias),
         gravity=apply_transposed(R_PB, parent.gravity),
     )
 
 
-def _relative(
-    body: TreeBody, u: Sequence[S], state: State
-) -> tuple[Mat, Vec, tuple[Vec, ...], tuple[Vec, ...], tuple[Vec, Vec]]:
-    """Return R_PB, p_PB, B's partial velocities relative to P in B's axes, and the relative accelerations' bias."""
+def _relative(body: TreeBody, u: Sequence[S], state: State) -> tuple[Mat, Vec, JointMotion]:
+    """Return R_PB, p_PB, and the motion of B's origin relative to P in B's axes, as the joint's own is in M's."""
     R_PF, p_PF = pose(state, body.frame_on_parent)
     R_BM, p_BM = pose(state, body.frame_on_body)
     joint = _joint_motion(body, u, state)
     R_PB = product(product(R_PF, joint.rotation), transpose(R_BM))
     p_PB = subtract(add(p_PF, apply(R_PF, joint.position)), apply(R_PB, p_BM))
-    angular = tuple(apply(R_BM, w) for w in joint.angular)
-    linear = tuple(
-        subtract(apply(R_BM, v), cross(w, p_BM)) for v, w in zip(joint.linear, angular, strict=True)
-    )
-    w_rel = apply(R_BM, joint.turning)
-    angular_bias = apply(R_BM, joint.angular_bias)
-    offset = add(cross(angular_bias, p_BM), cross(w_rel, cross(w_rel, p_BM)))
-    return R_PB, p_PB, linear, angular, (subtract(apply(R_BM, joint.linear_bias), offset), angular_bias)
+    return R_PB, p_PB, seen_from(joint, R_BM, p_BM)
 
 
 def _joint_motion(body: TreeBody, u: Sequence[S], state: State) -> JointMotion:
-    moved = JointMotion()
-    for step, k, rate in zip(body.steps, body.q, u, strict=False):
-        axis, q = _triple(state, step.axis), state.q[k]
-        if step.kind == "translate":
-            moved = translated(moved, axis, q, rate)
-        elif step.kind == "rotate":
-            moved = rotated(moved, turned(axis, q), (axis,), (rate,))
+    moved, free = JointMotion(), iter(zip(body.step_q, u, strict=False))
+    for step, given in zip(body.steps, body.given, strict=True):
+        if given is None:
+            k, rate = next(free)
+            moved = _stepped(moved, step, state.q[k], rate, state)
         else:
-            moved = screwed(moved, axis, state.values([step.lead])[0], q, rate)
+            q, rate, acceleration = state.values(given)
+            moved = prescribed(_stepped(moved, step, q, rate, state), rate, acceleration)
     if body.ball:
         rotation = quaternion_rotation([state.q[k] for k in body.quaternion])
         moved = rotated(moved, rotation, UNIT_MATRIX, u[-3:])
     return moved
 
 
+def _stepped(before: JointMotion, step: Step, q: S, rate: S, state: State) -> JointMotion:
+    axis = _triple(state, step.axis)
+    if step.kind == "translate":
+        return translated(before, axis, q, rate)
+    if step.kind == "rotate":
+        return rotated(before, turned(axis, q), (axis,), (rate,))
+    return screwed(before, axis, state.values([step.lead])[0], q, rate)
+
+
 def accelerations(motion: Motion, udot: Sequence[S], base: Vec = ZERO_VECTOR) -> list[tuple[Vec, Vec]]:
     """Return each body's (acceleration of its origin, angular acceleration) in body axes for given udot.
 
-    `base` is ground's acceleration: with -g the result contains the weight (an apparent acceleration).
+    `base` is the world's acceleration: with -g the result contains the weight (an apparent acceleration).
     """
     found: list[tuple[Vec, Vec]] = []
     for body, moved in zip(motion.mechanism.bodies, motion.bodies, strict=True):
@@ -218,7 +224,7 @@ def coordinate_rates(mechanism: Mechanism, q: Sequence[S], u: Sequence[S]) -> li
 
 def joint_rates(body: TreeBody, q: Sequence[S], u: Sequence[S]) -> list[S]:
     """Return the part of qdot = N(q) u that belongs to the joint of `body`; q and u are those of the mechanism."""
-    rates = [u[k] for k in body.u[: len(body.steps)]]
+    rates = [u[k] for k in body.step_u]
     if body.ball:
         rates += quaternion_rates([q[k] for k in body.quaternion], [u[k] for k in body.u[-3:]])
     return rates
@@ -246,6 +252,4 @@ def _twice(a: Vec) -> Vec:
     return add(a, a)
 
 
-_GROUND = BodyMotion(
-    UNIT_MATRIX, ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR, (), (), ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR
-)
+_WORLD = BodyMotion(UNIT_MATRIX, ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR, (), (), *(ZERO_VECTOR,) * 5)

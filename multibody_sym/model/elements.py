@@ -191,11 +191,25 @@ class Frame(Element):
 
 
 @dataclass(frozen=True)
+class GroundMotion(Element):
+    """How ground moves in inertial space: its origin at (x, y, z), then turned (expressions of t and parameters).
+
+    Turns come in order, each about the axes that the ones before have turned.
+    """
+
+    x: Node = holds(Scalar("m"), 0)
+    y: Node = holds(Scalar("m"), 0)
+    z: Node = holds(Scalar("m"), 0)
+    turn: tuple[Turn, ...] = holds(ListOf(Record(Turn)), ())
+
+
+@dataclass(frozen=True)
 class Body(Element):
     """A rigid body, or a particle at `com` where no inertia is given.
 
     `com` and `points` are in body axes from the body's origin; the inertia is about the centre of mass in body axes.
-    A `shape` gives mass, com and inertia instead.
+    A `shape` gives mass, com and inertia instead. `motion` is for the body called ground alone: a lift, a shaker, a
+    turntable. World axes are the inertial ones, in which gravity is given and which ground leaves when it moves.
     """
 
     mass: Node | None = holds(Scalar("kg"), None)
@@ -204,6 +218,7 @@ class Body(Element):
     shape: Shape | None = holds(ShapeSlot(), None)
     points: Mapping[str, Point] = holds(MapOf(Vector("m")), None)
     frames: Mapping[str, Frame] = holds(MapOf(Record(Frame)), None)
+    motion: GroundMotion | None = holds(Record(GroundMotion), None)
     label: str | None = holds(Text(), None)
 
     def __post_init__(self) -> None:

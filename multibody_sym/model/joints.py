@@ -7,7 +7,7 @@ translates along, rotates about, or screws along an axis that the steps before i
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Final
 
 from multibody_sym.errors import ModelError
@@ -18,6 +18,7 @@ from multibody_sym.model.slots import (
     Flag,
     ListOf,
     OneOf,
+    OptionalScalars,
     Record,
     Scalar,
     Scalars,
@@ -32,13 +33,15 @@ from multibody_sym.scalars.node import PI, ZERO, Node
 class Step:
     """An elementary motion by one coordinate: `translate` along, `rotate` about or `screw` along and about `axis`.
 
-    A screw advances by `lead` a radian. `letter` ends the coordinate's name where the joint has several.
+    A screw advances by `lead` a radian. `letter` ends the coordinate's name where the joint has several. With `motion`,
+    an expression of t, it moves as given and has no coordinate.
     """
 
     kind: str
     axis: Point
     letter: str = ""
     lead: Node = ZERO
+    motion: Node | None = None
 
     @property
     def unit(self) -> str:
@@ -62,8 +65,18 @@ class Joint(Element):
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        """The elementary motions, from the parent outward."""
+        """The elementary motions that the kind of joint lets happen, from the parent outward."""
         return ()
+
+    @property
+    def moves(self) -> tuple[Step, ...]:
+        """The elementary motions, those with a prescribed motion moving by it."""
+        return self.steps
+
+    @property
+    def free_steps(self) -> tuple[Step, ...]:
+        """The elementary motions that have a coordinate."""
+        return tuple(step for step in self.moves if step.motion is None)
 
     @property
     def ball(self) -> bool:
@@ -73,29 +86,30 @@ class Joint(Element):
     @property
     def coordinate_suffixes(self) -> tuple[str, ...]:
         """What follows the joint's name in the default names of its coordinates."""
-        letters = [step.letter for step in self.steps] + [*(_BALL_COORDINATES if self.ball else ())]
-        return tuple(f"_{letter}" for letter in letters) if len(letters) > 1 else ("",) * len(letters)
+        letters = [step.letter for step in self.free_steps] + [*(_BALL_COORDINATES if self.ball else ())]
+        return tuple(f"_{letter}" for letter in letters) if self.ball or len(self.steps) > 1 else ("",) * len(letters)
 
     @property
     def speed_suffixes(self) -> tuple[str | None, ...]:
         """What follows the joint's name in the names of its speeds; None where a speed is a coordinate's rate."""
         ball = tuple(f"_{letter}" for letter in _BALL_SPEEDS) if self.ball else ()
-        return (*(None for _ in self.steps), *ball)
+        return (*(None for _ in self.free_steps), *ball)
 
     @property
     def coordinate_units(self) -> tuple[str, ...]:
         """The units of the coordinates."""
-        return (*(step.unit for step in self.steps), *("" for _ in (_BALL_COORDINATES if self.ball else ())))
+        return (*(step.unit for step in self.free_steps), *("" for _ in (_BALL_COORDINATES if self.ball else ())))
 
     @property
     def speed_units(self) -> tuple[str, ...]:
         """The units of the speeds."""
-        return (*(f"{step.unit}/s" for step in self.steps), *("rad/s" for _ in (_BALL_SPEEDS if self.ball else ())))
+        ball = ("rad/s",) * len(_BALL_SPEEDS) if self.ball else ()
+        return (*(f"{step.unit}/s" for step in self.free_steps), *ball)
 
     @property
     def zero_coordinates(self) -> tuple[int, ...]:
         """The coordinates at which both frames coincide."""
-        return (*(0 for _ in self.steps), *((1, 0, 0, 0) if self.ball else ()))
+        return (*(0 for _ in self.free_steps), *((1, 0, 0, 0) if self.ball else ()))
 
 
 @dataclass(frozen=True)
@@ -109,23 +123,55 @@ class Initial(Element):
 
 @dataclass(frozen=True)
 class MovingJoint(Joint):
-    """A joint with freedom: names and initial values of its coordinates."""
+    """A joint with freedom: names and initial values of its coordinates.
+
+    `motion` prescribes how it moves: an expression of t and parameters, or a list of one for each translation and
+    rotation in turn, in which null (None) leaves that one free. What is prescribed has no coordinate; its drive shows
+    in the joint's reaction.
+    """
 
     q: tuple[str, ...] | None = holds(ListOf(Text(), least=1), None)
+    motion: tuple[Node | None, ...] | None = holds(OptionalScalars(), None)
     initial: Initial | None = holds(Record(Initial), None)
     label: str | None = holds(Text(), None)
 
+    @property
+    def moves(self) -> tuple[Step, ...]:
+        if self.motion is None:
+            return self.steps
+        return tuple(replace(step, motion=given) for step, given in zip(self.steps, self.motion, strict=True))
+
     def verify(self) -> None:
+        self._verify_motion()
         coordinates, speeds = len(self.coordinate_units), len(self.speed_units)
         if self.q is not None and len(self.q) != coordinates:
-            raise ModelError(f"a {self.kind} joint has {coordinates} coordinates, q names {len(self.q)}")
+            raise ModelError(f"{self._named} has {coordinates} coordinates, q names {len(self.q)}")
         if self.initial is None:
             return
         for name, wanted in (("q", coordinates), ("u", speeds)):
             given = getattr(self.initial, name)
             if given is not None and len(given) != wanted:
                 with at("initial", name):
-                    raise ModelError(f"a {self.kind} joint needs {wanted} initial values here, got {len(given)}")
+                    raise ModelError(f"{self._named} needs {wanted} initial values here, got {len(given)}")
+
+    @property
+    def _named(self) -> str:
+        return f"a {self.kind} joint" + (" whose motion is prescribed" if self.motion is not None else "")
+
+    def _verify_motion(self) -> None:
+        """Raise ModelError unless `motion` has an entry for each step."""
+        if self.motion is None or len(self.motion) == len(self.steps):
+            return
+        with at("motion"):
+            if self.ball:
+                raise ModelError(
+                    f"the rotation of a {self.kind} joint is a quaternion, which cannot be prescribed; choose three "
+                    "angles instead (angles: xyz)"
+                )
+            raise ModelError(
+                f"a {self.kind} joint moves by {len(self.steps)} translations and rotations: give a motion or null for "
+                f"each, got {len(self.motion)}"
+            )
 
 
 @dataclass(frozen=True)

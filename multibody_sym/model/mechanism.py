@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 from multibody_sym.errors import ModelError
@@ -14,7 +15,8 @@ from multibody_sym.model.bodies import GROUND, Mass, Pose
 from multibody_sym.model.elements import Point
 from multibody_sym.model.joints import Step
 from multibody_sym.model.slots import suggestion
-from multibody_sym.scalars.node import Node, slot
+from multibody_sym.scalars.derivatives import derivative
+from multibody_sym.scalars.node import ZERO, Node, slot
 
 TIME: Final = slot("t", 0)
 COMPONENTS: Final = ("fx", "fy", "fz", "mx", "my", "mz")
@@ -46,7 +48,7 @@ class Speed:
 
 @dataclass(frozen=True)
 class Marker:
-    """A pose fixed on a body; body -1 is ground."""
+    """A pose fixed on a body; body -1 is a ground at rest."""
 
     name: str
     body: int
@@ -58,7 +60,8 @@ class TreeBody:
     """A body and the joint that carries it: frame F on the parent, frame M on the body, coinciding at zero coordinates.
 
     The joint moves by `steps` (unit axes), then freely about M's origin if it is a `ball`. `q` and `u` are the places
-    of its coordinates and speeds among those of the mechanism.
+    of its coordinates and speeds among those of the mechanism. A ground that moves is such a body too, joined to the
+    world by prescribed steps.
     """
 
     name: str
@@ -76,6 +79,33 @@ class TreeBody:
     def quaternion(self) -> tuple[int, ...]:
         """The positions of the unit quaternion, if there is one, in the mechanism's coordinates."""
         return self.q[-4:] if self.ball else ()
+
+    @property
+    def step_q(self) -> tuple[int, ...]:
+        """The positions of the coordinates of its steps; those of prescribed ones are missing."""
+        return self.q[:-4] if self.ball else self.q
+
+    @property
+    def step_u(self) -> tuple[int, ...]:
+        """The positions of their rates among the speeds."""
+        return self.u[:-3] if self.ball else self.u
+
+    @cached_property
+    def given(self) -> tuple[tuple[Node, Node, Node] | None, ...]:
+        """For each step, if it is prescribed, what its coordinate would be, its rate and the rate of that."""
+        found: list[tuple[Node, Node, Node] | None] = []
+        for step in self.steps:
+            if step.motion is None:
+                found.append(None)
+            else:
+                rate = derivative(step.motion, TIME)
+                found.append((step.motion, rate, derivative(rate, TIME)))
+        return tuple(found)
+
+    @property
+    def driven(self) -> bool:
+        """Whether a prescribed step moves, so that its drive does work."""
+        return any(given is not None and given[1] is not ZERO for given in self.given)
 
 
 # --- loads ---------------------------------------------------------------------------------------------------------
@@ -212,11 +242,16 @@ class Mechanism:
     rows: tuple[Row, ...]
     symbols: Mapping[Node, Node]
 
+    @property
+    def drives(self) -> tuple[str, ...]:
+        """The joints (and ground) that move as prescribed, and so do work on the system."""
+        return tuple(body.joint_name for body in self.bodies if body.driven)
+
     def body_index(self, name: str) -> int:
-        """Return the position of a body in tree order; ground is -1. Raises ModelError for an unknown name."""
-        if name == GROUND:
-            return -1
+        """Return the position of a body in tree order; ground at rest is -1. Raises ModelError for an unknown name."""
         for index, body in enumerate(self.bodies):
             if body.name == name:
                 return index
+        if name == GROUND:
+            return -1
         raise ModelError(f"no body is called {name!r}{suggestion(name, [b.name for b in self.bodies])}")

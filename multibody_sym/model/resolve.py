@@ -9,7 +9,7 @@ from typing import Any, Final
 from multibody_sym.errors import ExpressionError, ModelError
 from multibody_sym.expressions.quantities import QUANTITIES
 from multibody_sym.expressions.units import Dimension, dimension_of
-from multibody_sym.model.bodies import GROUND, ORIGIN, Pose, mass_of, pose_of, unit_vector
+from multibody_sym.model.bodies import GROUND, IDENTITY, ORIGIN, Pose, mass_of, pose_of, unit_vector
 from multibody_sym.model.elements import (
     Body,
     Damper,
@@ -20,7 +20,7 @@ from multibody_sym.model.elements import (
     SpringDamper,
     Torque,
 )
-from multibody_sym.model.joints import Joint, MovingJoint
+from multibody_sym.model.joints import Joint, MovingJoint, Step
 from multibody_sym.model.mechanism import (
     COMPONENTS,
     TIME,
@@ -70,7 +70,7 @@ def mechanism(system: System) -> Mechanism:
 
     resolved = in_slots(system)
     resolver = _Resolver(resolved, _body_numbers(joints, system.bodies), slots)
-    bodies = resolver.bodies([(name, resolved.joints[name]) for name, _ in joints])
+    bodies = (*resolver.ground(), *resolver.bodies([(name, resolved.joints[name]) for name, _ in joints]))
     return Mechanism(
         name=system.name,
         gravity=resolved.gravity,
@@ -171,8 +171,18 @@ def _verify_all_joined(system: System, carrier: Mapping[str, str], order: list[s
 
 
 def _body_numbers(joints: Iterable[tuple[str, Joint]], bodies: Mapping[str, Body]) -> dict[str, int]:
-    carried = [_body_part(joint.child, bodies)[0] for _, joint in joints]
-    return {GROUND: -1, **{name: number for number, name in enumerate(carried)}}
+    """Return the places of the bodies in tree order; a moving ground comes first."""
+    names = [GROUND, *(_body_part(joint.child, bodies)[0] for _, joint in joints)]
+    return {name: number for number, name in enumerate(names, 0 if _moves(bodies) else -1)}
+
+
+def _moves(bodies: Mapping[str, Body]) -> bool:
+    """Return whether ground moves. Raises ModelError for a motion of another body, or a joint's name that it takes."""
+    for name, body in bodies.items():
+        if body.motion is not None and name != GROUND:
+            with at("bodies", name, "motion"):
+                raise ModelError("only ground moves by itself; prescribe the motion of the joint that carries the body")
+    return GROUND in bodies and bodies[GROUND].motion is not None
 
 
 # --- names ---------------------------------------------------------------------------------------------------------
@@ -248,6 +258,7 @@ def _slots(system: System, coordinates: Iterable[Coordinate], speeds: Iterable[S
 
 # --- what expressions may say --------------------------------------------------------------------------------------
 
+_MOTION: Final = "motion"
 _ONLY_PARAMETERS: Final = ("a parameter",)
 _MAY_NAME: Final[Mapping[str, tuple[str, ...]]] = {
     "forces": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
@@ -256,6 +267,7 @@ _MAY_NAME: Final[Mapping[str, tuple[str, ...]]] = {
     "outputs": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
     "stop": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
     "ask": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
+    _MOTION: ("a parameter", "the time"),
 }
 _MAY_ASK: Final = ("outputs", "stop", "ask")
 
@@ -265,7 +277,7 @@ def _verify_expressions(system: System, names: Mapping[str, str]) -> None:
     vocabulary = _vocabulary(system)
     for path, node, unit in expressions(system):
         try:
-            _verify_leaves(node, path[0], names)
+            _verify_leaves(node, _MOTION if path[2:3] == (_MOTION,) else path[0], names)
             for leaf in leaves([node], "quantity"):
                 _verify_quantity(leaf, path[0], vocabulary)
             _verify_dimension(node, unit, dimensions)
@@ -288,7 +300,7 @@ def _vocabulary(system: System) -> dict[str, list[str]]:
     return {
         "point": [*bodies, *(f"{name}.{part}" for name, b in bodies.items() for part in (*b.points, *b.frames))],
         "body": list(bodies),
-        "joint": list(system.joints),
+        "joint": [*system.joints, *([GROUND] if _moves(system.bodies) else ())],
         "rope": [name for name, c in system.constraints.items() if isinstance(c, (Rope, Distance))],
         "constraint": list(system.constraints),
         "axis": list(AXES),
@@ -368,6 +380,20 @@ class _Resolver:
                 made[reference] = self.marker(reference)
         return made
 
+    def ground(self) -> tuple[TreeBody, ...]:
+        """Return a ground that moves as a body on prescribed steps."""
+        body = self.system.bodies.get(GROUND, _BARE)
+        if body.motion is None:
+            return ()
+        if GROUND in self.system.joints:
+            raise ModelError("ground moves, and its own drive is called 'ground'; give the joint another name").under(
+                "joints"
+            )
+        places = zip(IDENTITY, (body.motion.x, body.motion.y, body.motion.z), strict=True)
+        moves = [Step("translate", axis, motion=place) for axis, place in places if place is not ZERO]
+        turns = [Step("rotate", unit_vector(turn.axis), motion=turn.angle) for turn in body.motion.turn]
+        return (TreeBody(GROUND, -1, GROUND, (*moves, *turns), False, Pose(), Pose(), mass_of(body), (), ()),)
+
     def bodies(self, joints: list[tuple[str, Joint]]) -> tuple[TreeBody, ...]:
         made, q, u = [], 0, 0
         for name, joint in joints:
@@ -376,7 +402,7 @@ class _Resolver:
                 on_parent = self.marker(joint.parent)
             with at("joints", name, "child"):
                 on_body = self.marker(joint.child)
-            steps = tuple(replace(step, axis=unit_vector(step.axis)) for step in joint.steps)
+            steps = tuple(replace(step, axis=unit_vector(step.axis)) for step in joint.moves)
             mass = mass_of(self.system.bodies[child])
             nq, nu = len(joint.coordinate_units), len(joint.speed_units)
             numbers = tuple(range(q, q + nq)), tuple(range(u, u + nu))

@@ -18,6 +18,7 @@ from multibody_sym.scalars.node import ONE, ZERO, Node, negate
 
 AXES = ("x", "y", "z")
 _SHOWN = 60
+_NOTHING = "null"
 
 
 class Slot(Protocol):
@@ -179,6 +180,21 @@ class Scalars:
 
     def tree(self, value: tuple[Node, ...]) -> Any:
         return text(value[0]) if len(value) == 1 else [text(component) for component in value]
+
+
+@dataclass(frozen=True)
+class OptionalScalars:
+    """One number or expression, or a list in which `null` (None) leaves a place out; held as a tuple."""
+
+    unit: str | None = None
+
+    def accept(self, value: Any) -> tuple[Node | None, ...]:
+        items = value if isinstance(value, (list, tuple)) else (value,)
+        return tuple(None if x in (None, "", _NOTHING) else _item(i, x, Scalar(self.unit)) for i, x in enumerate(items))
+
+    def tree(self, value: tuple[Node | None, ...]) -> Any:
+        written = [_NOTHING if x is None else text(x) for x in value]
+        return written[0] if len(written) == 1 else written
 
 
 @dataclass(frozen=True)

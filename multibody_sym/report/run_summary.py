@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from multibody_sym.simulation.samples import mechanism_units
-from multibody_sym.simulation.trajectory import Trajectory
+from multibody_sym.simulation.trajectory import Trajectory, largest_change
 
 _MOST: Final = 20
 
@@ -41,7 +41,10 @@ def _end(run: Trajectory) -> list[str]:
 def _energy(run: Trajectory) -> list[str]:
     if len(run) == 0:
         return []
-    return [f"total energy {run.energy[0]:.6g} J at the start; it changed by at most {run.drift['energy']:.2g} J"]
+    changed = f"it changed by at most {largest_change(run.energy):.2g} J"
+    drives = ", ".join(run.ready.mechanism.drives)
+    by = f", the work of prescribed motion ({drives}) included" if drives else ""
+    return [f"total energy {run.energy[0]:.6g} J at the start; {changed}{by}"]
 
 
 def _constraints(run: Trajectory) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -49,7 +49,7 @@ def integrate(
     `on_chunk` is called about ten times a second with the samples that are new (perhaps none), for a progress bar or
     to write them. `loop` is the one that fits `problem.compiled` unless another is given.
     """
-    run = loop or (native_loop if problem.compiled.backend == "c" else python_loop)
+    run = loop or _loop_for(problem)
     times, samples = problem.times(), np.empty((problem.samples, len(problem.x0)))
     progress = Progress(0, problem.t0, problem.x0, Statistics(), None)
     try:
@@ -67,6 +67,17 @@ def integrate(
 
 def _stopped(events: tuple[Event, ...]) -> bool:
     return bool(events) and events[-1].terminal
+
+
+def _loop_for(problem: Problem) -> Loop:
+    if not len(problem.x0):
+        return _nothing_to_integrate
+    return native_loop if problem.compiled.backend == "c" else python_loop
+
+
+def _nothing_to_integrate(problem: Problem, samples: Floats) -> Iterator[Progress]:
+    """Pass all samples of a system that has no state, as every motion in it is prescribed."""
+    yield Progress(len(samples), problem.t_end, problem.x0, Statistics(), None)
 
 
 def _chunk(problem: Problem, times: Floats, samples: Floats, before: Progress, latest: Progress) -> Chunk:

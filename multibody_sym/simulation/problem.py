@@ -58,10 +58,10 @@ def problem_of(ready: Runnable, settings: RunSettings) -> Problem:
 
 def _verify_size(ready: Runnable, settings: RunSettings) -> None:
     width = len(ready.q0) + len(ready.u0)
-    if width == 0:
+    if width == 0 and not ready.mechanism.drives:
         raise ModelError("nothing can move: no joint has freedom").under("joints")
     with at("simulation"):
-        most = _MOST_NUMBERS // width
+        most = _MOST_NUMBERS // max(width, 1)
         if settings.samples > most:
             raise ModelError(f"{settings.samples} samples are too many; at most {most}").under("samples")
         if settings.step is not None and settings.t_end / settings.step > _MOST_STEPS:

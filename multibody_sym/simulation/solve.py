@@ -52,9 +52,8 @@ def acceleration_names(resolved: Mechanism) -> list[str]:
     """Return a name for each acceleration: the coordinate's of which it is the second derivative, else the speed's."""
     names = [speed.name for speed in resolved.speeds]
     for body in resolved.bodies:
-        for q, u in zip(body.q, body.u, strict=False):
-            if q not in body.quaternion:
-                names[u] = resolved.coordinates[q].name
+        for q, u in zip(body.step_q, body.step_u, strict=True):
+            names[u] = resolved.coordinates[q].name
     return names
 
 

@@ -66,13 +66,14 @@ class Trajectory(Samples):
         """How far the integrated state went astray.
 
         `position`, `velocity`: largest |phi| and |phidot|; `quaternion`: largest deviation of a length from 1 before it
-        was normalised; `energy`: largest change of T + V in J, an error only where nothing drives or brakes the system.
+        was normalised; `energy`: largest change of T + V in J, an error only where forces outside V do no work; nan
+        where prescribed motion does, as T + V then tells nothing about the integration.
         """
         statistics = self.integration.statistics
         return {
             "position": statistics.drift_position,
             "velocity": statistics.drift_velocity,
-            "energy": _largest_change(self.energy),
+            "energy": math.nan if self.ready.mechanism.drives else largest_change(self.energy),
             "quaternion": statistics.quaternion_deviation,
         }
 
@@ -123,7 +124,8 @@ class Trajectory(Samples):
         return figure
 
 
-def _largest_change(values: Floats) -> float:
+def largest_change(values: Floats) -> float:
+    """Return how far values (m,) go from the first."""
     return float(np.max(np.abs(values - values[0]))) if len(values) else 0.0
 
 

@@ -67,7 +67,9 @@ def reaction_in_world(case, motion, index, components) -> np.ndarray:
     body = case.mechanism.bodies[index]
     R_WP = np.array(motion.rotation(body.parent), dtype=float)
     R = R_WP @ np.array(pose(motion.state, body.frame_on_parent)[0], dtype=float)
-    point = np.array(position(motion, case.mechanism.markers[case.system.joints[body.joint_name].child]), dtype=float)
+    joint = case.system.joints.get(body.joint_name)
+    child = case.mechanism.markers[joint.child if joint else body.name]
+    point = np.array(position(motion, child), dtype=float)
     force = R @ [components[name] for name in ("fx", "fy", "fz")]
     moment = R @ [components[name] for name in ("mx", "my", "mz")]
     return np.concatenate([force, moment + np.cross(point, force)])

@@ -55,11 +55,13 @@ def test_multiplier_is_the_force_that_the_wrenches_exert(seed: int) -> None:
 def test_tension_pulls_the_ends_of_a_rod_together() -> None:
     for seed in SEEDS:
         case = random_case(seed, bodies=(2, 5), rows=True)
-        motion = case.motion(*random_state(np.random.default_rng(seed), case))
+        t, q, u = random_state(np.random.default_rng(seed), case)
+        motion, given = case.motion(t, q, u), case.motion(t, q, [0.0] * len(u))
         for row, found in zip(case.mechanism.rows, row_motions(motion), strict=True):
             if isinstance(row, DistanceRow):
                 apart = np.subtract(position(motion, row.ends[1]), position(motion, row.ends[0]))
-                closing = np.subtract(velocity(motion, row.ends[0]), velocity(motion, row.ends[1]))
+                parting = [np.subtract(velocity(m, row.ends[1]), velocity(m, row.ends[0])) for m in (motion, given)]
+                closing = parting[1] - parting[0]
                 power = np.array(found.jacobian, dtype=float) @ np.array(motion.state.u)
                 assert power == pytest.approx(closing @ apart / np.linalg.norm(apart), abs=1e-10)
 
