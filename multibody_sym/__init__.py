@@ -78,6 +78,9 @@ if TYPE_CHECKING:
     from multibody_sym.simulation.solution import Solution as Solution
     from multibody_sym.simulation.solve import solve as solve
     from multibody_sym.simulation.trajectory import Trajectory as Trajectory
+    from multibody_sym.simulation.tree_functions import hybrid_dynamics as hybrid_dynamics
+    from multibody_sym.simulation.tree_functions import inverse_dynamics as inverse_dynamics
+    from multibody_sym.simulation.tree_functions import mass_matrix as mass_matrix
 
 _NAMES = {
     "cli.version": "__version__",
@@ -100,6 +103,7 @@ _NAMES = {
     "simulation.solution": "Solution",
     "simulation.solve": "solve",
     "simulation.trajectory": "Trajectory",
+    "simulation.tree_functions": "hybrid_dynamics inverse_dynamics mass_matrix",
 }
 _MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}
 

@@ -24,7 +24,7 @@ def programs(mechanism: Mechanism, formalism: Formalism) -> Programs:
     derivative = state_derivative(mechanism, dynamics)
     constrained = bool(mechanism.rows)
     return Programs(
-        inputs=_inputs(mechanism),
+        inputs=inputs_program(mechanism),
         state_derivative=derivative,
         project_position=_project_position(mechanism, dynamics) if constrained else None,
         project_velocity=_project_velocity(mechanism, dynamics) if constrained else None,
@@ -129,7 +129,8 @@ def _normalize(mechanism: Mechanism) -> Program | None:
     return trace.finish({"q": ((len(q),), q), "deviation": ((), [deviation])})
 
 
-def _inputs(mechanism: Mechanism) -> Program:
+def inputs_program(mechanism: Mechanism) -> Program:
+    """Return (t, q, u, parameters) -> inputs (nw,), from their declared expressions."""
     trace = Trace("inputs", arrays(mechanism)[:4])
     values = list(mechanism.inputs.values())
     return trace.finish({"inputs": ((len(values),), values)})

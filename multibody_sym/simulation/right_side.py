@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from multibody_sym.dynamics.start import parameter_values
-from multibody_sym.errors import InputError
-from multibody_sym.model.slots import suggestion
 from multibody_sym.model.system import System
 from multibody_sym.runtime.loading import Backend
+from multibody_sym.simulation.arguments import Arguments, Floats, Values, vector
 from multibody_sym.simulation.runnable import Runnable, runnable
 from multibody_sym.simulation.settings import run_settings
-
-Floats = NDArray[np.float64]
+from multibody_sym.simulation.tree_functions import TreeFunction, TreeQuestion, tree_function
 
 
 @dataclass(frozen=True)
@@ -41,7 +37,7 @@ class RightSide:
     """
 
     ready: Runnable
-    parameters: Floats
+    arguments: Arguments
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -54,63 +50,40 @@ class RightSide:
         """The start (nq + nu,)."""
         return np.concatenate([self.ready.q0, self.ready.u0])
 
-    def __call__(
-        self,
-        t: float,
-        x: ArrayLike,
-        parameters: Mapping[str, float] | ArrayLike | None = None,
-        inputs: Mapping[str, float] | ArrayLike | None = None,
-    ) -> Floats:
+    def __call__(self, t: float, x: ArrayLike, parameters: Values = None, inputs: Values = None) -> Floats:
         """Return x' at time t.
 
         `parameters`: values by name in place of the system's, which other parameters that depend on them follow, or all
         of them as a vector; `inputs`: likewise, in place of what the system declares.
         Raises InputError for an unknown name or a wrong length.
         """
-        state, coordinates = np.asarray(x, dtype=float), len(self.ready.mechanism.coordinates)
-        if state.shape != (len(self.names),):
-            raise InputError(f"x has the shape {state.shape}, not ({len(self.names)},)")
-        given = (t, state[:coordinates], state[coordinates:], self._parameter_vector(parameters))
-        forced = self._input_vector(inputs, given)
-        qdot, udot, *_ = self.ready.compiled["state_derivative"](*given, forced, np.empty(0))
+        state, coordinates = vector("x", x, len(self.names)), len(self.ready.mechanism.coordinates)
+        given = self.arguments.complete(t, state[:coordinates], state[coordinates:], parameters, inputs)
+        qdot, udot, *_ = self.ready.compiled["state_derivative"](*given)
         return np.concatenate([qdot, udot])
 
-    def _parameter_vector(self, given: Mapping[str, float] | ArrayLike | None) -> Floats:
-        if given is None:
-            return self.parameters
-        if not isinstance(given, Mapping):
-            return _whole("parameters", [p.name for p in self.ready.mechanism.parameters], given)
-        values = np.array(parameter_values(self.ready.mechanism, given))
-        undeclared = [k for k, entry in enumerate(self.ready.mechanism.parameters) if entry.value is None]
-        values[undeclared] = self.parameters[undeclared]
-        return values
 
-    def _input_vector(self, given: Mapping[str, float] | ArrayLike | None, state: tuple[Any, ...]) -> Floats:
-        names = list(self.ready.mechanism.inputs)
-        if given is not None and not isinstance(given, Mapping):
-            return _whole("inputs", names, given)
-        values, = self.ready.compiled["inputs"](*state)
-        for name, value in (given or {}).items():
-            if name not in names:
-                raise InputError(f"there is no input {name!r}{suggestion(name, names)}")
-            values[names.index(name)] = value
-        return values
+@overload
+def compile(wanted: StateDerivative, *, native: bool = False, backend: Backend | None = None) -> RightSide: ...
 
 
-def _whole(kind: str, names: list[str], given: ArrayLike) -> Floats:
-    vector = np.asarray(given, dtype=float)
-    if vector.shape != (len(names),):
-        raise InputError(f"there are {len(names)} {kind} ({', '.join(names)}), got the shape {vector.shape}")
-    return vector
+@overload
+def compile(wanted: TreeQuestion, *, native: bool = False, backend: Backend | None = None) -> TreeFunction: ...
 
 
-def compile(derivative: StateDerivative, *, native: bool = False, backend: Backend | None = None) -> RightSide:
-    """Return a state derivative as a compiled function; `native` and `backend` as for `simulate`.
+def compile(
+    wanted: StateDerivative | TreeQuestion, *, native: bool = False, backend: Backend | None = None
+) -> RightSide | TreeFunction:
+    """Return a state derivative, inverse or hybrid dynamics or a mass matrix as a compiled function.
 
-    Raises InputError for what the model contradicts, and NoSolutionError where no start satisfies the constraints.
+    `native` and `backend` as for `simulate`. Raises InputError for what the model contradicts, and NoSolutionError
+    where no start satisfies the constraints of a state derivative.
     """
-    ready = runnable(derivative.system, derivative.formalism, native=native, backend=backend)
+    if not isinstance(wanted, StateDerivative):
+        return tree_function(wanted, native=native, backend=backend)
+    ready = runnable(wanted.system, wanted.formalism, native=native, backend=backend)
     asked = run_settings(ready.system.simulation, ready.parameter_values).baumgarte
-    if not ready.mechanism.rows or asked is None:
-        return RightSide(ready, ready.parameters)
-    return RightSide(ready, np.array([*ready.parameters[:-2], asked.alpha or 0.0, asked.beta or 0.0]))
+    values = ready.parameters
+    if ready.mechanism.rows and asked is not None:
+        values = np.array([*values[:-2], asked.alpha or 0.0, asked.beta or 0.0])
+    return RightSide(ready, Arguments(ready.mechanism, ready.compiled, values))

@@ -1,0 +1,75 @@
+"""What a user hands to a compiled function, completed to what its Program takes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from multibody_sym.dynamics.start import parameter_values
+from multibody_sym.errors import InputError
+from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.slots import suggestion
+from multibody_sym.runtime.loading import Compiled
+
+Floats = NDArray[np.float64]
+Values = Mapping[str, float] | ArrayLike | None
+"""Values by name in place of the system's, all of them as a vector, or None for the system's."""
+
+
+@dataclass(frozen=True, eq=False)
+class Arguments:
+    """The mechanism, its compiled Programs (`inputs` among them) and the parameter vector (np,) used by default."""
+
+    mechanism: Mechanism
+    compiled: Compiled
+    parameters: Floats
+
+    def complete(
+        self, t: float, q: ArrayLike, u: ArrayLike, parameters: Values, inputs: Values
+    ) -> tuple[float, Floats, Floats, Floats, Floats, Floats]:
+        """Return t, q, u, parameters, inputs, modes; parameters that depend on given ones follow them.
+
+        Raises InputError for an unknown name or a wrong length.
+        """
+        values = self._parameter_vector(parameters)
+        state = vector("q", q, len(self.mechanism.coordinates)), vector("u", u, len(self.mechanism.speeds))
+        return t, *state, values, self._input_vector(inputs, (t, *state, values)), np.empty(0)
+
+    def _parameter_vector(self, given: Values) -> Floats:
+        if given is None:
+            return self.parameters
+        if not isinstance(given, Mapping):
+            return _whole("parameters", [p.name for p in self.mechanism.parameters], given)
+        values = np.array(parameter_values(self.mechanism, given))
+        undeclared = [k for k, entry in enumerate(self.mechanism.parameters) if entry.value is None]
+        values[undeclared] = self.parameters[undeclared]
+        return values
+
+    def _input_vector(self, given: Values, state: tuple[float, Floats, Floats, Floats]) -> Floats:
+        names = list(self.mechanism.inputs)
+        if given is not None and not isinstance(given, Mapping):
+            return _whole("inputs", names, given)
+        (values,) = self.compiled["inputs"](*state)
+        for name, value in (given or {}).items():
+            if name not in names:
+                raise InputError(f"there is no input {name!r}{suggestion(name, names)}")
+            values[names.index(name)] = value
+        return values
+
+
+def vector(name: str, given: ArrayLike, size: int) -> Floats:
+    """Return an argument as a vector of a size; raises InputError."""
+    values = np.asarray(given, dtype=float)
+    if values.shape != (size,):
+        raise InputError(f"{name} has the shape {values.shape}, not ({size},)")
+    return values
+
+
+def _whole(kind: str, names: list[str], given: ArrayLike) -> Floats:
+    values = np.asarray(given, dtype=float)
+    if values.shape != (len(names),):
+        raise InputError(f"there are {len(names)} {kind} ({', '.join(names)}), got the shape {values.shape}")
+    return values

@@ -1,0 +1,124 @@
+"""Mass matrix, inverse and hybrid dynamics as compiled functions of the state."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from multibody_sym.dynamics.programs import inputs_program
+from multibody_sym.dynamics.start import parameter_values
+from multibody_sym.dynamics.tree_programs import hybrid_dynamics_program, inverse_dynamics_program, mass_matrix_program
+from multibody_sym.errors import InputError
+from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.resolve import mechanism
+from multibody_sym.model.slots import suggestion
+from multibody_sym.model.system import System
+from multibody_sym.program.program import Program
+from multibody_sym.runtime.loading import Backend, load
+from multibody_sym.simulation.arguments import Arguments, Floats, Values, vector
+
+
+@dataclass(frozen=True)
+class MassMatrix:
+    """What is to be compiled: the mass matrix of a system."""
+
+    system: System
+
+    def program(self, resolved: Mechanism) -> Program:
+        """Return the Program."""
+        return mass_matrix_program(resolved)
+
+
+@dataclass(frozen=True)
+class InverseDynamics:
+    """What is to be compiled: the forces that given accelerations of all joints need."""
+
+    system: System
+
+    def program(self, resolved: Mechanism) -> Program:
+        """Return the Program."""
+        return inverse_dynamics_program(resolved)
+
+
+@dataclass(frozen=True)
+class HybridDynamics:
+    """What is to be compiled: accelerations of free joints, and forces of joints with `given` accelerations."""
+
+    system: System
+    given: tuple[str, ...]
+
+    def program(self, resolved: Mechanism) -> Program:
+        """Return the Program."""
+        return hybrid_dynamics_program(resolved, self.given)
+
+
+TreeQuestion = MassMatrix | InverseDynamics | HybridDynamics
+
+
+def mass_matrix(system: System) -> MassMatrix:
+    """Return the mass matrix of a system, for `compile`: M = f(t, q, u) (nu, nu)."""
+    return MassMatrix(system)
+
+
+def inverse_dynamics(system: System) -> InverseDynamics:
+    """Return the inverse dynamics of a tree, for `compile`: forces = f(t, q, u, udot) (nu).
+
+    forces = M udot + c - Q: what the accelerations need on top of the declared forces and the weight, one component a
+    speed. `compile` raises ModelError where constraints restrict the tree.
+    """
+    return InverseDynamics(system)
+
+
+def hybrid_dynamics(system: System, given: Iterable[str]) -> HybridDynamics:
+    """Return the hybrid dynamics of a tree, for `compile`: udot, forces = f(t, q, u, udot) (2, nu).
+
+    The joints named in `given` have the accelerations udot; the others move freely under the declared forces, and what
+    stands in udot for them is not read. `forces` hold the given ones, zero elsewhere. Raises InputError for a name that
+    is no joint's.
+    """
+    names = tuple(given)
+    for name in names:
+        if name not in system.joints:
+            raise InputError(f"there is no joint {name!r}{suggestion(name, system.joints)}")
+    return HybridDynamics(system, names)
+
+
+@dataclass(frozen=True, eq=False)
+class TreeFunction:
+    """A compiled `program` of the state and, where it takes them, accelerations."""
+
+    arguments: Arguments
+    program: str
+
+    def __call__(
+        self,
+        t: float,
+        q: ArrayLike,
+        u: ArrayLike,
+        udot: ArrayLike | None = None,
+        *,
+        parameters: Values = None,
+        inputs: Values = None,
+    ) -> Floats:
+        """Return the Program's value, several outputs stacked; parameters and inputs as for a state derivative.
+
+        Raises InputError for an unknown name, a wrong length, or accelerations missing or not wanted.
+        """
+        given = self.arguments.complete(t, q, u, parameters, inputs)
+        takes_udot = self.program != "mass_matrix"
+        if takes_udot != (udot is not None):
+            raise InputError(f"{self.program} {'needs' if takes_udot else 'takes no'} udot")
+        accelerations = () if udot is None else (vector("udot", udot, len(self.arguments.mechanism.speeds)),)
+        outputs = self.arguments.compiled[self.program](*given, *accelerations)
+        return np.stack(outputs) if len(outputs) > 1 else outputs[0]
+
+
+def tree_function(question: TreeQuestion, *, native: bool = False, backend: Backend | None = None) -> TreeFunction:
+    """Return a question about a tree as a compiled function."""
+    resolved = mechanism(question.system)
+    program = question.program(resolved)
+    compiled = load({"inputs": inputs_program(resolved), program.name: program}, native=native, backend=backend)
+    return TreeFunction(Arguments(resolved, compiled, np.array(parameter_values(resolved, {}))), program.name)
