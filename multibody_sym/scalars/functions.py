@@ -110,6 +110,11 @@ def where(condition: Any, a: Any, b: Any) -> Any:
     return apply("where", condition, a, b)
 
 
+def is_exactly(x: Any, value: int) -> bool:
+    """Return whether x is known to be this integer; an expression that merely happens to equal it is not."""
+    return x is as_node(value) if isinstance(x, Node) else bool(x == value)
+
+
 def evaluate(nodes: Iterable[Node], leaf: Mapping[Node, Any] | Callable[[Node], Any], scalar: type = Node) -> list[Any]:
     """Return `nodes` over `scalar` (float, Node or sympy.Expr), each leaf replaced by what `leaf` gives for it.
 

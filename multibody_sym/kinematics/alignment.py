@@ -1,0 +1,203 @@
+"""A mechanism described in axes in which its motion takes few operations.
+
+Every body gets axes that are parallel to its parent's at zero coordinates, or as near to that as lets its joint move
+along or about one of them, and an origin on its joint. Rotation matrices and positions are then full of exact zeros
+and ones. Coordinates, speeds and multipliers keep their meaning: only what is said in a body's own axes changes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import singledispatch
+from typing import Any, Final
+
+from multibody_sym.kinematics.motion import Motion, motion_of
+from multibody_sym.kinematics.state import State
+from multibody_sym.kinematics.tensors import turned_symmetric
+from multibody_sym.kinematics.vectors import (
+    UNIT_MATRIX,
+    ZERO_VECTOR,
+    Mat,
+    Vec,
+    add,
+    apply,
+    apply_transposed,
+    cross,
+    product,
+    subtract,
+    symmetric,
+    transpose,
+)
+from multibody_sym.model.bodies import ORIGIN, Mass, Pose
+from multibody_sym.model.elements import Point
+from multibody_sym.model.mechanism import Bend, BodyTorque, Marker, Mechanism, PointForce, TreeBody
+from multibody_sym.scalars.functions import is_exactly
+from multibody_sym.scalars.node import Node, as_node, real
+
+_ROUNDING: Final = 1e-14
+"""Elements of rotations that are nearer than this to -1, 0 or 1 are these numbers, rounded."""
+
+
+@dataclass(frozen=True)
+class Axes:
+    """New axes of a body: `turn` maps components along the declared axes to those along the new ones; `origin` is the
+    new origin, in the declared axes."""
+
+    turn: Mat = UNIT_MATRIX
+    origin: Vec = ZERO_VECTOR
+
+    def vector(self, v: Sequence[Node]) -> Point:
+        """Return a vector's components along the new axes."""
+        x, y, z = map(as_node, apply(self.turn, v))
+        return x, y, z
+
+    def pose(self, declared: Pose) -> Pose:
+        """Return a pose on the body in the new axes."""
+        columns = [self.vector(column) for column in transpose(declared.rotation)]
+        rotation = _rounded(transpose((columns[0], columns[1], columns[2])))
+        return Pose(self.vector(subtract(declared.position, self.origin)), rotation)
+
+    def mass(self, declared: Mass) -> Mass:
+        """Return the body's mass in the new axes."""
+        J = turned_symmetric(self.turn, symmetric(declared.inertia))
+        inertia = (J[0][0], J[1][1], J[2][2], J[0][1], J[0][2], J[1][2])
+        return Mass(declared.mass, self.vector(subtract(declared.com, self.origin)), tuple(map(as_node, inertia)))
+
+
+def aligned(mechanism: Mechanism) -> Mechanism:
+    """Return an equivalent mechanism whose bodies have axes and origins that suit their joints.
+
+    Bodies keep what was declared where the directions of their joints depend on parameters.
+    """
+    axes = {-1: Axes()}
+    bodies = []
+    for index, body in enumerate(mechanism.bodies):
+        on_parent = axes[body.parent].pose(body.frame_on_parent)
+        axes[index], joined = _placed(body, on_parent)
+        bodies.append(replace(joined, mass=axes[index].mass(body.mass)))
+    return replace(
+        mechanism,
+        bodies=tuple(bodies),
+        markers={name: _in_axes(marker, axes) for name, marker in mechanism.markers.items()},
+        loads=_in_axes(mechanism.loads, axes),
+        rows=_in_axes(mechanism.rows, axes),
+    )
+
+
+def economical_motion(mechanism: Mechanism, state: State) -> Motion:
+    """Return the motion at a state; over Nodes, which become code, that of the aligned mechanism."""
+    return motion_of(aligned(mechanism) if state.scalar is Node else mechanism, state)
+
+
+def _placed(body: TreeBody, on_parent: Pose) -> tuple[Axes, TreeBody]:
+    """Return a body's new axes, and the body with its joint described in them and in the parent's new ones."""
+    on_body = body.frame_on_body
+    directions = [*on_parent.rotation, *on_body.rotation, *(step.axis for step in body.steps)]
+    if any(x.shadow is None for direction in directions for x in direction):
+        return Axes(), replace(body, frame_on_parent=on_parent)
+    turn = _joint_axes(body, on_parent.rotation)
+    steps = tuple(replace(step, axis=_snapped(apply(turn, step.axis))) for step in body.steps)
+    rotation = _rounded(product(on_parent.rotation, transpose(turn)))
+    shift = _shift(body, [step.axis for step in steps], apply_transposed(rotation, on_parent.position))
+    position = _nodes(add(on_parent.position, apply(rotation, shift)))
+    axes = Axes(
+        _rounded(product(turn, transpose(on_body.rotation))),
+        add(on_body.position, apply(on_body.rotation, apply_transposed(turn, shift))),
+    )
+    return axes, replace(body, steps=steps, frame_on_parent=Pose(position, rotation), frame_on_body=Pose(ORIGIN))
+
+
+def _joint_axes(body: TreeBody, on_parent: Mat) -> Mat:
+    """Return Q, which turns the axes of a joint's frames into those in which it is computed.
+
+    At best Q = R_PF: body and parent are parallel at zero coordinates. A joint whose first turn is not about one of
+    the parent's axes then turns on by the smallest angle that makes it so. A ball keeps the axes of its speeds.
+    """
+    if body.ball:
+        return UNIT_MATRIX
+    turns = [step.axis for step in body.steps if step.kind != "translate"]
+    if not turns:
+        return on_parent
+    return product(_to_coordinate_axis(apply(on_parent, turns[0])), on_parent)
+
+
+def _to_coordinate_axis(direction: Vec) -> Mat:
+    """Return the smallest rotation that brings a unit vector onto a coordinate axis."""
+    n = [float(x.shadow or 0) for x in _snapped(direction)]
+    k = max(range(3), key=lambda i: abs(n[i]))
+    target = [math.copysign(1.0, n[k]) if i == k else 0.0 for i in range(3)]
+    x, y, z = cross(n, target)  # R = E + [v] + [v]^2 / (1 + c) with v = n x e, c = n . e
+    scaled = 1 / (1 + abs(n[k]))
+    return (
+        (1 - scaled * (y * y + z * z), scaled * x * y - z, scaled * x * z + y),
+        (scaled * x * y + z, 1 - scaled * (x * x + z * z), scaled * y * z - x),
+        (scaled * x * z - y, scaled * y * z + x, 1 - scaled * (x * x + y * y)),
+    )
+
+
+def _shift(body: TreeBody, axes: Sequence[Point], p: Sequence[Node]) -> Vec:
+    """Return how far the joint's frames may be moved, along the joint's axes, so that more of p_PF becomes zero."""
+    known = [x if x.shadow is not None else 0 for x in map(as_node, p)]
+    if body.ball or len(body.steps) > 1:
+        return ZERO_VECTOR
+    if not body.steps or body.steps[0].kind == "translate":
+        return -known[0], -known[1], -known[2]
+    x, y, z = (-c if is_exactly(a * a, 1) else 0 for a, c in zip(axes[0], known, strict=True))
+    return x, y, z
+
+
+def _rounded(rotation: Mat) -> tuple[Point, Point, Point]:
+    return _snapped(rotation[0]), _snapped(rotation[1]), _snapped(rotation[2])
+
+
+def _snapped(direction: Sequence[Any]) -> Point:
+    x, y, z = map(_number, direction)
+    return x, y, z
+
+
+def _number(element: Any) -> Node:
+    node = as_node(element)
+    if node.shadow is None or node.op == "number":
+        return node
+    nearest = round(node.shadow)
+    return as_node(nearest) if abs(node.shadow - nearest) < _ROUNDING else real(node.shadow)
+
+
+def _nodes(v: Vec) -> Point:
+    x, y, z = map(as_node, v)
+    return x, y, z
+
+
+@singledispatch
+def _in_axes(part: Any, axes: Mapping[int, Axes]) -> Any:
+    """Return a part of a mechanism with the poses in it described in new axes of their bodies."""
+    if not is_dataclass(part) or isinstance(part, type):
+        return part
+    return replace(part, **{f.name: _in_axes(getattr(part, f.name), axes) for f in fields(part)})
+
+
+@_in_axes.register(tuple)
+def _(part: tuple[Any, ...], axes: Mapping[int, Axes]) -> Any:
+    return tuple(_in_axes(x, axes) for x in part)
+
+
+@_in_axes.register
+def _(part: Marker, axes: Mapping[int, Axes]) -> Marker:
+    return replace(part, pose=axes[part.body].pose(part.pose))
+
+
+@_in_axes.register
+def _(part: Bend, axes: Mapping[int, Axes]) -> Bend:
+    return replace(part, at=_in_axes(part.at, axes), axis=axes[part.at.body].vector(part.axis))
+
+
+@_in_axes.register
+def _(part: PointForce, axes: Mapping[int, Axes]) -> PointForce:
+    return replace(part, at=_in_axes(part.at, axes), value=axes[part.axes].vector(part.value))
+
+
+@_in_axes.register
+def _(part: BodyTorque, axes: Mapping[int, Axes]) -> BodyTorque:
+    return replace(part, value=axes[part.axes].vector(part.value))
