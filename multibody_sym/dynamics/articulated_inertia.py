@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from multibody_sym.dynamics.rigid_inertia import RigidInertia, about_origin
 from multibody_sym.kinematics.motion import BodyMass
+from multibody_sym.kinematics.tensors import lower_triangle, turned_symmetric, turned_tensor
 from multibody_sym.kinematics.vectors import (
     Mat,
     S,
@@ -14,9 +16,6 @@ from multibody_sym.kinematics.vectors import (
     apply_transposed,
     cross,
     matrix_sum,
-    product,
-    scale,
-    steiner,
     subtract,
     symmetric,
     transpose,
@@ -61,29 +60,23 @@ class Inertia:
 
         With P = [p] and turned blocks L, C, J: L' = L, C' = C - L P, J' = J + P C' - C^T P.
         """
-        linear, angular = _symmetrized(_turned(self.linear, R)), _symmetrized(_turned(self.angular, R))
-        coupling = _turned(self.coupling, R)
+        linear, angular = turned_symmetric(R, self.linear), turned_symmetric(R, self.angular)
+        coupling = turned_tensor(R, self.coupling)
         shifted = matrix_sum(coupling, _minus_times_cross(linear, p))
         arm = _cross_times(p, shifted)
         back = _minus_times_cross(transpose(coupling), p)
-        return Inertia(linear, shifted, _symmetrized(matrix_sum(angular, matrix_sum(arm, back))))
+        return Inertia(linear, shifted, lower_triangle(matrix_sum(angular, matrix_sum(arm, back))))
 
 
 def rigid_inertia(mass: BodyMass) -> Inertia:
+    """Return the inertia of a body alone."""
+    return articulated(about_origin(mass))
+
+
+def articulated(rigid: RigidInertia) -> Inertia:
     """Return a rigid body's inertia [[m E, -m c~], [m c~, J]], J about the origin."""
-    m, (x, y, z) = mass.mass, scale(mass.mass, mass.com)
-    coupling: Mat = ((0, z, -y), (-z, 0, x), (y, -x, 0))
-    about_origin = matrix_sum(mass.inertia, steiner((x, y, z), mass.com))
-    return Inertia(((m, 0, 0), (0, m, 0), (0, 0, m)), coupling, about_origin)
-
-
-def _turned(m: Mat, R: Mat) -> Mat:
-    return product(product(R, m), transpose(R))
-
-
-def _symmetrized(m: Mat) -> Mat:
-    """Return the matrix with its lower triangle read for the upper one."""
-    return symmetric((m[0][0], m[1][1], m[2][2], m[1][0], m[2][0], m[2][1]))
+    m, (x, y, z) = rigid.mass, rigid.moment
+    return Inertia(((m, 0, 0), (0, m, 0), (0, 0, m)), ((0, z, -y), (-z, 0, x), (y, -x, 0)), rigid.inertia)
 
 
 def _minus_times_cross(m: Mat, p: Vec) -> Mat:

@@ -12,11 +12,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from multibody_sym.dynamics.articulated_inertia import Inertia, rigid_inertia
+from multibody_sym.dynamics.articulated_inertia import Inertia, articulated
+from multibody_sym.dynamics.base_parameters import base_inertias
 from multibody_sym.dynamics.equations import TreeDynamics, tree_dynamics
 from multibody_sym.dynamics.inverse_dynamics import forcing
 from multibody_sym.dynamics.massless import verify_massive
-from multibody_sym.kinematics.motion import BodyMotion, Motion, from_parent, motion_of
+from multibody_sym.kinematics.alignment import economical_motion
+from multibody_sym.kinematics.motion import BodyMotion, Motion, from_parent
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
 from multibody_sym.kinematics.vectors import ZERO_VECTOR, S, Vec, add, dot, scale, subtract
@@ -28,7 +30,7 @@ from multibody_sym.scalars.functions import sqrt
 def block_ldl(mechanism: Mechanism, state: State) -> TreeDynamics:
     """Return the dynamics at a state. Raises NoSolutionError where a freedom without mass is left to rows to hold."""
     verify_massive(mechanism, "block_ldl")
-    motion = motion_of(mechanism, state)
+    motion = economical_motion(mechanism, state)
     return tree_dynamics(motion, tree_factors(motion), forcing(motion), row_motions(motion))
 
 
@@ -117,7 +119,7 @@ def outward(freedoms: Sequence[Freedom], x: Sequence[S], above: tuple[Vec, Vec])
 
 def tree_factors(motion: Motion) -> TreeFactors:
     """Return the factors of a tree's mass matrix, from the leaves to the root."""
-    inertias = [rigid_inertia(mass) for mass in motion.masses]
+    inertias = [articulated(rigid) for rigid in base_inertias(motion)]
     freedoms: list[tuple[Freedom, ...]] = [()] * len(inertias)
     for index in range(len(inertias) - 1, -1, -1):
         body, moved = motion.mechanism.bodies[index], motion.bodies[index]

@@ -6,27 +6,18 @@ Each column of M is the wrench that accelerates the rigid composite of all bodie
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from multibody_sym.dynamics.base_parameters import base_inertias
 from multibody_sym.dynamics.equations import EquationsOfMotion, equations
-from multibody_sym.dynamics.inverse_dynamics import inverse_dynamics
+from multibody_sym.dynamics.inverse_dynamics import forcing, inverse_dynamics
+from multibody_sym.dynamics.rigid_inertia import RigidInertia
+from multibody_sym.kinematics.alignment import economical_motion
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
-from multibody_sym.kinematics.motion import BodyMass, Motion, motion_of
+from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
 from multibody_sym.kinematics.vectors import (
-    Mat,
     S,
-    Vec,
-    add,
-    apply,
-    cross,
     dot,
-    matrix_sum,
-    product,
-    scale,
-    steiner,
-    transpose,
 )
 from multibody_sym.kinematics.wrenches import Wrench, to_parent
 from multibody_sym.model.mechanism import Mechanism
@@ -34,24 +25,10 @@ from multibody_sym.model.mechanism import Mechanism
 
 def composite_body(mechanism: Mechanism, state: State) -> EquationsOfMotion:
     """Return the equations of motion at a state."""
-    motion = motion_of(mechanism, state)
+    motion = economical_motion(mechanism, state)
     forces = applied_generalized_forces(motion, applied(motion))
     velocity_terms = inverse_dynamics(motion, [0] * len(state.u))
-    return equations(motion, mass_matrix(motion), forces, velocity_terms, row_motions(motion))
-
-
-@dataclass(frozen=True)
-class Composite:
-    """Mass, first moment m c and inertia about the body's origin of a rigid composite, in the body's axes."""
-
-    mass: S
-    moment: Vec
-    inertia: Mat
-
-    def wrench(self, linear: Vec, angular: Vec) -> Wrench:
-        """Return the wrench that gives the composite, at rest, these accelerations of its origin and of rotation."""
-        force = add(scale(self.mass, linear), cross(angular, self.moment))
-        return force, add(apply(self.inertia, angular), cross(self.moment, linear))
+    return equations(motion, mass_matrix(motion), forces, velocity_terms, row_motions(motion), forcing(motion))
 
 
 def mass_matrix(motion: Motion) -> list[list[S]]:
@@ -88,24 +65,10 @@ def _fill_column(matrix: list[list[S]], motion: Motion, index: int, k: int, wren
         index = body.parent
 
 
-def _composites(motion: Motion) -> list[Composite]:
-    found = [_single(mass) for mass in motion.masses]
+def _composites(motion: Motion) -> list[RigidInertia]:
+    found = base_inertias(motion)
     for index in range(len(found) - 1, -1, -1):
-        parent = motion.mechanism.bodies[index].parent
+        parent, moved = motion.mechanism.bodies[index].parent, motion.bodies[index]
         if parent >= 0:
-            found[parent] = _joined(found[parent], found[index], motion.bodies[index].R_PB, motion.bodies[index].p_PB)
+            found[parent] = found[parent].plus(found[index].moved(moved.R_PB, moved.p_PB))
     return found
-
-
-def _single(mass: BodyMass) -> Composite:
-    moment = scale(mass.mass, mass.com)
-    return Composite(mass.mass, moment, matrix_sum(mass.inertia, steiner(moment, mass.com)))
-
-
-def _joined(parent: Composite, child: Composite, R: Mat, p: Vec) -> Composite:
-    """Return both as one, in the parent's axes: with h = R m c, J' = R J R^T - [p][h] - [h][p] - m [p][p]."""
-    h = apply(R, child.moment)
-    moment = add(h, scale(child.mass, p))
-    turned = product(product(R, child.inertia), transpose(R))
-    shifted = matrix_sum(turned, matrix_sum(steiner(h, p), steiner(p, moment)))
-    return Composite(parent.mass + child.mass, add(parent.moment, moment), matrix_sum(parent.inertia, shifted))

@@ -77,16 +77,23 @@ Formalism = Callable[[Mechanism, State], TreeDynamics]
 
 
 def equations(
-    motion: Motion, mass_matrix: list[list[S]], applied: Sequence[S], velocity_terms: Sequence[S], rows: list[RowMotion]
+    motion: Motion,
+    mass_matrix: list[list[S]],
+    applied: Sequence[S],
+    velocity_terms: Sequence[S],
+    rows: list[RowMotion],
+    forcing: Sequence[S] | None = None,
 ) -> EquationsOfMotion:
     """Return the equations of motion of a mechanism at a state, with the names it declares.
 
-    Where rows hold freedoms without mass, the equivalent equations of `massless`, whose matrix is regular.
+    `forcing` is Q - c where that was found as a whole. Where rows hold freedoms without mass, the equivalent equations
+    of `massless`, whose matrix is regular.
     """
     matrix = completed_matrix(motion, mass_matrix, rows)
     forces = list(completed_forces(motion, applied, rows))
-    forcing = [q - c for q, c in zip(forces, velocity_terms, strict=True)]
-    tree = tree_dynamics(motion, factorized(matrix), forcing, rows)
+    if forcing is None:
+        forcing = [q - c for q, c in zip(applied, velocity_terms, strict=True)]
+    tree = tree_dynamics(motion, factorized(matrix), list(completed_forces(motion, forcing, rows)), rows)
     return EquationsOfMotion(**vars(tree), mass_matrix=matrix, applied=forces, velocity_terms=list(velocity_terms))
 
 

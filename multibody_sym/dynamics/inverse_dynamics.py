@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from multibody_sym.dynamics.base_parameters import base_inertias
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import BodyMass, BodyMotion, Motion, accelerations, spread
 from multibody_sym.kinematics.vectors import S, Vec, add, apply, cross, negate, scale, subtract
@@ -34,9 +35,19 @@ def inverse_dynamics(motion: Motion, udot: Sequence[S]) -> list[S]:
 
 def forcing(motion: Motion) -> list[S]:
     """Return f = Q - c (nu) in one pass: applied forces less inertia forces without udot."""
-    forces = applied(motion)
-    left = carried(motion, unbalanced_wrenches(motion, [0] * len(motion.state.u), forces.of_body))
-    return [drive + x for drive, x in zip(forces.of_speed, joint_projection(motion, left), strict=True)]
+    forces = applied(motion, weight=False)
+    needed = joint_projection(motion, carried(motion, bias_wrenches(motion, forces.of_body)))
+    return [q - c for q, c in zip(forces.of_speed, needed, strict=True)]
+
+
+def bias_wrenches(motion: Motion, of_body: Sequence[Wrench]) -> list[Wrench]:
+    """Return what each body needs without udot, less its weight and the wrenches on it."""
+    reached = accelerations(motion, [0] * len(motion.state.u), negate(motion.gravity))
+    found = []
+    for moved, inertia, (a, alpha), given in zip(motion.bodies, base_inertias(motion), reached, of_body, strict=True):
+        force, moment = inertia.rate_of_momentum(a, spread(alpha, moved.w_WB))
+        found.append((subtract(force, given[0]), subtract(moment, given[1])))
+    return found
 
 
 def joint_wrenches(motion: Motion, udot: Sequence[S], of_body: Sequence[Wrench]) -> list[Wrench]:

@@ -1,0 +1,73 @@
+"""Inertias of rigid bodies: mass, first moment and second moments about a body's origin, in its axes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from multibody_sym.kinematics.motion import BodyMass
+from multibody_sym.kinematics.tensors import lower_triangle, turned_symmetric
+from multibody_sym.kinematics.vectors import (
+    ZERO_VECTOR,
+    Mat,
+    S,
+    Vec,
+    add,
+    apply,
+    cross,
+    dot,
+    matrix_sum,
+    scale,
+    steiner,
+)
+from multibody_sym.kinematics.wrenches import Wrench
+
+
+@dataclass(frozen=True)
+class RigidInertia:
+    """Mass m, first moment h = m c and inertia J about the body's origin, in the body's axes.
+
+    All three are linear in the distribution of mass, so that inertias add; they need not be those of a real body.
+    """
+
+    mass: S
+    moment: Vec
+    inertia: Mat
+
+    def wrench(self, linear: Vec, angular: Vec) -> Wrench:
+        """Return the wrench that gives the body, at rest, these accelerations of its origin and of rotation."""
+        force = add(scale(self.mass, linear), cross(angular, self.moment))
+        return force, add(apply(self.inertia, angular), cross(self.moment, linear))
+
+    def rate_of_momentum(self, a: Vec, spread: Mat) -> Wrench:
+        """Return (m a + S h, axial(S E) + h x a) of a moving body, `spread` S = [alpha] + [omega][omega].
+
+        E = tr(J)/2 - J is the integral of r r^T dm; axial(S E) = J alpha + omega x J omega.
+        """
+        half = (self.inertia[0][0] + self.inertia[1][1] + self.inertia[2][2]) / 2
+        (xx, xy, xz), (_, yy, yz), (_, _, zz) = self.inertia
+        E: Mat = ((half - xx, -xy, -xz), (-xy, half - yy, -yz), (-xz, -yz, half - zz))
+        (sx, sy, sz), (ex, ey, ez) = spread, E
+        turning = (dot(sz, ey) - dot(sy, ez), dot(sx, ez) - dot(sz, ex), dot(sy, ex) - dot(sx, ey))
+        return add(scale(self.mass, a), apply(spread, self.moment)), add(turning, cross(self.moment, a))
+
+    def plus(self, other: RigidInertia) -> RigidInertia:
+        """Return both as one."""
+        return RigidInertia(
+            self.mass + other.mass, add(self.moment, other.moment), matrix_sum(self.inertia, other.inertia)
+        )
+
+    def moved(self, R: Mat, p: Vec) -> RigidInertia:
+        """Return the same in the parent's axes: with h = R m c, J' = R J R^T - [p][h] - [h][p] - m [p][p]."""
+        h = apply(R, self.moment)
+        moment = add(h, scale(self.mass, p))
+        shift = lower_triangle(matrix_sum(steiner(h, p), steiner(p, moment)))
+        return RigidInertia(self.mass, moment, matrix_sum(turned_symmetric(R, self.inertia), shift))
+
+
+def about_origin(mass: BodyMass) -> RigidInertia:
+    """Return a body's inertia about its origin."""
+    moment = scale(mass.mass, mass.com)
+    return RigidInertia(mass.mass, moment, matrix_sum(mass.inertia, steiner(moment, mass.com)))
+
+
+NOTHING = RigidInertia(0, ZERO_VECTOR, (ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR))
