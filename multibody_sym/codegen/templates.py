@@ -6,8 +6,11 @@ from pathlib import Path
 from string import Template
 from typing import Final
 
-RUNTIME_SOURCES: Final = ("solve.c", "calls.c", "constraints.c", "events.c", "explicit.c", "runtime.c")
-RUNTIME_HEADERS: Final = ("runtime.h", "stepper.h", "vectors.h")
+RUNTIME_SOURCES: Final = (
+    *("solve.c", "calls.c", "constraints.c", "events.c", "explicit.c"),
+    *("pairing.c", "multistep.c", "runtime.c"),
+)
+RUNTIME_HEADERS: Final = ("pairing.h", "runtime.h", "stepper.h", "vectors.h")
 _PACKAGE = Path(__file__).resolve().parents[1]
 
 

@@ -10,6 +10,8 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from multibody_sym.integrators.pairing import Pairing
+
 Floats = NDArray[np.float64]
 Derivative = Callable[[float, Floats], Floats]
 Settle = Callable[[float, Floats], Floats]
@@ -74,7 +76,8 @@ class Flow:
 
     `settle(t, x)` returns the state from which to go on after an accepted step (put back onto constraints,
     normalised), or x itself; it may raise StepError, as may the derivative. `settle_sample` does so for states between
-    steps and raises nothing. `step`: fixed, or None: adaptive by `rtol`, `atol`.
+    steps and raises nothing. `step`: fixed, or None: adaptive by `rtol`, `atol`. `pairs`: which speeds in x = (q, u)
+    are rates of which coordinates.
     """
 
     method: Method
@@ -88,6 +91,12 @@ class Flow:
     atol: float = 1e-8
     settle_sample: Settle | None = None
     events: Events | None = None
+    pairs: Pairing | None = None
+
+    @property
+    def pairing(self) -> Pairing:
+        """The pairing of coordinates and speeds; as many of one as of the other unless `pairs` says otherwise."""
+        return self.pairs or Pairing.of_equals(len(self.x0) // 2)
 
     def slope(self, t: float, x: Floats) -> Floats:
         """Return the derivative at (t, x); raises StepError where it is not finite."""

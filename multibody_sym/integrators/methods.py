@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
@@ -16,8 +16,21 @@ SUMMARIES: Final[Mapping[str, str]] = {
     "bogacki_shampine": "order 3(2), adaptive",
     "dormand_prince": "order 5(4), adaptive; the default",
     "dormand_prince_8": "order 8(5,3), adaptive; for high accuracy",
+    "adams_bashforth_moulton": "order 4, fixed step, two evaluations a step",
+    "stoermer_6": "order 6, fixed step, two evaluations a step",
+    "stoermer_verlet": "order 2, fixed step; keeps the energy of smooth conservative motions bounded",
 }
 """What each method is; the names are those that a model file and `--method` take."""
+
+
+def _maker(name: str) -> Callable[[], Method]:
+    from multibody_sym.integrators.runge_kutta import EXPLICIT
+
+    if name in EXPLICIT:
+        return EXPLICIT[name]
+    from multibody_sym.integrators.multistep import MULTISTEP
+
+    return MULTISTEP[name]
 
 
 class _Methods(Mapping[str, "Method"]):
@@ -28,9 +41,7 @@ class _Methods(Mapping[str, "Method"]):
 
     def __getitem__(self, name: str) -> Method:
         if name not in self._made:
-            from multibody_sym.integrators.runge_kutta import EXPLICIT
-
-            self._made[name] = EXPLICIT[name]()
+            self._made[name] = _maker(name)()
         return self._made[name]
 
     def __iter__(self) -> Iterator[str]:

@@ -6,6 +6,8 @@ from functools import singledispatch
 
 from multibody_sym.integrators.explicit_stepper import ExplicitStepper
 from multibody_sym.integrators.flow import Flow, Method, Stepper
+from multibody_sym.integrators.multistep import AdamsBashforthMoulton, Stoermer, StoermerVerlet
+from multibody_sym.integrators.multistep_stepper import AdamsStepper, StoermerStepper, VerletStepper
 from multibody_sym.integrators.runge_kutta import RungeKutta
 
 
@@ -18,3 +20,18 @@ def stepper(method: Method, flow: Flow) -> Stepper:
 @stepper.register
 def _explicit(method: RungeKutta, flow: Flow) -> Stepper:
     return ExplicitStepper(method.tableau, flow)
+
+
+@stepper.register
+def _adams(method: AdamsBashforthMoulton, flow: Flow) -> Stepper:
+    return AdamsStepper(method, flow)
+
+
+@stepper.register
+def _stoermer(method: Stoermer, flow: Flow) -> Stepper:
+    return StoermerStepper(method, flow)
+
+
+@stepper.register
+def _verlet(method: StoermerVerlet, flow: Flow) -> Stepper:
+    return VerletStepper(method, flow)

@@ -34,8 +34,10 @@ class MethodStruct(ctypes.Structure):
     """`mbs_method` of runtime.h."""
 
     _fields_ = (
-        *((name, ctypes.c_int) for name in ("stages", "all_stages", "order", "error_order", "dense_degree")),
+        *((name, ctypes.c_int) for name in ("family", "stages", "all_stages", "order", "error_order", "dense_degree")),
         *((name, ctypes.c_void_p) for name in ("a", "c", "error", "coarse_error", "dense")),
+        ("past", ctypes.c_int),
+        *((name, ctypes.c_void_p) for name in ("position", "predictor", "corrector")),
     )
 
 
@@ -53,6 +55,8 @@ class SystemStruct(ctypes.Structure):
         ("parameters", ctypes.c_void_p),
         ("modes", ctypes.c_void_p),
         *((name, ctypes.c_int) for name in ("nq", "nu", "ns", "nw", "ng")),
+        *((name, ctypes.c_void_p) for name in ("plain", "ball")),
+        *((name, ctypes.c_int) for name in ("plains", "balls")),
     )
 
 

@@ -5,20 +5,20 @@ from __future__ import annotations
 import ctypes
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import singledispatch
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.integrators.flow import Method, Status
-from multibody_sym.integrators.runge_kutta import RungeKutta
+from multibody_sym.integrators.flow import Status
 from multibody_sym.runtime.native import MethodStruct, NativeFunction, ProblemStruct, StateStruct, SystemStruct
+from multibody_sym.runtime.native_method import address, method_struct
 from multibody_sym.runtime.problem import Event, Problem, Progress, RunFailure, Statistics
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.intc]
 
 _FIRST_PIECE: Final = 200  # steps
 _LARGEST_PIECE: Final = 10_000_000
@@ -29,8 +29,8 @@ _PROGRAMS: Final = ("inputs", "state_derivative", "project_position", "project_v
 def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     """Integrate in C; see `Loop`. What was written before an interruption stays in `samples`."""
     parameters, modes = (np.array(values, dtype=float) for values in (problem.parameters, problem.modes))
-    terminal = (ctypes.c_int * len(problem.terminal))(*problem.terminal)
-    method, system = _method(problem.method), _system(problem, parameters, modes, terminal)
+    method, whole = method_struct(problem.method), _whole_numbers(problem)
+    system = _system(problem, parameters, modes, whole)
     structure = _problem(problem, method, system)
     x0 = problem.x0
     state, steps, done = StateStruct(), _FIRST_PIECE, False
@@ -39,14 +39,14 @@ def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     assert isinstance(derivative, NativeFunction)
     library, handles = derivative.library, [ctypes.byref(s) for s in (structure, state)]
     work = np.zeros(library.mbs_work(handles[0]))
-    library.mbs_start(handles[0], _address(x0), handles[1], _address(work))
+    library.mbs_start(handles[0], address(x0), handles[1], address(work))
     while not done:
         begin, before = time.perf_counter(), state.steps
         left = steps
         while left > 0 and not done:
             room = ctypes.c_longlong(problem.samples - state.sample)
             piece = ctypes.c_longlong(left)
-            library.mbs_integrate(*handles, _address(work), piece, room, _address(samples[state.sample :]))
+            library.mbs_integrate(*handles, address(work), piece, room, address(samples[state.sample :]))
             done = state.status != Status.RUNNING
             left = before + steps - state.steps
             if state.event >= 0:
@@ -56,36 +56,14 @@ def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
         yield replace(_progress(problem, state, work[: len(x0)]), events=tuple(events))
 
 
-def _address(array: Floats) -> ctypes.c_void_p:
-    return ctypes.c_void_p(array.ctypes.data)
+def _whole_numbers(problem: Problem) -> dict[str, Integers]:
+    pairs = problem.pairing
+    lists: dict[str, Sequence[Any]] = {"terminal": problem.terminal, "plain": pairs.plain, "ball": pairs.balls}
+    return {name: np.array(values, dtype=np.intc).ravel() for name, values in lists.items()}
 
 
-@singledispatch
-def _method(method: Method) -> MethodStruct:
-    """Return the method for C; it points into the method's arrays, which must live as long."""
-    raise TypeError(f"{method!r} is no method")
-
-
-@_method.register
-def _explicit(method: RungeKutta) -> MethodStruct:
-    tableau = method.tableau
-    return MethodStruct(
-        stages=tableau.stages,
-        all_stages=len(tableau.c),
-        order=tableau.order,
-        error_order=tableau.error_order,
-        dense_degree=tableau.dense.shape[1],
-        a=_address(tableau.A),
-        c=_address(tableau.c),
-        error=None if tableau.error is None else _address(tableau.error),
-        coarse_error=None if tableau.coarse_error is None else _address(tableau.coarse_error),
-        dense=_address(tableau.dense),
-    )
-
-
-def _system(
-    problem: Problem, parameters: Floats, modes: Floats, terminal: ctypes.Array[ctypes.c_int]
-) -> SystemStruct:
+def _system(problem: Problem, parameters: Floats, modes: Floats, whole: dict[str, Integers]) -> SystemStruct:
+    """Return the system for C; it points into the arrays, which must live as long."""
     programs = {}
     for name in _PROGRAMS:
         if name in problem.compiled and (name != "inputs" or problem.inputs):
@@ -94,14 +72,16 @@ def _system(
             programs[name] = ctypes.addressof(function.structure)
     return SystemStruct(
         **programs,
-        parameters=_address(parameters),
-        modes=_address(modes),
+        parameters=address(parameters),
+        modes=address(modes),
         nq=len(problem.q0),
         nu=len(problem.u0),
         ns=problem.rows,
         nw=problem.inputs,
-        terminal=ctypes.addressof(terminal),
-        ng=len(terminal),
+        ng=len(problem.terminal),
+        plains=len(problem.pairing.plain),
+        balls=len(problem.pairing.balls),
+        **{name: address(values) for name, values in whole.items()},
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.integrators.flow import Method, Status
+from multibody_sym.integrators.pairing import Pairing
 from multibody_sym.integrators.reference import sample_times
 from multibody_sym.runtime.loading import Compiled
 
@@ -24,7 +25,8 @@ class Problem:
     put back onto the constraints. `contradiction`: rows contradict each other if both the scaled residual of dependent
     ones and max |phidot| / (1 + max |u|) exceed it; `closure`: the largest |phi| / (1 + max |q|), and the like for u,
     that a projection may leave. `terminal`: for each switching function of the program `events` whether the run stops
-    where it becomes positive; where another one changes sign, a step ends and the next starts afresh.
+    where it becomes positive; where another one changes sign, a step ends and the next starts afresh. `pairs`: which
+    speeds are rates of which coordinates; None where each is that of the coordinate in its place.
     Raises ValueError.
     """
 
@@ -45,6 +47,7 @@ class Problem:
     contradiction: float = 1e-3
     closure: float = 1e-8
     terminal: tuple[bool, ...] = ()
+    pairs: Pairing | None = None
 
     def __post_init__(self) -> None:
         for true, claim in (
@@ -69,6 +72,11 @@ class Problem:
     def x0(self) -> Floats:
         """The state (nq + nu,) at t0."""
         return np.concatenate([self.q0, self.u0]).astype(float)
+
+    @property
+    def pairing(self) -> Pairing:
+        """Which speeds are rates of which coordinates."""
+        return self.pairs or Pairing.of_equals(len(self.u0))
 
     @property
     def rows(self) -> int:

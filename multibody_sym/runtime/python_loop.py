@@ -93,6 +93,7 @@ class _Run:
             rtol=p.rtol,
             atol=p.atol,
             events=Events(self.switching, p.terminal) if p.terminal else None,
+            pairs=p.pairing,
         )
         for number, done in enumerate(steps(flow), 1):
             yield done

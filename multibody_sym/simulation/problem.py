@@ -9,6 +9,8 @@ import numpy as np
 
 from multibody_sym.errors import ModelError
 from multibody_sym.integrators.flow import Status
+from multibody_sym.integrators.pairing import Pairing
+from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.slots import at
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.problem import Problem
@@ -48,12 +50,24 @@ def problem_of(ready: Runnable, settings: RunSettings) -> Problem:
         samples=settings.samples,
         project=constrained and settings.project,
         max_steps=_MOST_STEPS,
+        terminal=(True,) * len(ready.mechanism.stops) + (False,) * len(ready.mechanism.kinks),
+        pairs=_pairing(ready.mechanism),
     )
     if not constrained or settings.baumgarte is None:
         return problem
     given = (settings.baumgarte.alpha, settings.baumgarte.beta)
     alpha, beta = (_own_coefficient(problem) if x is None else x for x in given)
     return replace(problem, parameters=np.array([*ready.parameters[:-2], alpha, beta]))
+
+
+def _pairing(mechanism: Mechanism) -> Pairing:
+    plain: list[tuple[int, int]] = []
+    balls: list[tuple[int, int]] = []
+    for body in mechanism.bodies:
+        count = len(body.q) - len(body.quaternion)
+        plain += zip(body.q[:count], body.u[:count], strict=True)
+        balls += [(body.q[count], body.u[count])] if body.ball else []
+    return Pairing(len(mechanism.coordinates), tuple(plain), tuple(balls))
 
 
 def _verify_size(ready: Runnable, settings: RunSettings) -> None:

@@ -5,8 +5,8 @@ enum { STARTING, STEPPING, SAMPLING };
 
 static const mbs_stepper *stepper_of(const mbs_method *method)
 {
-    (void)method;
-    return &mbs_explicit;
+    static const mbs_stepper *const steppers[] = {&mbs_explicit, &mbs_adams, &mbs_stoermer, &mbs_verlet};
+    return steppers[method->family];
 }
 
 long long mbs_work(const mbs_problem *problem)

@@ -36,9 +36,13 @@ void mbs_solve(int rows, int columns, const double *matrix, const double *right,
    the output, that of input i by its size if advance[i] is not 0. */
 void mbs_map(const mbs_program *program, long long samples, const double **in, const int *advance, double **out);
 
-/* An explicit Runge-Kutta method. The last stage of a step is the end point: its row of a gives the new state. Stages
-   after it are evaluated only where a step is interpolated. */
+enum { MBS_EXPLICIT, MBS_ADAMS, MBS_STOERMER, MBS_VERLET };
+
+/* A method. The tableau is that of an explicit Runge-Kutta method, or of the starter of one that looks back. The last
+   stage of a step is the end point: its row of a gives the new state. Stages after it are evaluated only where a step
+   is interpolated. */
 typedef struct {
+    int family;
     int stages;                 /* of a step, the end point among them */
     int all_stages;
     int order;
@@ -49,6 +53,10 @@ typedef struct {
     const double *error;        /* stages: weights of the error estimate; null without one */
     const double *coarse_error; /* stages: weights of a second estimate of lower order; null without one */
     const double *dense;        /* all_stages x dense_degree: b_i(theta) = sum_k dense[i][k] theta^(k+1) */
+    int past;                   /* steps before the present one that a step looks back over */
+    const double *position;     /* past + 1 weights of the present and past, the newest first; so are */
+    const double *predictor;
+    const double *corrector;    /* this one starts with the predicted end */
 } mbs_method;
 
 /* What is integrated: x = (q, u). The programs a model does not have are null. */
@@ -64,6 +72,9 @@ typedef struct {
     const double *parameters;
     const double *modes;
     int nq, nu, ns, nw, ng;
+    const int *plain; /* pairs (a, b): q[a]' = u[b] */
+    const int *ball;  /* pairs (a, b) of the first indices of a unit quaternion in q and of its angular velocity in u */
+    int plains, balls;
 } mbs_system;
 
 typedef struct {

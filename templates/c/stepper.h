@@ -27,7 +27,7 @@ typedef struct {
     void (*value)(const mbs_run *r, double theta, double *x);
 } mbs_stepper;
 
-extern const mbs_stepper mbs_explicit;
+extern const mbs_stepper mbs_explicit, mbs_adams, mbs_stoermer, mbs_verlet;
 
 /* The problem, its state and the parts of the work space. */
 struct mbs_run {

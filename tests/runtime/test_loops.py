@@ -24,6 +24,7 @@ from scipy.special import ellipj, ellipk
 from multibody_sym.codegen.templates import runtime_files
 from multibody_sym.integrators.flow import Status
 from multibody_sym.integrators.methods import METHODS
+from multibody_sym.integrators.pairing import Pairing
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.native import MethodStruct, ProblemStruct, ProgramStruct, StateStruct, SystemStruct
 from multibody_sym.runtime.native_loop import native_loop
@@ -57,6 +58,7 @@ def single(method, t_end=5.0, **options):
 
 
 BS = METHODS["bogacki_shampine"]
+BALL = Pairing(4, (), ((0, 0),))
 CASES = {
     "double pendulum": double,
     "tolerance 1e-4": lambda: double(rtol=1e-4, atol=1e-4),
@@ -73,6 +75,18 @@ CASES = {
     "quaternion, order 3": lambda: top(samples=21, method=BS, rtol=1e-6),
     "order 8": lambda: single(METHODS["dormand_prince_8"], rtol=1e-10, atol=1e-10),
     "order 8, projected": lambda: hanging(t_end=3.0, samples=21, project=True, method=METHODS["dormand_prince_8"]),
+    "Adams": lambda: single(METHODS["adams_bashforth_moulton"], step=0.03),
+    "Adams, projected": lambda: hanging(
+        t_end=3.0, samples=21, project=True, method=METHODS["adams_bashforth_moulton"], step=0.01
+    ),
+    "Stoermer": lambda: single(METHODS["stoermer_6"], step=0.03),
+    "Stoermer, projected": lambda: hanging(
+        t_end=3.0, samples=21, project=True, method=METHODS["stoermer_6"], step=0.01
+    ),
+    "Stoermer, quaternion": lambda: top(samples=21, method=METHODS["stoermer_6"], step=0.02, pairs=BALL),
+    "Stoermer, far turns": lambda: top(samples=21, method=METHODS["stoermer_6"], step=0.2, pairs=BALL),
+    "Verlet": lambda: single(METHODS["stoermer_verlet"], step=0.03),
+    "Verlet, quaternion": lambda: top(samples=21, method=METHODS["stoermer_verlet"], step=0.02, pairs=BALL),
     "pole": lambda: problem(BLOW_UP, [1], [1], [], 2.0, samples=21, rtol=1e-6),
     "root": lambda: problem(ROOT, [0], [0], [], 2.0, samples=21),
     "root, fixed": lambda: problem(ROOT, [0], [0], [], 2.0, RK4, samples=21, step=0.15),
@@ -116,7 +130,8 @@ def test_the_pendulum_follows_elliptic_functions():
 @pytest.mark.parametrize("samples", [11, 98])
 def test_the_loop_in_c_has_the_order_of_its_method(name, samples):
     method, errors = METHODS[name], []
-    finest = {"explicit_euler": 6000, "dormand_prince": 400, "midpoint": 1600, "heun": 1600}.get(name, 800)
+    finest = {"explicit_euler": 6000, "dormand_prince": 400, "midpoint": 1600, "heun": 1600,
+              "adams_bashforth_moulton": 1600, "stoermer_6": 400}.get(name, 800)  # fmt: skip
     coarse, fine, t_end = (20, 50, 8.0) if method.order == 8 else (finest // 2, finest, 5.0)
     for steps in (coarse, fine):
         run = integrate(problem(PENDULUM, [2], [0], [1, 1], t_end, method, step=t_end / steps, samples=samples))

@@ -1,0 +1,78 @@
+"""Methods of integration as the loop in C reads them."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping
+from enum import IntEnum
+from functools import singledispatch
+from typing import Any
+
+from numpy.typing import NDArray
+
+from multibody_sym.integrators.flow import Method
+from multibody_sym.integrators.multistep import AdamsBashforthMoulton, Multistep, Stoermer, StoermerVerlet
+from multibody_sym.integrators.runge_kutta import RungeKutta, Tableau
+from multibody_sym.runtime.native import MethodStruct
+
+
+class Family(IntEnum):
+    """The families of runtime.h."""
+
+    EXPLICIT = 0
+    ADAMS = 1
+    STOERMER = 2
+    VERLET = 3
+
+
+def address(array: NDArray[Any]) -> ctypes.c_void_p:
+    """Return where the elements of an array begin, for C; the array must live as long."""
+    return ctypes.c_void_p(array.ctypes.data)
+
+
+@singledispatch
+def method_struct(method: Method) -> MethodStruct:
+    """Return the method for C; it points into the method's arrays, which must live as long."""
+    raise TypeError(f"{method!r} is no method")
+
+
+@method_struct.register
+def _explicit(method: RungeKutta) -> MethodStruct:
+    return _struct(Family.EXPLICIT, method, method.tableau, {})
+
+
+@method_struct.register
+def _adams(method: AdamsBashforthMoulton) -> MethodStruct:
+    return _looking_back(Family.ADAMS, method)
+
+
+@method_struct.register
+def _stoermer(method: Stoermer) -> MethodStruct:
+    return _looking_back(Family.STOERMER, method)
+
+
+@method_struct.register
+def _verlet(method: StoermerVerlet) -> MethodStruct:
+    return _looking_back(Family.VERLET, method)
+
+
+def _looking_back(family: Family, method: Multistep) -> MethodStruct:
+    weights = {name: address(values) for name, values in method.tables.items()}
+    return _struct(family, method, method.starter, {"past": method.past, **weights})
+
+
+def _struct(family: Family, method: Method, tableau: Tableau, more: Mapping[str, Any]) -> MethodStruct:
+    return MethodStruct(
+        family=family,
+        stages=tableau.stages,
+        all_stages=len(tableau.c),
+        order=method.order,
+        error_order=method.error_order,
+        dense_degree=tableau.dense.shape[1],
+        a=address(tableau.A),
+        c=address(tableau.c),
+        error=None if tableau.error is None else address(tableau.error),
+        coarse_error=None if tableau.coarse_error is None else address(tableau.coarse_error),
+        dense=address(tableau.dense),
+        **more,
+    )
