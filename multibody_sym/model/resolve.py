@@ -94,8 +94,10 @@ def _in(slots: Mapping[Node, Node], node: Node) -> Node:
 
 
 def _kinks(resolved: System) -> tuple[Node, ...]:
-    parts = (resolved.forces, resolved.constraints, resolved.inputs)
-    return tuple(switching_functions([written.node for part in parts for written in expressions(part)]))
+    """Return the switching functions of forces, constraints, motions and inputs that change with time or motion."""
+    parts = (resolved.forces, resolved.constraints, resolved.inputs, resolved.joints, resolved.bodies)
+    found = switching_functions([written.node for part in parts for written in expressions(part)])
+    return tuple(g for g in found if any(leaf.data[0] != "parameters" for leaf in leaves([g], "slot")))
 
 
 # --- the tree ------------------------------------------------------------------------------------------------------
