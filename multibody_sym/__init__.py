@@ -21,11 +21,13 @@ if TYPE_CHECKING:
     from multibody_sym.model.elements import Ask as Ask
     from multibody_sym.model.elements import Baumgarte as Baumgarte
     from multibody_sym.model.elements import Body as Body
+    from multibody_sym.model.elements import Coupler as Coupler
     from multibody_sym.model.elements import Damper as Damper
     from multibody_sym.model.elements import Distance as Distance
     from multibody_sym.model.elements import Expression as Expression
     from multibody_sym.model.elements import Force as Force
     from multibody_sym.model.elements import Frame as Frame
+    from multibody_sym.model.elements import Gear as Gear
     from multibody_sym.model.elements import GroundMotion as GroundMotion
     from multibody_sym.model.elements import Parameter as Parameter
     from multibody_sym.model.elements import Pulley as Pulley
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
     from multibody_sym.model.joints import Fixed as Fixed
     from multibody_sym.model.joints import Free as Free
     from multibody_sym.model.joints import Initial as Initial
+    from multibody_sym.model.joints import Limits as Limits
     from multibody_sym.model.joints import Planar as Planar
     from multibody_sym.model.joints import Prismatic as Prismatic
     from multibody_sym.model.joints import Revolute as Revolute
@@ -90,9 +93,10 @@ _NAMES = {
     "formats.reader": "load loads",
     "formats.urdf": "UrdfNotice load_urdf",
     "formats.writer": "dump dumps",
-    "model.elements": "Ask Baumgarte Body Damper Distance Expression Force Frame GroundMotion Parameter Pulley Rope "
-    "Settings Shape SpringDamper Stabilisation Torque Turn",
-    "model.joints": "Custom Cylindrical Direct Fixed Free Initial Planar Prismatic Revolute Screw Spherical Universal",
+    "model.elements": "Ask Baumgarte Body Coupler Damper Distance Expression Force Frame Gear GroundMotion Parameter "
+    "Pulley Rope Settings Shape SpringDamper Stabilisation Torque Turn",
+    "model.joints": "Custom Cylindrical Direct Fixed Free Initial Limits Planar Prismatic Revolute Screw Spherical "
+    "Universal",
     "model.resolve": "mechanism",
     "model.system": "System parameters t variable",
     "scalars.functions": "absolute acos asin atan atan2 cos exp log maximum minimum pi sign sin sqrt tan where",

@@ -20,11 +20,13 @@ from multibody_sym.model.elements import (
     CONSTRAINTS,
     FORCES,
     Body,
+    Coupler,
     Damper,
     Distance,
     Expression,
     Force,
     Frame,
+    Gear,
     GroundMotion,
     Parameter,
     Pulley,
@@ -414,7 +416,27 @@ _FORCES: Mapping[type, Callable[..., Element]] = {
     SpringDamper: _spring,
     Damper: _damper,
 }
-_CONSTRAINTS: Mapping[type, Callable[..., Element]] = {Distance: _distance, Rope: _rope, Expression: _expression}
+def _gear(build: _Builder, pulleys: Mapping[str, Pulley]) -> Gear | Expression:
+    pair = build.one_freedom(), build.one_freedom()
+    if pair[0] is None or pair[0] == pair[1]:
+        return _expression(build, pulleys)
+    return Gear(pair, build.uniform(0.2, 3), f"{build.uniform()}*t")
+
+
+def _coupler(build: _Builder, pulleys: Mapping[str, Pulley]) -> Coupler | Expression:
+    names = {build.one_freedom() for _ in range(3)} - {None}
+    if not names:
+        return _expression(build, pulleys)
+    return Coupler({name: build.uniform(0.2, 3) for name in sorted(names)}, build.uniform())
+
+
+_CONSTRAINTS: Mapping[type, Callable[..., Element]] = {
+    Distance: _distance,
+    Rope: _rope,
+    Expression: _expression,
+    Gear: _gear,
+    Coupler: _coupler,
+}
 
 assert set(_FORCES) == set(FORCES.table.values()), "every kind of force is drawn"
 assert set(_CONSTRAINTS) == set(CONSTRAINTS.table.values()), "every kind of constraint is drawn"

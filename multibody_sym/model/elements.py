@@ -353,6 +353,33 @@ class Expression(Element):
     zero: Node = holds(Scalar())
 
 
+@dataclass(frozen=True)
+class Gear(Element):
+    """Two joints with one freedom each in mesh: q_1 = ratio q_2 + value; wheels that touch outside turn oppositely.
+
+    The multiplier is the moment (or force) of the gear on the first joint; on the second it acts -ratio times.
+    """
+
+    joints: tuple[str, ...] = holds(ListOf(Text(), 2, 2))
+    ratio: Node = holds(Scalar())
+    value: Node = holds(Scalar(), 0)
+
+
+@dataclass(frozen=True)
+class Coupler(Element):
+    """Joints with one freedom each whose coordinates are tied: the sum of factor times q over `joints` equals `value`.
+
+    The multiplier acts on each joint as factor times its own.
+    """
+
+    joints: Mapping[str, Node] = holds(MapOf(Scalar()))
+    value: Node = holds(Scalar(), 0)
+
+    def verify(self) -> None:
+        if not self.joints:
+            raise ModelError("name the joints with their factors, such as {A: 1, B: -2}").under("joints")
+
+
 # --- questions and settings ----------------------------------------------------------------------------------------
 
 
@@ -450,4 +477,6 @@ class Settings(Element):
 FORCES: Final = OneOf(
     {"force": Force, "torque": Torque, "spring_damper": SpringDamper, "damper": Damper}, {"spring": "spring_damper"}
 )
-CONSTRAINTS: Final = OneOf({"distance": Distance, "rope": Rope, "expression": Expression}, {})
+CONSTRAINTS: Final = OneOf(
+    {"distance": Distance, "rope": Rope, "expression": Expression, "gear": Gear, "coupler": Coupler}, {}
+)

@@ -122,6 +122,20 @@ class Initial(Element):
 
 
 @dataclass(frozen=True)
+class Limits(Element):
+    """How far (`lower`, `upper`), how fast (`velocity`) and with how much force or moment (`effort`) a joint may move.
+
+    Nothing stops it there: `check` and the summary of a run tell where position and speed pass them. The effort is for
+    programs that choose a drive.
+    """
+
+    lower: Node | None = holds(Scalar(), None)
+    upper: Node | None = holds(Scalar(), None)
+    velocity: Node | None = holds(Scalar(), None)
+    effort: Node | None = holds(Scalar(), None)
+
+
+@dataclass(frozen=True)
 class MovingJoint(Joint):
     """A joint with freedom: names and initial values of its coordinates.
 
@@ -133,6 +147,7 @@ class MovingJoint(Joint):
     q: tuple[str, ...] | None = holds(ListOf(Text(), least=1), None)
     motion: tuple[Node | None, ...] | None = holds(OptionalScalars(), None)
     initial: Initial | None = holds(Record(Initial), None)
+    limits: Limits | None = holds(Record(Limits), None)
     label: str | None = holds(Text(), None)
 
     @property
@@ -143,6 +158,8 @@ class MovingJoint(Joint):
 
     def verify(self) -> None:
         self._verify_motion()
+        if self.limits is not None and (self.ball or len(self.steps) != 1):
+            raise ModelError(f"limits are for joints with one freedom; a {self.kind} joint has more").under("limits")
         coordinates, speeds = len(self.coordinate_units), len(self.speed_units)
         if self.q is not None and len(self.q) != coordinates:
             raise ModelError(f"{self._named} has {coordinates} coordinates, q names {len(self.q)}")

@@ -47,6 +47,18 @@ class Speed:
 
 
 @dataclass(frozen=True)
+class Limit:
+    """The range of a joint's coordinate number `q`, and the largest size of its speed number `u`; None is no limit."""
+
+    joint: str
+    q: int
+    u: int
+    lower: Node | None
+    upper: Node | None
+    velocity: Node | None
+
+
+@dataclass(frozen=True)
 class Marker:
     """A pose fixed on a body; body -1 is a ground at rest."""
 
@@ -240,6 +252,7 @@ class Mechanism:
     kinks: tuple[Node, ...]
     loads: tuple[Load, ...]
     rows: tuple[Row, ...]
+    limits: tuple[Limit, ...]
     symbols: Mapping[Node, Node]
 
     @property

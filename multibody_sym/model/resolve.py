@@ -12,10 +12,12 @@ from multibody_sym.expressions.units import Dimension, dimension_of
 from multibody_sym.model.bodies import GROUND, IDENTITY, ORIGIN, Pose, mass_of, pose_of, unit_vector
 from multibody_sym.model.elements import (
     Body,
+    Coupler,
     Damper,
     Distance,
     Expression,
     Force,
+    Gear,
     Rope,
     SpringDamper,
     Torque,
@@ -31,6 +33,7 @@ from multibody_sym.model.mechanism import (
     ExpressionRow,
     JointForce,
     JointSpring,
+    Limit,
     Load,
     Marker,
     Mechanism,
@@ -46,7 +49,7 @@ from multibody_sym.model.slots import AXES, Element, at, dimension_of_unit, sugg
 from multibody_sym.model.system import RESERVED, System, expressions, verify_symbol, verify_system, with_expressions
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.kinks import switching_function, switching_functions
-from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, leaves, slot, symbol
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, leaves, negate, slot, symbol
 
 MOST_BODIES: Final = 20_000
 
@@ -84,7 +87,8 @@ def mechanism(system: System) -> Mechanism:
         stops={name: switching_function(condition) for name, condition in resolved.stop.items()},
         kinks=_kinks(resolved),
         loads=tuple(resolver.loads(bodies)),
-        rows=tuple(resolver.rows()),
+        rows=tuple(resolver.rows(bodies)),
+        limits=tuple(resolver.limits(bodies)),
         symbols=slots,
     )
 
@@ -426,13 +430,12 @@ class _Resolver:
         return self.numbers[name]
 
     def one_freedom(self, name: str, bodies: tuple[TreeBody, ...]) -> TreeBody:
-        with at("joint"):
-            for body in bodies:
-                if body.joint_name == name:
-                    if len(body.u) != 1:
-                        raise ModelError(f"joint {name!r} has {len(body.u)} degrees of freedom; one is needed here")
-                    return body
-            raise ModelError(f"no joint is called {name!r}{suggestion(name, self.system.joints)}")
+        for body in bodies:
+            if body.joint_name == name:
+                if len(body.u) != 1:
+                    raise ModelError(f"joint {name!r} has {len(body.u)} degrees of freedom; one is needed here")
+                return body
+        raise ModelError(f"no joint is called {name!r}{suggestion(name, self.system.joints)}")
 
     def loads(self, bodies: tuple[TreeBody, ...]) -> list[Load]:
         made = []
@@ -446,14 +449,16 @@ class _Resolver:
             return PointForce(name, self.force_point(element), element.value, self.axes(element.frame))
         if isinstance(element, Torque):
             if isinstance(element.value, Node):
-                return JointForce(name, self.one_freedom(element.joint or "", bodies).u[0], element.value)
+                with at("joint"):
+                    return JointForce(name, self.one_freedom(element.joint or "", bodies).u[0], element.value)
             with at("on"):
                 return BodyTorque(name, self.marker(element.on or "").body, element.value, self.axes(element.frame))
         assert isinstance(element, (SpringDamper, Damper))
         stiffness = element.stiffness if isinstance(element, SpringDamper) else ZERO
         rest = element.length if isinstance(element, SpringDamper) else ZERO
         if element.joint is not None:
-            body = self.one_freedom(element.joint, bodies)
+            with at("joint"):
+                body = self.one_freedom(element.joint, bodies)
             return JointSpring(name, body.q[0], body.u[0], stiffness, element.damping, rest)
         return PointSpring(name, self.pair(element.between or ()), stiffness, element.damping, rest)
 
@@ -473,21 +478,51 @@ class _Resolver:
                 made[name] = Bend(self.marker(pulley.at), pulley.radius, unit_vector(pulley.axis))
         return made
 
-    def rows(self) -> list[Row]:
+    def limits(self, bodies: tuple[TreeBody, ...]) -> list[Limit]:
+        declared = {name: getattr(joint, "limits", None) for name, joint in self.system.joints.items()}
+        made = []
+        for body in bodies:
+            found = declared.get(body.joint_name)
+            if found is not None and body.q:
+                made.append(Limit(body.joint_name, body.q[0], body.u[0], found.lower, found.upper, found.velocity))
+        return made
+
+    def rows(self, bodies: tuple[TreeBody, ...]) -> list[Row]:
         made, pulleys = [], self.pulleys()
         for name, element in self.system.constraints.items():
             with at("constraints", name):
-                made.append(self.row(name, element, pulleys))
+                made.append(self.row(name, element, pulleys, bodies))
         return made
 
-    def row(self, name: str, element: Element, pulleys: Mapping[str, Bend]) -> Row:
+    def row(
+        self, name: str, element: Element, pulleys: Mapping[str, Bend], bodies: tuple[TreeBody, ...]
+    ) -> Row:
         if isinstance(element, Distance):
             return DistanceRow(name, self.pair(element.between), element.value)
         if isinstance(element, Rope):
             length = element.length if element.length is not None else self.measured_length(name)
             return RopeRow(name, tuple(self.bend(i, step, pulleys) for i, step in enumerate(element.path)), length)
+        if isinstance(element, Gear):
+            with at("joints", 0):
+                driven = self.coordinate(element.joints[0], bodies)
+            with at("joints", 1):
+                driving = self.coordinate(element.joints[1], bodies)
+            return ExpressionRow(name, driven - element.ratio * driving - element.value)
+        if isinstance(element, Coupler):
+            return ExpressionRow(name, self.coupled(element, bodies))
         assert isinstance(element, Expression)
         return ExpressionRow(name, element.zero)
+
+    def coupled(self, element: Coupler, bodies: tuple[TreeBody, ...]) -> Node:
+        total = negate(element.value)
+        for joint, factor in element.joints.items():
+            with at("joints", joint):
+                total = total + factor * self.coordinate(joint, bodies)
+        return total
+
+    def coordinate(self, joint: str, bodies: tuple[TreeBody, ...]) -> Node:
+        """Return the coordinate of a joint with one freedom."""
+        return slot("q", self.one_freedom(joint, bodies).q[0])
 
     def bend(self, index: int, step: str, pulleys: Mapping[str, Bend]) -> Bend:
         if step in pulleys:

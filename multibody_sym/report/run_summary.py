@@ -13,7 +13,7 @@ _MOST: Final = 20
 
 def run_summary(run: Trajectory) -> str:
     """Return how the run was done, where it ended, and how well energy and constraints were kept."""
-    return "\n".join([_headline(run), *_end(run), *_energy(run), *_constraints(run), *_ropes(run)])
+    return "\n".join([_headline(run), *_end(run), *_energy(run), *_constraints(run), *_events(run)])
 
 
 def _headline(run: Trajectory) -> str:
@@ -60,8 +60,11 @@ def _constraints(run: Trajectory) -> list[str]:
     return lines
 
 
-def _ropes(run: Trajectory) -> list[str]:
-    return [
-        f"warning: from t = {event['t']:g} s on rope {event['element']} would have to push; a real one goes slack there"
-        for event in run.events
-    ]
+def _events(run: Trajectory) -> list[str]:
+    return [_warning(event["kind"], event["element"], event["t"]) for event in run.events]
+
+
+def _warning(kind: str, element: str, t: float) -> str:
+    if kind.endswith("limit"):
+        return f"warning: joint {element} passes its {kind} at t = {t:g} s; nothing stops it there"
+    return f"warning: from t = {t:g} s on rope {element} would have to push; a real one goes slack there"

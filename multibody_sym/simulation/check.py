@@ -27,6 +27,7 @@ from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System, expressions
 from multibody_sym.scalars.node import leaves
+from multibody_sym.simulation.limits import limits_passed
 
 _STATES: Final = 4
 _DERIVED: Final[Mapping[str, int]] = {"lagrange": 12, "multipliers": 12}
@@ -179,6 +180,7 @@ def _start_hints(resolved: Mechanism, begin: Start, rank: Redundancy, states: Se
     hints = []
     if begin.shift > 0.0:
         hints.append(f"given start values were changed by up to {begin.shift:.3g} to satisfy the constraints")
+    hints += _limit_hints(resolved, begin)
     nearby = _rank_nearby(resolved, begin)
     if nearby is not None and nearby > rank.rank:
         hints.append(
@@ -187,6 +189,11 @@ def _start_hints(resolved: Mechanism, begin: Start, rank: Redundancy, states: Se
     if len(states) <= _STATES:
         hints.append("at most states near the start something declared has no value, or the mass matrix is singular")
     return hints
+
+
+def _limit_hints(resolved: Mechanism, begin: Start) -> list[str]:
+    crossed = limits_passed(resolved, begin.parameters, np.array([begin.q]), np.array([begin.u]))
+    return [f"joint {at.joint} starts beyond its {at.limit} limit, {at.bound:g}" for at in crossed]
 
 
 def _rank_nearby(resolved: Mechanism, begin: Start) -> int | None:

@@ -13,6 +13,7 @@ import numpy as np
 from multibody_sym.integrators.flow import Status
 from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem
+from multibody_sym.simulation.limits import limits_passed
 from multibody_sym.simulation.samples import Floats, Samples
 
 _ROUNDING: Final = 1e-9
@@ -43,8 +44,14 @@ class Trajectory(Samples):
 
     @property
     def events(self) -> list[dict[str, Any]]:
-        """What happened on the way: each rope's first sample at which it would push; a real one goes slack there."""
-        found: list[dict[str, Any]] = []
+        """What happened on the way: each rope's first sample at which it would push; a real one goes slack there.
+
+        And the first sample at which a joint is beyond one of its limits.
+        """
+        crossed = limits_passed(self.ready.mechanism, self.parameters, self.q, self.u)
+        found: list[dict[str, Any]] = [
+            {"t": float(self.t[at.sample]), "kind": f"{at.limit} limit", "element": at.joint} for at in crossed
+        ]
         for name, tension in self.tensions.items():
             pushing = np.flatnonzero(tension < -_ROUNDING * np.abs(tension).max(initial=0.0))
             if len(pushing):

@@ -1,0 +1,39 @@
+"""Limits of joints: which ones a motion passes, and when."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import slot
+
+Floats = NDArray[np.float64]
+
+
+class Passed(NamedTuple):
+    """A limit (`lower`, `upper` or `velocity`) of a joint that a motion passes first at a sample."""
+
+    joint: str
+    limit: str
+    bound: float
+    sample: int
+
+
+def limits_passed(mechanism: Mechanism, parameters: Sequence[float] | Floats, q: Floats, u: Floats) -> list[Passed]:
+    """Return the limits that samples of coordinates q (m, nq) and speeds u (m, nu) pass."""
+    values = {slot("parameters", i): float(x) for i, x in enumerate(parameters)}
+    found = []
+    for limit in mechanism.limits:
+        position, speed = q[:, limit.q], np.abs(u[:, limit.u])
+        sides = (("lower", limit.lower, position, -1), ("upper", limit.upper, position, 1))
+        for name, declared, size, side in (*sides, ("velocity", limit.velocity, speed, 1)):
+            if declared is not None:
+                bound = evaluate_float([declared], values)[0]
+                beyond = np.flatnonzero(side * (size - bound) > 0.0)
+                found += [Passed(limit.joint, name, bound, int(k)) for k in beyond[:1]]
+    return found
