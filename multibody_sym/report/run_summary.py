@@ -13,19 +13,25 @@ _MOST: Final = 20
 
 def run_summary(run: Trajectory) -> str:
     """Return how the run was done, where it ended, and how well energy and constraints were kept."""
-    return "\n".join([_headline(run), *_end(run), *_energy(run), *_constraints(run), *_events(run)])
+    return "\n".join([_headline(run), *_stop(run), *_end(run), *_energy(run), *_constraints(run), *_events(run)])
 
 
 def _headline(run: Trajectory) -> str:
     problem, taken, ready = run.problem, run.integration.statistics, run.ready
     accuracy = f"step {problem.step:g} s" if problem.step else f"rtol {problem.rtol:g}, atol {problem.atol:g}"
     code = {"c": "C", "python": "Python"}[ready.compiled.backend]
-    done = "interrupted" if run.interrupted else "done"
+    done = "interrupted" if run.interrupted else "done" if run.stop is None else f"stopped by {run.stop['element']!r}"
     return (
         f"{ready.mechanism.name}: {done} at t = {run.t_final:g} s of {problem.t_end:g} s, {len(run)} samples\n"
         f"{problem.method.name} ({accuracy}), {ready.formalism} in {code}: {taken.steps} steps, "
         f"{taken.rejected} rejected, {taken.evaluations} evaluations"
     )
+
+
+def _stop(run: Trajectory) -> list[str]:
+    if run.stop is None or run.stop["t"] > run.problem.t0:
+        return []
+    return [f"the run ended at once: the condition of stop {run.stop['element']!r} holds at the start"]
 
 
 def _end(run: Trajectory) -> list[str]:
@@ -61,7 +67,7 @@ def _constraints(run: Trajectory) -> list[str]:
 
 
 def _events(run: Trajectory) -> list[str]:
-    return [_warning(event["kind"], event["element"], event["t"]) for event in run.events]
+    return [_warning(event["kind"], event["element"], event["t"]) for event in run.events if event != run.stop]
 
 
 def _warning(kind: str, element: str, t: float) -> str:

@@ -16,6 +16,7 @@ from multibody_sym.simulation.overrides import with_settings, with_values
 from multibody_sym.simulation.problem import problem_of, settings_of
 from multibody_sym.simulation.runnable import Runnable, runnable
 from multibody_sym.simulation.samples import Samples
+from multibody_sym.simulation.stops import end_at_once, held_at_start
 from multibody_sym.simulation.trajectory import Trajectory
 
 
@@ -58,7 +59,8 @@ def simulate(
             new = Samples(ready, problem.parameters, chunk.t, chunk.q, chunk.u)
             on_progress(new, chunk.time / problem.t_end)
 
-    return _trajectory(ready, problem, integrate(problem, on_chunk=report))
+    loop = None if held_at_start(problem) is None else end_at_once
+    return _trajectory(ready, problem, integrate(problem, on_chunk=report, loop=loop))
 
 
 def _trajectory(ready: Runnable, problem: Problem, done: Integration) -> Trajectory:

@@ -73,7 +73,7 @@ class Simulated:
 
     def _simulated(self, system: System, duration: float | None) -> Trajectory:
         plain: dict[str, Any] = {} if system.simulation.step is not None else {"rtol": _RTOL, "atol": _RTOL / 10}
-        return simulate(system, t_end=duration, samples=_SAMPLES, **plain)
+        return simulate(replace(system, stop=Names()), t_end=duration, samples=_SAMPLES, **plain)
 
 
 def _vectors(run: Trajectory, function: str) -> Floats:

@@ -43,15 +43,24 @@ class Trajectory(Samples):
         return self.integration.status is Status.INTERRUPTED
 
     @property
-    def events(self) -> list[dict[str, Any]]:
-        """What happened on the way: each rope's first sample at which it would push; a real one goes slack there.
+    def stop(self) -> dict[str, Any] | None:
+        """The condition that ended the run, by name, and when; None for a run that reached `t_end`, or failed."""
+        names = list(self.ready.mechanism.stops)
+        met = [event for event in self.integration.events if event.terminal]
+        return {"t": met[0].time, "kind": "stop", "element": names[met[0].index]} if met else None
 
-        And the first sample at which a joint is beyond one of its limits.
+    @property
+    def events(self) -> list[dict[str, Any]]:
+        """What happened on the way, in the order of time.
+
+        The stop that ended the run; each rope's first sample at which it would push: a real one goes slack there; the
+        first sample at which a joint is beyond one of its limits.
         """
         crossed = limits_passed(self.ready.mechanism, self.parameters, self.q, self.u)
         found: list[dict[str, Any]] = [
             {"t": float(self.t[at.sample]), "kind": f"{at.limit} limit", "element": at.joint} for at in crossed
         ]
+        found += [] if self.stop is None else [self.stop]
         for name, tension in self.tensions.items():
             pushing = np.flatnonzero(tension < -_ROUNDING * np.abs(tension).max(initial=0.0))
             if len(pushing):

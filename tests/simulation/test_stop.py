@@ -1,0 +1,96 @@
+"""Conditions that stop a run: when, where the state then is, and what the user is told."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.formats.tables import write_table
+from multibody_sym.report.run_summary import run_summary
+
+THROWN = """
+multibody_sym: 1
+name: thrown
+gravity: [0, 0, -g]
+parameters: {g: 10, floor: 0}
+bodies: {ball: {mass: 1}}
+joints: {fly: {type: prismatic, parent: ground, child: ball, axis: z, q: z, initial: {q: 5, u: 2}}}
+forces: {wind: {type: force, on: ball, value: [0, 0, "where(z < 2, 1, 0)"]}}
+stop: {high: z > 6, fall: z < floor}
+"""
+# From 5 m at 2 m/s the ball is at 2 m, at -8 m/s, after 1 s; from there a = -9 m/s^2 takes it down in 2/9 s.
+FALL = 11 / 9
+SWING = """
+multibody_sym: 1
+name: swing
+gravity: [0, -10, 0]
+bodies: {bob: {mass: 1, com: [0, -1, 0]}}
+joints: {hinge: {type: revolute, parent: ground, child: bob, axis: z, q: theta, initial: {q: 0.5}}}
+stop: {light: "reaction(hinge, fy) < limit"}
+parameters: {limit: 8}
+"""
+LOOPS = pytest.mark.parametrize("backend", ["c", "python"])
+METHODS = pytest.mark.parametrize(
+    ("method", "step"), [("dormand_prince", None), ("dormand_prince_8", None), ("rk4", 0.01), ("stoermer_6", 0.01)]
+)
+
+
+@LOOPS
+@METHODS
+def test_a_run_ends_where_its_stop_holds(backend: str, method: str, step: float | None) -> None:
+    run = mbs.simulate(mbs.loads(THROWN), t_end=10, method=method, step=step, samples=101, backend=backend)
+    assert run.t_final == run.t[-1] == pytest.approx(FALL, abs=1e-12)
+    assert run["z"][-1] == pytest.approx(0.0, abs=1e-12)
+    assert run["u_z"][-1] == pytest.approx(-10.0, abs=1e-12)
+    assert run.events == [{"t": run.t_final, "kind": "stop", "element": "fall"}]
+    np.testing.assert_allclose(run.t[:-1], np.arange(13) / 10, atol=1e-12)
+    assert run.final["t"] == run.t_final
+    assert f"stopped by 'fall' at t = {run.t_final:g} s of 10 s, 14 samples" in run_summary(run)
+
+
+def test_what_is_asked_of_the_end_is_asked_of_the_stop(tmp_path) -> None:
+    run = mbs.simulate(mbs.loads(THROWN), t_end=10, samples=11, parameters={"floor": 5})
+    assert run.t_final == pytest.approx(0.4, abs=1e-12)
+    assert run.as_json()["events"] == run.events
+    write_table(run.table(), str(tmp_path / "thrown.csv"))
+    *_, last = (tmp_path / "thrown.csv").read_text().splitlines()
+    assert float(last.split(",")[0]) == run.t_final
+
+
+def test_a_stop_at_a_sample_makes_no_second_row() -> None:
+    run = mbs.simulate(mbs.loads(THROWN), t_end=FALL, samples=12)
+    assert len(run) == 12
+    assert run.t[-1] == pytest.approx(FALL)
+
+
+@LOOPS
+def test_a_stop_that_holds_at_the_start_ends_the_run_at_once(backend: str) -> None:
+    run = mbs.simulate(mbs.loads(THROWN), t_end=10, parameters={"floor": 6}, backend=backend)
+    assert run.events == [{"t": 0.0, "kind": "stop", "element": "fall"}]
+    assert (len(run), run.t_final, run["z"][0]) == (1, 0.0, 5.0)
+    assert "the condition of stop 'fall' holds at the start" in run_summary(run)
+
+
+def test_a_run_whose_stops_never_hold_ends_at_t_end() -> None:
+    run = mbs.simulate(mbs.loads(THROWN), t_end=1.2, samples=11)
+    assert (run.stop, run.events, run.t_final) == (None, [], 1.2)
+    assert run["z"].max() > 5.19
+
+
+def test_a_reaction_can_stop_a_run() -> None:
+    """With c = cos(theta) the rod pulls with 10 (3 c - 2 cos(0.5)), c times that upward, as energy is conserved."""
+    run = mbs.simulate(mbs.loads(SWING), t_end=10, parameters={"limit": 7}, rtol=1e-11)
+    assert run.stop is None  # at least 10 cos(0.5)^2 = 7.7
+    run = mbs.simulate(mbs.loads(SWING.replace("< limit", "> limit")), t_end=10, parameters={"limit": 9}, rtol=1e-11)
+    c = math.cos(run.final["coordinates"]["theta"])
+    assert 10 * (3 * c**2 - 2 * math.cos(0.5) * c) == pytest.approx(9, abs=1e-8)
+
+
+def test_two_runs_of_one_structure_share_their_programs() -> None:
+    from multibody_sym.simulation.recall import structure_key
+
+    plain = structure_key(mbs.loads(THROWN), "composite_body")
+    assert structure_key(mbs.loads(THROWN.replace("z < floor", "z < floor - 1")), "composite_body") != plain
