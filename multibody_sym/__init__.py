@@ -18,24 +18,32 @@ if TYPE_CHECKING:
     from multibody_sym.formats.urdf import load_urdf as load_urdf
     from multibody_sym.formats.writer import dump as dump
     from multibody_sym.formats.writer import dumps as dumps
+    from multibody_sym.model.constraints import Coupler as Coupler
+    from multibody_sym.model.constraints import Distance as Distance
+    from multibody_sym.model.constraints import Expression as Expression
+    from multibody_sym.model.constraints import Gear as Gear
+    from multibody_sym.model.constraints import Line as Line
+    from multibody_sym.model.constraints import Plane as Plane
+    from multibody_sym.model.constraints import PointInPlane as PointInPlane
+    from multibody_sym.model.constraints import PointOnLine as PointOnLine
+    from multibody_sym.model.constraints import PrescribedMotion as PrescribedMotion
+    from multibody_sym.model.constraints import Rolling as Rolling
+    from multibody_sym.model.constraints import Rope as Rope
+    from multibody_sym.model.constraints import VelocityConstraint as VelocityConstraint
     from multibody_sym.model.elements import Ask as Ask
     from multibody_sym.model.elements import Baumgarte as Baumgarte
     from multibody_sym.model.elements import Body as Body
-    from multibody_sym.model.elements import Coupler as Coupler
     from multibody_sym.model.elements import Damper as Damper
-    from multibody_sym.model.elements import Distance as Distance
-    from multibody_sym.model.elements import Expression as Expression
     from multibody_sym.model.elements import Force as Force
     from multibody_sym.model.elements import Frame as Frame
-    from multibody_sym.model.elements import Gear as Gear
     from multibody_sym.model.elements import GroundMotion as GroundMotion
     from multibody_sym.model.elements import Parameter as Parameter
     from multibody_sym.model.elements import Pulley as Pulley
-    from multibody_sym.model.elements import Rope as Rope
     from multibody_sym.model.elements import Settings as Settings
     from multibody_sym.model.elements import Shape as Shape
     from multibody_sym.model.elements import SpringDamper as SpringDamper
     from multibody_sym.model.elements import Stabilisation as Stabilisation
+    from multibody_sym.model.elements import Surface as Surface
     from multibody_sym.model.elements import Torque as Torque
     from multibody_sym.model.elements import Turn as Turn
     from multibody_sym.model.joints import Custom as Custom
@@ -93,8 +101,10 @@ _NAMES = {
     "formats.reader": "load loads",
     "formats.urdf": "UrdfNotice load_urdf",
     "formats.writer": "dump dumps",
-    "model.elements": "Ask Baumgarte Body Coupler Damper Distance Expression Force Frame Gear GroundMotion Parameter "
-    "Pulley Rope Settings Shape SpringDamper Stabilisation Torque Turn",
+    "model.constraints": "Coupler Distance Expression Gear Line Plane PointInPlane PointOnLine PrescribedMotion "
+    "Rolling Rope VelocityConstraint",
+    "model.elements": "Ask Baumgarte Body Damper Force Frame GroundMotion Parameter Pulley Settings Shape "
+    "SpringDamper Stabilisation Surface Torque Turn",
     "model.joints": "Custom Cylindrical Direct Fixed Free Initial Limits Planar Prismatic Revolute Screw Spherical "
     "Universal",
     "model.resolve": "mechanism",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -14,29 +15,40 @@ from multibody_sym.dynamics.massless import massless_speeds
 from multibody_sym.dynamics.start import parameter_values
 from multibody_sym.kinematics.loads import applied, span
 from multibody_sym.kinematics.motion import Motion, motion_of
+from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State, state_of
-from multibody_sym.model.elements import (
+from multibody_sym.model.constraints import (
     CONSTRAINTS,
-    FORCES,
-    Body,
     Coupler,
-    Damper,
     Distance,
     Expression,
+    Gear,
+    Line,
+    Plane,
+    PointInPlane,
+    PointOnLine,
+    PrescribedMotion,
+    Rolling,
+    Rope,
+    VelocityConstraint,
+)
+from multibody_sym.model.elements import (
+    FORCES,
+    Body,
+    Damper,
     Force,
     Frame,
-    Gear,
     GroundMotion,
     Parameter,
     Pulley,
-    Rope,
     SpringDamper,
+    Surface,
     Torque,
     Turn,
 )
 from multibody_sym.model.joints import JOINTS, Angles, Direct, Fixed, Initial, Joint, MovingJoint
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism import Mechanism, RollingRow, RopeRow
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.slots import Direction, Element, ListOf, OneOf, Scalar, Slot, Text, slots_of
 from multibody_sym.model.system import System, variable
@@ -131,8 +143,12 @@ def _has_inertia(motion: Motion) -> bool:
 
 
 def _apart(motion: Motion, part: Any) -> bool:
-    """Return whether the points that a load or row joins do not coincide."""
-    return not hasattr(part, "ends") or span(motion, part.ends)[0] > 1e-3
+    """Return whether the points that a load or row joins do not coincide, and a disc does not lie flat on its plane."""
+    if isinstance(part, RollingRow) and part.axis is not None:
+        normal, axis = direction(motion, part.plane, part.normal), direction(motion, part.wheel, part.axis)
+        return float(np.linalg.norm(np.cross(normal, axis))) > 1e-2
+    markers = [bend.at for bend in part.path] if isinstance(part, RopeRow) else getattr(part, "ends", ())
+    return all(span(motion, pair)[0] > 1e-3 for pair in pairwise(markers))
 
 
 def random_coordinates(rng: Random, resolved: Mechanism) -> list[float]:
@@ -239,7 +255,8 @@ class _Builder:
 
     def ground(self) -> Body:
         points = {"o": [0, 0, 0], "a": self.vector(), "b": self.vector(2)}
-        return Body(points=points, frames={"F": self.frame()}, motion=self.ground_motion())
+        floor = Surface(plane=self.vector(2), normal=[0, 1, 0] if self.planar else self.vector())
+        return Body(points=points, frames={"F": self.frame()}, surfaces={"floor": floor}, motion=self.ground_motion())
 
     def ground_motion(self) -> GroundMotion | None:
         if not self.prescribes or self.motions.random() < 0.4:
@@ -265,7 +282,17 @@ class _Builder:
             mass = self.parameter(f"m_{name}", mass)
         inertia = None if particle and self.rng.random() < 0.5 else self.inertia(mass)
         points = {"a": self.vector(), "b": self.vector()}
-        return Body(mass=mass, com=self.vector(0.5), inertia=inertia, points=points, frames={"F": self.frame()})
+        radius, axis = self.uniform(0.1, 1), [0, 0, 1] if self.planar else self.vector()
+        surfaces = {
+            "ball": Surface(sphere=radius, centre=self.vector()),
+            "rim": Surface(disc=radius, axis=axis, centre=self.vector()),
+        }
+        frames = {"F": self.frame()}
+        return Body(mass, self.vector(0.5), inertia, points=points, frames=frames, surfaces=surfaces)
+
+    def direction(self) -> list[float]:
+        """Return a direction, of no particular length."""
+        return [self.uniform(0.1, 1), *self.vector()[1:]]
 
     def inertia(self, mass: Any) -> list[Any]:
         """Return m R diag(b + c, a + c, a + b) R^T: the inertia of some mass distribution."""
@@ -430,12 +457,43 @@ def _coupler(build: _Builder, pulleys: Mapping[str, Pulley]) -> Coupler | Expres
     return Coupler({name: build.uniform(0.2, 3) for name in sorted(names)}, build.uniform())
 
 
+def _on_line(build: _Builder, pulleys: Mapping[str, Pulley]) -> PointOnLine:
+    point, through = build.two_places()
+    return PointOnLine(point, Line(through, build.direction()))
+
+
+def _in_plane(build: _Builder, pulleys: Mapping[str, Pulley]) -> PointInPlane:
+    point, through = build.two_places()
+    return PointInPlane(point, Plane(through, build.direction()))
+
+
+def _rolling(build: _Builder, pulleys: Mapping[str, Pulley]) -> Rolling:
+    return Rolling(f"{build.some(build.names)}.{build.some(['ball', 'rim'])}", "ground.floor")
+
+
+def _motion(build: _Builder, pulleys: Mapping[str, Pulley]) -> Element:
+    joint = build.one_freedom()
+    value = f"{build.uniform()}*sin(2*t) + {build.uniform()}*t^2"
+    return PrescribedMotion(joint, value) if joint else _expression(build, pulleys)
+
+
+def _velocity(build: _Builder, pulleys: Mapping[str, Pulley]) -> VelocityConstraint:
+    first, second = (build.some(build.speeds) for _ in range(2))
+    turned = build.some(build.coordinates)
+    return VelocityConstraint(f"{first}*cos({turned}) - {build.uniform()}*{second}*t + {build.uniform()}*sin(t)")
+
+
 _CONSTRAINTS: Mapping[type, Callable[..., Element]] = {
     Distance: _distance,
     Rope: _rope,
     Expression: _expression,
     Gear: _gear,
     Coupler: _coupler,
+    PointOnLine: _on_line,
+    PointInPlane: _in_plane,
+    Rolling: _rolling,
+    PrescribedMotion: _motion,
+    VelocityConstraint: _velocity,
 }
 
 assert set(_FORCES) == set(FORCES.table.values()), "every kind of force is drawn"

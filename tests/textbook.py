@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from multibody_sym.model.elements import Body, Distance, Expression, Force, Parameter, SpringDamper
+from multibody_sym.model.constraints import Distance, Expression
+from multibody_sym.model.elements import Body, Force, Parameter, SpringDamper
 from multibody_sym.model.joints import Planar, Prismatic, Revolute, Spherical
 from multibody_sym.model.system import System
 

@@ -6,10 +6,10 @@ import argparse
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, NoReturn
 
-from multibody_sym.cli import check, derive, export, import_, new, simulate, solve
+from multibody_sym.cli import check, derive, equilibrium, export, import_, linearize, new, simulate, solve
 from multibody_sym.errors import InputError, Where
 
-COMMANDS: Final = (new, import_, check, derive, solve, simulate, export)
+COMMANDS: Final = (new, import_, check, derive, solve, equilibrium, linearize, simulate, export)
 _EXIT_CODES: Final = (
     "exit codes: 0 done; 2 wrong input; 3 no solution, failed run or disagreement; 4 output, compiler or memory; "
     "70 a defect of this program; 130 Ctrl-C, with what was computed kept"

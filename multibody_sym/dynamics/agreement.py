@@ -18,7 +18,7 @@ from multibody_sym.dynamics.forward_dynamics import forward_dynamics
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.program.solve import EPSILON
+from multibody_sym.program.solve import EPSILON, ROUNDING
 
 Floats = npt.NDArray[np.float64]
 
@@ -55,8 +55,9 @@ def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Seq
         |D r| / (eps n (|D M D| |udot / D| + |D Q| + |D c| + |D H^T| |lambda|)),   norms: largest row sums,
 
     where |Q|, |c| are sums of absolute contributions; and |H_j udot - gamma_j| / (eps n (|H_j D|_1 |udot / D| +
-    |gamma_j|)) for each row. 0/0 is 0; nan is returned where anything is not finite. In equilibrium udot is what the
-    forces round to: it counts as sqrt(eps) of them at least.
+    |gamma_j|)) for each row; one that is zero but for rounding counts as long as the longest. 0/0 is 0; nan is returned
+    where anything is not finite. In equilibrium udot is what the forces round to: it counts as sqrt(eps) of them at
+    least.
     """
     x, multiplier = np.asarray(udot, dtype=float), np.asarray(multipliers, dtype=float)
     matrix, jacobian = reference.mass_matrix, reference.constraint_jacobian
@@ -67,8 +68,10 @@ def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Seq
     size = _norm(x / scale)
     ratios = [_quotient(_norm(scale * residual), _row_norm(scale[:, None] * matrix * scale) * size + forces)]
     least = max(size, math.sqrt(EPSILON) * forces)
-    for row, gamma in zip(jacobian, reference.constraint_forcing, strict=True):
-        row_size = float(np.abs(row * scale).sum()) * least + abs(gamma)
+    sizes = np.abs(jacobian * scale).sum(axis=1)
+    sizes[sizes <= ROUNDING * sizes.max(initial=0.0)] = sizes.max(initial=0.0)
+    for row, gamma, length in zip(jacobian, reference.constraint_forcing, sizes.tolist(), strict=True):
+        row_size = length * least + abs(gamma)
         ratios.append(_quotient(abs(float(row @ x) - gamma), row_size))
     return float(np.max(ratios)) / (EPSILON * max(len(x), 1))
 

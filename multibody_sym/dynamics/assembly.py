@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -25,7 +25,7 @@ from multibody_sym.errors import ModelError, NoSolutionError, Where
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.mechanism import Mechanism, TreeBody
+from multibody_sym.model.mechanism import Mechanism, TreeBody, is_holonomic
 from multibody_sym.program.solve import solve
 
 Floats = npt.NDArray[np.float64]
@@ -74,8 +74,13 @@ class Rows:
         rows = row_motions(motion) if self.active else []
         return [rows[k] for k in self.active]
 
+    def holonomic(self) -> Rows:
+        """Return those of the rows that restrict positions."""
+        every = self.mechanism.rows
+        return replace(self, active=[k for k in self.active if is_holonomic(every[k])])
+
     def at(self, q: Floats) -> tuple[Floats, Floats] | None:
-        """Return phi (s) and H (s x n) at rest, None where they have no value."""
+        """Return phi (s) and H (s x n) of holonomic rows at rest, None where they have no value."""
         try:
             rows = self.of(self.motion(q, np.zeros(len(self.mechanism.speeds))))
         except UNDEFINED:
@@ -117,6 +122,7 @@ Close = Callable[[Sequence[int], bool], Floats | None]
 
 def assembled_position(rows: Rows, q: Floats) -> Assembled:
     """Return coordinates with phi = 0, from declared ones. Raises NoSolutionError with the residuals by name."""
+    rows = rows.holonomic()
     if not rows.active:
         return Assembled(q)
     start = rows.at(q)
@@ -172,6 +178,7 @@ def _closed(rows: Rows, start: Floats, free: Sequence[int], weighted: bool) -> F
 
 def closed_near(rows: Rows, q: Floats) -> Floats | None:
     """Return coordinates with phi = 0 near q, None where Newton's method finds none."""
+    rows = rows.holonomic()
     return _newton(rows, q, range(len(rows.mechanism.speeds)), weighted=False) if rows.active else q
 
 

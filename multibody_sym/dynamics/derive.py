@@ -23,7 +23,7 @@ from multibody_sym.dynamics.lagrange import (
     totals,
     verify_free,
 )
-from multibody_sym.dynamics.multipliers import RowTerms, row_terms
+from multibody_sym.dynamics.multipliers import RowTerms, rows_terms
 from multibody_sym.dynamics.notation import Notation, notation_of
 from multibody_sym.dynamics.readable import LARGEST_SUM, Readable
 from multibody_sym.dynamics.steps import (
@@ -42,7 +42,7 @@ from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import slot_state
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism import Mechanism, is_holonomic
 from multibody_sym.model.resolve import mechanism as resolved
 from multibody_sym.model.system import System
 from multibody_sym.scalars.node import Node, as_node, postorder
@@ -129,7 +129,7 @@ class Parts:
 
 def _by_multipliers(mechanism: Mechanism, symbols: Symbols, names: Subexpressions, given: Energies) -> Parts:
     terms = lagrange_terms(mechanism, symbols, names, given)
-    rows = [row_terms(phi, mechanism, symbols, names) for phi in given.constraints]
+    rows = rows_terms(mechanism, symbols, names, given)
     parts = terms.mass_matrix, terms.velocity_terms, terms.potential_gradient, terms.forces
     return Parts(given, *parts, rows, terms)
 
@@ -139,13 +139,16 @@ def _by_composite_body(mechanism: Mechanism, symbols: Symbols, names: Subexpress
     motion = motion_of(mechanism, slot_state(mechanism))
     velocity_terms = inverse_dynamics(motion, [0] * len(symbols.speeds))
     forces = applied_generalized_forces(motion, applied(motion))
-    rows = [[row.phi, row.phidot, row.gamma, *row.jacobian] for row in row_motions(motion)]
+    rows = [[row.phi if row.holonomic else 0, row.phidot, row.gamma, *row.jacobian] for row in row_motions(motion)]
     lists = [*mass_matrix(motion), velocity_terms, forces, *rows]
     nodes = [as_node(x) for part in lists for x in part]
     flat = iter(names.translated(nodes, known_nodes(mechanism, symbols)))
     expressions = [[names.name(next(flat)) for _ in part] for part in lists]
     n = len(symbols.speeds)
-    row_parts = [RowTerms(phi, phidot, jacobian, gamma) for phi, phidot, gamma, *jacobian in expressions[n + 2 :]]
+    row_parts = [
+        RowTerms(phi if is_holonomic(row) else None, phidot, jacobian, gamma)
+        for row, (phi, phidot, gamma, *jacobian) in zip(mechanism.rows, expressions[n + 2 :], strict=True)
+    ]
     return Parts(given, expressions[:n], expressions[n], [sympy.S.Zero] * n, expressions[n + 1], row_parts)
 
 
@@ -180,7 +183,7 @@ def _derived(
         sympy.Add(*parts.energies.potential),
         tuple(totals(parts.energies.forces, len(symbols.speeds))),
         *matrices,
-        tuple(row.phi for row in parts.rows),
+        tuple(row.phidot if row.phi is None else row.phi for row in parts.rows),
         _equations(parts, symbols),
         tuple(definitions),
         {symbol: value_of(node) for symbol, node in names.numbers.items()},

@@ -51,7 +51,7 @@ class Energies:
     """What the equations are derived from, in sympy.
 
     `kinetic` T(q, u); `potential` V(q, t), the weight's and each spring's; `forces` the generalised forces Q (nu) of
-    each load that V does not hold; `constraints` phi(q, t) of each row.
+    each load that V does not hold; `constraints` phi(q, t) of each row, psi(q, u, t) of a nonholonomic one.
     """
 
     kinetic: Any
@@ -61,7 +61,7 @@ class Energies:
 
 
 def energies(mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> Energies:
-    """Return T, V, the virtual work of what V does not hold, and the rows' phi.
+    """Return T, V, the virtual work of what V does not hold, and what the rows restrict.
 
     Springs belong to V where stiffness and rest are constant or given in time; all other loads, and the damping of
     every spring, to Q. Quaternions have length one here, which holds wherever the equations do.
@@ -74,14 +74,18 @@ def energies(mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> E
 
 
 def energy_nodes(mechanism: Mechanism) -> list[list[Node]]:
-    """Return as Nodes in slots [T], the parts of V, the rows' phi, and Q (nu) of each load that V does not hold."""
+    """Return as Nodes in slots [T], the parts of V, what the rows restrict, and Q (nu) of each load outside V."""
     motion = motion_of(mechanism, slot_state(mechanism))
     stored, working = split(mechanism.loads)
     weight = potential_energy(replace(motion, mechanism=replace(mechanism, loads=())))
     potential = [weight, *(stored_energy(load, motion) for load in stored)]
     forces = [applied_generalized_forces(motion, applied(motion, [load], weight=False)) for load in working]
-    parts = [[kinetic_energy(motion)], potential, [row.phi for row in row_motions(motion)], *forces]
+    parts = [[kinetic_energy(motion)], potential, [_restricted(row) for row in row_motions(motion)], *forces]
     return [[as_node(x) for x in part] for part in parts]
+
+
+def _restricted(row: RowMotion) -> Any:
+    return row.phi if row.holonomic else row.phidot
 
 
 def known_nodes(mechanism: Mechanism, symbols: Symbols) -> dict[Node, Any]:
@@ -202,7 +206,7 @@ class Lowered:
         motion = motion_of(mechanism, state)
         values = _cut(state.values([x for part in self.lists for x in part]), self.lists)
         rows = [
-            RowMotion(phi, phidot, jacobian, gamma, row.of_body)
+            RowMotion(phi if row.holonomic else None, phidot, jacobian, gamma, row.of_body)
             for (phi, phidot, gamma, *jacobian), row in zip(values[n + 2 :], row_motions(motion), strict=True)
         ]
         return equations(motion, values[:n], values[n], values[n + 1], rows)

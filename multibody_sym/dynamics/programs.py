@@ -9,6 +9,7 @@ from multibody_sym.dynamics.events import events
 from multibody_sym.dynamics.quantities import answered
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.motion import coordinate_rates, motion_of
+from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.program.program import Program
@@ -66,15 +67,30 @@ def _constrained(
     The accelerations x_f without rows may be huge beside x (a light body that heavy ones hold), and what they round
     away is missing in A x = gamma: a second solve with the residual brings it back.
     """
-    factors = dynamics.factors
+    factors, acting = dynamics.factors, _acting(dynamics.rows)
+    rows = [dynamics.rows[k] for k in acting]
     free = factors.weighted(dynamics.forcing)
-    matrix = _nodes([factors.weighted(row.jacobian) for row in dynamics.rows])
-    wanted = _stabilised(dynamics, mechanism)
-    first = trace.solve(matrix, _missing(wanted, matrix, free))
+    matrix = _nodes([factors.weighted(row.jacobian) for row in rows])
+    wanted = _stabilised(rows, mechanism)
+    first = trace.solve(matrix, _missing(wanted, matrix, free), len(free))
     near = factors.unweighted([x + d for x, d in zip(free, first.solution, strict=True)])
-    second = trace.solve(matrix, _missing(wanted, dynamics.constraint_jacobian, near))
+    second = trace.solve(matrix, _missing(wanted, [row.jacobian for row in rows], near), len(free))
     udot = [x + d for x, d in zip(near, factors.unweighted(second.solution), strict=True)]
-    return udot, [a + b for a, b in zip(first.multipliers, second.multipliers, strict=True)], first.report
+    sums = [a + b for a, b in zip(first.multipliers, second.multipliers, strict=True)]
+    return udot, _placed(sums, acting, len(dynamics.rows)), first.report
+
+
+def _acting(rows: Sequence[RowMotion]) -> list[int]:
+    """Return the rows that do not vanish identically, as some of a joint in space do that closes a loop in a plane."""
+    return [k for k, row in enumerate(rows) if {*map(as_node, row.jacobian), as_node(row.gamma)} != {ZERO}]
+
+
+def _placed(values: Sequence[Node], places: Sequence[int], size: int) -> list[Node]:
+    """Return `size` numbers: the values at their places, zero elsewhere."""
+    found: list[Node] = [ZERO] * size
+    for place, value in zip(places, values, strict=True):
+        found[place] = value
+    return found
 
 
 def _missing(wanted: Sequence[Node], matrix: Sequence[Sequence[Node]], x: Sequence[Node]) -> list[Node]:
@@ -85,32 +101,39 @@ def _missing(wanted: Sequence[Node], matrix: Sequence[Sequence[Node]], x: Sequen
     ]
 
 
-def _stabilised(dynamics: TreeDynamics, mechanism: Mechanism) -> list[Node]:
-    """Return gamma - 2 alpha phidot - beta^2 phi (Baumgarte 1972)."""
+def _stabilised(rows: Sequence[RowMotion], mechanism: Mechanism) -> list[Node]:
+    """Return gamma - 2 alpha phidot - beta^2 phi, of nonholonomic rows gamma - alpha psi (Baumgarte 1972)."""
     alpha, beta = arrays(mechanism)[3].slots[-2:]
-    return [row.gamma - 2 * alpha * row.phidot - beta**2 * row.phi for row in dynamics.rows]
+    return [
+        row.gamma - 2 * alpha * row.phidot - beta**2 * row.phi if row.holonomic else row.gamma - alpha * row.phidot
+        for row in rows
+    ]
 
 
-def _correction(trace: Trace, dynamics: TreeDynamics, wanted: Sequence[Node]) -> list[Node]:
+def _correction(
+    trace: Trace, dynamics: TreeDynamics, rows: Sequence[RowMotion], wanted: Sequence[Node]
+) -> list[Node]:
     """Return the change of the speeds, smallest in the norm of the mass matrix, with H change = wanted."""
     factors = dynamics.factors
-    matrix = [factors.weighted(row.jacobian) for row in dynamics.rows]
-    solved = trace.solve(_nodes(matrix), wanted)
+    matrix = [factors.weighted(row.jacobian) for row in rows]
+    solved = trace.solve(_nodes(matrix), wanted, len(dynamics.speeds))
     return factors.unweighted(solved.solution)
 
 
 def _project_position(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
     trace = Trace("project_position", arrays(mechanism))
-    phi = [row.phi for row in dynamics.rows]
-    change = _correction(trace, dynamics, [-x for x in phi])
+    rows = [dynamics.rows[k] for k in _acting(dynamics.rows) if dynamics.rows[k].holonomic]
+    change = _correction(trace, dynamics, rows, [-row.phi for row in rows])
+    phi = [row.phi if row.holonomic else ZERO for row in dynamics.rows]
     correction = coordinate_rates(mechanism, trace["q"], change)
     return trace.finish({"phi": ((len(phi),), phi), "correction": ((len(correction),), correction)})
 
 
 def _project_velocity(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
     trace = Trace("project_velocity", arrays(mechanism))
+    rows = [dynamics.rows[k] for k in _acting(dynamics.rows)]
+    correction = _correction(trace, dynamics, rows, [-row.phidot for row in rows])
     phidot = [row.phidot for row in dynamics.rows]
-    correction = _correction(trace, dynamics, [-x for x in phidot])
     return trace.finish({"residual": ((len(phidot),), phidot), "correction": ((len(correction),), correction)})
 
 

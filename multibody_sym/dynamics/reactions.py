@@ -8,9 +8,19 @@ from multibody_sym.dynamics.inverse_dynamics import joint_wrenches
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion, pose
 from multibody_sym.kinematics.rows import RowMotion
-from multibody_sym.kinematics.vectors import S, add, apply, apply_transposed, cross, scale, subtract
+from multibody_sym.kinematics.vectors import (
+    ZERO_VECTOR,
+    S,
+    add,
+    apply,
+    apply_transposed,
+    cross,
+    product,
+    scale,
+    subtract,
+)
 from multibody_sym.kinematics.wrenches import Wrench
-from multibody_sym.model.mechanism import COMPONENTS
+from multibody_sym.model.mechanism import COMPONENTS, CutJoint
 
 
 def reactions(
@@ -30,7 +40,25 @@ def reactions(
         about_joint = subtract(moment, cross(p_BM, force))
         in_frame = [apply_transposed(R_PF, apply(moved.R_PB, v)) for v in (force, about_joint)]
         found[body.joint_name] = dict(zip(COMPONENTS, (*in_frame[0], *in_frame[1]), strict=True))
+    for cut in motion.mechanism.cuts:
+        found[cut.name] = dict(zip(COMPONENTS, _cut_reaction(motion, cut, rows, multipliers), strict=True))
     return found
+
+
+def _cut_reaction(
+    motion: Motion, cut: CutJoint, rows: Sequence[RowMotion], multipliers: Sequence[S]
+) -> tuple[S, ...]:
+    """Return what a cut joint's rows exert on its child, about the joint's point, in the parent's joint frame."""
+    frame, point = cut.frames
+    force, moment = ZERO_VECTOR, ZERO_VECTOR
+    for k in cut.rows:
+        on_child = rows[k].of_body[point.body]
+        force = add(force, scale(multipliers[k], on_child[0]))
+        moment = add(moment, scale(multipliers[k], on_child[1]))
+    about_joint = subtract(moment, cross(motion.point(point), force))
+    R_WF = product(motion.rotation(frame.body), pose(motion.state, frame.pose)[0])
+    in_frame = [apply_transposed(R_WF, apply(motion.rotation(point.body), v)) for v in (force, about_joint)]
+    return (*in_frame[0], *in_frame[1])
 
 
 def acting(motion: Motion, rows: Sequence[RowMotion], multipliers: Sequence[S]) -> list[Wrench]:

@@ -13,7 +13,7 @@ from multibody_sym.dynamics.equations import TreeDynamics
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.vectors import add, scale
 from multibody_sym.kinematics.wrenches import Wrench, carried
-from multibody_sym.program.solve import solve
+from multibody_sym.program.solve import scaled_rows, solve
 
 Floats = npt.NDArray[np.float64]
 
@@ -54,7 +54,7 @@ def approximate_rank(dynamics: TreeDynamics) -> int:
     if not dynamics.rows:
         return 0
     matrix = np.array([dynamics.factors.weighted(row.jacobian) for row in dynamics.rows], dtype=float)
-    values = np.linalg.svd(matrix / _lengths(matrix), compute_uv=False)
+    values = np.linalg.svd(scaled_rows(matrix)[1], compute_uv=False)
     return int((values > _APPROXIMATE).sum())
 
 
@@ -65,18 +65,11 @@ def _generic(count: int) -> Floats:
 
 def _idle(matrix: Floats, rank: int) -> Floats:
     """Return the combinations of multipliers (s x (s - rank)) that exert nothing."""
-    lengths = _lengths(matrix)
-    u, _, _ = np.linalg.svd(matrix / lengths)
-    found = u[:, rank:] / lengths
+    lengths, rows = scaled_rows(matrix)
+    u, _, _ = np.linalg.svd(rows)
+    found = u[:, rank:] / lengths[:, None]
     unit: Floats = found / np.linalg.norm(found, axis=0)
     return unit
-
-
-def _lengths(matrix: Floats) -> Floats:
-    """Return the lengths of the rows (s x 1), one for a zero row."""
-    lengths: Floats = np.linalg.norm(matrix, axis=1, keepdims=True)
-    lengths[lengths == 0.0] = 1.0
-    return lengths
 
 
 def _is_there(part: Floats) -> bool:

@@ -16,6 +16,7 @@ from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.program.solve import scaled_rows
 
 Floats = npt.NDArray[np.float64]
 
@@ -58,8 +59,7 @@ def _near(mechanism: Mechanism, begin: Start, rng: np.random.Generator) -> State
 def _verify_regular(motion: Motion) -> None:
     """Raise ValueError where rows are nearly but not quite dependent: forces grow there beyond all bounds."""
     jacobian = np.array([row.jacobian for row in row_motions(motion)], dtype=float).reshape(-1, len(motion.state.u))
-    lengths = np.linalg.norm(jacobian, axis=1, keepdims=True)
-    sizes = np.linalg.svd(jacobian / np.where(lengths > 0.0, lengths, 1.0), compute_uv=False)
+    sizes = np.linalg.svd(scaled_rows(jacobian)[1], compute_uv=False)
     if ((sizes > _DEPENDENT) & (sizes < _NEARLY_DEPENDENT)).any():
         raise ValueError("a nearly singular position")
 

@@ -172,6 +172,9 @@ def row_steps(mechanism: Mechanism, rows: Sequence[RowTerms]) -> tuple[Step, ...
     equations = []
     for row, found in zip(mechanism.rows, rows, strict=True):
         of = upright(row.name)
+        if found.phi is None:
+            equations.append(Equation(Label(f"psi_{row.name}", rf"\psi_{{{of}}}"), found.phidot))
+            continue
         equations += [
             Equation(Label(f"phi_{row.name}", rf"\varphi_{{{of}}}"), found.phi),
             Equation(Label(f"d/dt phi_{row.name}", rf"\dot{{\varphi}}_{{{of}}}"), found.phidot),

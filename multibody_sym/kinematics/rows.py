@@ -1,6 +1,6 @@
 """Rows: every scalar constraint's phi, phidot, the wrenches of a unit multiplier, and gamma, over any scalar.
 
-    phi(q, t) = 0,   phidot = H u + phi_t,   H udot = gamma
+    phi(q, t) = 0,   phidot = H u + phi_t = 0,   H udot = gamma
 
 H_j^T is found as the generalised force of the wrenches that a unit multiplier exerts, so that a row is written once.
 """
@@ -13,10 +13,31 @@ from functools import singledispatch
 
 from multibody_sym.kinematics.motion import Motion, accelerations, coordinate_rates
 from multibody_sym.kinematics.points import acceleration, position, velocity
+from multibody_sym.kinematics.relative import angular_acceleration, angular_velocity, direction, seen
+from multibody_sym.kinematics.rolling import rolling_contact
 from multibody_sym.kinematics.ropes import Segment, segments
-from multibody_sym.kinematics.vectors import S, Vec, dot, scale, subtract
-from multibody_sym.kinematics.wrenches import Wrench, Wrenches, add_pair, generalized_forces
-from multibody_sym.model.mechanism import TIME, DistanceRow, ExpressionRow, Mechanism, RopeRow, Row
+from multibody_sym.kinematics.vectors import S, Vec, add, cross, dot, negate, scale, subtract
+from multibody_sym.kinematics.wrenches import (
+    Wrench,
+    Wrenches,
+    add_force,
+    add_force_at,
+    add_moment,
+    add_pair,
+    generalized_forces,
+)
+from multibody_sym.model.mechanism import (
+    TIME,
+    AngleRow,
+    DistanceRow,
+    ExpressionRow,
+    Mechanism,
+    PositionRow,
+    RollingRow,
+    RopeRow,
+    Row,
+    VelocityRow,
+)
 from multibody_sym.model.slots import at
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import sqrt
@@ -25,13 +46,21 @@ from multibody_sym.scalars.node import ONE, Node, slot
 
 @dataclass(frozen=True)
 class RowMotion:
-    """One row at a state: phi, phidot, the row H_j (nu), gamma, and the wrenches of a unit multiplier on the bodies."""
+    """One row at a state: phi, phidot, the row H_j (nu), gamma, and the wrenches of a unit multiplier on the bodies.
+
+    A nonholonomic row has no phi (None); its phidot is psi = a(q, t) u + b(q, t).
+    """
 
     phi: S
     phidot: S
     jacobian: list[S]
     gamma: S
     of_body: list[Wrench]
+
+    @property
+    def holonomic(self) -> bool:
+        """Whether the row restricts positions too."""
+        return self.phi is not None
 
 
 def row_motions(motion: Motion) -> list[RowMotion]:
@@ -91,24 +120,77 @@ def _tension(
 
 
 @row_motion.register
+def _(row: PositionRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+    frame, point = row.frames
+    axis, found = direction(motion, frame, row.axis), seen(motion, frame, point, bias)
+    wrenches = Wrenches(len(motion.bodies))
+    add_force(wrenches, motion, point, axis)
+    add_force_at(wrenches, motion, frame.body, position(motion, point), negate(axis))
+    return _of_wrenches(
+        motion, wrenches, dot(axis, found.distance), dot(axis, found.velocity), -dot(axis, found.acceleration)
+    )
+
+
+@row_motion.register
+def _(row: AngleRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+    """d/dt e . d = (w_M - w_F) . (d x e)."""
+    (frame, other), value = row.frames, motion.state.values([row.value])[0]
+    e, d = direction(motion, frame, row.directions[0]), direction(motion, other, row.directions[1])
+    w_F, w_M = (angular_velocity(motion, marker.body) for marker in row.frames)
+    alpha = subtract(*(angular_acceleration(motion, marker.body, bias) for marker in (other, frame)))
+    w, axis = subtract(w_M, w_F), cross(d, e)
+    axis_rate = add(cross(cross(w_M, d), e), cross(d, cross(w_F, e)))
+    wrenches = Wrenches(len(motion.bodies))
+    add_moment(wrenches, motion, other.body, axis)
+    add_moment(wrenches, motion, frame.body, negate(axis))
+    return _of_wrenches(motion, wrenches, dot(e, d) - value, dot(w, axis), -(dot(alpha, axis) + dot(w, axis_rate)))
+
+
+@row_motion.register
+def _(row: RollingRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+    contact = rolling_contact(row, motion, bias)
+    along = direction(motion, row.plane, row.along)
+    along_rate = cross(angular_velocity(motion, row.plane.body), along)
+    wrenches = Wrenches(len(motion.bodies))
+    add_force_at(wrenches, motion, row.wheel.body, contact.place, along)
+    add_force_at(wrenches, motion, row.plane.body, contact.place, negate(along))
+    gamma = -(dot(along_rate, contact.slip) + dot(along, contact.slip_rate))
+    phi = contact.gap if row.along == row.normal else None
+    return _of_wrenches(motion, wrenches, phi, dot(along, contact.slip), gamma)
+
+
+def _of_wrenches(motion: Motion, wrenches: Wrenches, phi: S, phidot: S, gamma: S) -> RowMotion:
+    return RowMotion(phi, phidot, generalized_forces(motion, wrenches.of_body), gamma, wrenches.of_body)
+
+
+@row_motion.register
 def _(row: ExpressionRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
     return _along_motion(motion, row.zero)
 
 
+@row_motion.register
+def _(row: VelocityRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+    return _of_speeds(motion, None, row.zero)
+
+
 def _along_motion(motion: Motion, phi: Node) -> RowMotion:
-    """Return the row of an expression of q and t; it exerts no wrench on bodies, only forces on speeds."""
+    """Return the row of an expression of q and t."""
+    return _of_speeds(motion, phi, tangents([phi], _rates(motion.mechanism))[0])
+
+
+def _of_speeds(motion: Motion, phi: Node | None, psi: Node) -> RowMotion:
+    """Return the row of an expression psi = phidot of q, t and, linearly, u; it exerts forces on speeds only."""
     mechanism = motion.mechanism
-    q = [slot("q", i) for i in range(len(mechanism.coordinates))]
-    u = [slot("u", i) for i in range(len(mechanism.speeds))]
-    along_motion = _rates_of(mechanism, q, u)
-    phidot = tangents([phi], along_motion)[0]
-    jacobian = [tangents([phidot], {speed: ONE})[0] for speed in u]
-    gamma = -tangents([phidot], along_motion)[0]
-    values = motion.state.values([phi, phidot, gamma, *jacobian])
+    jacobian = [tangents([psi], {slot("u", k): ONE})[0] for k in range(len(mechanism.speeds))]
+    gamma = -tangents([psi], _rates(mechanism))[0]
+    values = motion.state.values([psi, gamma, *jacobian, *([] if phi is None else [phi])])
     untouched = Wrenches(len(motion.bodies)).of_body
-    return RowMotion(values[0], values[1], values[3:], values[2], untouched)
+    count = 2 + len(jacobian)
+    return RowMotion(None if phi is None else values[count], values[0], values[2:count], values[1], untouched)
 
 
-def _rates_of(mechanism: Mechanism, q: list[Node], u: list[Node]) -> dict[Node, Node]:
-    qdot = coordinate_rates(mechanism, q, u)
+def _rates(mechanism: Mechanism) -> dict[Node, Node]:
+    """Return the rates of t and q at constant u: the direction of d/dt without accelerations."""
+    q = [slot("q", i) for i in range(len(mechanism.coordinates))]
+    qdot = coordinate_rates(mechanism, q, [slot("u", k) for k in range(len(mechanism.speeds))])
     return {TIME: ONE, **dict(zip(q, qdot, strict=True))}

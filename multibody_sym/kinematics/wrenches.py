@@ -5,7 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from multibody_sym.kinematics.motion import BodyMotion, Motion
-from multibody_sym.kinematics.vectors import ZERO_VECTOR, S, Vec, add, apply, apply_transposed, cross, dot, negate
+from multibody_sym.kinematics.vectors import (
+    ZERO_VECTOR,
+    S,
+    Vec,
+    add,
+    apply,
+    apply_transposed,
+    cross,
+    dot,
+    negate,
+    subtract,
+)
 from multibody_sym.model.mechanism import Marker
 
 Wrench = tuple[Vec, Vec]
@@ -30,6 +41,19 @@ def add_force(wrenches: Wrenches, motion: Motion, marker: Marker, force: Vec) ->
     if marker.body >= 0:
         in_body = apply_transposed(motion.rotation(marker.body), force)
         wrenches.add(marker.body, in_body, cross(motion.point(marker), in_body))
+
+
+def add_force_at(wrenches: Wrenches, motion: Motion, body: int, place: Vec, force: Vec) -> None:
+    """Add a force that acts on a body at a place in space (world axes)."""
+    if body >= 0:
+        R_WB, p_WB = motion.poses[body]
+        in_body = apply_transposed(R_WB, force)
+        wrenches.add(body, in_body, cross(apply_transposed(R_WB, subtract(place, p_WB)), in_body))
+
+
+def add_moment(wrenches: Wrenches, motion: Motion, body: int, moment: Vec) -> None:
+    """Add a moment (world axes) on a body."""
+    wrenches.add(body, ZERO_VECTOR, apply_transposed(motion.rotation(body), moment))
 
 
 def add_pair(wrenches: Wrenches, motion: Motion, ends: Sequence[Marker], force: Vec) -> None:

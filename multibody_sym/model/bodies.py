@@ -34,6 +34,9 @@ class Mass:
     inertia: tuple[Node, ...]
 
 
+NO_MASS: Final = Mass(ZERO, ORIGIN, (ZERO,) * 6)
+
+
 def mass_of(body: Body) -> Mass:
     """Return what a body's declaration says of its mass; a body without inertia is a particle at `com`."""
     if body.shape is None:

@@ -204,6 +204,25 @@ class GroundMotion(Element):
 
 
 @dataclass(frozen=True)
+class Surface(Element):
+    """A surface of a body: a ball, the sharp rim of a disc about `axis`, or a plane through a place with a `normal`.
+
+    Balls and discs have their centre at `centre`; everything in body axes.
+    """
+
+    sphere: Node | None = holds(Scalar("m"), None)
+    disc: Node | None = holds(Scalar("m"), None)
+    axis: Point = holds(Direction(), "z")
+    centre: Point = holds(Vector("m"), (0, 0, 0))
+    plane: Point | None = holds(Vector("m"), None)
+    normal: Point = holds(Direction(), "z")
+
+    def verify(self) -> None:
+        if sum(x is not None for x in (self.sphere, self.disc, self.plane)) != 1:
+            raise ModelError("a surface is one of sphere: radius, disc: radius, plane: [x, y, z]")
+
+
+@dataclass(frozen=True)
 class Body(Element):
     """A rigid body, or a particle at `com` where no inertia is given.
 
@@ -219,10 +238,11 @@ class Body(Element):
     points: Mapping[str, Point] = holds(MapOf(Vector("m")), None)
     frames: Mapping[str, Frame] = holds(MapOf(Record(Frame)), None)
     motion: GroundMotion | None = holds(Record(GroundMotion), None)
+    surfaces: Mapping[str, Surface] = holds(MapOf(Record(Surface)), None)
     label: str | None = holds(Text(), None)
 
     def __post_init__(self) -> None:
-        for name in ("points", "frames"):
+        for name in ("points", "frames", "surfaces"):
             if getattr(self, name) is None:
                 object.__setattr__(self, name, {})
         super().__post_init__()
@@ -318,66 +338,6 @@ class Pulley(Element):
     at: str = holds(Text())
     radius: Node = holds(Scalar("m"), 0)
     axis: Point = holds(Direction(), "z")
-
-
-@dataclass(frozen=True)
-class Distance(Element):
-    """A massless rigid rod: the distance of two points equals `value`; its multiplier is the rod's tension."""
-
-    between: tuple[str, ...] = holds(ListOf(Text(), 2, 2))
-    value: Node = holds(Scalar("m"))
-
-
-@dataclass(frozen=True)
-class Rope(Element):
-    """A taut massless rope from end to end of `path` over pulleys; its multiplier is the tension.
-
-    `path` names points of bodies at both ends and pulleys or points between. Without `length` it is as long as the
-    initial positions make it.
-    """
-
-    path: tuple[str, ...] = holds(ListOf(Text(), 2))
-    length: Node | None = holds(Scalar("m"), None)
-    slack: bool = holds(Flag(), False)
-
-    def verify(self) -> None:
-        if self.slack:
-            with at("slack"):
-                raise ModelError("a rope that may slacken is not available; write slack: false and check its tension")
-
-
-@dataclass(frozen=True)
-class Expression(Element):
-    """A holonomic constraint: the expression of coordinates and t equals zero."""
-
-    zero: Node = holds(Scalar())
-
-
-@dataclass(frozen=True)
-class Gear(Element):
-    """Two joints with one freedom each in mesh: q_1 = ratio q_2 + value; wheels that touch outside turn oppositely.
-
-    The multiplier is the moment (or force) of the gear on the first joint; on the second it acts -ratio times.
-    """
-
-    joints: tuple[str, ...] = holds(ListOf(Text(), 2, 2))
-    ratio: Node = holds(Scalar())
-    value: Node = holds(Scalar(), 0)
-
-
-@dataclass(frozen=True)
-class Coupler(Element):
-    """Joints with one freedom each whose coordinates are tied: the sum of factor times q over `joints` equals `value`.
-
-    The multiplier acts on each joint as factor times its own.
-    """
-
-    joints: Mapping[str, Node] = holds(MapOf(Scalar()))
-    value: Node = holds(Scalar(), 0)
-
-    def verify(self) -> None:
-        if not self.joints:
-            raise ModelError("name the joints with their factors, such as {A: 1, B: -2}").under("joints")
 
 
 # --- questions and settings ----------------------------------------------------------------------------------------
@@ -476,7 +436,4 @@ class Settings(Element):
 
 FORCES: Final = OneOf(
     {"force": Force, "torque": Torque, "spring_damper": SpringDamper, "damper": Damper}, {"spring": "spring_damper"}
-)
-CONSTRAINTS: Final = OneOf(
-    {"distance": Distance, "rope": Rope, "expression": Expression, "gear": Gear, "coupler": Coupler}, {}
 )

@@ -56,12 +56,16 @@ _X, _Y, _Z = (Direction().accept(letter) for letter in "xyz")
 
 @dataclass(frozen=True)
 class Joint(Element):
-    """A joint from a body, point or frame of the parent to one of the child; both coincide at zero coordinates."""
+    """A joint from a body, point or frame of the parent to one of the child; both coincide at zero coordinates.
+
+    Where joints close a loop one of them is cut and becomes constraints: the one marked `cut`.
+    """
 
     kind: ClassVar[str]
 
     parent: str = holds(Text())
     child: str = holds(Text())
+    cut: bool = holds(Flag(), False, keyword=True)
 
     @property
     def steps(self) -> tuple[Step, ...]:

@@ -216,7 +216,71 @@ class ExpressionRow:
     zero: Node
 
 
-Row = DistanceRow | RopeRow | ExpressionRow
+@dataclass(frozen=True)
+class VelocityRow:
+    """psi = zero, an expression of q, u and t that is linear in u: a nonholonomic constraint."""
+
+    name: str
+    zero: Node
+
+
+@dataclass(frozen=True)
+class PositionRow:
+    """phi = axis . (p_M - p_F): frame M's origin stays where it is along an axis of frame F.
+
+    The multiplier is the component of the force on M's body along the axis.
+    """
+
+    name: str
+    frames: tuple[Marker, Marker]
+    axis: Point
+
+
+@dataclass(frozen=True)
+class AngleRow:
+    """phi = e . d - value: a direction e of frame F and a direction d of frame M keep their angle.
+
+    The multiplier is the moment on M's body along d x e, if that is of length one.
+    """
+
+    name: str
+    frames: tuple[Marker, Marker]
+    directions: tuple[Point, Point]
+    value: Node = ZERO
+
+
+@dataclass(frozen=True)
+class RollingRow:
+    """Where a ball, or the sharp rim of a disc about `axis`, touches a plane, both bodies have one velocity `along`.
+
+    `along` is a direction fixed in the plane's frame. Along the normal the row is holonomic (the gap stays closed);
+    across it is not. The multiplier is that component of the force on the rolling body.
+    """
+
+    name: str
+    wheel: Marker
+    axis: Point | None
+    radius: Node
+    plane: Marker
+    normal: Point
+    along: Point
+
+
+Row = DistanceRow | RopeRow | ExpressionRow | VelocityRow | PositionRow | AngleRow | RollingRow
+
+
+def is_holonomic(row: Row) -> bool:
+    """Return whether a row restricts positions, not speeds only."""
+    return not isinstance(row, VelocityRow) and (not isinstance(row, RollingRow) or row.along == row.normal)
+
+
+@dataclass(frozen=True)
+class CutJoint:
+    """A joint that closes a loop: its frames on parent and child, and which of the mechanism's rows stand for it."""
+
+    name: str
+    frames: tuple[Marker, Marker]
+    rows: range
 
 
 @dataclass(frozen=True)
@@ -253,6 +317,7 @@ class Mechanism:
     loads: tuple[Load, ...]
     rows: tuple[Row, ...]
     limits: tuple[Limit, ...]
+    cuts: tuple[CutJoint, ...]
     symbols: Mapping[Node, Node]
 
     @property

@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from multibody_sym.errors import ExpressionError, ModelError
 from multibody_sym.expressions.quantities import QUANTITIES
 from multibody_sym.expressions.units import Dimension, dimension_of
-from multibody_sym.model.bodies import GROUND, IDENTITY, ORIGIN, Pose, mass_of, pose_of, unit_vector
-from multibody_sym.model.elements import (
-    Body,
+from multibody_sym.model.bodies import GROUND, IDENTITY, NO_MASS, ORIGIN, Pose, mass_of, pose_of, unit_vector
+from multibody_sym.model.constraints import (
     Coupler,
-    Damper,
     Distance,
     Expression,
-    Force,
     Gear,
+    Plane,
+    PointInPlane,
+    PointOnLine,
+    PrescribedMotion,
+    Rolling,
     Rope,
-    SpringDamper,
-    Torque,
+    VelocityConstraint,
+    row_names,
 )
+from multibody_sym.model.cuts import cut_rows, has_rows, normals_of, welded_rows
+from multibody_sym.model.elements import Body, Damper, Force, SpringDamper, Surface, Torque
 from multibody_sym.model.joints import Joint, MovingJoint, Step
 from multibody_sym.model.mechanism import (
     COMPONENTS,
@@ -29,6 +33,7 @@ from multibody_sym.model.mechanism import (
     Bend,
     BodyTorque,
     Coordinate,
+    CutJoint,
     DistanceRow,
     ExpressionRow,
     JointForce,
@@ -40,18 +45,21 @@ from multibody_sym.model.mechanism import (
     ParameterEntry,
     PointForce,
     PointSpring,
+    PositionRow,
+    RollingRow,
     RopeRow,
     Row,
     Speed,
     TreeBody,
+    VelocityRow,
 )
 from multibody_sym.model.slots import AXES, Element, at, dimension_of_unit, suggestion
 from multibody_sym.model.system import RESERVED, System, expressions, verify_symbol, verify_system, with_expressions
+from multibody_sym.model.tree import SpanningTree, body_part, coordinate_names, spanning_tree, speed_names, used_joints
+from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.kinks import switching_function, switching_functions
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, leaves, negate, slot, symbol
-
-MOST_BODIES: Final = 20_000
 
 
 def mechanism(system: System) -> Mechanism:
@@ -61,7 +69,9 @@ def mechanism(system: System) -> Mechanism:
     whatever else contradicts itself.
     """
     verify_system(system)
-    joints = _tree(system)
+    tree = spanning_tree(system)
+    doubled = _doubled(system, tree)
+    joints = [(name, system.joints[name]) for name in (*tree.carrying, *doubled)]
     coordinates = tuple(c for name, joint in joints for c in _coordinates(name, joint))
     speeds = tuple(s for name, joint in joints for s in _speeds(name, joint))
     names = _names(system, coordinates, speeds)
@@ -72,8 +82,10 @@ def mechanism(system: System) -> Mechanism:
         return with_expressions(part, lambda node: evaluate([node], lambda leaf: slots.get(leaf, leaf))[0])
 
     resolved = in_slots(system)
-    resolver = _Resolver(resolved, _body_numbers(joints, system.bodies), slots)
-    bodies = (*resolver.ground(), *resolver.bodies([(name, resolved.joints[name]) for name, _ in joints]))
+    resolver = _Resolver(resolved, _body_numbers(tree, system), slots)
+    bodies = (*resolver.ground(), *resolver.bodies(tree.carrying, doubled))
+    rows = resolver.rows(bodies)
+    cuts = resolver.cuts([name for name in tree.cut if name not in doubled], doubled, rows)
     return Mechanism(
         name=system.name,
         gravity=resolved.gravity,
@@ -81,14 +93,15 @@ def mechanism(system: System) -> Mechanism:
         markers=resolver.markers(),
         coordinates=tuple(replace(c, initial=_in(slots, c.initial)) for c in coordinates),
         speeds=tuple(replace(s, initial=_in(slots, s.initial)) for s in speeds),
-        parameters=_parameter_entries(system, slots),
+        parameters=_parameter_entries(system, slots, constrained=bool(rows)),
         inputs=resolved.inputs,
         outputs=resolved.outputs,
         stops={name: switching_function(condition) for name, condition in resolved.stop.items()},
         kinks=_kinks(resolved),
         loads=tuple(resolver.loads(bodies)),
-        rows=tuple(resolver.rows(bodies)),
+        rows=tuple(rows),
         limits=tuple(resolver.limits(bodies)),
+        cuts=tuple(cuts),
         symbols=slots,
     )
 
@@ -104,82 +117,19 @@ def _kinks(resolved: System) -> tuple[Node, ...]:
     return tuple(g for g in found if any(leaf.data[0] != "parameters" for leaf in leaves([g], "slot")))
 
 
-# --- the tree ------------------------------------------------------------------------------------------------------
+def _doubled(system: System, tree: SpanningTree) -> list[str]:
+    """Return the cut joints that keep their coordinates, because these are used or no rows can stand for the joint.
+
+    Such a joint carries a massless double of its child, which rows hold to the child itself.
+    """
+    used = used_joints(system)
+    return [name for name in tree.cut if name in used or not has_rows(system.joints[name])]
 
 
-def _body_part(reference: str, bodies: Mapping[str, Body]) -> tuple[str, str]:
-    """Split `body.point` into both names (the point empty where there is none); either may contain dots."""
-    body, point = reference, ""
-    while body not in bodies and body != GROUND:
-        body, dot, last = body.rpartition(".")
-        point = f"{last}.{point}" if point else last
-        if not dot:
-            first = reference.partition(".")[0]
-            raise ModelError(f"no body is called {first!r}{suggestion(first, {**bodies, GROUND: None})}")
-    return body, point
-
-
-def _tree(system: System) -> list[tuple[str, Joint]]:
-    """Return the joints in tree order: from ground outward, branch by branch, in the order of the file."""
-    if len(system.bodies) > MOST_BODIES:
-        raise ModelError(f"more than {MOST_BODIES} bodies").under("bodies")
-    carried: dict[str, list[str]] = {}
-    carrier: dict[str, str] = {}
-    for name, joint in system.joints.items():
-        parent, child = _ends(name, joint, system)
-        if child in carrier:
-            with at("joints", name, "child"):
-                raise ModelError(
-                    f"{child!r} is already carried by joint {carrier[child]!r}; this joint would close a loop, "
-                    "which is declared as a constraint (distance, expression, rope)"
-                )
-        carrier[child] = name
-        carried.setdefault(parent, []).append(name)
-    order = _from_ground(carried, system)
-    _verify_all_joined(system, carrier, order)
-    return [(name, system.joints[name]) for name in order]
-
-
-def _ends(name: str, joint: Joint, system: System) -> tuple[str, str]:
-    with at("joints", name, "parent"):
-        parent, _ = _body_part(joint.parent, system.bodies)
-    with at("joints", name, "child"):
-        child, _ = _body_part(joint.child, system.bodies)
-        if child == GROUND:
-            raise ModelError("ground cannot be a child; swap parent and child")
-        if child == parent:
-            raise ModelError(f"the joint joins {child!r} to itself")
-    return parent, child
-
-
-def _from_ground(carried: Mapping[str, list[str]], system: System) -> list[str]:
-    order: list[str] = []
-    stack = list(reversed(carried.get(GROUND, [])))
-    while stack:
-        name = stack.pop()
-        order.append(name)
-        child, _ = _body_part(system.joints[name].child, system.bodies)
-        stack.extend(reversed(carried.get(child, [])))
-    return order
-
-
-def _verify_all_joined(system: System, carrier: Mapping[str, str], order: list[str]) -> None:
-    reached = set(order)
-    for body in system.bodies:
-        if body == GROUND:
-            continue
-        if body not in carrier:
-            with at("bodies", body):
-                raise ModelError(f"nothing joins {body!r} to the rest; add a joint with child: {body}")
-        if carrier[body] not in reached:
-            with at("joints", carrier[body]):
-                raise ModelError(f"{body!r} hangs on a circle of joints that never reaches ground; turn one around")
-
-
-def _body_numbers(joints: Iterable[tuple[str, Joint]], bodies: Mapping[str, Body]) -> dict[str, int]:
+def _body_numbers(tree: SpanningTree, system: System) -> dict[str, int]:
     """Return the places of the bodies in tree order; a moving ground comes first."""
-    names = [GROUND, *(_body_part(joint.child, bodies)[0] for _, joint in joints)]
-    return {name: number for number, name in enumerate(names, 0 if _moves(bodies) else -1)}
+    carried = [body_part(system.joints[name].child, system.bodies)[0] for name in tree.carrying]
+    return {name: number for number, name in enumerate([GROUND, *carried], 0 if _moves(system.bodies) else -1)}
 
 
 def _moves(bodies: Mapping[str, Body]) -> bool:
@@ -194,16 +144,11 @@ def _moves(bodies: Mapping[str, Body]) -> bool:
 # --- names ---------------------------------------------------------------------------------------------------------
 
 
-def _coordinate_names(name: str, joint: Joint) -> tuple[str, ...]:
-    given = joint.q if isinstance(joint, MovingJoint) else None
-    return given or tuple(name + suffix for suffix in joint.coordinate_suffixes)
-
-
 def _coordinates(name: str, joint: Joint) -> list[Coordinate]:
     initial = joint.initial if isinstance(joint, MovingJoint) else None
     values = initial.q if initial and initial.q else None
     start = values or tuple(as_node(x) for x in joint.zero_coordinates)
-    names = _coordinate_names(name, joint)
+    names = coordinate_names(name, joint)
     known = bool(initial and initial.known)
     return [
         Coordinate(q, name, unit, value, values is not None, known)
@@ -214,10 +159,8 @@ def _coordinates(name: str, joint: Joint) -> list[Coordinate]:
 def _speeds(name: str, joint: Joint) -> list[Speed]:
     initial = joint.initial if isinstance(joint, MovingJoint) else None
     values = initial.u if initial and initial.u else None
-    suffixes = joint.speed_suffixes
-    start = values or (ZERO,) * len(suffixes)
-    coordinates = _coordinate_names(name, joint)
-    names = [f"u_{coordinates[k]}" if suffix is None else name + suffix for k, suffix in enumerate(suffixes)]
+    names = speed_names(name, joint)
+    start = values or (ZERO,) * len(names)
     return [
         Speed(u, name, unit, value, values is not None)
         for u, unit, value in zip(names, joint.speed_units, start, strict=True)
@@ -283,7 +226,7 @@ def _verify_expressions(system: System, names: Mapping[str, str]) -> None:
     vocabulary = _vocabulary(system)
     for path, node, unit in expressions(system):
         try:
-            _verify_leaves(node, _MOTION if path[2:3] == (_MOTION,) else path[0], names)
+            _verify_leaves(node, _may_name(system, path), names)
             for leaf in leaves([node], "quantity"):
                 _verify_quantity(leaf, path[0], vocabulary)
             _verify_dimension(node, unit, dimensions)
@@ -291,8 +234,14 @@ def _verify_expressions(system: System, names: Mapping[str, str]) -> None:
             raise ModelError(error.message, where=replace(error.where, path=path, column=None)) from None
 
 
-def _verify_leaves(node: Node, section: str, names: Mapping[str, str]) -> None:
-    allowed = _MAY_NAME.get(section, _ONLY_PARAMETERS)
+def _may_name(system: System, path: Sequence[str]) -> tuple[str, ...]:
+    """Return what an expression at a path may name."""
+    allowed = _MAY_NAME.get(_MOTION if path[2:3] == (_MOTION,) else path[0], _ONLY_PARAMETERS)
+    of_speeds = path[0] == "constraints" and isinstance(system.constraints[path[1]], VelocityConstraint)
+    return (*allowed, "a speed") if of_speeds else allowed
+
+
+def _verify_leaves(node: Node, allowed: tuple[str, ...], names: Mapping[str, str]) -> None:
     for leaf in leaves([node], "symbol"):
         if leaf.data not in names:
             raise ModelError(f"{leaf.data!r} is not declared{suggestion(leaf.data, names)}")
@@ -308,7 +257,7 @@ def _vocabulary(system: System) -> dict[str, list[str]]:
         "body": list(bodies),
         "joint": [*system.joints, *([GROUND] if _moves(system.bodies) else ())],
         "rope": [name for name, c in system.constraints.items() if isinstance(c, (Rope, Distance))],
-        "constraint": list(system.constraints),
+        "constraint": [row for name, element in system.constraints.items() for row in row_names(name, element)],
         "axis": list(AXES),
         "component": list(COMPONENTS),
     }
@@ -342,14 +291,16 @@ def _verify_dimension(node: Node, unit: str | None, known: Mapping[Node, Dimensi
         raise ModelError(f"the expression is a quantity in {found}; here one in {unit or 'no unit'} is wanted")
 
 
-def _parameter_entries(system: System, slots: Mapping[Node, Node]) -> tuple[ParameterEntry, ...]:
+def _parameter_entries(
+    system: System, slots: Mapping[Node, Node], *, constrained: bool
+) -> tuple[ParameterEntry, ...]:
     """Return the declared parameters, the ropes' lengths at the start and, with rows, Baumgarte's coefficients."""
     entries = [
         ParameterEntry(name, _in(slots, parameter.value), parameter.positive)
         for name, parameter in system.parameters.items()
     ]
     entries += [ParameterEntry(f"length of {name}", None, True) for name in _unmeasured_ropes(system)]
-    if system.constraints:
+    if constrained:
         entries += [ParameterEntry(f"Baumgarte {name}", None, False) for name in ("alpha", "beta")]
     return tuple(entries)
 
@@ -370,7 +321,7 @@ class _Resolver:
     slots: Mapping[Node, Node]
 
     def marker(self, reference: str) -> Marker:
-        name, part = _body_part(reference, self.system.bodies)
+        name, part = body_part(reference, self.system.bodies)
         body = self.system.bodies.get(name, _BARE)
         if part in body.frames:
             return Marker(reference, self.numbers[name], pose_of(body.frames[part]))
@@ -400,22 +351,41 @@ class _Resolver:
         turns = [Step("rotate", unit_vector(turn.axis), motion=turn.angle) for turn in body.motion.turn]
         return (TreeBody(GROUND, -1, GROUND, (*moves, *turns), False, Pose(), Pose(), mass_of(body), (), ()),)
 
-    def bodies(self, joints: list[tuple[str, Joint]]) -> tuple[TreeBody, ...]:
+    def frames(self, name: str) -> tuple[Marker, Marker]:
+        """Return frame F on a joint's parent and M on its child."""
+        joint = self.system.joints[name]
+        with at("joints", name, "parent"):
+            on_parent = self.marker(joint.parent)
+        with at("joints", name, "child"):
+            return on_parent, self.marker(joint.child)
+
+    def bodies(self, carrying: Iterable[str], doubled: Iterable[str]) -> tuple[TreeBody, ...]:
+        carried = [(name, body_part(self.system.joints[name].child, self.system.bodies)[0]) for name in carrying]
+        wanted = [(name, child, mass_of(self.system.bodies[child])) for name, child in carried]
+        wanted += [(name, f"double of {self.system.joints[name].child} at {name}", NO_MASS) for name in doubled]
         made, q, u = [], 0, 0
-        for name, joint in joints:
-            child, _ = _body_part(joint.child, self.system.bodies)
-            with at("joints", name, "parent"):
-                on_parent = self.marker(joint.parent)
-            with at("joints", name, "child"):
-                on_body = self.marker(joint.child)
+        for joint_name, name, mass in wanted:
+            joint, (on_parent, on_body) = self.system.joints[joint_name], self.frames(joint_name)
             steps = tuple(replace(step, axis=unit_vector(step.axis)) for step in joint.moves)
-            mass = mass_of(self.system.bodies[child])
             nq, nu = len(joint.coordinate_units), len(joint.speed_units)
             numbers = tuple(range(q, q + nq)), tuple(range(u, u + nu))
             ends = on_parent.pose, on_body.pose
-            made.append(TreeBody(child, on_parent.body, name, steps, joint.ball, *ends, mass, *numbers))
+            made.append(TreeBody(name, on_parent.body, joint_name, steps, joint.ball, *ends, mass, *numbers))
             q, u = q + nq, u + nu
         return tuple(made)
+
+    def cuts(self, cut: Iterable[str], doubled: Sequence[str], rows: list[Row]) -> list[CutJoint]:
+        """Return the cut joints and add the rows that stand for them."""
+        made = []
+        for name in cut:
+            found = cut_rows(name, self.system.joints[name], self.frames(name))
+            made.append(CutJoint(name, self.frames(name), range(len(rows), len(rows) + len(found))))
+            rows += found
+        first = max(self.numbers.values()) + 1
+        for number, name in enumerate(doubled, first):
+            on_body = self.frames(name)[1]
+            rows += welded_rows(name, (replace(on_body, body=number), on_body))
+        return made
 
     def pair(self, references: tuple[str, ...]) -> tuple[Marker, Marker]:
         ends = []
@@ -488,30 +458,94 @@ class _Resolver:
         return made
 
     def rows(self, bodies: tuple[TreeBody, ...]) -> list[Row]:
-        made, pulleys = [], self.pulleys()
+        made: list[Row] = []
+        pulleys = self.pulleys()
         for name, element in self.system.constraints.items():
             with at("constraints", name):
-                made.append(self.row(name, element, pulleys, bodies))
+                made += self.rows_of(name, element, bodies, pulleys)
         return made
 
-    def row(
-        self, name: str, element: Element, pulleys: Mapping[str, Bend], bodies: tuple[TreeBody, ...]
-    ) -> Row:
+    def rows_of(
+        self, name: str, element: Element, bodies: tuple[TreeBody, ...], pulleys: Mapping[str, Bend]
+    ) -> list[Row]:
         if isinstance(element, Distance):
-            return DistanceRow(name, self.pair(element.between), element.value)
+            return [DistanceRow(name, self.pair(element.between), element.value)]
         if isinstance(element, Rope):
             length = element.length if element.length is not None else self.measured_length(name)
-            return RopeRow(name, tuple(self.bend(i, step, pulleys) for i, step in enumerate(element.path)), length)
+            return [RopeRow(name, tuple(self.bend(i, step, pulleys) for i, step in enumerate(element.path)), length)]
+        if isinstance(element, VelocityConstraint):
+            return [VelocityRow(name, self.linear_in_speeds(element.zero))]
+        if isinstance(element, PrescribedMotion):
+            coordinate = self.one_freedom(element.joint, bodies).q[0]
+            return [ExpressionRow(name, slot("q", coordinate) - element.value)]
+        if isinstance(element, (PointOnLine, PointInPlane)):
+            return self.guided(name, element)
+        if isinstance(element, Rolling):
+            return self.rolling(name, element)
         if isinstance(element, Gear):
             with at("joints", 0):
                 driven = self.coordinate(element.joints[0], bodies)
             with at("joints", 1):
                 driving = self.coordinate(element.joints[1], bodies)
-            return ExpressionRow(name, driven - element.ratio * driving - element.value)
+            return [ExpressionRow(name, driven - element.ratio * driving - element.value)]
         if isinstance(element, Coupler):
-            return ExpressionRow(name, self.coupled(element, bodies))
+            return [ExpressionRow(name, self.coupled(element, bodies))]
         assert isinstance(element, Expression)
-        return ExpressionRow(name, element.zero)
+        return [ExpressionRow(name, element.zero)]
+
+    def linear_in_speeds(self, psi: Node) -> Node:
+        """Return an expression of a velocity constraint; raise where it is not linear in the speeds."""
+        speeds = [leaf for leaf in leaves([psi], "slot") if leaf.data[0] == "u"]
+        with at("zero"):
+            if not speeds:
+                raise ModelError("no speed stands in it; a constraint of positions is {type: expression, zero: ...}")
+            for speed in speeds:
+                slope = tangents([psi], {speed: ONE})
+                if any(leaf.data[0] == "u" for leaf in leaves(slope, "slot")):
+                    raise ModelError("it is not linear in the speeds, and a mechanical constraint is")
+        return psi
+
+    def guided(self, name: str, element: PointOnLine | PointInPlane) -> list[Row]:
+        """Return the rows of a point that stays on a line or in a plane."""
+        guide = element.line if isinstance(element, PointOnLine) else element.plane
+        with at("point"):
+            point = self.marker(element.point)
+        with at("line" if isinstance(element, PointOnLine) else "plane", "through"):
+            frames = self.marker(guide.through), point
+        if isinstance(guide, Plane):
+            return [PositionRow(name, frames, unit_vector(guide.normal))]
+        normals = zip(row_names(name, element), normals_of(guide.direction), strict=True)
+        return [PositionRow(row, frames, normal) for row, normal in normals]
+
+    def rolling(self, name: str, element: Rolling) -> list[Row]:
+        with at("body"):
+            wheel, rim = self.surface(element.body)
+            if rim.plane is not None:
+                raise ModelError(f"{element.body} is a plane; a ball or a disc rolls")
+        with at("on"):
+            ground, plane = self.surface(element.on)
+            if plane.plane is None:
+                raise ModelError(f"{element.on} is no plane; rolling is possible on planes only")
+        normal = unit_vector(plane.normal)
+        axis = None if rim.disc is None else unit_vector(rim.axis)
+        radius = rim.sphere if rim.disc is None else rim.disc
+        assert radius is not None
+        directions = (normal, *normals_of(normal))
+        return [
+            RollingRow(row, wheel, axis, radius, ground, normal, along)
+            for row, along in zip(row_names(name, element), directions, strict=True)
+        ]
+
+    def surface(self, reference: str) -> tuple[Marker, Surface]:
+        """Return a surface with the marker of its centre, or of a place in it if it is a plane."""
+        name, part = body_part(reference, self.system.bodies)
+        body = self.system.bodies.get(name, _BARE)
+        if part not in body.surfaces:
+            known = [f"{name}.{surface}" for surface in body.surfaces]
+            raise ModelError(f"{reference!r} is no surface{suggestion(reference, known)}")
+        surface = body.surfaces[part]
+        place = surface.centre if surface.plane is None else surface.plane
+        return Marker(reference, self.numbers[name], Pose(place)), surface
 
     def coupled(self, element: Coupler, bodies: tuple[TreeBody, ...]) -> Node:
         total = negate(element.value)

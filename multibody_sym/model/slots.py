@@ -396,11 +396,11 @@ class Element:
         """Raise ModelError where the fields contradict each other."""
 
 
-def holds(slot: Slot, default: Any = MISSING) -> Any:
-    """Declare a dataclass field that holds `slot`; without a default it must be given."""
+def holds(slot: Slot, default: Any = MISSING, *, keyword: bool = False) -> Any:
+    """Declare a dataclass field that holds `slot`; without a default it must be given, perhaps by keyword only."""
     if default is MISSING:
-        return field(metadata={"slot": slot})
-    return field(default=default, metadata={"slot": slot})
+        return field(kw_only=keyword, metadata={"slot": slot})
+    return field(default=default, kw_only=keyword, metadata={"slot": slot})
 
 
 def slots_of(cls: type[Element]) -> dict[str, Slot]:

@@ -8,8 +8,8 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, Final, NamedTuple
 
 from multibody_sym.errors import ModelError
+from multibody_sym.model.constraints import CONSTRAINTS
 from multibody_sym.model.elements import (
-    CONSTRAINTS,
     FORCES,
     Ask,
     AskSlot,

@@ -12,6 +12,8 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.float64]
 
 EPSILON: Final = 2.0**-52
+ROUNDING: Final = 2e-14
+"""Rows whose numbers are below this part of the longest row's largest one count as zero."""
 TIE: Final = 1e-8
 """Remaining lengths that differ by less than this fraction count as equal; the row declared first is taken."""
 
@@ -54,12 +56,12 @@ def solve(matrix: Floats, right: Floats) -> Solution:
 
     Arguments: matrix A (s, n), right r (s,). Returns x (n,), lambda (s,) and the report (3,): the rank; the smallest
     |R_kk| / |R_11| among the kept rows (0 if there is none); the largest |A x - r| of a dependent row relative to the
-    largest |r|, both in rows of unit length (a zero row counts with length one). Everything is nan if A or r is not
+    largest |r|, both in rows of unit length (a zero row is as long as the longest). Everything is nan if A or r is not
     finite.
     Source: Businger, Golub, Linear least squares solutions by Householder transformations, Numer. Math. 7 (1965).
     """
     count, size = matrix.shape
-    scale, rows = _scaled(matrix)
+    scale, rows = scaled_rows(matrix)
     if not (np.isfinite(scale).all() and np.isfinite(right).all()):
         return Solution(np.full(size, math.nan), np.full(count, math.nan), np.full(3, math.nan))
     factors = _factorise(rows, 100.0 * EPSILON * max(size, count))
@@ -69,13 +71,19 @@ def solve(matrix: Floats, right: Floats) -> Solution:
     return Solution(_rotated(factors, halfway, size), multipliers, _report(factors, scaled_right, halfway))
 
 
-def _scaled(matrix: Floats) -> tuple[Floats, Floats]:
-    """Return the lengths of the rows (one for a zero row) and the rows divided by them, without overflow on the way."""
+def scaled_rows(matrix: Floats) -> tuple[Floats, Floats]:
+    """Return the lengths of the rows and the rows divided by them, without overflow on the way.
+
+    A row that is zero but for rounding (of numbers like those of the longest row) counts as zero: what is left of it
+    has no direction. Its length counts as that of the longest row, or one.
+    """
     largest = np.abs(matrix).max(axis=1, initial=0.0)
-    largest[largest == 0.0] = 1.0
-    rows = matrix / largest[:, None]
+    longest = float(largest.max(initial=0.0))
+    empty = largest <= ROUNDING * longest
+    largest[empty] = longest or 1.0
+    rows = np.where(empty[:, None], 0.0, matrix / largest[:, None])
     lengths = np.sqrt((rows * rows).sum(axis=1))
-    lengths[lengths == 0.0] = 1.0
+    lengths[empty] = 1.0
     return largest * lengths, rows / lengths[:, None]
 
 

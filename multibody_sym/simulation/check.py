@@ -22,8 +22,8 @@ from multibody_sym.dynamics.theorems import NEGLIGIBLE, conserved, instant_of, r
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.state import State
-from multibody_sym.model.elements import Rope
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.constraints import Rope
+from multibody_sym.model.mechanism import Mechanism, RopeRow
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System, expressions
 from multibody_sym.scalars.node import leaves
@@ -91,7 +91,7 @@ def _with_dynamics(system: System, resolved: Mechanism, begin: Start, declared: 
     rates = rates_of(resolved)
     instants = [instant_of(resolved, rates, state, x) for state, x in zip(states, found, strict=True)]
     residuals = theorems(instants)
-    tensions = _pushing(system, resolved, found[0].multipliers.tolist())
+    tensions = _pushing(resolved, found[0].multipliers.tolist())
     hints = (*declared, *_physical_hints(motion), *_start_hints(resolved, begin, rank, states), *tensions)
     return CheckReport(
         degrees_of_freedom=len(resolved.speeds) - rank.rank,
@@ -210,11 +210,10 @@ def _rank_nearby(resolved: Mechanism, begin: Start) -> int | None:
         return None
 
 
-def _pushing(system: System, resolved: Mechanism, multipliers: Sequence[float]) -> list[str]:
+def _pushing(resolved: Mechanism, multipliers: Sequence[float]) -> list[str]:
     """Return the ropes that would have to push at the start."""
-    forces = zip((row.name for row in resolved.rows), multipliers, strict=True)
     return [
-        f"rope {name} would have to push with {-force:.6g} N at the start: it goes slack"
-        for name, force in forces
-        if isinstance(system.constraints[name], Rope) and force < 0.0
+        f"rope {row.name} would have to push with {-force:.6g} N at the start: it goes slack"
+        for row, force in zip(resolved.rows, multipliers, strict=True)
+        if isinstance(row, RopeRow) and force < 0.0
     ]

@@ -4,6 +4,7 @@
 
 /* ---- minimum-norm solution of A x = r by Householder QR of A^T with column pivoting ---- */
 
+#define ROUNDING 2e-14 /* of the longest row's largest number: rows of smaller ones count as zero */
 #define TIE 1e-8 /* lengths closer than this fraction count as equal: the row declared first is taken */
 
 typedef struct {
@@ -28,21 +29,24 @@ static double *row_of(const qr *f, int k)
     return f->vectors + (int)f->order[k] * f->columns;
 }
 
+/* A row that is zero but for rounding (of numbers like those of the longest row) counts as zero: what is left of it has
+   no direction. Its length counts as that of the longest row, or one. */
 static int scale_rows(const qr *f, const double *matrix)
 {
+    double longest = mbs_largest(f->rows * f->columns, matrix);
+    if (!isfinite(longest))
+        return 0;
     for (int j = 0; j < f->rows; ++j) {
         const double *from = matrix + j * f->columns;
         double *to = f->vectors + j * f->columns;
-        double size = mbs_largest(f->columns, from);
-        if (!isfinite(size))
-            return 0;
-        if (size == 0.0)
-            size = 1.0;
+        double size = mbs_largest(f->columns, from), length = 1.0;
+        int empty = size <= ROUNDING * longest;
+        if (empty)
+            size = longest > 0.0 ? longest : 1.0;
         for (int i = 0; i < f->columns; ++i)
-            to[i] = from[i] / size;
-        double length = sqrt(dot(f->columns, to, to));
-        if (length == 0.0)
-            length = 1.0;
+            to[i] = empty ? 0.0 : from[i] / size;
+        if (!empty)
+            length = sqrt(dot(f->columns, to, to));
         for (int i = 0; i < f->columns; ++i)
             to[i] /= length;
         f->scale[j] = size * length;

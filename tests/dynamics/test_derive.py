@@ -29,7 +29,8 @@ from multibody_sym.dynamics.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.symbolic_equations import READABLE, SymbolicEquations
 from multibody_sym.errors import InputError, ModelError, NoSolutionError
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.elements import Body, Expression, Parameter
+from multibody_sym.model.constraints import Expression
+from multibody_sym.model.elements import Body, Parameter
 from multibody_sym.model.joints import Prismatic, Revolute
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System

@@ -12,7 +12,8 @@ from multibody_sym.dynamics.forward_dynamics import forward_dynamics, speed_with
 from multibody_sym.dynamics.start import start
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.elements import Body, Distance, Expression
+from multibody_sym.model.constraints import Distance, Expression
+from multibody_sym.model.elements import Body
 from multibody_sym.model.joints import Initial, Prismatic, Revolute, Spherical
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System

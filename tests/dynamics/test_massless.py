@@ -11,7 +11,8 @@ from multibody_sym.dynamics.massless import massless_speeds
 from multibody_sym.dynamics.start import start
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.elements import Body, Pulley, Rope
+from multibody_sym.model.constraints import Rope
+from multibody_sym.model.elements import Body, Pulley
 from multibody_sym.model.joints import Prismatic
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System

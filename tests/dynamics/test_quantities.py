@@ -13,7 +13,7 @@ from multibody_sym.dynamics.quantities import quantities
 from multibody_sym.expressions.quantities import QUANTITIES
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.motion import Motion, accelerations
-from multibody_sym.model.elements import Distance, Rope
+from multibody_sym.model.constraints import Distance, Rope
 from multibody_sym.scalars.node import Node, quantity
 
 SEEDS = range(12)

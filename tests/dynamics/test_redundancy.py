@@ -9,7 +9,8 @@ from multibody_sym.dynamics.redundancy import Redundancy, redundancy
 from multibody_sym.dynamics.start import start
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.elements import Body, Distance, Expression
+from multibody_sym.model.constraints import Distance, Expression
+from multibody_sym.model.elements import Body
 from multibody_sym.model.joints import Initial, Planar, Prismatic
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System

@@ -14,7 +14,8 @@ from multibody_sym.errors import InputError, ModelError, NoSolutionError
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.elements import Body, Distance, Expression, Rope
+from multibody_sym.model.constraints import Distance, Expression, Rope
+from multibody_sym.model.elements import Body
 from multibody_sym.model.joints import Free, Initial, Prismatic, Revolute, Spherical
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.resolve import mechanism
@@ -26,7 +27,7 @@ ROD = {"Izz": 1}
 def residuals(resolved: Mechanism, begin: Start) -> tuple[float, float]:
     state = state_of(resolved, float, 0.0, begin.q, begin.u, begin.parameters)
     rows = row_motions(motion_of(resolved, state))
-    return max(abs(row.phi) for row in rows), max(abs(row.phidot) for row in rows)
+    return max((abs(row.phi) for row in rows if row.holonomic), default=0), max(abs(row.phidot) for row in rows)
 
 
 def four_bar(**initial: object) -> System:

@@ -13,7 +13,8 @@ from multibody_sym.dynamics.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.sampling import sampled_states
 from multibody_sym.dynamics.start import start
 from multibody_sym.dynamics.theorems import conserved, instant_of, rates_of, theorems
-from multibody_sym.model.elements import Body, Distance, Expression, Force, SpringDamper
+from multibody_sym.model.constraints import Distance, Expression
+from multibody_sym.model.elements import Body, Force, SpringDamper
 from multibody_sym.model.joints import Free, Initial, Planar, Prismatic, Revolute, Spherical
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System

@@ -9,7 +9,8 @@ import pytest
 from multibody_sym.errors import ModelError
 from multibody_sym.formats.reader import loads
 from multibody_sym.formats.writer import dumps
-from multibody_sym.model.elements import Body, Coupler, Gear, Torque
+from multibody_sym.model.constraints import Coupler, Gear
+from multibody_sym.model.elements import Body, Torque
 from multibody_sym.model.joints import Initial, Limits, Planar, Prismatic, Revolute, Spherical
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System

@@ -104,8 +104,7 @@ def by_speeds(case: Case, t: float, q: list[float], u: list[float], marker: Mark
 
 
 def test_ground_takes_forces_and_forgets_them() -> None:
-    case = random_case(1)
-    assert case.mechanism.markers["ground.a"].body == -1
+    case = next(case for case in map(random_case, range(20)) if case.mechanism.markers["ground.a"].body < 0)
     motion = case.motion(*random_state(np.random.default_rng(1), case))
     wrenches = Wrenches(len(motion.bodies))
     add_force(wrenches, motion, case.mechanism.markers["ground.a"], (1.0, 2.0, 3.0))

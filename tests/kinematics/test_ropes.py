@@ -12,7 +12,8 @@ from mechanisms import Case
 from multibody_sym.kinematics.ropes import segments
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.model.bodies import GROUND
-from multibody_sym.model.elements import Body, Pulley, Rope
+from multibody_sym.model.constraints import Rope
+from multibody_sym.model.elements import Body, Pulley
 from multibody_sym.model.joints import Planar, Prismatic
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System

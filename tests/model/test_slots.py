@@ -9,8 +9,9 @@ import pytest
 import sympy
 
 from multibody_sym.errors import InputError, ModelError
+from multibody_sym.model.constraints import Distance, Rope
 from multibody_sym.model.declaration import system_from_tree
-from multibody_sym.model.elements import Body, Damper, Distance, Rope, Shape, SpringDamper, Torque
+from multibody_sym.model.elements import Body, Damper, Shape, SpringDamper, Torque
 from multibody_sym.model.joints import JOINTS, Custom, Initial, Planar, Revolute, Spherical
 from multibody_sym.model.slots import (
     Condition,

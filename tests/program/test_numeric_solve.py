@@ -85,10 +85,20 @@ def test_zero_rows_have_rank_zero_and_show_what_they_contradict() -> None:
     assert not found.multipliers.any()
 
 
-def test_tiny_and_huge_rows_are_rows_like_any_other() -> None:
-    found = solve(np.array([[3e-200, 4e-200], [4e200, -3e200]]), np.array([5e-200, 5e200]))
+@pytest.mark.parametrize("scale", [1e-200, 1e200])
+def test_tiny_and_huge_rows_are_rows_like_any_other(scale: float) -> None:
+    found = solve(scale * np.array([[3.0, 4.0], [4e-12, -3e-12]]), scale * np.array([5.0, 5e-12]))
     assert found.solution == pytest.approx([1.4, 0.2], rel=1e-14)
     assert found.report[0] == 2.0
+
+
+def test_a_row_of_rounding_has_no_direction() -> None:
+    """What rounding leaves of a row that vanishes would, scaled up to unit length, count as a constraint."""
+    found = solve(np.array([[1.0, 2.0, 0.0], [3e-17, -1e-17, 2e-17]]), np.array([5.0, 1e-17]))
+    assert found.solution == pytest.approx([1.0, 2.0, 0.0], rel=1e-14)
+    assert found.report[0] == 1.0
+    assert found.report[2] < 1e-15
+    assert found.multipliers[1] == 0.0
 
 
 @pytest.mark.parametrize(("entry", "value"), [(math.nan, 1.0), (math.inf, 1.0), (1.0, math.nan), (1.0, -math.inf)])

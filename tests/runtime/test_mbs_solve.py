@@ -106,7 +106,15 @@ def test_zero_rows_have_rank_zero(in_c):
     np.testing.assert_array_equal(report, 0.0)
 
 
-def test_extreme_lengths_do_not_overflow(in_c):
-    x, _, report = in_c(np.array([[1e200, 1e200], [1e-200, -1e-200]]), [2e200, 0.0])
+@pytest.mark.parametrize("scale", [1e-200, 1e200])
+def test_extreme_lengths_do_not_overflow(in_c, scale):
+    x, _, report = in_c(scale * np.array([[1.0, 1.0], [1e-12, -1e-12]]), [2 * scale, 0.0])
     np.testing.assert_allclose(x, 1.0)
     assert report[0] == 2
+
+
+def test_a_row_of_rounding_has_no_direction(in_c):
+    x, multipliers, report = in_c(np.array([[1.0, 2.0, 0.0], [3e-17, -1e-17, 2e-17]]), [5.0, 1e-17])
+    np.testing.assert_allclose(x, [1.0, 2.0, 0.0], rtol=1e-14)
+    assert report[0] == 1
+    assert multipliers[1] == 0.0

@@ -8,7 +8,8 @@ import pytest
 
 from multibody_sym.dynamics.formalisms import FORMALISMS
 from multibody_sym.errors import ModelError
-from multibody_sym.model.elements import Body, Distance, Expression, Pulley, Rope
+from multibody_sym.model.constraints import Distance, Expression, Rope
+from multibody_sym.model.elements import Body, Pulley
 from multibody_sym.model.joints import Initial, Planar, Prismatic, Revolute, Spherical
 from multibody_sym.model.system import System
 from multibody_sym.report.check import check_text

@@ -1,0 +1,26 @@
+"""`equilibrium`: positions in which a system can rest, and whether they are stable."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Final
+
+from multibody_sym.cli.answer import Answer
+
+HELP: Final = "find positions of equilibrium and whether they are stable"
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of the command."""
+    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
+
+
+def run(options: argparse.Namespace) -> Answer:
+    """Find positions of equilibrium, from the start and from positions around it."""
+    from multibody_sym.cli.model import model
+    from multibody_sym.dynamics.statics import equilibrium
+    from multibody_sym.report.statics import equilibrium_text
+
+    with model(options) as system:
+        found = equilibrium(system)
+    return Answer(found.as_json(), equilibrium_text(found))

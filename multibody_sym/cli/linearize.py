@@ -1,0 +1,26 @@
+"""`linearize`: small motions about the start: A, B, eigenvalues."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Final
+
+from multibody_sym.cli.answer import Answer
+
+HELP: Final = "linearise about the start: A, B in independent coordinates, eigenvalues"
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of the command."""
+    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
+
+
+def run(options: argparse.Namespace) -> Answer:
+    """Linearise about the state at t = 0."""
+    from multibody_sym.cli.model import model
+    from multibody_sym.dynamics.linearization import linearize
+    from multibody_sym.report.linearization import linearization_text
+
+    with model(options) as system:
+        found = linearize(system, formalism=options.formalism)
+    return Answer(found.as_json(), linearization_text(found))

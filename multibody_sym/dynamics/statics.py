@@ -1,0 +1,168 @@
+"""Equilibrium by virtual work: positions at which the forces do no work on any admissible displacement.
+
+In such a position a system at rest has no acceleration. With the constraints' tangents X (see `linearization`), xi the
+independent coordinates and G(xi) their accelerations at rest, equilibria are the roots of G, and one is stable where
+all eigenvalues of dG/dxi are real and negative: for forces with a potential V where the Hessian of V is positive
+definite on the admissible displacements. Friction, which needs a speed to act against, is not considered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from multibody_sym.dynamics.assembly import Rows, closed_near, moved
+from multibody_sym.dynamics.forward_dynamics import UNDEFINED
+from multibody_sym.dynamics.linearization import Flow, Tangents
+from multibody_sym.dynamics.start import start
+from multibody_sym.errors import NoSolutionError
+from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.resolve import mechanism
+from multibody_sym.model.system import System
+
+Floats = npt.NDArray[np.float64]
+
+_GUESSES: Final = 24
+_STEPS: Final = 60
+_HALVINGS: Final = 12
+_LARGEST_STEP: Final = 0.5
+_CONVERGED: Final = 1e-11
+_SAME: Final = 1e-6
+_INDIFFERENT: Final = 1e-8
+_SEED: Final = 3
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """Positions of equilibrium, each with its coordinates by name, and whether they are stable (None: indifferent)."""
+
+    positions: tuple[Mapping[str, float], ...]
+    stable: tuple[bool | None, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `equilibrium --json` prints."""
+        return {"positions": [dict(position) for position in self.positions], "stable": list(self.stable)}
+
+
+def equilibrium(system: System) -> Equilibrium:
+    """Return the positions of equilibrium that are found from the start and from positions all around it, at t = 0.
+
+    Raises InputError, and NoSolutionError where there is no start or none is found.
+    """
+    resolved = mechanism(system)
+    begin = start(resolved)
+    rows = Rows(resolved, begin.parameters, range(len(resolved.rows)))
+    search = _Search(resolved, Flow(resolved, begin.parameters), rows)
+    found: list[Floats] = []
+    for guess in _guesses(search.rows, np.array(begin.q, dtype=float)):
+        q = search.root(guess)
+        if q is not None and not any(search.same(q, other) for other in found):
+            found.append(q)
+    if not found:
+        raise NoSolutionError("no position of equilibrium was found near the start; give other initial coordinates")
+    names = [c.name for c in resolved.coordinates]
+    positions = tuple(dict(zip(names, search.principal(q).tolist(), strict=True)) for q in found)
+    return Equilibrium(positions, tuple(search.stable(q) for q in found))
+
+
+def _guesses(rows: Rows, q: Floats) -> list[Floats]:
+    """Return the start and closed positions around it, ever farther away."""
+    rng = np.random.default_rng(_SEED)
+    guesses = [q]
+    for k in range(_GUESSES):
+        change = rng.uniform(-1.0, 1.0, len(rows.mechanism.speeds)) * np.pi * (k + 1) / _GUESSES
+        near = closed_near(rows, moved(rows.mechanism, q, change))
+        if near is not None:
+            guesses.append(near)
+    return guesses
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Newton's method for positions without acceleration."""
+
+    mechanism: Mechanism
+    flow: Flow
+    rows: Rows
+
+    def root(self, q: Floats) -> Floats | None:
+        """Return the position of equilibrium that Newton's method reaches from a closed position, None if it fails."""
+        try:
+            return self._root(q)
+        except (*UNDEFINED, np.linalg.LinAlgError):
+            return None
+
+    def _root(self, q: Floats) -> Floats | None:
+        at_rest = np.zeros(len(self.mechanism.speeds))
+        first = size = self._size(q)
+        for _ in range(_STEPS):
+            if size <= _CONVERGED * (1.0 + first):
+                return q
+            tangents, slope = self._slope(q)
+            target = -self.flow.accelerations(q, at_rest)[self._speeds(tangents)]
+            step = tangents.X[: len(q), : self._positions(tangents)] @ np.linalg.lstsq(slope, target, rcond=None)[0]
+            step *= min(1.0, _LARGEST_STEP / max(float(np.abs(step).max()), _LARGEST_STEP))
+            ahead = self._line_search(q, step, size)
+            if ahead is None:
+                return q if size <= _CONVERGED * 1e3 * (1.0 + first) else None
+            q, size = ahead
+        return None
+
+    def _line_search(self, q: Floats, step: Floats, size: float) -> tuple[Floats, float] | None:
+        for halving in range(_HALVINGS):
+            ahead = closed_near(self.rows, self._unit(q + step / 2**halving))
+            there = np.inf if ahead is None else self._size(ahead)
+            if ahead is not None and there < size:
+                return ahead, there
+        return None
+
+    def _unit(self, q: Floats) -> Floats:
+        return moved(self.mechanism, q, np.zeros(len(self.mechanism.speeds)))
+
+    def _size(self, q: Floats) -> float:
+        return float(np.abs(self.flow.accelerations(q, np.zeros(len(self.mechanism.speeds)))).max())
+
+    def _positions(self, tangents: Tangents) -> int:
+        """Return how many of the independent components are coordinates."""
+        return sum(k < len(self.mechanism.coordinates) for k in tangents.places)
+
+    def _speeds(self, tangents: Tangents) -> list[int]:
+        """Return the independent speeds."""
+        size = len(self.mechanism.coordinates)
+        return [k - size for k in tangents.places if k >= size]
+
+    def _slope(self, q: Floats) -> tuple[Tangents, Floats]:
+        """Return the tangents at rest and dG/dxi, of independent accelerations by independent coordinates."""
+        u = np.zeros(len(self.mechanism.speeds))
+        tangents = self.flow.tangents(q, u)
+        by_state, _ = self.flow.derivatives(self.flow.known(q, u))
+        rows = [len(q) + k for k in self._speeds(tangents)]
+        columns = tangents.X[:, : self._positions(tangents)]
+        return tangents, (by_state @ columns)[rows]
+
+    def stable(self, q: Floats) -> bool | None:
+        """Return whether a position of equilibrium is stable; None where some displacement meets no resistance."""
+        _, slope = self._slope(q)
+        if slope.shape[0] != slope.shape[1]:
+            return None
+        values = np.linalg.eigvals(slope)
+        least = _INDIFFERENT * max(float(np.abs(values).max(initial=0.0)), 1e-300)
+        if (values.real > least).any() or (np.abs(values.imag) > least).any():
+            return False
+        return True if (values.real < -least).all() else None
+
+    def principal(self, q: Floats) -> Floats:
+        """Return coordinates with angles between -pi and pi."""
+        angles = np.array([c.unit == "rad" for c in self.mechanism.coordinates], dtype=bool)
+        turned = q - 2 * np.pi * np.round(q / (2 * np.pi))
+        return np.where(angles, turned, q)
+
+    def same(self, a: Floats, b: Floats) -> bool:
+        """Return whether two positions are the same up to whole turns."""
+        angles = np.array([c.unit == "rad" for c in self.mechanism.coordinates], dtype=bool)
+        difference = np.where(angles, 2 * np.sin((a - b) / 2), a - b)
+        return bool(np.abs(difference).max(initial=0.0) <= _SAME * (1.0 + np.abs(b).max(initial=0.0)))

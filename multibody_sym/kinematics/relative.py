@@ -1,0 +1,51 @@
+"""Relative motion of two frames on bodies, in world axes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from multibody_sym.kinematics.motion import Motion, pose
+from multibody_sym.kinematics.points import acceleration, position, velocity
+from multibody_sym.kinematics.vectors import ZERO_VECTOR, Vec, add, apply, cross, scale, subtract
+from multibody_sym.model.elements import Point
+from multibody_sym.model.mechanism import Marker
+
+Accelerations = Sequence[tuple[Vec, Vec]]
+"""Each body's (acceleration of its origin, angular acceleration), as `motion.accelerations` returns them."""
+
+
+def direction(motion: Motion, frame: Marker, components: Point) -> Vec:
+    """Return the vector with these components along a frame's axes, in world axes."""
+    rotation, _ = pose(motion.state, frame.pose)
+    x, y, z = motion.state.values(components)
+    return apply(motion.rotation(frame.body), apply(rotation, (x, y, z)))
+
+
+def angular_velocity(motion: Motion, body: int) -> Vec:
+    """Return a body's angular velocity in world axes."""
+    return apply(motion.rotation(body), motion.bodies[body].w_WB) if body >= 0 else ZERO_VECTOR
+
+
+def angular_acceleration(motion: Motion, body: int, bodies: Accelerations) -> Vec:
+    """Return a body's angular acceleration in world axes."""
+    return apply(motion.rotation(body), bodies[body][1]) if body >= 0 else ZERO_VECTOR
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A point as a body sees it: how far it is from a frame's origin, its velocity and acceleration (world axes)."""
+
+    distance: Vec
+    velocity: Vec
+    acceleration: Vec
+
+
+def seen(motion: Motion, frame: Marker, point: Marker, bodies: Accelerations) -> Seen:
+    """Return the motion of a marker relative to the body of a frame: v' = v - v_F - w x d, a' = a - a_F - ...."""
+    w, alpha = angular_velocity(motion, frame.body), angular_acceleration(motion, frame.body, bodies)
+    d = subtract(position(motion, point), position(motion, frame))
+    v = subtract(subtract(velocity(motion, point), velocity(motion, frame)), cross(w, d))
+    carried = add(cross(alpha, d), cross(w, add(cross(w, d), scale(2, v))))
+    a = subtract(acceleration(motion, point, bodies), acceleration(motion, frame, bodies))
+    return Seen(d, v, subtract(a, carried))

@@ -1,0 +1,157 @@
+"""Constraints that are declared beside the joints: rods, ropes, guides, rolling, prescribed motion, expressions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Final
+
+from multibody_sym.errors import ModelError
+from multibody_sym.model.elements import Point
+from multibody_sym.model.slots import Direction, Element, Flag, ListOf, MapOf, OneOf, Record, Scalar, Text, at, holds
+from multibody_sym.scalars.node import Node
+
+
+@dataclass(frozen=True)
+class Distance(Element):
+    """A massless rigid rod: the distance of two points equals `value`; its multiplier is the rod's tension."""
+
+    between: tuple[str, ...] = holds(ListOf(Text(), 2, 2))
+    value: Node = holds(Scalar("m"))
+
+
+@dataclass(frozen=True)
+class Rope(Element):
+    """A taut massless rope from end to end of `path` over pulleys; its multiplier is the tension.
+
+    `path` names points of bodies at both ends and pulleys or points between. Without `length` it is as long as the
+    initial positions make it.
+    """
+
+    path: tuple[str, ...] = holds(ListOf(Text(), 2))
+    length: Node | None = holds(Scalar("m"), None)
+    slack: bool = holds(Flag(), False)
+
+    def verify(self) -> None:
+        if self.slack:
+            with at("slack"):
+                raise ModelError("a rope that may slacken is not available; write slack: false and check its tension")
+
+
+@dataclass(frozen=True)
+class Expression(Element):
+    """A holonomic constraint: the expression of coordinates and t equals zero."""
+
+    zero: Node = holds(Scalar())
+
+
+@dataclass(frozen=True)
+class Gear(Element):
+    """Two joints with one freedom each in mesh: q_1 = ratio q_2 + value; wheels that touch outside turn oppositely.
+
+    The multiplier is the moment (or force) of the gear on the first joint; on the second it acts -ratio times.
+    """
+
+    joints: tuple[str, ...] = holds(ListOf(Text(), 2, 2))
+    ratio: Node = holds(Scalar())
+    value: Node = holds(Scalar(), 0)
+
+
+@dataclass(frozen=True)
+class Coupler(Element):
+    """Joints with one freedom each whose coordinates are tied: the sum of factor times q over `joints` equals `value`.
+
+    The multiplier acts on each joint as factor times its own.
+    """
+
+    joints: Mapping[str, Node] = holds(MapOf(Scalar()))
+    value: Node = holds(Scalar(), 0)
+
+    def verify(self) -> None:
+        if not self.joints:
+            raise ModelError("name the joints with their factors, such as {A: 1, B: -2}").under("joints")
+
+
+@dataclass(frozen=True)
+class Line(Element):
+    """A line on a body: `through` a point of it, along a `direction` in its axes."""
+
+    through: str = holds(Text())
+    direction: Point = holds(Direction())
+
+
+@dataclass(frozen=True)
+class PointOnLine(Element):
+    """A point of one body stays on a line of another; both multipliers are forces on the point's body."""
+
+    components: ClassVar[tuple[str, ...]] = ("n1", "n2")
+
+    point: str = holds(Text())
+    line: Line = holds(Record(Line))
+
+
+@dataclass(frozen=True)
+class Plane(Element):
+    """A plane on a body: `through` a point of it, with a `normal` in its axes."""
+
+    through: str = holds(Text())
+    normal: Point = holds(Direction())
+
+
+@dataclass(frozen=True)
+class PointInPlane(Element):
+    """A point of one body stays in a plane of another; the multiplier is the force on the point's body."""
+
+    point: str = holds(Text())
+    plane: Plane = holds(Record(Plane))
+
+
+@dataclass(frozen=True)
+class Rolling(Element):
+    """A ball or disc (`body`, a surface of it) rolls on a plane (`on`) without slip and without lifting off.
+
+    Its multipliers are the components of the force on the rolling body: along the normal, and two across it.
+    """
+
+    components: ClassVar[tuple[str, ...]] = ("n", "t1", "t2")
+
+    body: str = holds(Text())
+    on: str = holds(Text())
+
+
+@dataclass(frozen=True)
+class PrescribedMotion(Element):
+    """The coordinate of a joint with one freedom follows an expression of time; the multiplier is the drive's force."""
+
+    joint: str = holds(Text())
+    value: Node = holds(Scalar())
+
+
+@dataclass(frozen=True)
+class VelocityConstraint(Element):
+    """A nonholonomic constraint: an expression that is linear in the speeds equals zero."""
+
+    zero: Node = holds(Scalar())
+
+
+def row_names(name: str, element: Element) -> list[str]:
+    """Return the names of the rows that stand for a constraint: its own, or with a component each."""
+    components: tuple[str, ...] = getattr(element, "components", ())
+    return [f"{name}.{component}" for component in components] or [name]
+
+
+CONSTRAINTS: Final = OneOf(
+    {
+        "distance": Distance,
+        "rope": Rope,
+        "point_on_line": PointOnLine,
+        "point_in_plane": PointInPlane,
+        "rolling": Rolling,
+        "gear": Gear,
+        "coupler": Coupler,
+        "motion": PrescribedMotion,
+        "expression": Expression,
+        "velocity": VelocityConstraint,
+    },
+    {},
+)
