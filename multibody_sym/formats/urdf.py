@@ -140,12 +140,13 @@ class _Attached:
 
 def _attached(robot: Robot, bodies: Mapping[str, str]) -> _Attached:
     frames: dict[str, dict[str, Tree]] = {link: {} for link in robot.links}
+    taken = set(bodies.values())
 
     def reference(link: str, joint: str, position: Triple, rotate: list[Tree]) -> str:
         if not rotate and not any(position):
             return bodies[link]
         name = joint.replace(".", "_")
-        while name in frames[link] or f"{bodies[link]}.{name}" in bodies.values():
+        while name in frames[link] or f"{bodies[link]}.{name}" in taken:
             name += "_"
         frames[link][name] = {"position": position, "rotate": rotate}
         return f"{bodies[link]}.{name}"

@@ -192,7 +192,7 @@ def _axis(joint: XmlElement) -> Triple:
 
 def _limits(joint: XmlElement) -> Limits | None:
     element = _child(joint, "limit")
-    if element is None:
+    if element is None or not {"lower", "upper"} & set(element.attributes):
         return None
     lower, upper = _number(element, "lower", "0"), _number(element, "upper", "0")
     if lower > upper:
