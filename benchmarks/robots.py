@@ -2,9 +2,10 @@
 
     python benchmarks/robots.py [--counts]
 
-Accelerations from coordinates, speeds and a torque in every joint, values folded; no damping, mimicking joints free, as
-Pinocchio has them. Operations are additions, subtractions, multiplications and divisions; theirs are of Pinocchio's
-algorithm traced through CasADi with common subexpressions eliminated, counted once (the wheel has no bindings for it).
+Accelerations from coordinates, speeds and a torque in every joint (none on a floating base), values folded; no damping,
+mimicking joints free, as Pinocchio has them. Operations are additions, subtractions, multiplications and divisions;
+theirs are of Pinocchio's algorithm traced through CasADi with common subexpressions eliminated, counted once (the wheel
+has no bindings for it).
 Times: ours is `--native` code called for many random states in turn by a loop in C; theirs `pin.aba` called from Python
 for random states in turn, less the cost of the call, measured as `pin.aba` of a model without joints (the same
 arguments to convert, no mechanics). CPU time of the thread, minimum of interleaved rounds. Needs the extra `peers`.
