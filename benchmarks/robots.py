@@ -64,7 +64,7 @@ def path_of(robot: Robot) -> str:
 
 def our_mechanism(robot: Robot) -> Mechanism:
     """Return the robot with a torque as input in every joint with one freedom."""
-    system = load_urdf(path_of(robot), floating=robot.floating, damping=False)
+    system = load_urdf(path_of(robot), floating=robot.floating, damping=False, mimic=False)
     joints = [name for name, joint in system.joints.items() if len(joint.coordinate_units) == 1]
     torques = {f"torque {name}": Torque(f"tau{k}", joint=name) for k, name in enumerate(joints)}
     inputs = {f"tau{k}": 0 for k in range(len(joints))}

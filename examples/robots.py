@@ -27,10 +27,10 @@ ROBOTS = {  # the end of the file's path, and whether the root link moves freely
 
 
 def robot(name: str) -> mbs.System:
-    """Return a robot of the installed package example-robot-data as a System."""
+    """Return a robot of the installed package example-robot-data as a System; joints that mimic others are free."""
     ending, floating = ROBOTS[name]
     path = next(file.locate() for file in files("example-robot-data") if str(file).endswith(ending))
-    return mbs.load_urdf(path, floating=floating)
+    return mbs.load_urdf(path, floating=floating, mimic=False)
 
 
 def evaluation(system: mbs.System) -> str:

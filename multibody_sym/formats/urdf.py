@@ -19,7 +19,16 @@ from numpy.typing import NDArray
 
 from multibody_sym.errors import InputError
 from multibody_sym.formats.reader import read_content
-from multibody_sym.formats.urdf_file import Inertial, Origin, Robot, Triple, UrdfJoint, read_robot
+from multibody_sym.formats.urdf_file import (
+    ONE_COORDINATE,
+    Inertial,
+    Mimic,
+    Origin,
+    Robot,
+    Triple,
+    UrdfJoint,
+    read_robot,
+)
 from multibody_sym.formats.xml_tree import LARGEST_FILE, read_xml
 from multibody_sym.model.bodies import GROUND, pose_of
 from multibody_sym.model.declaration import VERSION, system_from_tree
@@ -38,34 +47,36 @@ _GRAVITY: Final = (0, 0, -9.81)
 _MOST_NAMED: Final = 4
 _ROUNDING: Final = 1e-3
 _ELEMENTS: Final = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-_ONE_COORDINATE: Final = ("revolute", "continuous", "prismatic")
 
 
 class UrdfNotice(UserWarning):
     """What a URDF file says that its System does not, what the System says beyond it, and what is odd in it."""
 
 
-def load_urdf(path: str | os.PathLike[str], *, floating: bool = False, damping: bool = True) -> System:
+def load_urdf(
+    path: str | os.PathLike[str], *, floating: bool = False, damping: bool = True, mimic: bool = True
+) -> System:
     """Return the System that the URDF file at `path` describes, with gravity 9.81 m/s^2 along -z.
 
     The root link is fixed to ground, or free to move if `floating`. Joints with `damping` get dampers, unless it is
-    False (Drake applies them, Pinocchio does not). Angles within 1e-9 of a multiple of 90 degrees are exactly that.
-    Friction in joints is not read; a UrdfNotice says so.
+    False (Drake applies them, Pinocchio does not), those that `mimic` another one a coupler (Pinocchio leaves them
+    free). Angles within 1e-9 of a multiple of 90 degrees are exactly that. Friction in joints is not read; a UrdfNotice
+    says so.
 
     Raises InputError (with file, line and column) for a file that cannot be read or whose links make no tree.
     """
     name = os.fspath(path)
     try:
         robot = read_robot(read_xml(read_content(name, LARGEST_FILE), name), PurePath(name).stem)
-        system = system_from_tree(tree_of(robot, floating=floating, damping=damping))
+        system = system_from_tree(tree_of(robot, floating=floating, damping=damping, mimic=mimic))
     except InputError as error:
         raise error.located(file=name) from None
-    for note in notes(robot, damping=damping):
+    for note in notes(robot, damping=damping, mimic=mimic):
         warnings.warn(note, UrdfNotice, stacklevel=2)
     return system
 
 
-def tree_of(robot: Robot, *, floating: bool, damping: bool) -> Tree:
+def tree_of(robot: Robot, *, floating: bool, damping: bool, mimic: bool) -> Tree:
     """Return the content of a model file that describes a robot."""
     bodies = _body_names(robot)
     attached = _attached(robot, bodies)
@@ -76,6 +87,7 @@ def tree_of(robot: Robot, *, floating: bool, damping: bool) -> Tree:
         "bodies": {bodies[link]: _body(inertial, attached.frames[link]) for link, inertial in robot.links.items()},
         "joints": _named(_joints(robot, bodies, attached, floating)),
         "forces": _dampers(robot) if damping else {},
+        "constraints": _couplers(robot) if mimic else {},
     }
 
 
@@ -163,11 +175,18 @@ def _joints(robot: Robot, bodies: Mapping[str, str], attached: _Attached, floati
     """Return the joints by name: that of the root first, which carries the root's name."""
     kind = "free" if floating else "fixed"
     root = {"type": kind, "parent": GROUND, "child": bodies[robot.root]}
-    joints = {_unique(robot.root, robot.joints): root}
+    joints: dict[str, Tree] = {_unique(robot.root, robot.joints): root}
     for name, joint in robot.joints.items():
-        axis: Tree = {"axis": _unit(joint.axis)} if joint.type in _ONE_COORDINATE else {}
-        joints[name] = {"type": joint.type, **attached.ends[name], **axis}
+        joints[name] = {"type": joint.type, **attached.ends[name]}
+        if joint.type in ONE_COORDINATE:
+            joints[name]["axis"] = _unit(joint.axis)
+            joints[name] |= _limits(joint)
     return joints
+
+
+def _limits(joint: UrdfJoint) -> Tree:
+    limits = {key: bound for key, bound in vars(joint.limits).items() if bound is not None}
+    return {"limits": limits} if limits else {}
 
 
 def _named(joints: Mapping[str, Tree]) -> dict[str, Tree]:
@@ -204,7 +223,30 @@ def _dampers(robot: Robot) -> Tree:
 
 
 def _damped(robot: Robot) -> dict[str, UrdfJoint]:
-    return {name: joint for name, joint in robot.joints.items() if joint.damping and joint.type in _ONE_COORDINATE}
+    return {name: joint for name, joint in robot.joints.items() if joint.damping and joint.type in ONE_COORDINATE}
+
+
+def _couplers(robot: Robot) -> Tree:
+    """Return q - multiplier (q of the other joint) = offset for each joint that mimics one."""
+    return {
+        f"{name}_mimic": {"type": "coupler", "joints": _factors(robot, name, mimic), "value": mimic.offset}
+        for name, mimic in _mimics(robot).items()
+    }
+
+
+def _factors(robot: Robot, name: str, mimic: Mimic) -> dict[str, float]:
+    moves = robot.joints[mimic.joint].type in ONE_COORDINATE  # the coordinate of a fixed joint is zero
+    return {name: 1.0, mimic.joint: -mimic.multiplier} if moves else {name: 1.0}
+
+
+def _mimics(robot: Robot) -> dict[str, Mimic]:
+    """Return what joints with one coordinate mimic, where that is another joint with one coordinate at most."""
+    possible = {name for name, joint in robot.joints.items() if joint.type in (*ONE_COORDINATE, "fixed")}
+    return {
+        name: joint.mimic
+        for name, joint in robot.joints.items()
+        if joint.type in ONE_COORDINATE and joint.mimic and joint.mimic.joint in possible - {name}
+    }
 
 
 # --- directions -------------------------------------------------------------------------------------------------
@@ -242,11 +284,12 @@ def _tilt(normal: Triple) -> list[Tree]:
 # --- notes ------------------------------------------------------------------------------------------------------
 
 
-def notes(robot: Robot, *, damping: bool) -> list[str]:
+def notes(robot: Robot, *, damping: bool, mimic: bool) -> list[str]:
     """Return what there is to say about a file, one line a kind."""
     joints = robot.joints.items()
     inertials = {link: inertial for link, inertial in robot.links.items() if inertial}
     damped = "damping is applied (other programs may ignore it): " if damping else "damping is not applied: "
+    coupled = _mimics(robot) if mimic else {}
     kinds = {
         "not read: ": list(robot.skipped),
         "friction is not applied: ": [name for name, joint in joints if joint.friction],
@@ -254,7 +297,10 @@ def notes(robot: Robot, *, damping: bool) -> list[str]:
         "damping of joints with several freedoms is not applied: ": [
             name for name, joint in joints if joint.damping and joint.type in ("floating", "planar")
         ],
-        "mimic is not applied: ": [name for name, joint in joints if joint.mimic and joint.type in _ONE_COORDINATE],
+        "mimic ties joints (other programs may leave them free): ": list(coupled),
+        "mimic is not applied: ": [
+            name for name, joint in joints if joint.mimic and joint.type != "fixed" and name not in coupled
+        ],
         "an inertia that no body can have: ": [link for link, x in inertials.items() if not _possible(x)],
         "moving joints that carry no mass: ": _without_mass(robot),
         "inertia without mass: ": [link for link, x in inertials.items() if any(x.inertia) and not x.mass],

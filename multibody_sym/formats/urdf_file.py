@@ -19,7 +19,8 @@ from multibody_sym.model.slots import Text, suggestion
 
 Triple = tuple[float, float, float]
 
-JOINT_TYPES: Final = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+ONE_COORDINATE: Final = ("revolute", "continuous", "prismatic")
+JOINT_TYPES: Final = (*ONE_COORDINATE, "fixed", "floating", "planar")
 _READ: Final = ("link", "joint", "material")
 _DECIMAL: Final = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _LARGEST: Final = 1e100  # its square is a number yet
@@ -45,10 +46,12 @@ class Inertial:
 
 @dataclass(frozen=True)
 class Limits:
-    """The range of a joint's coordinate."""
+    """The range of a joint's coordinate, the largest speed, the largest force or moment; None is no limit."""
 
-    lower: float
-    upper: float
+    lower: float | None
+    upper: float | None
+    velocity: float | None
+    effort: float | None
 
 
 @dataclass(frozen=True)
@@ -71,7 +74,7 @@ class UrdfJoint:
     axis: Triple
     damping: float
     friction: float
-    limits: Limits | None
+    limits: Limits
     mimic: Mimic | None
 
 
@@ -101,7 +104,7 @@ def read_robot(tree: XmlElement, file_name: str) -> Robot:
     read = {joint: _joint(joint, element) for joint, element in joints.items()}
     for joint, element in joints.items():
         with _inside(element, "joint", joint):
-            _verify_references(read[joint], links, read)
+            _verify_links(read[joint], links)
     skipped = tuple(dict.fromkeys(child.tag for child in tree.children if child.tag not in _READ))
     masses = {link: _inertial(link, element) for link, element in links.items()}
     return Robot(name, masses, read, _root(links, joints, read), skipped)
@@ -171,7 +174,7 @@ def _joint(name: str, joint: XmlElement) -> UrdfJoint:
             _axis(joint) if kind not in ("fixed", "floating") else (1.0, 0.0, 0.0),
             _number(dynamics, "damping", "0") if dynamics else 0.0,
             _number(dynamics, "friction", "0") if dynamics else 0.0,
-            _limits(joint) if kind in ("revolute", "prismatic") else None,
+            _limits(joint, kind),
             _mimic(joint),
         )
 
@@ -190,15 +193,19 @@ def _axis(joint: XmlElement) -> Triple:
     return axis
 
 
-def _limits(joint: XmlElement) -> Limits | None:
+def _limits(joint: XmlElement, kind: str) -> Limits:
+    """Return what <limit> says; a speed or effort of zero stands for none, a bound that is left out for zero."""
     element = _child(joint, "limit")
-    if element is None or not {"lower", "upper"} & set(element.attributes):
-        return None
+    if element is None or kind not in ONE_COORDINATE:
+        return Limits(None, None, None, None)
+    velocity, effort = (_number(element, key, "0") or None for key in ("velocity", "effort"))
+    if kind == "continuous" or not {"lower", "upper"} & set(element.attributes):
+        return Limits(None, None, velocity, effort)
     lower, upper = _number(element, "lower", "0"), _number(element, "upper", "0")
     if lower > upper:
         with _inside(element, "limit"):
             raise ModelError(f"the lower limit {lower:g} is above the upper one {upper:g}")
-    return Limits(lower, upper)
+    return Limits(lower, upper, velocity, effort)
 
 
 def _mimic(joint: XmlElement) -> Mimic | None:
@@ -259,12 +266,10 @@ def _numbers(element: XmlElement, key: str, count: int, default: str | None) -> 
 # --- the tree ---------------------------------------------------------------------------------------------------
 
 
-def _verify_references(joint: UrdfJoint, links: Mapping[str, object], joints: Mapping[str, object]) -> None:
+def _verify_links(joint: UrdfJoint, links: Mapping[str, object]) -> None:
     for what, name in (("parent", joint.parent), ("child", joint.child)):
         if name not in links:
             raise ModelError(f"its {what}: no link is called {name!r}{suggestion(name, links)}")
-    if joint.mimic is not None and joint.mimic.joint not in joints:
-        raise ModelError(f"it mimics {joint.mimic.joint!r}, which is no joint{suggestion(joint.mimic.joint, joints)}")
 
 
 def _root(

@@ -21,6 +21,7 @@ from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.bodies import pose_of
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System
+from multibody_sym.simulation.solve import solve
 
 ARM = Path(__file__).parent / "data" / "arm.urdf"
 MUTATE = Path(__file__).with_name("mutate_urdf.py")
@@ -50,7 +51,7 @@ def axis_of(path: Path, joint: str = "A") -> Any:
 # --- what a file means ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("options", [{}, {"floating": True}, {"damping": False}])
+@pytest.mark.parametrize("options", [{}, {"floating": True}, {"damping": False}, {"mimic": False}])
 def test_the_model_that_is_written_is_the_one_that_was_read(options: dict[str, bool]) -> None:
     system = arm(**options)
     assert loads(dumps(system)) == system
@@ -159,6 +160,54 @@ def test_damping_is_a_force_or_left_out() -> None:
     assert not arm(damping=False).forces
 
 
+def test_limits_are_those_of_the_file() -> None:
+    joints = arm().joints
+    limits = {name: joints[name].limits for name in ("shoulder-pan", "wheel", "1st slider")}
+    bounds = {
+        name: [x and x.shadow for x in (given.lower, given.upper, given.velocity, given.effort)]
+        for name, given in limits.items()
+        if given is not None
+    }
+    assert bounds == {"shoulder-pan": [-1, 2, 1, 10], "wheel": [None, None, 20, 5]}
+
+
+def test_mimic_is_a_coupler_or_left_out() -> None:
+    coupler = arm().constraints["wheel_mimic"]
+    assert {name: factor.shadow for name, factor in coupler.joints.items()} == {"wheel": 1, "1st slider": 30}
+    assert coupler.value.shadow == 0.1
+    assert not arm(mimic=False).constraints
+
+
+def test_joints_that_mimic_move_as_one(tmp_path: Path) -> None:
+    """Along z, masses 1 and 2 with q2 = 0.1 - 2 q1: (m1 + 4 m2) q1'' = -(m1 - 2 m2) g."""
+    axis = '<axis xyz="0 0 1"/>'
+    both = HINGE.format(*"Aab", axis), HINGE.format(*"Bac", axis + '<mimic joint="A" multiplier="-2" offset="0.1"/>')
+    joints = [joint.replace("revolute", "prismatic") for joint in both]
+    heavy = LINK.format("c").replace('mass value="1"', 'mass value="2"')
+    with pytest.warns(UrdfNotice, match="mimic ties joints .*: B"):
+        system = load_urdf(robot(tmp_path, A, B, heavy, *joints))
+    found = solve(system).accelerations
+    assert found["A"].value == pytest.approx(3 * 9.81 / 9, rel=1e-12)
+    assert found["B"].value == pytest.approx(-6 * 9.81 / 9, rel=1e-12)
+
+
+@pytest.mark.parametrize("other", ["A", "nobody"])
+def test_what_cannot_be_mimicked_is_told(other: str, tmp_path: Path) -> None:
+    path = robot(tmp_path, A, B, HINGE.format("A", "a", "b", f'<mimic joint="{other}"/>'))
+    with pytest.warns(UrdfNotice, match="^mimic is not applied: A$"):
+        assert not load_urdf(path).constraints
+
+
+def test_what_mimics_a_fixed_joint_stays_at_its_offset(tmp_path: Path) -> None:
+    fixed = HINGE.format("F", "a", "c", "").replace("revolute", "fixed")
+    mimics = HINGE.format("A", "a", "b", '<mimic joint="F" offset="0.5"/>')
+    path = robot(tmp_path, A, B, LINK.format("c"), fixed, mimics)
+    with pytest.warns(UrdfNotice):
+        coupler = load_urdf(path).constraints["A_mimic"]
+    assert [*coupler.joints] == ["A"]
+    assert coupler.value.shadow == 0.5
+
+
 def test_what_is_not_imported_is_told() -> None:
     with pytest.warns(UrdfNotice) as told:
         load_urdf(ARM)
@@ -207,7 +256,6 @@ MISTAKES = {
     "<joint> needs name=": [A, B, HINGE.format("A", "a", "b", "").replace(' name="A"', "")],
     "joint.A.axis: <axis> stands here a second time": [A, B, HINGE.format("A", "a", "b", "<axis/><axis/>")],
     "joint.A.limit: the lower limit 1 is above": [A, B, HINGE.format("A", "a", "b", '<limit lower="1"/>')],
-    "joint.A: it mimics 'C', which is no joint": [A, B, HINGE.format("A", "a", "b", '<mimic joint="C"/>')],
     "1:1: this <robot> has no <link>": [],
     "<xacro:macro> is not expanded yet": ["<xacro:macro/>"],
     "this is not XML: mismatched tag": ["<link>"],

@@ -53,7 +53,7 @@ def twins(request: pytest.FixtureRequest) -> Twins:
     path = path_of(file)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UrdfNotice)
-        ours = mechanism(load_urdf(path, floating=floating, damping=False))
+        ours = mechanism(load_urdf(path, floating=floating, damping=False, mimic=False))
     model = pin.buildModelFromUrdf(path, *([pin.JointModelFreeFlyer()] if floating else []))
     q_order, v_order = [], []
     for body in ours.bodies:
