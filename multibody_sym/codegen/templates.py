@@ -7,7 +7,7 @@ from string import Template
 from typing import Final
 
 RUNTIME_SOURCES: Final = (
-    *("solve.c", "calls.c", "constraints.c", "events.c", "explicit.c"),
+    *("solve.c", "calls.c", "constraints.c", "events.c", "explicit.c", "implicit.c"),
     *("pairing.c", "multistep.c", "runtime.c"),
 )
 RUNTIME_HEADERS: Final = ("pairing.h", "runtime.h", "stepper.h", "vectors.h")

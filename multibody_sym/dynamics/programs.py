@@ -12,6 +12,7 @@ from multibody_sym.kinematics.motion import coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.program.derivatives import total_jacobian
 from multibody_sym.program.program import Program
 from multibody_sym.program.programs import Programs
 from multibody_sym.program.trace import Trace
@@ -19,13 +20,13 @@ from multibody_sym.scalars.functions import absolute, maximum, sqrt
 from multibody_sym.scalars.node import ZERO, Node, as_node
 
 
-def programs(mechanism: Mechanism, formalism: Formalism) -> Programs:
-    """Return all Programs of a mechanism by one formalism."""
+def programs(mechanism: Mechanism, formalism: Formalism, *, implicit: bool = False) -> Programs:
+    """Return all Programs of a mechanism by one formalism; with the Jacobian where an implicit method needs it."""
     dynamics = formalism(mechanism, slot_state(mechanism))
     derivative = state_derivative(mechanism, dynamics)
-    constrained = bool(mechanism.rows)
+    inputs, constrained = inputs_program(mechanism), bool(mechanism.rows)
     return Programs(
-        inputs=inputs_program(mechanism),
+        inputs=inputs,
         state_derivative=derivative,
         project_position=_project_position(mechanism, dynamics) if constrained else None,
         project_velocity=_project_velocity(mechanism, dynamics) if constrained else None,
@@ -33,6 +34,7 @@ def programs(mechanism: Mechanism, formalism: Formalism) -> Programs:
         energy=_energy(mechanism),
         outputs=_outputs(mechanism, derivative),
         events=events(mechanism, derivative),
+        jacobian=total_jacobian(derivative, ("qdot", "udot"), ("q", "u"), inputs) if implicit else None,
     )
 
 

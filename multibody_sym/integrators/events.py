@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.integrators.flow import Events, Floats, Flow, Step, StepError
+from multibody_sym.integrators.flow import Events, Floats, Flow, Status, Step, StepError
 
 BEYOND: Final = 1e-6  # part of a step by which its extension is followed beyond its end
 SHORT_OF: Final = 1e-7  # part of the way to the crossing by which the repeated step stays away from it, ...
@@ -52,10 +52,15 @@ class Watch:
             self.beyond = bool(crossed.any())
         return slope
 
-    def ended(self, step: Step, slope: Floats, take: Take) -> Step:
+    def stuck(self, problem: StepError) -> bool:
+        """Tell whether a step has no solution because it would lead over a kink."""
+        return problem.status is Status.NOT_CONVERGED and self.beyond
+
+    def ended(self, step: Step, slope: Floats, take: Take, problem: StepError | None = None) -> Step:
         """Return `step` if nothing crosses in it, else one that ends at the first crossing or before it.
 
-        `slope` is the one at its start; `take(h, t_new)` takes another step from there. Raises StepError.
+        `slope` is the one at its start; `take(h, t_new)` takes another step from there; `problem`: `step` got stuck at
+        a kink, only its start and length count. Raises StepError.
         """
 
         def straight_on(theta: float) -> Floats:  # nothing from beyond a kink can bend it
@@ -63,11 +68,11 @@ class Watch:
 
         least, way, margin = 16.0 * float_info.epsilon * abs(step.t), step.h, SHORT_OF
         values = self.values(step.t_new, step.x_new)
-        if self.origin is not None and self._crossed(values)[self.origin]:
+        if problem is None and self.origin is not None and self._crossed(values)[self.origin]:
             self._let_chatter(step, self.origin)
         rounds = 0
-        while self._crossed(values).any() or self.beyond:
-            if self._crossed(values).any():
+        while problem is not None or self._crossed(values).any() or self.beyond:
+            if problem is None and self._crossed(values).any():
                 if not self._crossed(self._at(step, 1.0)).any():
                     return self._at_event(step, step.t_new, step.x_new, values)
                 theta = self._first_crossing(step, 0.0, 1.0)
@@ -75,17 +80,24 @@ class Watch:
                 if not way > least or rounds == REPEATS:
                     return self._within(step, theta)
             elif rounds == REPEATS:
+                if problem is not None:
+                    raise problem
                 return self._passed(step, values)
             elif self._crossed(self._at(step, 1.0, straight_on)).any():
                 way = self._first_crossing(step, 0.0, 1.0, straight_on) * step.h
             h = way * (1.0 - min(margin, 0.5))
-            step = take(h, step.t + h)
+            try:
+                step, problem = take(h, step.t + h), None
+            except StepError as met:
+                if not self.stuck(met):
+                    raise
+                step, problem = replace(step, h=h, t_new=step.t + h), met
             if self.beyond:
                 margin *= SHORTER
             if margin > 0.5:
                 way = h
             values = self.values(step.t_new, step.x_new)
-            if not self._crossed(values).any() and not self.beyond:
+            if problem is None and not self._crossed(values).any() and not self.beyond:
                 return self._ended_clean(step, values)
             rounds += 1
         return self._passed(step, values)

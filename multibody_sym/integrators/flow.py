@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Final, Protocol
 
@@ -30,6 +31,7 @@ class Status(IntEnum):
     CONTRADICTION = 5
     NOT_CLOSED = 6
     STOPPED = 7
+    NOT_CONVERGED = 8
     INTERRUPTED = -1
 
 
@@ -70,6 +72,14 @@ class Events:
     terminal: tuple[bool, ...]
 
 
+@dataclass
+class Counts:
+    """What implicit methods cost beyond evaluations of the derivative."""
+
+    jacobians: int = 0
+    factorisations: int = 0
+
+
 @dataclass(frozen=True)
 class Flow:
     """x' = derivative(t, x) from (t0, x0) to t_end by a method.
@@ -77,7 +87,8 @@ class Flow:
     `settle(t, x)` returns the state from which to go on after an accepted step (put back onto constraints,
     normalised), or x itself; it may raise StepError, as may the derivative. `settle_sample` does so for states between
     steps and raises nothing. `step`: fixed, or None: adaptive by `rtol`, `atol`. `pairs`: which speeds in x = (q, u)
-    are rates of which coordinates.
+    are rates of which coordinates. `jacobian(t, x)` (n, n) of the derivative by x: for implicit methods, which add to
+    `counts`.
     """
 
     method: Method
@@ -92,11 +103,18 @@ class Flow:
     settle_sample: Settle | None = None
     events: Events | None = None
     pairs: Pairing | None = None
+    jacobian: Derivative | None = None
+    counts: Counts = field(default_factory=Counts)
 
     @property
     def pairing(self) -> Pairing:
         """The pairing of coordinates and speeds; as many of one as of the other unless `pairs` says otherwise."""
         return self.pairs or Pairing.of_equals(len(self.x0) // 2)
+
+    def scales(self, x: Floats, x_new: Floats) -> Floats:
+        """Return the tolerance of each component in a step between two states."""
+        scales: Floats = self.atol + self.rtol * np.maximum(np.abs(x), np.abs(x_new))
+        return scales
 
     def slope(self, t: float, x: Floats) -> Floats:
         """Return the derivative at (t, x); raises StepError where it is not finite."""
@@ -122,6 +140,7 @@ class Trial:
     error: Floats | None
     stages: list[Floats]
     coarse: Floats | None = None
+    least_growth: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -169,6 +188,21 @@ def combination(weights: Floats, k: list[Floats]) -> Floats:
         if weight != 0.0:
             total = total + weight * slope
     return total
+
+
+def scaled_norm(values: Floats, scales: Floats) -> float:
+    """Return the mean square of the values in units of the scales."""
+    total = 0.0
+    for value, scale in zip(values.tolist(), scales.tolist(), strict=True):
+        total += (value / scale) * (value / scale)
+    return math.sqrt(total / len(values))
+
+
+def hermite(x: Floats, slope: Floats, x_new: Floats, slope_new: Floats, h: float, theta: float) -> Floats:
+    """Return the cubic through both ends of a step with their slopes, at theta."""
+    rest = 1.0 - theta
+    a, b, c = theta * theta * (3.0 - 2.0 * theta), h * theta * rest * rest, -h * theta * theta * rest
+    return x + a * (x_new - x) + b * slope + c * slope_new
 
 
 def require_finite(values: Floats, time: float) -> None:

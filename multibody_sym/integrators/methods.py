@@ -19,6 +19,13 @@ SUMMARIES: Final[Mapping[str, str]] = {
     "adams_bashforth_moulton": "order 4, fixed step, two evaluations a step",
     "stoermer_6": "order 6, fixed step, two evaluations a step",
     "stoermer_verlet": "order 2, fixed step; keeps the energy of smooth conservative motions bounded",
+    "implicit_euler": "order 1, adaptive, implicit, for stiff systems",
+    "implicit_midpoint": "order 2, fixed step, implicit",
+    "trapezoid": "order 2, fixed step, implicit",
+    "gauss_4": "order 4, fixed step, implicit; keeps quadratic invariants",
+    "gauss_6": "order 6, fixed step, implicit; keeps quadratic invariants",
+    "radau_3": "Radau IIA, order 3(2), adaptive, implicit, for stiff systems",
+    "radau_5": "Radau IIA, order 5(3), adaptive, implicit; the choice for stiff systems",
 }
 """What each method is; the names are those that a model file and `--method` take."""
 
@@ -28,6 +35,10 @@ def _maker(name: str) -> Callable[[], Method]:
 
     if name in EXPLICIT:
         return EXPLICIT[name]
+    from multibody_sym.integrators.collocation import IMPLICIT
+
+    if name in IMPLICIT:
+        return IMPLICIT[name]
     from multibody_sym.integrators.multistep import MULTISTEP
 
     return MULTISTEP[name]

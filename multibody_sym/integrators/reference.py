@@ -27,6 +27,7 @@ from multibody_sym.integrators.flow import (
     StepError,
     Stepper,
     Trial,
+    scaled_norm,
 )
 from multibody_sym.integrators.steppers import stepper
 
@@ -69,8 +70,7 @@ def _fixed_steps(flow: Flow, taking: Stepper, watch: Watch | None, done: Step, s
             grid += 1
             t_new = grid_time(grid + 1)
         h = step if whole and t_new < flow.t_end else t_new - t
-        trial = _attempt(taking, watch, done, h, t_new)
-        done = _ended(flow, taking, watch, _closed(flow, taking, trial), done)
+        done = _taken(flow, taking, watch, done, h, t_new)
         if done.t_new >= t_new:
             grid += 1
         yield done
@@ -85,7 +85,20 @@ def _attempt(taking: Stepper, watch: Watch | None, before: Step, h: float, t_new
     return taking.attempt(before.t_new, before.x_new, before.slope_new, h, t_new)
 
 
-def _ended(flow: Flow, taking: Stepper, watch: Watch | None, done: Step, before: Step) -> Step:
+def _taken(flow: Flow, taking: Stepper, watch: Watch | None, before: Step, h: float, t_new: float) -> Step:
+    """Return the step over h, or as far as the first event in it."""
+    try:
+        done, problem = _closed(flow, taking, _attempt(taking, watch, before, h, t_new)), None
+    except StepError as met:
+        if watch is None or not watch.stuck(met):
+            raise
+        done, problem = replace(before, t=before.t_new, x=before.x_new, h=h, t_new=t_new), met
+    return _ended(flow, taking, watch, done, before, problem)
+
+
+def _ended(
+    flow: Flow, taking: Stepper, watch: Watch | None, done: Step, before: Step, problem: StepError | None = None
+) -> Step:
     """Return a step shortened to the first event in it."""
     if watch is None:
         return done
@@ -93,7 +106,7 @@ def _ended(flow: Flow, taking: Stepper, watch: Watch | None, done: Step, before:
     def take(h: float, t_new: float) -> Step:
         return _closed(flow, taking, _attempt(taking, watch, before, h, t_new))
 
-    return watch.ended(done, before.slope_new, take)
+    return watch.ended(done, before.slope_new, take, problem)
 
 
 def _stopped(flow: Flow, done: Step) -> bool:
@@ -146,7 +159,9 @@ def _accepted_step(flow: Flow, taking: Stepper, watch: Watch | None, before: Ste
                 far = _moved_far(x, trial.x_new, done.x_new)
                 if far is None:
                     done = _ended(flow, taking, watch, done, before)
-                    h_next = min(h / change, h) if rejected else h / change
+                    h_next = h / change
+                    if rejected or h_next < trial.least_growth * h:
+                        h_next = min(h_next, h)
                     return replace(done, h_next=h_next, error=max(error, LEAST_ERROR), rejected=rejected)
                 jump = h <= LEAST_AT_KINK * (flow.t_end - flow.t0)
                 failure, proposed = StepError(Status.STEP_UNDERFLOW, t, far), 0.0 if jump else h * RETREAT
@@ -192,13 +207,6 @@ def _closed(flow: Flow, taking: Stepper, trial: Trial) -> Step:
     return taking.finish(trial, x_new)
 
 
-def _scaled_norm(values: Floats, scales: Floats) -> float:
-    total = 0.0
-    for value, scale in zip(values.tolist(), scales.tolist(), strict=True):
-        total += (value / scale) * (value / scale)
-    return math.sqrt(total / len(values))
-
-
 def _error_norm(flow: Flow, trial: Trial) -> tuple[float, int]:
     """Return the mean-square error in units of atol + rtol max(|x|, |x_new|), and the component with most of it.
 
@@ -206,18 +214,18 @@ def _error_norm(flow: Flow, trial: Trial) -> tuple[float, int]:
     of the step that their orders together make (Hairer, Norsett, Wanner, section II.10).
     """
     assert trial.error is not None
-    scales = flow.atol + flow.rtol * np.maximum(np.abs(trial.x), np.abs(trial.x_new))
-    fine, worst = _scaled_norm(trial.error, scales), int(np.argmax(np.abs(trial.error / scales)))
+    scales = flow.scales(trial.x, trial.x_new)
+    fine, worst = scaled_norm(trial.error, scales), int(np.argmax(np.abs(trial.error / scales)))
     if trial.coarse is None or fine == 0.0:
         return fine, worst
-    coarse = _scaled_norm(trial.coarse, scales)
+    coarse = scaled_norm(trial.coarse, scales)
     return fine * fine / math.sqrt(fine * fine + 0.01 * (coarse * coarse)), worst
 
 
 def first_step(flow: Flow, slope: Floats) -> float:
     """Return a first step for which an explicit Euler step and the second derivative stay small."""
     scales = flow.atol + flow.rtol * np.abs(flow.x0)
-    size, speed = _scaled_norm(flow.x0, scales), _scaled_norm(slope, scales)
+    size, speed = scaled_norm(flow.x0, scales), scaled_norm(slope, scales)
     span = flow.t_end - flow.t0
     h = min(1e-6 if size < 1e-5 or speed < 1e-5 else 0.01 * size / speed, span)
     while True:
@@ -228,7 +236,7 @@ def first_step(flow: Flow, slope: Floats) -> float:
             h *= 0.1
             if not h > _least_step(flow, flow.t0):
                 return _least_step(flow, flow.t0)
-    steepest = max(speed, _scaled_norm(bend, scales) / h)
+    steepest = max(speed, scaled_norm(bend, scales) / h)
     power = control_power(flow.method)
     tried = max(1e-6, h * 1e-3) if steepest <= 1e-15 else math.pow(0.01 / steepest, power)
     return min(100.0 * h, tried, span)

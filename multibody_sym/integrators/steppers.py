@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import singledispatch
 
+from multibody_sym.integrators.collocation import Collocation
+from multibody_sym.integrators.collocation_stepper import CollocationStepper
 from multibody_sym.integrators.explicit_stepper import ExplicitStepper
 from multibody_sym.integrators.flow import Flow, Method, Stepper
 from multibody_sym.integrators.multistep import AdamsBashforthMoulton, Stoermer, StoermerVerlet
@@ -35,3 +37,8 @@ def _stoermer(method: Stoermer, flow: Flow) -> Stepper:
 @stepper.register
 def _verlet(method: StoermerVerlet, flow: Flow) -> Stepper:
     return VerletStepper(method, flow)
+
+
+@stepper.register
+def _collocation(method: Collocation, flow: Flow) -> Stepper:
+    return CollocationStepper(method.scheme, flow)

@@ -33,6 +33,30 @@ def jacobian(program: Program, output: str, input: str) -> Program:
     return sweep.trace.finish({"jacobian": ((*wanted.shape, *given.shape), values)})
 
 
+def total_jacobian(program: Program, outputs: Sequence[str], inputs: Sequence[str], given: Program) -> Program:
+    """Return the Program of d outputs / d inputs, each of both in one row after the other, in its output `jacobian`.
+
+    The only output of `given` is the input of `program` of the same name and counts as a function of the inputs that
+    both have. Raises UndefinedError where there is no such output or input.
+    """
+    sweep = _Forward(_resumed(program, "jacobian", ()))
+    wanted = [value for name in outputs for value in program.output(name).values]
+    (inner,) = given.outputs
+    columns = []
+    for name in inputs:
+        rates: Vector = ()
+        if inner.values:
+            arguments = [program.input(array.name).slots for array in given.inputs]
+            (rates,) = sweep.trace.call(jacobian(given, inner.name, name), arguments)
+        slots = program.input(name).slots
+        for k, leaf in enumerate(slots):
+            through = zip(program.input(inner.name).slots, rates[k :: len(slots)], strict=True)
+            seeds = {leaf: ONE, **{slot: rate for slot, rate in through if rate is not ZERO}}
+            columns.append(sweep.rates(program, seeds, wanted))
+    values = [column[row] for row in range(len(wanted)) for column in columns]
+    return sweep.trace.finish({"jacobian": ((len(wanted), len(columns)), values)})
+
+
 def gradient(program: Program, output: str, input: str) -> Program:
     """Return the Program of d output / d input for an output of one element, in one backward pass.
 

@@ -11,6 +11,7 @@ _INPUTS: Final = ("t", "q", "u", "parameters", "inputs", "modes")
 _OUTPUTS: Final = {
     "inputs": ("inputs",),
     "state_derivative": ("qdot", "udot", "multipliers", "report"),
+    "jacobian": ("jacobian",),
     "project_position": ("phi", "correction"),
     "project_velocity": ("residual", "correction"),
     "normalize": ("q", "deviation"),
@@ -29,6 +30,8 @@ class Programs:
 
     - `inputs`: inputs (nw,).
     - `state_derivative`: qdot (nq,), udot (nu,), multipliers (ns,), report (3,), for ns rows.
+    - `jacobian`: jacobian (nq + nu, nq + nu) = d(qdot, udot) / d(q, u), through the inputs as well. None where no
+      implicit method asks for it.
     - `project_position`: phi (ns,), correction (nq,); q + correction is one mass-weighted Gauss-Newton step. None
       without rows, as is
     - `project_velocity`: residual (ns,), correction (nu,).
@@ -50,6 +53,7 @@ class Programs:
     energy: Program
     outputs: Program
     events: Program | None = None
+    jacobian: Program | None = None
 
     def __post_init__(self) -> None:
         for name, program in self.as_mapping().items():
@@ -108,8 +112,10 @@ class Programs:
         q, u, rows = (self.nq,), (self.nu,), (self.ns,)
         given = {"t": (), "q": q, "u": u, "parameters": (self.np,), "inputs": (self.nw,), "modes": (self.nm,)}
         rates = {"qdot": q, "udot": u, "multipliers": rows, "report": (3,), "phi": rows, "residual": rows}
+        jacobian = (self.nq + self.nu, self.nq + self.nu)
         values = (self.ne if name == "events" else self.no,)
-        return {**given, **rates, "deviation": (), "kinetic": (), "potential": (), "values": values}
+        numbers: dict[str, tuple[int, ...]] = {"deviation": (), "kinetic": (), "potential": ()}
+        return {**given, **rates, **numbers, "values": values, "jacobian": jacobian}
 
 
 def _verify_names(name: str, program: Program) -> None:

@@ -30,6 +30,18 @@ class ProgramStruct(ctypes.Structure):
     )
 
 
+class CollocationStruct(ctypes.Structure):
+    """`mbs_collocation` of runtime.h."""
+
+    _fields_ = (
+        ("stages", ctypes.c_int),
+        *((name, ctypes.c_void_p) for name in ("c", "w", "start", "end", "transform", "inverse")),
+        *((name, ctypes.c_double) for name in ("gamma", "alpha", "beta", "filter")),
+        *((name, ctypes.c_void_p) for name in ("error", "dense")),
+        ("hermite", ctypes.c_int),
+    )
+
+
 class MethodStruct(ctypes.Structure):
     """`mbs_method` of runtime.h."""
 
@@ -38,6 +50,7 @@ class MethodStruct(ctypes.Structure):
         *((name, ctypes.c_void_p) for name in ("a", "c", "error", "coarse_error", "dense")),
         ("past", ctypes.c_int),
         *((name, ctypes.c_void_p) for name in ("position", "predictor", "corrector")),
+        ("collocation", ctypes.POINTER(CollocationStruct)),
     )
 
 
@@ -47,6 +60,7 @@ class SystemStruct(ctypes.Structure):
     _fields_ = (
         ("inputs", ctypes.c_void_p),
         ("state_derivative", ctypes.c_void_p),
+        ("jacobian", ctypes.c_void_p),
         ("project_position", ctypes.c_void_p),
         ("project_velocity", ctypes.c_void_p),
         ("normalize", ctypes.c_void_p),
@@ -82,7 +96,8 @@ class StateStruct(ctypes.Structure):
         *((name, ctypes.c_double) for name in ("removed_position", "removed_velocity", "quaternion_deviation")),
         *((name, ctypes.c_double) for name in ("least_rank", "greatest_rank")),
         *((name, ctypes.c_double) for name in ("conditioning", "conditioning_time")),
-        *((name, ctypes.c_longlong) for name in ("steps", "rejected", "evaluations", "sample", "grid")),
+        *((name, ctypes.c_longlong) for name in ("steps", "rejected", "evaluations")),
+        *((name, ctypes.c_longlong) for name in ("jacobians", "factorisations", "sample", "grid")),
         *((name, ctypes.c_int) for name in ("status", "component", "event", "phase", "crossing", "origin", "extended")),
     )
 

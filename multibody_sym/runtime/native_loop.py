@@ -23,7 +23,15 @@ Integers = NDArray[np.intc]
 _FIRST_PIECE: Final = 200  # steps
 _LARGEST_PIECE: Final = 10_000_000
 _SECONDS: Final = 0.1
-_PROGRAMS: Final = ("inputs", "state_derivative", "project_position", "project_velocity", "normalize", "events")
+_PROGRAMS: Final = (
+    "inputs",
+    "state_derivative",
+    "jacobian",
+    "project_position",
+    "project_velocity",
+    "normalize",
+    "events",
+)
 
 
 def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
@@ -103,7 +111,10 @@ def _progress(problem: Problem, state: StateStruct, x: Floats) -> Progress:
 
 
 def _statistics(problem: Problem, state: StateStruct) -> Statistics:
-    same = ("rejected", "evaluations", "drift_position", "drift_velocity", "removed_position", "removed_velocity")
+    same = (
+        *("rejected", "evaluations", "jacobians", "factorisations"),
+        *("drift_position", "drift_velocity", "removed_position", "removed_velocity"),
+    )
     rows = math.isfinite(state.least_rank)
     return Statistics(
         steps=state.steps,

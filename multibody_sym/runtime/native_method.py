@@ -10,19 +10,21 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from multibody_sym.integrators.collocation import Collocation
 from multibody_sym.integrators.flow import Method
 from multibody_sym.integrators.multistep import AdamsBashforthMoulton, Multistep, Stoermer, StoermerVerlet
 from multibody_sym.integrators.runge_kutta import RungeKutta, Tableau
-from multibody_sym.runtime.native import MethodStruct
+from multibody_sym.runtime.native import CollocationStruct, MethodStruct
 
 
 class Family(IntEnum):
     """The families of runtime.h."""
 
     EXPLICIT = 0
-    ADAMS = 1
-    STOERMER = 2
-    VERLET = 3
+    COLLOCATION = 1
+    ADAMS = 2
+    STOERMER = 3
+    VERLET = 4
 
 
 def address(array: NDArray[Any]) -> ctypes.c_void_p:
@@ -39,6 +41,30 @@ def method_struct(method: Method) -> MethodStruct:
 @method_struct.register
 def _explicit(method: RungeKutta) -> MethodStruct:
     return _struct(Family.EXPLICIT, method, method.tableau, {})
+
+
+@method_struct.register
+def _collocation(method: Collocation) -> MethodStruct:
+    scheme = method.scheme
+    arrays = {"c": scheme.c, "w": scheme.W, "start": scheme.start, "end": scheme.end, "transform": scheme.T}
+    structure = CollocationStruct(
+        stages=len(scheme.c),
+        **{name: address(values) for name, values in arrays.items()},
+        inverse=address(scheme.T_inverse),
+        gamma=scheme.gamma,
+        alpha=scheme.alpha,
+        beta=scheme.beta,
+        filter=scheme.filter,
+        error=None if scheme.error is None else address(scheme.error),
+        dense=address(scheme.dense),
+        hermite=scheme.hermite,
+    )
+    return MethodStruct(
+        family=Family.COLLOCATION,
+        order=method.order,
+        error_order=method.error_order,
+        collocation=ctypes.pointer(structure),
+    )
 
 
 @method_struct.register

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from multibody_sym.integrators.collocation import Collocation
 from multibody_sym.integrators.flow import Method, Status
 from multibody_sym.integrators.pairing import Pairing
 from multibody_sym.integrators.reference import sample_times
@@ -60,6 +61,8 @@ class Problem:
         ):
             if not true:
                 raise ValueError(f"not true that {claim}")
+        if isinstance(self.method, Collocation) and "jacobian" not in self.compiled:
+            raise ValueError(f"{self.method.name} is implicit and needs the program jacobian")
         values = dict(self.compiled["events"].signature.outputs)["values"] if "events" in self.compiled else (0,)
         if values != (len(self.terminal),):
             raise ValueError(f"terminal has {len(self.terminal)} entries, not {values[0]}")
@@ -107,6 +110,8 @@ class Statistics:
     steps: int = 0
     rejected: int = 0
     evaluations: int = 0
+    jacobians: int = 0
+    factorisations: int = 0
     mean_step: float = 0.0
     drift_position: float = 0.0
     drift_velocity: float = 0.0
@@ -123,7 +128,8 @@ class Statistics:
 class RunFailure:
     """Why a run ended early: `status` at `time`, in a `component`.
 
-    NOT_FINITE, STEP_UNDERFLOW: component of (q, u) whose derivative is not finite, or whose error does not get small;
+    NOT_FINITE, STEP_UNDERFLOW, NOT_CONVERGED: component of (q, u) whose derivative is not finite, whose error does not
+    get small, or that Newton's iteration moves most;
     NOT_CLOSED, CONTRADICTION: the row that is broken; None for STEP_LIMIT and INTERRUPTED.
     """
 

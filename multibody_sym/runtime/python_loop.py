@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.integrators.flow import Events, Flow, Status, Step, StepError
+from multibody_sym.integrators.flow import Counts, Events, Flow, Status, Step, StepError
 from multibody_sym.integrators.reference import at_end, reaches, sampled, steps
 from multibody_sym.runtime.problem import Event, Problem, Progress, RunFailure, Statistics
 
@@ -70,6 +70,7 @@ class _Run:
     count: int = 0
     rejected: int = 0
     evaluations: int = 0
+    counts: Counts = field(default_factory=Counts)
     least_rank: float = math.inf
     greatest_rank: float = 0.0
     conditioning: float = math.inf
@@ -92,6 +93,8 @@ class _Run:
             step=p.step,
             rtol=p.rtol,
             atol=p.atol,
+            jacobian=self.jacobian if "jacobian" in p.compiled else None,
+            counts=self.counts,
             events=Events(self.switching, p.terminal) if p.terminal else None,
             pairs=p.pairing,
         )
@@ -135,6 +138,11 @@ class _Run:
             return self._projected(t, x) if self.problem.project else x
         except StepError:
             return x
+
+    def jacobian(self, t: float, x: Floats) -> Floats:
+        """Return the derivative of x' by x."""
+        (matrix,) = self.call("jacobian", t, x)
+        return matrix
 
     def switching(self, t: float, x: Floats) -> Floats:
         """Return the values of the switching functions."""
@@ -226,6 +234,8 @@ class _Run:
             steps=self.count,
             rejected=self.rejected,
             evaluations=self.evaluations,
+            jacobians=self.counts.jacobians,
+            factorisations=self.counts.factorisations,
             mean_step=(reached - self.problem.t0) / self.count if self.count else 0.0,
             least_rank=int(self.least_rank) if rows else 0,
             greatest_rank=int(self.greatest_rank),

@@ -29,6 +29,9 @@ def failure_message(mechanism: Mechanism, failure: RunFailure) -> str:
         return f"{what} {when}: a force or an expression has no finite value there, or the motion grows without bound"
     if failure.status is Status.STEP_UNDERFLOW:
         return f"the step became too small {when}, on account of {what}: the motion has a jump or a singularity there"
+    if failure.status is Status.NOT_CONVERGED:
+        advice = "take shorter steps, or tolerances; if that does not help the motion has a jump or a singularity there"
+        return f"Newton's iteration for the step does not converge {when}, on account of {what}: {advice}"
     if failure.status is Status.STEP_LIMIT:
         advice = "a jump in a force (sign, where) keeps steps short; else ask for less accuracy or a shorter time"
         return f"the run took its largest number of steps and got no further than t = {failure.time:.6g} s: {advice}"

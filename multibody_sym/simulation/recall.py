@@ -30,30 +30,37 @@ def formalism_name(name: str | None, mechanism: Mechanism) -> str:
 
 
 def compiled(
-    system: System, mechanism: Mechanism, formalism: str, *, native: bool = False, backend: Backend | None = None
+    system: System,
+    mechanism: Mechanism,
+    formalism: str,
+    *,
+    implicit: bool = False,
+    native: bool = False,
+    backend: Backend | None = None,
 ) -> Compiled:
-    """Return the system's Programs by a formalism, ready to be called.
+    """Return the system's Programs by a formalism, ready to be called, with the Jacobian for an `implicit` method.
 
     What was derived for a system of the same structure is recalled, whatever its parameters' values and start.
     """
-    key = structure_key(system, formalism)
+    key = structure_key(system, formalism, implicit)
     recalled = loading.recall(key, native=native, backend=backend)
     if recalled is not None:
         return recalled.compiled
     from multibody_sym.dynamics.programs import programs  # a run that recalls needs none of it
 
-    derived = programs(mechanism, FORMALISMS[formalism])
+    derived = programs(mechanism, FORMALISMS[formalism], implicit=implicit)
     made = loading.load(derived.as_mapping(), native=native, backend=backend)
     loading.remember(key, made, {})
     return made
 
 
-def structure_key(system: System, formalism: str) -> str:
+def structure_key(system: System, formalism: str, implicit: bool = False) -> str:
     """Return a hash of what a system's Programs follow from: all but its name, its numbers, its start and settings."""
     tree = tree_from_system(system)
     tree["parameters"] = [(name, parameter.positive) for name, parameter in system.parameters.items()]
     tree["joints"] = {name: _without_start(joint) for name, joint in tree.get("joints", {}).items()}
-    return digest("system", formalism, json.dumps({key: x for key, x in tree.items() if key not in _NOT_STRUCTURE}))
+    structure = json.dumps({key: x for key, x in tree.items() if key not in _NOT_STRUCTURE})
+    return digest("system", formalism, "with jacobian" if implicit else "", structure)
 
 
 def _without_start(joint: Mapping[str, Any]) -> dict[str, Any]:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.dynamics.start import start
+from multibody_sym.integrators.collocation import IMPLICIT
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System
@@ -48,6 +49,7 @@ def runnable(
     resolved = mechanism(system)
     name = formalism_name(formalism, resolved)
     begin = start(resolved)
-    programs = compiled(system, resolved, name, native=native, backend=backend)
+    implicit = system.simulation.method in IMPLICIT
+    programs = compiled(system, resolved, name, implicit=implicit, native=native, backend=backend)
     parameters, q0, u0 = (np.array(values, dtype=float) for values in (begin.parameters, begin.q, begin.u))
     return Runnable(system, resolved, name, programs, parameters, q0, u0)

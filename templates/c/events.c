@@ -142,6 +142,11 @@ int mbs_beyond_kink(const mbs_run *r)
     return 0;
 }
 
+int mbs_stuck_at_kink(const mbs_run *r, int status)
+{
+    return status == MBS_NOT_CONVERGED && r->beyond;
+}
+
 /* A function that crosses back at once, as dry friction at rest, chatters: it may, in this step. */
 static void let_chatter(mbs_run *r)
 {
@@ -166,15 +171,17 @@ static int end_clean(mbs_run *r)
     return any_crossed(r) ? end_within(r, first_crossing(r, mbs_value, 1.0, 1.0 + BEYOND)) : pass(r);
 }
 
-int mbs_find_event(mbs_run *r)
+int mbs_find_event(mbs_run *r, int status)
 {
     mbs_state *s = r->state;
     double least = 16.0 * MBS_EPSILON * fabs(s->t), way = s->h, margin = SHORT_OF;
-    evaluate(r, s->t_new, r->x_new);
-    if (s->origin >= 0 && crossed(r, s->origin))
+    int taken = status == MBS_RUNNING;
+    if (taken)
+        evaluate(r, s->t_new, r->x_new);
+    if (taken && s->origin >= 0 && crossed(r, s->origin))
         let_chatter(r);
-    for (int round = 0; any_crossed(r) || r->beyond; ++round) {
-        if (any_crossed(r)) {
+    for (int round = 0; !taken || any_crossed(r) || r->beyond; ++round) {
+        if (taken && any_crossed(r)) {
             evaluate_at(r, mbs_value, 1.0);
             if (!any_crossed(r))
                 return end_at_once(r);
@@ -184,21 +191,23 @@ int mbs_find_event(mbs_run *r)
                 return end_within(r, theta);
         } else {
             if (round == REPEATS)
-                return pass(r);
+                return taken ? pass(r) : status;
             evaluate_at(r, straight_on, 1.0);
             if (any_crossed(r))
                 way = first_crossing(r, straight_on, 0.0, 1.0) * s->h;
         }
         double h = way * (1.0 - (margin < 0.5 ? margin : 0.5));
-        int status = mbs_take(r, h, s->t + h);
-        if (status != MBS_RUNNING)
+        status = mbs_take(r, h, s->t + h);
+        taken = status == MBS_RUNNING;
+        if (!taken && !mbs_stuck_at_kink(r, status))
             return status;
         if (r->beyond)
             margin *= SHORTER;
         if (margin > 0.5)
             way = h;
-        evaluate(r, s->t_new, r->x_new);
-        if (!any_crossed(r) && !r->beyond)
+        if (taken)
+            evaluate(r, s->t_new, r->x_new);
+        if (taken && !any_crossed(r) && !r->beyond)
             return end_clean(r);
     }
     note_sides(r);

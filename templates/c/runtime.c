@@ -5,7 +5,7 @@ enum { STARTING, STEPPING, SAMPLING };
 
 static const mbs_stepper *stepper_of(const mbs_method *method)
 {
-    static const mbs_stepper *const steppers[] = {&mbs_explicit, &mbs_adams, &mbs_stoermer, &mbs_verlet};
+    static const mbs_stepper *const steppers[] = {&mbs_explicit, &mbs_implicit, &mbs_adams, &mbs_stoermer, &mbs_verlet};
     return steppers[method->family];
 }
 
@@ -78,6 +78,14 @@ int mbs_value(mbs_run *r, double theta, double *x)
         r->stepper->value(r, theta, x);
     }
     return status;
+}
+
+void mbs_hermite(const mbs_run *r, double theta, double *x)
+{
+    double rest = 1.0 - theta, h = r->state->h;
+    double a = theta * theta * (3.0 - 2.0 * theta), b = h * theta * rest * rest, c = -h * theta * theta * rest;
+    for (int i = 0; i < r->n; ++i)
+        x[i] = r->x[i] + a * (r->x_new[i] - r->x[i]) + b * r->slope[i] + c * r->slope_new[i];
 }
 
 static int write_sample(mbs_run *r, double *x)
@@ -156,11 +164,12 @@ static int contradiction(mbs_run *r)
 
 /* Record a step that is good enough, after it has been shortened to an event in it; drift without projection is measured
    at the steps in which a sample falls. */
-static int accept(mbs_run *r)
+static int accept(mbs_run *r, int status)
 {
     mbs_state *s = r->state;
     const mbs_system *system = r->system;
-    int status = system->ng > 0 ? mbs_find_event(r) : MBS_RUNNING;
+    if (system->ng > 0)
+        status = mbs_find_event(r, status);
     if (status != MBS_RUNNING)
         return status;
     ++s->steps;
@@ -207,8 +216,9 @@ static int fixed_step(mbs_run *r)
     int whole = s->t == grid_time(p, s->grid, count), status;
     if (!whole && next < p->t_end && next - s->t < least_step(r))
         next = grid_time(p, ++s->grid + 1, count);
-    if ((status = mbs_take(r, whole && next < p->t_end ? p->step : next - s->t, next)) == MBS_RUNNING)
-        status = accept(r);
+    status = mbs_take(r, whole && next < p->t_end ? p->step : next - s->t, next);
+    if (status == MBS_RUNNING || mbs_stuck_at_kink(r, status))
+        status = accept(r, status);
     if (s->phase == SAMPLING && s->t_new >= next)
         ++s->grid;
     return status;
@@ -220,8 +230,7 @@ static double scale(const mbs_run *r, double before, double after)
     return r->problem->atol + r->problem->rtol * size;
 }
 
-/* Mean-square size of y in units of the tolerance at x and x_new; `worst`: the component with most of it. */
-static double scaled_norm(const mbs_run *r, const double *y, const double *x, const double *x_new, int *worst)
+double mbs_scaled_norm(const mbs_run *r, const double *y, const double *x, const double *x_new, int *worst)
 {
     double sum = 0.0, most = -1.0;
     for (int i = 0; i < r->n; ++i) {
@@ -238,11 +247,11 @@ static double scaled_norm(const mbs_run *r, const double *y, const double *x, co
 /* The error of a trial. Of two estimates the finer, e5, counts as e5^2 / sqrt(e5^2 + 0.01 e3^2), with the coarser, e3. */
 static double trial_error(const mbs_run *r, int *worst)
 {
-    double fine = scaled_norm(r, r->error, r->x, r->x_new, worst);
+    double fine = mbs_scaled_norm(r, r->error, r->x, r->x_new, worst);
     int ignored;
     if (!r->method->coarse_error || fine == 0.0)
         return fine;
-    double coarse = scaled_norm(r, r->coarse, r->x, r->x_new, &ignored);
+    double coarse = mbs_scaled_norm(r, r->coarse, r->x, r->x_new, &ignored);
     return fine * fine / sqrt(fine * fine + 0.01 * (coarse * coarse));
 }
 
@@ -291,12 +300,12 @@ static int adaptive_trial(mbs_run *r, int rejected)
             return mbs_failed(r, MBS_STEP_UNDERFLOW, t, worst);
         }
         if (status == MBS_RUNNING) {
-            status = accept(r);
+            status = accept(r, status);
             if (s->phase == SAMPLING) {
                 change = change < 5.0 ? change : 5.0;
                 change = change > 0.1 ? change : 0.1;
                 s->h_next = h / change;
-                if (rejected && s->h_next > h)
+                if ((rejected || s->h_next < r->stepper->least_growth * h) && s->h_next > h)
                     s->h_next = h;
                 s->error = error > 1e-4 ? error : 1e-4;
                 return status;
@@ -327,7 +336,7 @@ static double first_step(mbs_run *r)
     const double *x = r->x, *slope = r->slope;
     double span = p->t_end - p->t0;
     int worst, status;
-    double size = scaled_norm(r, x, x, x, &worst), speed = scaled_norm(r, slope, x, x, &worst);
+    double size = mbs_scaled_norm(r, x, x, x, &worst), speed = mbs_scaled_norm(r, slope, x, x, &worst);
     double h = size < 1e-5 || speed < 1e-5 ? 1e-6 : 0.01 * size / speed;
     h = h < span ? h : span;
     do {
@@ -339,7 +348,7 @@ static double first_step(mbs_run *r)
     } while (status != MBS_RUNNING);
     for (int i = 0; i < r->n; ++i)
         r->spare[i] -= slope[i];
-    double steepest = scaled_norm(r, r->spare, x, x, &worst) / h;
+    double steepest = mbs_scaled_norm(r, r->spare, x, x, &worst) / h;
     if (!(steepest > speed))
         steepest = speed;
     double tried = steepest > 1e-15 ? pow(0.01 / steepest, control_power(r->method)) : (h * 1e-3 > 1e-6 ? h * 1e-3 : 1e-6);

@@ -36,7 +36,24 @@ void mbs_solve(int rows, int columns, const double *matrix, const double *right,
    the output, that of input i by its size if advance[i] is not 0. */
 void mbs_map(const mbs_program *program, long long samples, const double **in, const int *advance, double **out);
 
-enum { MBS_EXPLICIT, MBS_ADAMS, MBS_STOERMER, MBS_VERLET };
+/* A collocation method: with z_i = u(t + c_i h) - x it solves  W z = h start f(t, x) + h f(t + c h, x + z), and
+   x_new = x + end z. */
+typedef struct {
+    int stages;                 /* those that are not explicit, s */
+    const double *c;            /* s */
+    const double *w;            /* s x s, row by row, as all matrices: W = T diag(gamma, [alpha -beta; beta alpha]) T^-1 */
+    const double *start;        /* s */
+    const double *end;          /* s */
+    const double *transform;    /* T, s x s */
+    const double *inverse;      /* T^-1, s x s */
+    double gamma, alpha, beta;  /* where s is even gamma is 0, where it is 1 alpha and beta are */
+    double filter;              /* the estimated error e is that of (filter - h J) e = h f(t, x) + error z */
+    const double *error;        /* s; null without an estimate */
+    const double *dense;        /* s x s: u(t + theta h) = x + sum_i z_i sum_k dense[i][k] theta^(k+1) */
+    int hermite;                /* not 0: between its ends a step is the cubic through them, not u */
+} mbs_collocation;
+
+enum { MBS_EXPLICIT, MBS_COLLOCATION, MBS_ADAMS, MBS_STOERMER, MBS_VERLET };
 
 /* A method. The tableau is that of an explicit Runge-Kutta method, or of the starter of one that looks back. The last
    stage of a step is the end point: its row of a gives the new state. Stages after it are evaluated only where a step
@@ -57,12 +74,14 @@ typedef struct {
     const double *position;     /* past + 1 weights of the present and past, the newest first; so are */
     const double *predictor;
     const double *corrector;    /* this one starts with the predicted end */
+    const mbs_collocation *collocation; /* null for other families; of what stands above it needs the orders only */
 } mbs_method;
 
 /* What is integrated: x = (q, u). The programs a model does not have are null. */
 typedef struct {
     const mbs_program *inputs;           /* (t, q, u, parameters) -> inputs */
     const mbs_program *state_derivative; /* (t, q, u, parameters, inputs, modes) -> qdot, udot, multipliers, report */
+    const mbs_program *jacobian;         /* (as before) -> d(qdot, udot) / d(q, u), for implicit methods */
     const mbs_program *project_position; /* (as before) -> phi, correction of q */
     const mbs_program *project_velocity; /* (as before) -> phidot, correction of u */
     const mbs_program *normalize;        /* (as before) -> q, deviation */
@@ -99,7 +118,8 @@ enum {
     MBS_STEP_LIMIT = 4,
     MBS_CONTRADICTION = 5,  /* row that is broken because dependent rows ask for different accelerations */
     MBS_NOT_CLOSED = 6,     /* row that projection cannot satisfy */
-    MBS_STOPPED = 7         /* a stop was met: t and x are those of the event */
+    MBS_STOPPED = 7,        /* a stop was met: t and x are those of the event */
+    MBS_NOT_CONVERGED = 8   /* component of (q, u) that moved most in Newton's iteration */
 };
 
 /* Where a run stands. The first entries of the work space hold x at time t. */
@@ -111,7 +131,7 @@ typedef struct {
     double quaternion_deviation;               /* largest deviation of a quaternion's length from 1 after a step */
     double least_rank, greatest_rank;
     double conditioning, conditioning_time;    /* smallest kept |R_kk| / |R_11| and when */
-    long long steps, rejected, evaluations;
+    long long steps, rejected, evaluations, jacobians, factorisations;
     long long sample;                          /* samples written so far */
     long long grid;                            /* fixed steps: the whole ones until t, or until before t */
     int status, component;

@@ -25,9 +25,11 @@ typedef struct {
     int (*extend)(mbs_run *r);
     /* The state at t + theta h in the step that is finished and extended, 0 <= theta <= 1. */
     void (*value)(const mbs_run *r, double theta, double *x);
+    /* A step that could grow, but by less than this factor, stays as it is. */
+    double least_growth;
 } mbs_stepper;
 
-extern const mbs_stepper mbs_explicit, mbs_adams, mbs_stoermer, mbs_verlet;
+extern const mbs_stepper mbs_explicit, mbs_implicit, mbs_adams, mbs_stoermer, mbs_verlet;
 
 /* The problem, its state and the parts of the work space. */
 struct mbs_run {
@@ -76,6 +78,12 @@ int mbs_project(mbs_run *r, double t, double *x);
 /* The state at t + theta h in the step that is finished, as interpolated. */
 int mbs_value(mbs_run *r, double theta, double *x);
 
+/* The cubic through x and x_new with their slopes, at t + theta h. */
+void mbs_hermite(const mbs_run *r, double theta, double *x);
+
+/* The size of y in units of the tolerance at x and x_new, in the mean square; `worst`: the component with most of it. */
+double mbs_scaled_norm(const mbs_run *r, const double *y, const double *x, const double *x_new, int *worst);
+
 /* Normalise a state between steps and put it back onto the constraints; where that fails it stays as it is. */
 void mbs_settle_sample(mbs_run *r, double t, double *x);
 
@@ -88,7 +96,11 @@ void mbs_start_events(mbs_run *r);
 /* Tell whether `values`, just found at some state, lie beyond a kink. */
 int mbs_beyond_kink(const mbs_run *r);
 
-/* If a switching function crosses zero in the step just taken, end the step there: state->crossing, t_new, event_x. */
-int mbs_find_event(mbs_run *r);
+/* Tell whether a step that ended with `status` has no solution because it would lead over a kink. */
+int mbs_stuck_at_kink(const mbs_run *r, int status);
+
+/* If a switching function crosses zero in the step just taken, or got stuck at a kink, end the step there:
+   state->crossing, t_new, event_x. */
+int mbs_find_event(mbs_run *r, int status);
 
 #endif

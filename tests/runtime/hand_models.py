@@ -58,6 +58,7 @@ class HandModel:
             "project_velocity": (("residual", (self.ns,)), ("correction", (self.nu,))),
             "normalize": (("q", (self.nq,)), ("deviation", ())),
             "events": (("values", (self.ng,)),),
+            "jacobian": (("jacobian", (self.nq + self.nu, self.nq + self.nu)),),
         }
         return Signature(name, inputs, outputs[name])
 
@@ -81,7 +82,13 @@ class HandModel:
 
 
 OSCILLATOR = HandModel(1, 1, 1, "out[0][0] = u[0]; out[1][0] = -p[0]*p[0]*q[0];")
-PENDULUM = HandModel(1, 1, 2, "out[0][0] = u[0]; out[1][0] = -p[0]/p[1]*sin(q[0]);")
+PENDULUM = HandModel(
+    1,
+    1,
+    2,
+    "out[0][0] = u[0]; out[1][0] = -p[0]/p[1]*sin(q[0]);",
+    others=(("jacobian", "out[0][0] = out[0][3] = 0.0; out[0][1] = 1.0; out[0][2] = -p[0]/p[1]*cos(q[0]);"),),
+)
 
 DOUBLE_PENDULUM = HandModel(
     2,

@@ -67,7 +67,7 @@ def test_a_second_run_derives_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     system = changed(one=("total_energy()", "3*total_energy()"))
     first = mbs.simulate(system, t_end=1)
 
-    def derive(*_arguments: object) -> None:
+    def derive(*_arguments: object, **_options: object) -> None:
         raise AssertionError("derived again")
 
     monkeypatch.setattr(derivation, "programs", derive)

@@ -1,0 +1,263 @@
+"""Steps of collocation methods by simplified Newton iteration with the exact Jacobian; `implicit.c` is the same in C.
+
+Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section IV.8.
+"""
+
+from __future__ import annotations
+
+import math
+from sys import float_info
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.integrators.collocation import Scheme
+from multibody_sym.integrators.flow import (
+    Floats,
+    Flow,
+    Status,
+    Step,
+    StepError,
+    Trial,
+    hermite,
+    require_finite,
+    scaled_norm,
+)
+
+KAPPA: Final = 0.01  # of the tolerance: how far Newton's iteration is from its limit when it ends
+SLOW: Final = 1e-3  # contraction from which on a new Jacobian is worth its price in the next step
+ADAPTIVE_ROUNDS: Final = 10
+FIXED_ROUNDS: Final = 50
+FAR: Final = 4.0  # the step before is no guide to one that is so many times longer
+LEAST_SCALE: Final = 1e-6  # of the largest component of x and z: no component has to be better than this part of it
+ROUND_OFF: Final = 1e-8  # where an iteration that stands still stands still on account of rounding
+LEAST_GROWTH: Final = 1.2  # a step that could grow by less keeps its length, and its factors
+
+Factors = tuple[Floats, list[int]]
+
+
+class CollocationStepper:
+    """A collocation method at work; the stages of a trial are z_i = u(t + c_i h) - x."""
+
+    def __init__(self, scheme: Scheme, flow: Flow) -> None:
+        assert flow.jacobian is not None
+        self.scheme = scheme
+        self.flow = flow
+        self.jacobian_of = flow.jacobian
+        self.rounds = ADAPTIVE_ROUNDS if flow.step is None else FIXED_ROUNDS
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the step before, and the Jacobian."""
+        self.before: tuple[float, Floats] | None = None
+        self.factored = 0.0
+        self.contraction = 0.0
+        self.expected = 1.0
+        self.fresh = False
+        self.trials = 0
+        self.latest: Trial | None = None
+
+    def attempt(self, t: float, x: Floats, slope: Floats, h: float, t_new: float) -> Trial:
+        """Return a step; raises StepError where Newton's iteration does not converge with a new Jacobian either."""
+        self.trials += 1
+        z = self._stages(t, x, slope, h)
+        x_new = np.zeros_like(x)
+        for weight, stage in zip(self.scheme.end.tolist(), z, strict=True):
+            if weight != 0.0:
+                x_new = x_new + weight * stage
+        x_new = x_new + x
+        require_finite(x_new, t_new)
+        error = self._error(t, x, slope, h, z, x_new) if self.flow.step is None else None
+        self.latest = Trial(t, x, slope, h, t_new, x_new, error, list(z), least_growth=LEAST_GROWTH)
+        return self.latest
+
+    def finish(self, trial: Trial, x_new: Floats) -> Step:
+        """Return the step with the slope at its end."""
+        slope_new = self.flow.slope(trial.t_new, x_new)
+
+        def value(theta: float) -> Floats:
+            if self.scheme.hermite:
+                return hermite(trial.x, trial.slope, x_new, slope_new, trial.h, theta)
+            total = np.zeros_like(trial.x)
+            for coefficients, stage in zip(self.scheme.dense, trial.stages, strict=True):
+                weight = 0.0
+                for coefficient in coefficients[::-1].tolist():
+                    weight = (weight + coefficient) * theta
+                total = total + weight * stage
+            return total + trial.x
+
+        return Step(trial.t, trial.x, trial.h, trial.t_new, x_new, slope_new, value)
+
+    def advance(self, step: Step) -> None:
+        """Keep the stages of the step: they predict those of the next."""
+        assert self.latest is not None
+        self.before = (self.latest.h, np.array(self.latest.stages))
+        self.fresh, self.trials = False, 0
+
+    # --- Newton's iteration ---------------------------------------------------------------------------------------
+
+    def _stages(self, t: float, x: Floats, slope: Floats, h: float) -> Floats:
+        """Solve for z (s, n); where the old Jacobian does not do, with a new one."""
+        if not self.fresh and not (self.before is not None and self.contraction <= SLOW):
+            self._evaluate_jacobian(t, x)
+        while True:
+            try:
+                if self.factored != h:
+                    self._factorise(t, h)
+                return self._iterated(t, x, slope, h, self._predicted(h, len(x)))
+            except StepError:
+                if self.fresh:
+                    raise
+            self._evaluate_jacobian(t, x)
+
+    def _evaluate_jacobian(self, t: float, x: Floats) -> None:
+        self.jacobian = self.jacobian_of(t, x)
+        self.flow.counts.jacobians += 1
+        self.fresh, self.factored, self.contraction, self.expected = True, 0.0, 0.0, 1.0
+
+    def _factorise(self, t: float, h: float) -> None:
+        scheme, J = self.scheme, h * self.jacobian
+        self.flow.counts.factorisations += 1
+        unit = np.eye(len(J))
+        self.factored = 0.0
+        try:
+            if scheme.gamma > 0.0 or scheme.error is not None:
+                self.single = _factors(scheme.filter * unit - J)
+            if scheme.beta > 0.0:
+                diagonal, off = scheme.alpha * unit - J, scheme.beta * unit
+                self.pairs = _factors(np.block([[diagonal, -off], [off, diagonal]]))
+        except ZeroDivisionError:
+            raise StepError(Status.NOT_CONVERGED, t, 0) from None
+        self.factored = h
+
+    def _predicted(self, h: float, n: int) -> Floats:
+        """Return the polynomial of the step before, led on; zero where there is none."""
+        z = np.zeros((len(self.scheme.c), n))
+        ratio = math.inf if self.before is None else h / self.before[0]
+        if self.before is None or not ratio <= FAR:
+            return z
+        for i, node in enumerate(self.scheme.c.tolist()):
+            theta = 1.0 + node * ratio
+            for coefficients, stage in zip(self.scheme.dense, self.before[1], strict=True):
+                there = here = 0.0
+                for coefficient in coefficients[::-1].tolist():
+                    there = (there + coefficient) * theta
+                    here += coefficient
+                z[i] = z[i] + (there - here) * stage
+        return z
+
+    def _iterated(self, t: float, x: Floats, slope: Floats, h: float, z: Floats) -> Floats:
+        before = math.inf
+        contraction = self.expected = math.pow(self.expected, 0.8)
+        for round_ in range(self.rounds):
+            change = self._change(self._residual(t, x, slope, h, z))
+            size, worst = self._change_size(x, z, change)
+            z = z + change
+            if round_ > 0:
+                contraction = size / before
+                self.expected = max(contraction, float_info.epsilon)
+            if round_ == 1:
+                self.contraction = contraction
+            known = round_ > 0 or self.flow.step is None
+            if self._converged(size, before, contraction if known else 1.0):
+                return z
+            if not size < math.inf or (round_ > 0 and contraction >= 1.0):
+                break
+            before = size
+        raise StepError(Status.NOT_CONVERGED, t, worst)
+
+    def _residual(self, t: float, x: Floats, slope: Floats, h: float, z: Floats) -> Floats:
+        """Return T^-1 (h start f(t, x) + h f(t + c h, x + z) - W z)."""
+        scheme = self.scheme
+        rest = _transformed(scheme.W, z)
+        for i, (node, start) in enumerate(zip(scheme.c.tolist(), scheme.start.tolist(), strict=True)):
+            rest[i] = h * (start * slope + self.flow.slope(t + node * h, x + z[i])) - rest[i]
+        return _transformed(scheme.T_inverse, rest)
+
+    def _change(self, rest: Floats) -> Floats:
+        """Return the change of z."""
+        scheme, n = self.scheme, rest.shape[1]
+        parts = []
+        if scheme.gamma > 0.0:
+            parts.append(_substituted(self.single, rest[0]))
+        if scheme.beta > 0.0:
+            parts.append(_substituted(self.pairs, rest[-2:].ravel()))
+        return _transformed(scheme.T, np.concatenate(parts).reshape(-1, n))
+
+    def _change_size(self, x: Floats, z: Floats, change: Floats) -> tuple[float, int]:
+        """Return the change in units of the tolerance, in the mean square, or for fixed steps its largest entry."""
+        scales = self._scales(x, z)
+        parts = change / scales
+        total = 0.0
+        for part in parts.ravel().tolist():
+            total += part * part
+        worst = int(np.argmax(np.abs(parts)))
+        fixed = self.flow.step is not None and total < math.inf
+        size = float(np.abs(parts).max()) if fixed else math.sqrt(total / parts.size)
+        return size, worst % len(x)
+
+    def _scales(self, x: Floats, z: Floats) -> Floats:
+        if self.flow.step is None:
+            return self.flow.atol + self.flow.rtol * np.abs(x)
+        scales = np.maximum(np.abs(x), np.abs(z).max(axis=0))
+        least = LEAST_SCALE * float(scales.max())
+        return np.where(scales > least, scales, least if least > 0.0 else 1.0)
+
+    def _converged(self, size: float, before: float, contraction: float) -> bool:
+        """Tell whether the iteration is near enough to its limit: within a part of the tolerance, or to round-off."""
+        rest = contraction / (1.0 - contraction) * size if contraction < 1.0 else math.inf
+        if self.flow.step is not None:
+            at_rest = size >= before and size <= ROUND_OFF
+            return size <= float_info.epsilon or rest <= 0.25 * float_info.epsilon or at_rest
+        wanted = max(10.0 * float_info.epsilon / self.flow.rtol, KAPPA) if self.flow.rtol > 0.0 else KAPPA
+        return 10.0 * size <= wanted or rest <= wanted
+
+    def _error(self, t: float, x: Floats, slope: Floats, h: float, z: Floats, x_new: Floats) -> Floats:
+        """Return the error; where a start that is not smooth yet makes the step fail, with the slope it leads to."""
+        rough = self.before is None or self.trials > 1
+        error = self._filtered(h * slope, z)
+        if not rough or scaled_norm(error, self.flow.scales(x, x_new)) <= 1.0:
+            return error
+        return self._filtered(h * self.flow.slope(t, x + error), z)
+
+    def _filtered(self, error: Floats, z: Floats) -> Floats:
+        assert self.scheme.error is not None
+        for weight, stage in zip(self.scheme.error.tolist(), z, strict=True):
+            error = error + weight * stage
+        return _substituted(self.single, error)
+
+
+def _transformed(matrix: Floats, stages: Floats) -> Floats:
+    result = np.zeros_like(stages)
+    for i, row in enumerate(matrix.tolist()):
+        for weight, stage in zip(row, stages, strict=True):
+            result[i] = result[i] + weight * stage
+    return result
+
+
+def _factors(matrix: Floats) -> Factors:
+    """Return L U of the matrix with rows exchanged, and which row took each place; raises ZeroDivisionError."""
+    a, rows = matrix.copy(), []
+    for k in range(len(a)):
+        pivot = k + int(np.argmax(np.abs(a[k:, k])))
+        rows.append(pivot)
+        if pivot != k:
+            a[[k, pivot]] = a[[pivot, k]]
+        if not abs(a[k, k]) > 0.0:
+            raise ZeroDivisionError
+        a[k + 1 :, k] = a[k + 1 :, k] / a[k, k]
+        a[k + 1 :, k + 1 :] -= a[k + 1 :, k, None] * a[k, k + 1 :]
+    return a, rows
+
+
+def _substituted(factors: Factors, right: Floats) -> Floats:
+    a, rows = factors
+    b = right.copy()
+    for k, pivot in enumerate(rows):
+        b[k], b[pivot] = b[pivot], b[k]
+    for k in range(len(b)):
+        b[k + 1 :] -= a[k + 1 :, k] * b[k]
+    for k in range(len(b) - 1, -1, -1):
+        b[k] = b[k] / a[k, k]
+        b[:k] -= a[:k, k] * b[k]
+    return b
