@@ -13,7 +13,7 @@ from multibody_sym.dynamics.start import Start
 from multibody_sym.errors import MultibodyError
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion
-from multibody_sym.kinematics.rows import row_motions
+from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.program.solve import scaled_rows
@@ -56,9 +56,13 @@ def _near(mechanism: Mechanism, begin: Start, rng: np.random.Generator) -> State
     return motion.state
 
 
+def _jacobian(motion: Motion, rows: list[RowMotion]) -> Floats:
+    return np.array([row.jacobian for row in rows], dtype=float).reshape(len(rows), len(motion.state.u))
+
+
 def _verify_regular(motion: Motion) -> None:
     """Raise ValueError where rows are nearly but not quite dependent: forces grow there beyond all bounds."""
-    jacobian = np.array([row.jacobian for row in row_motions(motion)], dtype=float).reshape(-1, len(motion.state.u))
+    jacobian = _jacobian(motion, row_motions(motion))
     sizes = np.linalg.svd(scaled_rows(jacobian)[1], compute_uv=False)
     if ((sizes > _DEPENDENT) & (sizes < _NEARLY_DEPENDENT)).any():
         raise ValueError("a nearly singular position")
@@ -67,7 +71,7 @@ def _verify_regular(motion: Motion) -> None:
 def _correction(motion: Motion) -> Floats:
     """Return the smallest change of the speeds that satisfies H u = -phi_t."""
     rows = row_motions(motion)
-    jacobian = np.array([row.jacobian for row in rows], dtype=float).reshape(-1, len(motion.state.u))
+    jacobian = _jacobian(motion, rows)
     phidot = np.array([row.phidot for row in rows], dtype=float)
     change: Floats = np.linalg.lstsq(jacobian, -phidot, rcond=_NEARLY_DEPENDENT)[0]
     return change

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,9 @@ from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import slot
 
 Floats = NDArray[np.float64]
+
+ERROR_OF_A_RUN: Final = 1e-9
+"""How far beyond a limit a motion that rests there may be found."""
 
 
 class Passed(NamedTuple):
@@ -34,6 +37,6 @@ def limits_passed(mechanism: Mechanism, parameters: Sequence[float] | Floats, q:
         for name, declared, size, side in (*sides, ("velocity", limit.velocity, speed, 1)):
             if declared is not None:
                 bound = evaluate_float([declared], values)[0]
-                beyond = np.flatnonzero(side * (size - bound) > 0.0)
+                beyond = np.flatnonzero(side * (size - bound) > ERROR_OF_A_RUN)
                 found += [Passed(limit.joint, name, bound, int(k)) for k in beyond[:1]]
     return found

@@ -108,6 +108,12 @@ def test_limits_need_one_freedom() -> None:
         Spherical("ground", "a", limits=Limits(lower=1))
 
 
+def test_a_joint_that_rests_at_its_limit_does_not_pass_it() -> None:
+    start = Initial(q=0.5 + 1e-12)
+    resting = {name: Revolute("ground", name.lower(), initial=start, limits=Limits(upper=0.5)) for name in "AB"}
+    assert not simulate(wheels(joints=resting, forces={}), t_end=1, samples=11).events
+
+
 def test_passed_limits_are_told_and_stop_nothing() -> None:
     limited = {"A": Revolute("ground", "a", limits=Limits(upper="u0", lower=-1, velocity=100))}
     limited["B"] = Revolute("ground", "b", initial=Initial(q=2), limits=Limits(upper=1))

@@ -10,7 +10,7 @@ from multibody_sym.dynamics.formalisms import FORMALISMS
 from multibody_sym.errors import ModelError
 from multibody_sym.model.constraints import Distance, Expression, Rope
 from multibody_sym.model.elements import Body, Pulley
-from multibody_sym.model.joints import Initial, Planar, Prismatic, Revolute, Spherical
+from multibody_sym.model.joints import Fixed, Initial, Planar, Prismatic, Revolute, Spherical
 from multibody_sym.model.system import System
 from multibody_sym.report.check import check_text
 from multibody_sym.simulation.check import check
@@ -25,6 +25,15 @@ PENDULUM = {
 
 def system(**changes: object) -> System:
     return System("checked", **(PENDULUM | changes))
+
+
+def test_a_body_that_only_rides_along_is_checked_while_it_moves() -> None:
+    bodies = {"ground": Body(motion={"y": "sin(3*t)"}), "rider": Body(mass=2)}
+    found = check(system(bodies=bodies, joints={"weld": Fixed("ground", "rider")}))
+    assert found.degrees_of_freedom == 0
+    assert found.hints == ()
+    assert found.conserved == ()
+    assert 0 < found.theorems["power"] < 1e-9
 
 
 def test_pendulum_is_as_it_should_be() -> None:
