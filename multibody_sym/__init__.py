@@ -34,10 +34,13 @@ if TYPE_CHECKING:
     from multibody_sym.model.elements import Baumgarte as Baumgarte
     from multibody_sym.model.elements import Body as Body
     from multibody_sym.model.elements import Damper as Damper
+    from multibody_sym.model.elements import Drag as Drag
     from multibody_sym.model.elements import Force as Force
     from multibody_sym.model.elements import Frame as Frame
     from multibody_sym.model.elements import GroundMotion as GroundMotion
+    from multibody_sym.model.elements import Motor as Motor
     from multibody_sym.model.elements import Parameter as Parameter
+    from multibody_sym.model.elements import Pull as Pull
     from multibody_sym.model.elements import Pulley as Pulley
     from multibody_sym.model.elements import Settings as Settings
     from multibody_sym.model.elements import Shape as Shape
@@ -103,8 +106,8 @@ _NAMES = {
     "formats.writer": "dump dumps",
     "model.constraints": "Coupler Distance Expression Gear Line Plane PointInPlane PointOnLine PrescribedMotion "
     "Rolling Rope VelocityConstraint",
-    "model.elements": "Ask Baumgarte Body Damper Force Frame GroundMotion Parameter Pulley Settings Shape "
-    "SpringDamper Stabilisation Surface Torque Turn",
+    "model.elements": "Ask Baumgarte Body Damper Drag Force Frame GroundMotion Motor Parameter Pull Pulley Settings "
+    "Shape SpringDamper Stabilisation Surface Torque Turn",
     "model.joints": "Custom Cylindrical Direct Fixed Free Initial Limits Planar Prismatic Revolute Screw Spherical "
     "Universal",
     "model.resolve": "mechanism",

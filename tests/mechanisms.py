@@ -37,10 +37,13 @@ from multibody_sym.model.elements import (
     FORCES,
     Body,
     Damper,
+    Drag,
     Force,
     Frame,
     GroundMotion,
+    Motor,
     Parameter,
+    Pull,
     Pulley,
     SpringDamper,
     Surface,
@@ -368,6 +371,14 @@ class _Builder:
         names = [name for name, joint in self.joints.items() if len(joint.speed_units) == 1]
         return self.some(names) if names else None
 
+    def freedom_of_joint(self) -> tuple[str, str] | None:
+        """Return a joint and one of its speeds by name."""
+        if not self.speeds:
+            return None
+        name = self.some(self.speeds)
+        bare = name.removeprefix("u_")
+        return next(joint for joint in self.joints if bare == joint or bare.startswith(f"{joint}_")), name
+
     def elements(self, kinds: OneOf, makers: Mapping[type, Any], names: Sequence[str], known: Any) -> dict[str, Any]:
         """Return elements of random kinds; `known` is what their makers choose from besides bodies and joints."""
         return {name: makers[self.some(list(kinds.table.values()))](self, known) for name in names}
@@ -419,6 +430,24 @@ def _damper(build: _Builder, inputs: Mapping[str, Any]) -> Damper:
     return Damper(build.decades(-2, 1), **where)
 
 
+def _pull(build: _Builder, inputs: Mapping[str, Any]) -> Pull:
+    law = f"{build.uniform(1, 5)}*(distance - {build.uniform()})^3 + {build.uniform(0, 1)}*distance*distance_rate"
+    return Pull(build.two_places(), f"{law} + {build.expression(time=True, inputs=inputs)}")
+
+
+def _drag(build: _Builder, inputs: Mapping[str, Any]) -> Drag:
+    quadratic = build.some([0, build.uniform(0, 2), build.expression(time=True, inputs=inputs)])
+    return Drag(build.some(build.names), build.some([None, "a", "b"]), build.uniform(0, 2), quadratic)
+
+
+def _motor(build: _Builder, inputs: Mapping[str, Any]) -> Motor | Drag:
+    place = build.freedom_of_joint()
+    if place is None:
+        return _drag(build, inputs)
+    voltage = build.expression(time=True, inputs=inputs)
+    return Motor(place[0], voltage, build.uniform(0.5, 2), build.uniform(0.1, 1), build.uniform(1, 9), place[1])
+
+
 def _distance(build: _Builder, pulleys: Mapping[str, Pulley]) -> Distance:
     value = build.some([build.uniform(0.5, 2), f"1 + {build.uniform(0, 1)}*sin(t)"])
     return Distance(build.two_places(), value)
@@ -442,6 +471,9 @@ _FORCES: Mapping[type, Callable[..., Element]] = {
     Torque: _torque,
     SpringDamper: _spring,
     Damper: _damper,
+    Pull: _pull,
+    Drag: _drag,
+    Motor: _motor,
 }
 def _gear(build: _Builder, pulleys: Mapping[str, Pulley]) -> Gear | Expression:
     pair = build.one_freedom(), build.one_freedom()

@@ -22,7 +22,7 @@ from multibody_sym.dynamics.subexpressions import Subexpressions
 from multibody_sym.dynamics.symbols import Symbols, numbered_symbols
 from multibody_sym.errors import ModelError
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy, split, stored_energy
-from multibody_sym.kinematics.loads import applied, applied_generalized_forces
+from multibody_sym.kinematics.loads import TINY, applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import coordinate_rates, joint_rates, motion_of
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import State, slot_state
@@ -89,8 +89,11 @@ def _restricted(row: RowMotion) -> Any:
 
 
 def known_nodes(mechanism: Mechanism, symbols: Symbols) -> dict[Node, Any]:
-    """Return the symbol of every slot, and 1 for |q|^2 of every quaternion, built as the kinematics builds it."""
-    known = dict(symbols.slots)
+    """Return the symbol of every slot, and 1 for |q|^2 of every quaternion, built as the kinematics builds it.
+
+    What keeps derivatives finite where a speed is zero is left out of closed forms.
+    """
+    known = {**symbols.slots, as_node(TINY): sympy.S.Zero}
     for body in mechanism.bodies:
         if body.ball:
             w, x, y, z = (slot("q", k) for k in body.quaternion)

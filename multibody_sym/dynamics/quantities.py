@@ -10,12 +10,13 @@ from typing import Final
 from multibody_sym.dynamics.reactions import reactions
 from multibody_sym.kinematics import points
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
+from multibody_sym.kinematics.loads import span, span_rate
 from multibody_sym.kinematics.motion import Motion, accelerations, motion_of
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import slot_state
 from multibody_sym.kinematics.vectors import ZERO_VECTOR, S, Vec, add, apply, cross, dot, scale, subtract
 from multibody_sym.model.bodies import Pose
-from multibody_sym.model.mechanism import Marker, Mechanism
+from multibody_sym.model.mechanism import Marker, Mechanism, PointPull
 from multibody_sym.model.slots import AXES
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
@@ -114,6 +115,20 @@ def _distance(instant: Instant, a: str, b: str) -> S:
     return sqrt(dot(difference, difference))
 
 
+def _span(instant: Instant, load: str) -> S:
+    return span(instant.motion, _ends(instant, load))[0]
+
+
+def _span_rate(instant: Instant, load: str) -> S:
+    ends = _ends(instant, load)
+    return span_rate(instant.motion, ends, span(instant.motion, ends)[1])
+
+
+def _ends(instant: Instant, name: str) -> tuple[Marker, Marker]:
+    found = (load for load in instant.motion.mechanism.loads if isinstance(load, PointPull) and load.name == name)
+    return next(found).ends
+
+
 def _reaction(instant: Instant, joint: str, component: str) -> S:
     return instant.reactions[joint][component]
 
@@ -179,6 +194,8 @@ _QUANTITIES: Final[dict[str, Callable[..., S]]] = {
     "angular_velocity": _angular_velocity,
     "angular_acceleration": _angular_acceleration,
     "distance": _distance,
+    "span": _span,
+    "span_rate": _span_rate,
     "reaction": _reaction,
     "tension": _multiplier,
     "multiplier": _multiplier,

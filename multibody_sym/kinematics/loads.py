@@ -5,15 +5,30 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import singledispatch
+from typing import Final
 
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import position, velocity
 from multibody_sym.kinematics.vectors import ZERO_VECTOR, S, Vec, apply, apply_transposed, cross, dot, scale, subtract
 from multibody_sym.kinematics.wrenches import Wrench, Wrenches, add_force, add_pair, generalized_forces
-from multibody_sym.model.mechanism import BodyTorque, JointForce, JointSpring, Load, Marker, PointForce, PointSpring
+from multibody_sym.model.mechanism import (
+    BodyTorque,
+    JointForce,
+    JointSpring,
+    Load,
+    Marker,
+    PointDrag,
+    PointForce,
+    PointPull,
+    PointSpring,
+    span_leaves,
+)
 from multibody_sym.model.slots import at
-from multibody_sym.scalars.functions import sqrt
+from multibody_sym.scalars.functions import absolute, sqrt
 from multibody_sym.scalars.node import ZERO, Node
+
+TINY: Final = 1e-300
+"""What is added to v^2 so that |v| has a derivative at v = 0; everywhere else it is rounded away."""
 
 
 @dataclass(frozen=True)
@@ -84,9 +99,37 @@ def _(load: PointSpring, motion: Motion, wrenches: Wrenches, of_speed: list[S]) 
         add_pair(wrenches, motion, load.ends, scale(stiffness, apart(motion, load.ends)))
         return
     length, direction = span(motion, load.ends)
-    stretching = dot(direction, subtract(velocity(motion, load.ends[1]), velocity(motion, load.ends[0])))
-    pull = stiffness * (length - rest) + damping * stretching
+    pull = stiffness * (length - rest) + damping * span_rate(motion, load.ends, direction)
     add_pair(wrenches, motion, load.ends, scale(pull, direction))
+
+
+@exert.register
+def _(load: PointPull, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    length, direction = span(motion, load.ends)
+    known = zip(span_leaves(load.name), (length, span_rate(motion, load.ends, direction)), strict=True)
+    (pull,) = motion.state.values([load.value], dict(known))
+    add_pair(wrenches, motion, load.ends, scale(pull, direction))
+
+
+@exert.register
+def _(load: PointDrag, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    linear, quadratic = motion.state.values([load.linear, load.quadratic])
+    v = velocity(motion, load.at)
+    factor = linear if load.quadratic is ZERO else linear + quadratic * _size(v)
+    add_force(wrenches, motion, load.at, scale(-factor, v))
+
+
+def _size(v: Vec) -> S:
+    """Return |v|, with the derivative zero where v is zero."""
+    parts = [x for x in v if (x.shadow if isinstance(x, Node) else x) != 0]
+    if len(parts) < 2:
+        return absolute(parts[0]) if parts else 0
+    return sqrt(dot(v, v) + TINY)
+
+
+def span_rate(motion: Motion, ends: tuple[Marker, Marker], direction: Vec) -> S:
+    """Return the rate of the distance of two markers, given the unit vector from the first to the second."""
+    return dot(direction, subtract(velocity(motion, ends[1]), velocity(motion, ends[0])))
 
 
 def span(motion: Motion, ends: tuple[Marker, Marker]) -> tuple[S, Vec]:

@@ -22,9 +22,9 @@ class State:
     u: tuple[S, ...]
     slots: Mapping[Node, S]
 
-    def values(self, nodes: Sequence[Node]) -> list[Any]:
-        """Return expressions in slots over this state's scalar."""
-        return evaluate(nodes, self.slots, self.scalar)
+    def values(self, nodes: Sequence[Node], known: Mapping[Node, S] | None = None) -> list[Any]:
+        """Return expressions in slots, and in further leaves that are `known`, over this state's scalar."""
+        return evaluate(nodes, {**self.slots, **known} if known else self.slots, self.scalar)
 
 
 def state_of(

@@ -16,7 +16,7 @@ from multibody_sym.model.elements import Point
 from multibody_sym.model.joints import Step
 from multibody_sym.model.slots import suggestion
 from multibody_sym.scalars.derivatives import derivative
-from multibody_sym.scalars.node import ZERO, Node, slot
+from multibody_sym.scalars.node import ZERO, Node, quantity, slot
 
 TIME: Final = slot("t", 0)
 COMPONENTS: Final = ("fx", "fy", "fz", "mx", "my", "mz")
@@ -175,7 +175,31 @@ class JointSpring:
     rest: Node
 
 
-Load = PointForce | BodyTorque | JointForce | PointSpring | JointSpring
+@dataclass(frozen=True)
+class PointDrag:
+    """F = -(linear + quadratic |v|) v at a marker that moves with v."""
+
+    name: str
+    at: Marker
+    linear: Node
+    quadratic: Node
+
+
+@dataclass(frozen=True)
+class PointPull:
+    """A force that pulls two markers together; `value` names their distance and its rate as `span_leaves` do."""
+
+    name: str
+    ends: tuple[Marker, Marker]
+    value: Node
+
+
+Load = PointForce | BodyTorque | JointForce | PointSpring | JointSpring | PointDrag | PointPull
+
+
+def span_leaves(load: str) -> tuple[Node, Node]:
+    """Return the leaves that stand for the distance of the points that a load pulls together, and for its rate."""
+    return quantity("span", (load,)), quantity("span_rate", (load,))
 
 
 # --- rows ----------------------------------------------------------------------------------------------------------

@@ -25,7 +25,7 @@ from multibody_sym.model.constraints import (
     row_names,
 )
 from multibody_sym.model.cuts import cut_rows, has_rows, normals_of, welded_rows
-from multibody_sym.model.elements import Body, Damper, Force, SpringDamper, Surface, Torque
+from multibody_sym.model.elements import Body, Damper, Drag, Force, Motor, Pull, SpringDamper, Surface, Torque
 from multibody_sym.model.joints import Joint, MovingJoint, Step
 from multibody_sym.model.mechanism import (
     COMPONENTS,
@@ -43,7 +43,9 @@ from multibody_sym.model.mechanism import (
     Marker,
     Mechanism,
     ParameterEntry,
+    PointDrag,
     PointForce,
+    PointPull,
     PointSpring,
     PositionRow,
     RollingRow,
@@ -52,6 +54,7 @@ from multibody_sym.model.mechanism import (
     Speed,
     TreeBody,
     VelocityRow,
+    span_leaves,
 )
 from multibody_sym.model.slots import AXES, Element, at, dimension_of_unit, suggestion
 from multibody_sym.model.system import RESERVED, System, expressions, verify_symbol, verify_system, with_expressions
@@ -75,13 +78,14 @@ def mechanism(system: System) -> Mechanism:
     coordinates = tuple(c for name, joint in joints for c in _coordinates(name, joint))
     speeds = tuple(s for name, joint in joints for s in _speeds(name, joint))
     names = _names(system, coordinates, speeds)
-    _verify_expressions(system, names)
+    spanned = _with_spans(system, names)
+    _verify_expressions(spanned, names)
     slots = _slots(system, coordinates, speeds)
 
     def in_slots(part: Any) -> Any:
         return with_expressions(part, lambda node: evaluate([node], lambda leaf: slots.get(leaf, leaf))[0])
 
-    resolved = in_slots(system)
+    resolved = in_slots(spanned)
     resolver = _Resolver(resolved, _body_numbers(tree, system), slots)
     bodies = (*resolver.ground(), *resolver.bodies(tree.carrying, doubled))
     rows = resolver.rows(bodies)
@@ -106,6 +110,36 @@ def mechanism(system: System) -> Mechanism:
     )
 
 
+def _changes(node: Node) -> bool:
+    """Return whether an expression depends on more than parameters."""
+    return bool(leaves([node], "quantity")) or any(leaf.data[0] != "parameters" for leaf in leaves([node], "slot"))
+
+
+_SPANS: Final = (symbol("distance"), symbol("distance_rate"))
+
+
+def _with_spans(system: System, names: Mapping[str, str]) -> System:
+    """Return the system with `distance` and `distance_rate` in the laws of pulls replaced by what they stand for."""
+    if not any(isinstance(element, Pull) for element in system.forces.values()):
+        return system
+    spanned = {
+        name: _with_span(name, element, names) if isinstance(element, Pull) else element
+        for name, element in system.forces.items()
+    }
+    return replace(system, forces=spanned)
+
+
+def _with_span(name: str, pull: Pull, names: Mapping[str, str]) -> Pull:
+    """Return a pull with the leaves of its own span. Raises ModelError where the model calls something else so."""
+    spans = dict(zip(_SPANS, span_leaves(name), strict=True))
+    for leaf in leaves([pull.value], "symbol"):
+        if leaf in spans and leaf.data in names:
+            with at("forces", name, "value"):
+                also = names[leaf.data]
+                raise ModelError(f"{leaf.data!r} is that of the points here and {also} too; rename the latter")
+    return replace(pull, value=evaluate([pull.value], lambda leaf: spans.get(leaf, leaf))[0])
+
+
 def _in(slots: Mapping[Node, Node], node: Node) -> Node:
     return as_node(evaluate([node], lambda leaf: slots.get(leaf, leaf))[0])
 
@@ -114,7 +148,7 @@ def _kinks(resolved: System) -> tuple[Node, ...]:
     """Return the switching functions of forces, constraints, motions and inputs that change with time or motion."""
     parts = (resolved.forces, resolved.constraints, resolved.inputs, resolved.joints, resolved.bodies)
     found = switching_functions([written.node for part in parts for written in expressions(part)])
-    return tuple(g for g in found if any(leaf.data[0] != "parameters" for leaf in leaves([g], "slot")))
+    return tuple(g for g in found if _changes(g))
 
 
 def _doubled(system: System, tree: SpanningTree) -> list[str]:
@@ -227,7 +261,7 @@ def _verify_expressions(system: System, names: Mapping[str, str]) -> None:
     for path, node, unit in expressions(system):
         try:
             _verify_leaves(node, _may_name(system, path), names)
-            for leaf in leaves([node], "quantity"):
+            for leaf in _asked(node):
                 _verify_quantity(leaf, path[0], vocabulary)
             _verify_dimension(node, unit, dimensions)
         except (ModelError, ExpressionError) as error:
@@ -263,6 +297,11 @@ def _vocabulary(system: System) -> dict[str, list[str]]:
     }
 
 
+def _asked(node: Node) -> list[Node]:
+    """Return the quantities that an expression names, other than the spans of pulls."""
+    return [leaf for leaf in leaves([node], "quantity") if leaf.data[0] in QUANTITIES]
+
+
 def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str]]) -> None:
     function, arguments = leaf.data
     if section not in _MAY_ASK:
@@ -284,7 +323,8 @@ def _dimensions(system: System) -> dict[Node, Dimension | None]:
 
 def _verify_dimension(node: Node, unit: str | None, known: Mapping[Node, Dimension | None]) -> None:
     def of_leaf(leaf: Node) -> Dimension | None:
-        return QUANTITIES[leaf.data[0]].dimension if leaf.op == "quantity" else known.get(leaf)
+        asked = QUANTITIES.get(leaf.data[0]) if leaf.op == "quantity" else None
+        return asked.dimension if asked else known.get(leaf)
 
     found = dimension_of(node, of_leaf)
     if found is not None and unit is not None and found != dimension_of_unit(unit) and node.shadow is None:
@@ -399,13 +439,35 @@ class _Resolver:
             raise ModelError(f"no body is called {name!r}{suggestion(name, self.numbers)}").under("frame")
         return self.numbers[name]
 
-    def one_freedom(self, name: str, bodies: tuple[TreeBody, ...]) -> TreeBody:
+    def joint(self, name: str, bodies: tuple[TreeBody, ...]) -> TreeBody:
         for body in bodies:
-            if body.joint_name == name:
-                if len(body.u) != 1:
-                    raise ModelError(f"joint {name!r} has {len(body.u)} degrees of freedom; one is needed here")
+            if body.joint_name == name and name in self.system.joints:
                 return body
         raise ModelError(f"no joint is called {name!r}{suggestion(name, self.system.joints)}")
+
+    def one_freedom(self, name: str, bodies: tuple[TreeBody, ...]) -> TreeBody:
+        body = self.joint(name, bodies)
+        if len(body.u) != 1:
+            raise ModelError(f"joint {name!r} has {len(body.u)} degrees of freedom; one is needed here")
+        return body
+
+    def freedom(self, joint: str, name: str | None, bodies: tuple[TreeBody, ...]) -> tuple[int | None, int]:
+        """Return the coordinate (None: a ball has none for it) and the speed of a joint's freedom, perhaps named."""
+        if name is None:
+            with at("joint"):
+                body = self.one_freedom(joint, bodies)
+            return body.q[0], body.u[0]
+        with at("joint"):
+            body = self.joint(joint, bodies)
+        of_steps = list(zip(body.step_q, body.step_u, strict=True))
+        places: dict[Node, tuple[int | None, int]] = {slot("u", u): (None, u) for u in body.u}
+        places.update((slot("u", u), (q, u)) for q, u in of_steps)
+        places.update((slot("q", q), (q, u)) for q, u in of_steps)
+        known = {leaf.data: places[place] for leaf, place in self.slots.items() if place in places}
+        if name not in known:
+            with at("freedom"):
+                raise ModelError(f"joint {joint!r} has no freedom {name!r}{suggestion(name, known)}")
+        return known[name]
 
     def loads(self, bodies: tuple[TreeBody, ...]) -> list[Load]:
         made = []
@@ -419,20 +481,30 @@ class _Resolver:
             return PointForce(name, self.force_point(element), element.value, self.axes(element.frame))
         if isinstance(element, Torque):
             if isinstance(element.value, Node):
-                with at("joint"):
-                    return JointForce(name, self.one_freedom(element.joint or "", bodies).u[0], element.value)
+                return JointForce(name, self.freedom(element.joint or "", element.freedom, bodies)[1], element.value)
             with at("on"):
                 return BodyTorque(name, self.marker(element.on or "").body, element.value, self.axes(element.frame))
+        if isinstance(element, Motor):
+            u = self.freedom(element.joint, element.freedom, bodies)[1]
+            per_current = element.gear * element.constant
+            current = (element.voltage - per_current * slot("u", u)) / element.resistance
+            return JointForce(name, u, per_current * current)
+        if isinstance(element, Drag):
+            return PointDrag(name, self.force_point(element), element.linear, element.quadratic)
+        if isinstance(element, Pull):
+            return PointPull(name, self.pair(element.between), element.value)
         assert isinstance(element, (SpringDamper, Damper))
         stiffness = element.stiffness if isinstance(element, SpringDamper) else ZERO
         rest = element.length if isinstance(element, SpringDamper) else ZERO
         if element.joint is not None:
-            with at("joint"):
-                body = self.one_freedom(element.joint, bodies)
-            return JointSpring(name, body.q[0], body.u[0], stiffness, element.damping, rest)
+            q, u = self.freedom(element.joint, element.freedom, bodies)
+            if q is None:
+                with at("freedom"):
+                    raise ModelError(f"{element.freedom} has no coordinate that a spring or damper could act on")
+            return JointSpring(name, q, u, stiffness, element.damping, rest)
         return PointSpring(name, self.pair(element.between or ()), stiffness, element.damping, rest)
 
-    def force_point(self, element: Force) -> Marker:
+    def force_point(self, element: Force | Drag) -> Marker:
         with at("on"):
             marker = self.marker(element.on)
         if element.at is None:
