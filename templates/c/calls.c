@@ -32,18 +32,13 @@ int mbs_all_finite(mbs_run *r, double time, const double *values)
     return mbs_failed(r, MBS_NOT_FINITE, time, component);
 }
 
-static void call_with_inputs(mbs_run *r, const mbs_program *program, double t, const double *x, double *const *out)
+void mbs_call(mbs_run *r, const mbs_program *program, double t, const double *x, double *const *out)
 {
     const mbs_system *system = r->system;
     const double *in[6] = {&t, x, x + system->nq, system->parameters, r->inputs, system->modes};
+    if (system->inputs)
+        system->inputs->call(in, &r->inputs);
     program->call(in, out);
-}
-
-void mbs_call(mbs_run *r, const mbs_program *program, double t, const double *x, double *const *out)
-{
-    if (r->system->inputs)
-        call_with_inputs(r, r->system->inputs, t, x, &r->inputs);
-    call_with_inputs(r, program, t, x, out);
 }
 
 static void note_report(mbs_run *r, double t)
@@ -66,10 +61,8 @@ int mbs_derivative(mbs_run *r, double t, const double *x, double *slope)
     double *out[4] = {slope, slope + r->system->nq, r->multipliers, r->report};
     mbs_call(r, r->system->state_derivative, t, x, out);
     ++r->state->evaluations;
-    if (r->watching && !r->beyond) {
-        call_with_inputs(r, r->system->events, t, x, &r->values);
-        r->beyond = mbs_beyond_kink(r);
-    }
+    if (r->watching && !r->beyond)
+        r->beyond = mbs_beyond_kink(r, t, x);
     int status = mbs_all_finite(r, t, slope);
     if (status == MBS_RUNNING && r->system->ns > 0)
         note_report(r, t);

@@ -134,8 +134,9 @@ static int end_within(mbs_run *r, double theta)
     return end_at(r, r->state->t + theta * r->state->h);
 }
 
-int mbs_beyond_kink(const mbs_run *r)
+int mbs_beyond_kink(mbs_run *r, double t, const double *x)
 {
+    evaluate(r, t, x);
     for (int i = 0; i < r->system->ng; ++i)
         if (i != r->state->origin && !r->system->terminal[i] && crossed(r, i))
             return 1;

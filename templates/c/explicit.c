@@ -15,12 +15,17 @@ static void restart(mbs_run *r)
 /* to = sum_j weights_j k_j, added in order of j and without the zero weights. */
 static void combine(const mbs_run *r, int count, const double *weights, double *to)
 {
-    mbs_fill(r->n, 0.0, to);
-    for (int j = 0; j < count; ++j) {
-        const double *k = r->slope + j * r->n;
+    int first = 0, n = r->n;
+    while (first < count - 1 && weights[first] == 0.0)
+        ++first;
+    const double *k = r->slope + first * n;
+    for (int i = 0; i < n; ++i)
+        to[i] = weights[first] * k[i];
+    for (int j = first + 1; j < count; ++j) {
+        k += n;
         double weight = weights[j];
         if (weight != 0.0)
-            for (int i = 0; i < r->n; ++i)
+            for (int i = 0; i < n; ++i)
                 to[i] += weight * k[i];
     }
 }

@@ -93,8 +93,8 @@ int mbs_take(mbs_run *r, double h, double t_new);
 /* Note on which side of zero the switching functions are at (t, x). */
 void mbs_start_events(mbs_run *r);
 
-/* Tell whether `values`, just found at some state, lie beyond a kink. */
-int mbs_beyond_kink(const mbs_run *r);
+/* Tell whether (t, x) lies beyond a kink. */
+int mbs_beyond_kink(mbs_run *r, double t, const double *x);
 
 /* Tell whether a step that ended with `status` has no solution because it would lead over a kink. */
 int mbs_stuck_at_kink(const mbs_run *r, int status);
