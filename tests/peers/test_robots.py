@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import PackageNotFoundError, files
 from typing import Any
 
@@ -11,7 +13,7 @@ import numpy as np
 import pytest
 
 from multibody_sym.dynamics.composite_body import composite_body
-from multibody_sym.dynamics.formalisms import FORMALISMS
+from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
 from multibody_sym.dynamics.inverse_dynamics import inverse_dynamics
 from multibody_sym.dynamics.programs import state_derivative
 from multibody_sym.dynamics.quantities import quantities
@@ -21,6 +23,8 @@ from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import State, slot_state, state_of
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.resolve import mechanism
+from multibody_sym.program.interpreter import interpret
+from multibody_sym.program.program import Program
 from multibody_sym.runtime.loading import load
 from multibody_sym.scalars.node import quantity
 
@@ -153,12 +157,24 @@ def test_energies_and_centre_of_mass(twins: Twins) -> None:
         assert_near(list(quantities(motion, [0.0] * twins.model.nv, [], names).values()), wanted)
 
 
-@pytest.mark.long
-def test_generated_code(twins: Twins) -> None:
+def derivative_of(twins: Twins, formalism: str) -> Program:
+    return state_derivative(twins.ours, FORMALISMS[formalism](twins.ours, slot_state(twins.ours)))
+
+
+def assert_falls_alike(twins: Twins, derivative: Callable[..., Any]) -> None:
+    """Compare a state derivative with Pinocchio's accelerations without torques."""
     data, nothing = twins.model.createData(), np.zeros(twins.model.nv)
-    for name in ("composite_body", "block_ldl"):
-        program = state_derivative(twins.ours, FORMALISMS[name](twins.ours, slot_state(twins.ours)))
-        compiled = load({"state_derivative": program}, backend="c")["state_derivative"]
-        for at in instants(twins):
-            _, udot, *_ = compiled(0.0, at.state.q, at.state.u, [], [], [])
-            assert_near(at.their_rates(udot), pin.aba(twins.model, data, at.their_q, at.their_v, nothing))
+    for at in instants(twins):
+        _, udot, *_ = derivative(0.0, at.state.q, at.state.u, [], [], [])
+        assert_near(at.their_rates(np.array(udot)), pin.aba(twins.model, data, at.their_q, at.their_v, nothing))
+
+
+def test_the_default_program(twins: Twins) -> None:
+    assert_falls_alike(twins, partial(interpret, derivative_of(twins, cheapest(twins.ours))))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("formalism", ["composite_body", "block_ldl"])
+def test_generated_code(twins: Twins, formalism: str) -> None:
+    compiled = load({"state_derivative": derivative_of(twins, formalism)}, backend="c")
+    assert_falls_alike(twins, compiled["state_derivative"])
