@@ -18,7 +18,7 @@ _FORMATS: Final = ("text", "latex", "json")
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
-    route = "lagrange, multipliers or composite_body; default: the first that fits (--formalism says the same)"
+    route = "lagrange, multipliers, newton_euler or composite_body; default: the first that fits (or --formalism M)"
     parser.add_argument("--method", metavar="M", help=route)
     parser.add_argument("--steps", action="store_true", help="show every step of the derivation")
     parser.add_argument("--format", choices=_FORMATS, default=_FORMATS[0], help="how to print it; default: text")

@@ -12,6 +12,7 @@ import sympy
 from multibody_sym.dynamics.budget import Budget
 from multibody_sym.dynamics.composite_body import mass_matrix
 from multibody_sym.dynamics.derivation import Derivation, Equation, Step
+from multibody_sym.dynamics.free_bodies import FreeBodies, free_bodies
 from multibody_sym.dynamics.inverse_dynamics import inverse_dynamics
 from multibody_sym.dynamics.lagrange import (
     Energies,
@@ -24,11 +25,13 @@ from multibody_sym.dynamics.lagrange import (
     verify_free,
 )
 from multibody_sym.dynamics.multipliers import RowTerms, rows_terms
+from multibody_sym.dynamics.newton_euler import without_reactions
 from multibody_sym.dynamics.notation import Notation, notation_of
 from multibody_sym.dynamics.readable import LARGEST_SUM, Readable
 from multibody_sym.dynamics.steps import (
     coordinate_step,
     energy_steps,
+    free_body_steps,
     lagrange_steps,
     matrix_step,
     position_steps,
@@ -39,9 +42,10 @@ from multibody_sym.dynamics.symbolic_equations import READABLE, SymbolicEquation
 from multibody_sym.dynamics.symbols import Symbols, symbols_of
 from multibody_sym.errors import InputError
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
-from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import slot_state
+from multibody_sym.kinematics.vectors import S
 from multibody_sym.model.mechanism import Mechanism, is_holonomic
 from multibody_sym.model.resolve import mechanism as resolved
 from multibody_sym.model.system import System
@@ -54,10 +58,10 @@ _READABLE_ENERGY: Final = 300
 def derive(model: System | Mechanism, method: str | None = None, *, budget: Budget | None = None) -> SymbolicEquations:
     """Return the equations of motion in closed form.
 
-    `method`: "lagrange" (trees whose coordinates are independent), "multipliers" (any), "composite_body" (any, without
-    T and V); by default the first that fits. What a person can read is written out and simplified; past that, shared
-    sub-expressions have names. Raises InputError for an unknown method, ModelError where "lagrange" does not apply,
-    NoSolutionError past the budget.
+    `method`: "lagrange" (trees whose coordinates are independent), "multipliers" (any), "newton_euler" (any, every
+    body cut free, with the reactions), "composite_body" (any, without T and V); by default the first that fits. What a
+    person can read is written out and simplified; past that, shared sub-expressions have names. Raises InputError for
+    an unknown method, ModelError where "lagrange" does not apply, NoSolutionError past the budget.
     """
     mechanism = model if isinstance(model, Mechanism) else resolved(model)
     labels = labels_of(model) if isinstance(model, System) else {}
@@ -115,7 +119,7 @@ def written_out_size(parts: Sequence[Sequence[Node]]) -> int:
 class Parts:
     """What a method finds, by speed (nu): M, c, dV/dq where forces are kept apart, Q of the other loads, and the rows.
 
-    `terms` are those of Lagrange's equations, where the method has them.
+    `terms` are those of Lagrange's equations, `bodies` those cut free, where the method has them.
     """
 
     energies: Energies
@@ -125,6 +129,7 @@ class Parts:
     forces: list[Any]
     rows: list[RowTerms]
     terms: LagrangeTerms | None = None
+    bodies: FreeBodies | None = None
 
 
 def _by_multipliers(mechanism: Mechanism, symbols: Symbols, names: Subexpressions, given: Energies) -> Parts:
@@ -134,20 +139,39 @@ def _by_multipliers(mechanism: Mechanism, symbols: Symbols, names: Subexpression
     return Parts(given, *parts, rows, terms)
 
 
+def _by_newton_euler(mechanism: Mechanism, symbols: Symbols, names: Subexpressions, given: Energies) -> Parts:
+    bodies = free_bodies(mechanism, symbols, names)
+    names.budget.enter("the elimination of the reactions")
+    motion = motion_of(mechanism, slot_state(mechanism))
+    return replace(_formed(motion, *without_reactions(motion), symbols, names, given), bodies=bodies)
+
+
 def _by_composite_body(mechanism: Mechanism, symbols: Symbols, names: Subexpressions, given: Energies) -> Parts:
     names.budget.enter("the composite bodies' equations")
     motion = motion_of(mechanism, slot_state(mechanism))
     velocity_terms = inverse_dynamics(motion, [0] * len(symbols.speeds))
+    return _formed(motion, mass_matrix(motion), velocity_terms, symbols, names, given)
+
+
+def _formed(
+    motion: Motion,
+    matrix: list[list[S]],
+    velocity_terms: list[S],
+    symbols: Symbols,
+    names: Subexpressions,
+    given: Energies,
+) -> Parts:
+    """Return the parts of equations of motion whose M and c were found over Nodes."""
     forces = applied_generalized_forces(motion, applied(motion))
     rows = [[row.phi if row.holonomic else 0, row.phidot, row.gamma, *row.jacobian] for row in row_motions(motion)]
-    lists = [*mass_matrix(motion), velocity_terms, forces, *rows]
+    lists = [*matrix, velocity_terms, forces, *rows]
     nodes = [as_node(x) for part in lists for x in part]
-    flat = iter(names.translated(nodes, known_nodes(mechanism, symbols)))
+    flat = iter(names.translated(nodes, known_nodes(motion.mechanism, symbols)))
     expressions = [[names.name(next(flat)) for _ in part] for part in lists]
     n = len(symbols.speeds)
     row_parts = [
         RowTerms(phi if is_holonomic(row) else None, phidot, jacobian, gamma)
-        for row, (phi, phidot, gamma, *jacobian) in zip(mechanism.rows, expressions[n + 2 :], strict=True)
+        for row, (phi, phidot, gamma, *jacobian) in zip(motion.mechanism.rows, expressions[n + 2 :], strict=True)
     ]
     return Parts(given, expressions[:n], expressions[n], [sympy.S.Zero] * n, expressions[n + 1], row_parts)
 
@@ -155,6 +179,7 @@ def _by_composite_body(mechanism: Mechanism, symbols: Symbols, names: Subexpress
 METHODS: Final[Mapping[str, Callable[[Mechanism, Symbols, Subexpressions, Energies], Parts]]] = {
     "lagrange": _by_multipliers,
     "multipliers": _by_multipliers,
+    "newton_euler": _by_newton_euler,
     "composite_body": _by_composite_body,
 }
 
@@ -184,7 +209,8 @@ def _derived(
         tuple(totals(parts.energies.forces, len(symbols.speeds))),
         *matrices,
         tuple(row.phidot if row.phi is None else row.phi for row in parts.rows),
-        _equations(parts, symbols),
+        parts.bodies.equations if parts.bodies else _equations(parts, symbols),
+        parts.bodies.unknown if parts.bodies else (),
         tuple(definitions),
         {symbol: value_of(node) for symbol, node in names.numbers.items()},
         _steps(mechanism, symbols, names, parts, matrices, notation),
@@ -202,15 +228,21 @@ def _steps(
 ) -> Derivation:
     positions = () if names.definitions else position_steps(mechanism, symbols, names)
     terms = lagrange_steps(mechanism, symbols, notation, parts.terms) if parts.terms else ()
+    energies = () if parts.bodies else energy_steps(mechanism, symbols, parts.energies, notation)
+    bodies = free_body_steps(symbols, parts.bodies, parts.rows) if parts.bodies else ()
     return (
         coordinate_step(mechanism),
         *positions,
-        *energy_steps(mechanism, symbols, parts.energies, notation),
+        *energies,
         *terms,
         *row_steps(mechanism, parts.rows),
-        Step("Equations of motion", _equations(parts, symbols)),
+        *bodies,
+        Step("Equations of motion", _equations(parts, symbols), _ELIMINATED if bodies else ""),
         matrix_step(*matrices),
     )
+
+
+_ELIMINATED: Final = "what remains when the reactions are eliminated"
 
 
 def _equations(parts: Parts, symbols: Symbols) -> tuple[Equation, ...]:

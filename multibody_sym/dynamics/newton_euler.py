@@ -28,16 +28,22 @@ from multibody_sym.model.mechanism import Mechanism
 def newton_euler(mechanism: Mechanism, state: State) -> EquationsOfMotion:
     """Return the equations of motion at a state."""
     motion = motion_of(mechanism, state)
-    count = len(state.u)
+    forces = applied_generalized_forces(motion, applied(motion))
+    matrix, velocity_terms = without_reactions(motion)
+    return equations(motion, matrix, forces, velocity_terms, row_motions(motion))
+
+
+def without_reactions(motion: Motion) -> tuple[list[list[S]], list[S]]:
+    """Return M (nu x nu) and the velocity terms c (nu): what A^T R = Q becomes with the reactions eliminated."""
+    count = len(motion.state.u)
     matrix: list[list[S]] = [[0] * count for _ in range(count)]
     velocity_terms: list[S] = [0] * count
-    for body, moved, reaction in zip(mechanism.bodies, motion.bodies, inertial_reactions(motion), strict=True):
+    for body, moved, reaction in zip(motion.mechanism.bodies, motion.bodies, inertial_reactions(motion), strict=True):
         for k, linear, angular in zip(body.u, moved.linear, moved.angular, strict=True):
             velocity_terms[k] = dot(linear, reaction.rest[0]) + dot(angular, reaction.rest[1])
             for l, (force, moment) in reaction.columns.items():
                 matrix[k][l] = dot(linear, force) + dot(angular, moment)
-    forces = applied_generalized_forces(motion, applied(motion))
-    return equations(motion, matrix, forces, velocity_terms, row_motions(motion))
+    return matrix, velocity_terms
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ import sympy
 from multibody_sym.dynamics.derivation import Label
 from multibody_sym.dynamics.script import LatexScript, TextScript, decimal
 from multibody_sym.dynamics.symbols import Symbols
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism import COMPONENTS, Mechanism
 from multibody_sym.scalars.node import Node, leaves
 
 MASS, GRAVITY, PARAMETER, COORDINATE, NAME, SPEED, ACCELERATION, MULTIPLIER = range(8)
@@ -72,9 +72,19 @@ def notation_of(
     spelling.update(_rates(mechanism, symbols, spelling))
     for row, s in zip(mechanism.rows, symbols.multipliers, strict=True):
         spelling[s] = Label(s.name, rf"\lambda_{{{upright(row.name)}}}")
+    spelling.update(_reactions(mechanism, symbols))
     spelling.update((s, _number(node)) for s, node in (numbers or {}).items())
     places = {s: (NAME, i) for i, s in enumerate((*names, *(numbers or ())))}
     return Notation(spelling, {**places, **_places(mechanism, symbols)})
+
+
+def _reactions(mechanism: Mechanism, symbols: Symbols) -> dict[Any, Label]:
+    """Return the spelling of the components of reactions: F and M with the joint's name and the axis."""
+    of = [(body.joint_name, component) for body in mechanism.bodies for component in COMPONENTS]
+    return {
+        s: Label(s.name, f"{component[0].upper()}_{{{upright(name)},{component[1]}}}")
+        for s, (name, component) in zip(symbols.reactions, of, strict=True)
+    }
 
 
 def _rates(mechanism: Mechanism, symbols: Symbols, spelling: Mapping[Any, Label]) -> dict[Any, Label]:
@@ -159,7 +169,7 @@ def _places(mechanism: Mechanism, symbols: Symbols) -> dict[Any, tuple[int, int]
         COORDINATE: (*symbols.coordinates, symbols.time),
         SPEED: symbols.speeds,
         ACCELERATION: symbols.accelerations,
-        MULTIPLIER: symbols.multipliers,
+        MULTIPLIER: (*symbols.multipliers, *symbols.reactions),
         PARAMETER: symbols.inputs,
     }
     for kind, group in kinds.items():

@@ -8,6 +8,7 @@ from typing import Any, Final
 import sympy
 
 from multibody_sym.dynamics.derivation import Equation, Label, Step
+from multibody_sym.dynamics.free_bodies import FreeBodies
 from multibody_sym.dynamics.lagrange import Energies, LagrangeTerms, known_nodes, totals
 from multibody_sym.dynamics.multipliers import RowTerms
 from multibody_sym.dynamics.notation import Notation, upright
@@ -160,6 +161,27 @@ def _slope(of: str, by: Any, symbols: Symbols, notation: Notation) -> Label:
         return _partial(of, by, notation)
     component, gradient = notation.latex(by), rf"\frac{{\partial {of}}}{{\partial q}}"
     return Label(f"(N^T d{of}/dq)_{notation.text(by)}", rf"\left(N^T {gradient}\right)_{{{component}}}")
+
+
+# --- bodies cut free ------------------------------------------------------------------------------------------------
+
+
+def free_body_steps(symbols: Symbols, bodies: FreeBodies, rows: Sequence[RowTerms]) -> tuple[Step, ...]:
+    """Return the balances of each body, what joints allow besides, and what the rows demand of the accelerations."""
+    steps = [
+        Step(f"Body {name}", balances, _NOTHING_ACTS if not balances else "")
+        for name, balances in zip(bodies.names, bodies.balances, strict=True)
+    ]
+    if bodies.joints:
+        steps.append(Step("Free directions", bodies.joints, "along them a joint transmits nothing but its drives"))
+    demands = [
+        Equation(sympy.Add(*(h * a for h, a in zip(row.jacobian, symbols.accelerations, strict=True))), row.gamma)
+        for row in rows
+    ]
+    return (*steps, Step("Accelerations of the constraints", tuple(demands))) if demands else tuple(steps)
+
+
+_NOTHING_ACTS: Final = "neither inertia nor loads: its reactions are those of the joints it carries"
 
 
 # --- rows and matrices ---------------------------------------------------------------------------------------------

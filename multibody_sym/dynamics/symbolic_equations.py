@@ -32,9 +32,10 @@ class SymbolicEquations:
 
     `mass_matrix` M (n x n), `forcing` f (n x 1), `constraint_jacobian` H (s x n), `constraint_forcing` gamma (s x 1);
     `kinetic_energy` T, `potential_energy` V, `generalized_forces` (n) of all loads outside V, `constraints` phi (s);
-    `equations` left = right as a student writes them, one for each speed. All are sympy expressions in the symbols of
-    `symbols` and in the names that `definitions` explains, each by earlier ones; `numbers` holds the values of symbols
-    that stand for numbers. `steps` is the derivation, `notation` how it is written.
+    `equations` left = right as a student writes them: one for each speed or, by newton_euler, up to six for each body,
+    with those of its `reactions` that do not vanish. All are sympy expressions in the symbols of `symbols` and in the
+    names that `definitions` explains, each by earlier ones; `numbers` holds the values of symbols that stand for
+    numbers. `steps` is the derivation, `notation` how it is written.
     """
 
     method: str
@@ -49,6 +50,7 @@ class SymbolicEquations:
     constraint_forcing: Any
     constraints: tuple[Any, ...]
     equations: tuple[Equation, ...]
+    reactions: tuple[Any, ...]
     definitions: tuple[tuple[Any, Any], ...]
     numbers: Mapping[Any, Any]
     steps: Derivation

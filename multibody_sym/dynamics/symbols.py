@@ -1,4 +1,4 @@
-"""The sympy symbols of a mechanism: one for each coordinate, speed, acceleration, parameter, input and multiplier."""
+"""The sympy symbols of a mechanism: coordinates, speeds, accelerations, parameters, inputs, multipliers, reactions."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import sympy
 
-from multibody_sym.model.mechanism import TIME, Mechanism
+from multibody_sym.model.mechanism import COMPONENTS, TIME, Mechanism
 from multibody_sym.scalars.node import Node, slot
 
 
@@ -16,8 +16,8 @@ from multibody_sym.scalars.node import Node, slot
 class Symbols:
     """The symbols of a mechanism, real, and positive where the model says so.
 
-    `slots` gives the symbol of each slot; `free_prefix` and a number name no other symbol, so that names of
-    sub-expressions can be made from them.
+    `reactions` are six a joint, fx .. mz in tree order. `slots` gives the symbol of each slot; `free_prefix` and a
+    number name no other symbol, so that names of sub-expressions can be made from them.
     """
 
     time: sympy.Symbol
@@ -27,6 +27,7 @@ class Symbols:
     parameters: tuple[sympy.Symbol, ...]
     inputs: tuple[sympy.Symbol, ...]
     multipliers: tuple[sympy.Symbol, ...]
+    reactions: tuple[sympy.Symbol, ...]
     slots: Mapping[Node, sympy.Symbol]
     free_prefix: str
 
@@ -40,13 +41,15 @@ def symbols_of(mechanism: Mechanism) -> Symbols:
         list(mechanism.inputs),
         [p.name for p in mechanism.parameters],
         [row.name for row in mechanism.rows],
+        [body.joint_name for body in mechanism.bodies],
     )
 
 
 def numbered_symbols(mechanism: Mechanism) -> Symbols:
     """Return symbols called by their places, so that what is derived for programs does not depend on any name."""
-    groups = mechanism.coordinates, mechanism.speeds, mechanism.inputs, mechanism.parameters, mechanism.rows
-    numbered = ([f"{letter}{i}" for i in range(len(group))] for letter, group in zip("quwpr", groups, strict=True))
+    m = mechanism
+    groups = {"q": m.coordinates, "u": m.speeds, "w": m.inputs, "p": m.parameters, "r": m.rows, "j": m.bodies}
+    numbered = ([f"{letter}{i}" for i in range(len(group))] for letter, group in groups.items())
     return _symbols(mechanism, *numbered)
 
 
@@ -57,6 +60,7 @@ def _symbols(
     input_names: Sequence[str],
     parameter_names: Sequence[str],
     row_names: Sequence[str],
+    joint_names: Sequence[str],
 ) -> Symbols:
     taken = {"t"}
     time = sympy.Symbol("t", real=True)
@@ -65,11 +69,12 @@ def _symbols(
     parameters = _named(parameter_names, taken, [p.positive for p in mechanism.parameters])
     accelerations = _named([f"{name}_rate" for name in speed_names], taken)
     multipliers = _named([f"lambda_{name}" for name in row_names], taken)
+    reactions = _named([f"{name}_{component}" for name in joint_names for component in COMPONENTS], taken)
     slots = {TIME: time}
     for array, made in (("q", coordinates), ("u", speeds), ("parameters", parameters), ("inputs", inputs)):
         slots.update((slot(array, i), x) for i, x in enumerate(made))
     prefix = _free("z", lambda word: any(re.fullmatch(rf"{word}\d+", name) for name in taken))
-    return Symbols(time, coordinates, speeds, accelerations, parameters, inputs, multipliers, slots, prefix)
+    return Symbols(time, coordinates, speeds, accelerations, parameters, inputs, multipliers, reactions, slots, prefix)
 
 
 def _named(

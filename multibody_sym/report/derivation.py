@@ -18,6 +18,12 @@ LONGEST: Final = 20_000
 _WIDTH: Final = 100
 
 
+_ON_THE_WAY: Final = (
+    "Coordinates", "Positions and velocities", "Momenta", "Their rates", "Gradient of T", "Gradient of V", "Matrix form"
+)
+"""Steps that no result needs."""
+
+
 # --- text ----------------------------------------------------------------------------------------------------------
 
 
@@ -44,6 +50,7 @@ def _headline(equations: SymbolicEquations) -> str:
     routes = {
         "lagrange": "Lagrange's equations of the second kind",
         "multipliers": "Lagrange's equations with multipliers",
+        "newton_euler": "Newton's and Euler's equations, body by body",
         "composite_body": "composite bodies and recursive Newton-Euler",
     }
     return f"{equations.mechanism.name}: {routes[equations.method]}"
@@ -51,8 +58,7 @@ def _headline(equations: SymbolicEquations) -> str:
 
 def _result(equations: SymbolicEquations) -> list[Step]:
     """Return the steps that stand for the result: the energies, the loads, the constraints, the equations."""
-    wanted = ("Kinetic energy", "Potential energy", "Generalised forces", "Constraints", "Equations of motion")
-    return [step for step in equations.steps if step.title in wanted and step.equations]
+    return [step for step in equations.steps if step.title not in _ON_THE_WAY and step.equations]
 
 
 def _step_text(equations: SymbolicEquations, step: Step) -> str:
@@ -124,6 +130,7 @@ def derivation_data(equations: SymbolicEquations) -> dict[str, Any]:
         "coordinates": [c.name for c in equations.mechanism.coordinates],
         "speeds": [s.name for s in equations.mechanism.speeds],
         "multipliers": [row.name for row in equations.mechanism.rows],
+        "reactions": [symbol.name for symbol in equations.reactions],
         "kinetic_energy": _expression(equations, equations.kinetic_energy),
         "potential_energy": _expression(equations, equations.potential_energy),
         "mass_matrix": _matrix(equations, equations.mass_matrix),
