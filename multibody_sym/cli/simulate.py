@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from multibody_sym.cli.answer import Answer
 from multibody_sym.errors import InputError, Where
+from multibody_sym.integrators.methods import SUMMARIES
 
 if TYPE_CHECKING:
     from multibody_sym.simulation.samples import Samples
@@ -20,7 +21,7 @@ _FIGURES: Final = (".png", ".svg", ".pdf")
 _INTERRUPTED: Final = 130
 _SETTINGS: Final = {
     "t_end": "until when, such as 10 or '2*pi*sqrt(l/g)'",
-    "method": "dormand_prince, bogacki_shampine (adaptive), rk4, heun, midpoint, explicit_euler (need --step)",
+    "method": "; ".join(f"{name}: {words}" for name, words in SUMMARIES.items()),
     "step": "a fixed step in s",
     "rtol": "relative tolerance of an adaptive method",
     "atol": "absolute tolerance of an adaptive method",

@@ -26,6 +26,14 @@ SUMMARIES: Final[Mapping[str, str]] = {
     "gauss_6": "order 6, fixed step, implicit; keeps quadratic invariants",
     "radau_3": "Radau IIA, order 3(2), adaptive, implicit, for stiff systems",
     "radau_5": "Radau IIA, order 5(3), adaptive, implicit; the choice for stiff systems",
+    "RK23": "scipy's, order 3(2), adaptive",
+    "RK45": "scipy's, order 5(4), adaptive",
+    "DOP853": "scipy's, order 8(5,3), adaptive",
+    "Radau": "scipy's, order 5, adaptive, implicit",
+    "BDF": "scipy's, order 1 to 5, adaptive, implicit",
+    "LSODA": "scipy's, Adams and BDF by turns, adaptive",
+    "cvode_adams": "SUNDIALS', order 1 to 12, adaptive; needs multibody-sym[sundials]",
+    "cvode_bdf": "SUNDIALS', order 1 to 5, adaptive, implicit; needs multibody-sym[sundials]",
 }
 """What each method is; the names are those that a model file and `--method` take."""
 
@@ -39,6 +47,10 @@ def _maker(name: str) -> Callable[[], Method]:
 
     if name in IMPLICIT:
         return IMPLICIT[name]
+    from multibody_sym.integrators.library import LIBRARY
+
+    if name in LIBRARY:
+        return LIBRARY[name]
     from multibody_sym.integrators.multistep import MULTISTEP
 
     return MULTISTEP[name]

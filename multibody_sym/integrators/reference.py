@@ -29,6 +29,7 @@ from multibody_sym.integrators.flow import (
     Trial,
     scaled_norm,
 )
+from multibody_sym.integrators.library import LibraryMethod, library_steps
 from multibody_sym.integrators.steppers import stepper
 
 SAFETY: Final = 0.9
@@ -45,8 +46,10 @@ def steps(flow: Flow) -> Iterator[Step]:
 
     Fixed steps are of length `flow.step`, only the last may be shorter. Others are such that the estimated error is at
     most atol + rtol |x| in the mean square; a trial that cannot be evaluated is an error only after shorter ones
-    failed, down to the least step.
+    failed, down to the least step. The steps of another library's method are as long as that library makes them.
     """
+    if isinstance(flow.method, LibraryMethod):
+        return library_steps(flow)
     watch = None if flow.events is None else Watch(flow, flow.events)
     taking = stepper(flow.method, flow if watch is None else replace(flow, derivative=watch.slope))
     taking.restart()

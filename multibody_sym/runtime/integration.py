@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.integrators.flow import Status
+from multibody_sym.integrators.library import LibraryMethod
 from multibody_sym.runtime.native_loop import native_loop
 from multibody_sym.runtime.problem import Chunk, Event, Loop, Problem, Progress, RunFailure, Statistics
 from multibody_sym.runtime.python_loop import python_loop
@@ -72,7 +73,8 @@ def _stopped(events: tuple[Event, ...]) -> bool:
 def _loop_for(problem: Problem) -> Loop:
     if not len(problem.x0):
         return _nothing_to_integrate
-    return native_loop if problem.compiled.backend == "c" else python_loop
+    in_c = problem.compiled.backend == "c" and not isinstance(problem.method, LibraryMethod)
+    return native_loop if in_c else python_loop
 
 
 def _nothing_to_integrate(problem: Problem, samples: Floats) -> Iterator[Progress]:

@@ -8,6 +8,7 @@ from typing import Final
 
 from multibody_sym.errors import ModelError
 from multibody_sym.integrators.flow import Method
+from multibody_sym.integrators.library import LibraryMethod
 from multibody_sym.integrators.methods import METHODS
 from multibody_sym.model.elements import Baumgarte, Settings
 from multibody_sym.model.slots import at, suggestion
@@ -50,7 +51,7 @@ def run_settings(settings: Settings, values: Mapping[Node, float]) -> RunSetting
         rtol, atol = _tolerances(settings, values)
         t_end = _number("t_end", settings.t_end, values)
         assert t_end is not None
-        samples, baumgarte = _samples(settings.samples, values), _baumgarte(settings, values)
+        samples, baumgarte = _samples(settings.samples, values), _baumgarte(settings, method, values)
         unwanted = settings.constraints is not None and settings.constraints.projection is False
         return RunSettings(method, t_end, step, rtol, atol, samples, baumgarte is None and not unwanted, baumgarte)
 
@@ -66,6 +67,8 @@ def _method(settings: Settings) -> Method:
         if settings.step is None and method.error_order == 0:
             adaptive = ", ".join(name for name, m in METHODS.items() if m.error_order > 0)
             raise ModelError(f"{method.name} estimates no error and needs a step; adaptive methods: {adaptive}")
+        if settings.step is not None and isinstance(method, LibraryMethod):
+            raise ModelError(f"{method.package}'s {method.name} chooses its steps; give rtol and atol, no step")
         return method
 
 
@@ -100,13 +103,26 @@ def _samples(node: Node, values: Mapping[Node, float]) -> int:
         return round(number)
 
 
-def _baumgarte(settings: Settings, values: Mapping[Node, float]) -> Coefficients | None:
+def _baumgarte(settings: Settings, method: Method, values: Mapping[Node, float]) -> Coefficients | None:
+    """Return what is asked for; steps of another library's method cannot be put back, so that they need it anyway."""
     asked = settings.constraints.baumgarte if settings.constraints else None
+    if asked is None and isinstance(method, LibraryMethod):
+        _verify_no_projection(settings, method)
+        return Coefficients(None, None) if settings.constraints is None else None
     if asked is None:
         return None
     with at("constraints", "baumgarte"):
         alpha, beta = (_coefficient(asked, name, values) for name in ("alpha", "beta"))
         return Coefficients(alpha if alpha is not None else beta, beta if beta is not None else alpha)
+
+
+def _verify_no_projection(settings: Settings, method: LibraryMethod) -> None:
+    if settings.constraints is not None and settings.constraints.projection:
+        with at("constraints", "projection"):
+            raise ModelError(
+                f"a step of {method.package}'s {method.name} cannot be put back onto constraints: choose baumgarte, "
+                "or a method that is not another library's"
+            )
 
 
 def _coefficient(asked: Baumgarte, name: str, values: Mapping[Node, float]) -> float | None:

@@ -9,9 +9,10 @@ from scipy.special import ellipj, ellipk
 from multibody_sym.integrators import methods
 from multibody_sym.integrators.collocation import IMPLICIT
 from multibody_sym.integrators.flow import Flow, Status, StepError
+from multibody_sym.integrators.library import LIBRARY
 from multibody_sym.integrators.reference import sample_times, solution, step_count, steps
 
-METHODS = {name: method for name, method in methods.METHODS.items() if name not in IMPLICIT}
+METHODS = {name: method for name, method in methods.METHODS.items() if name not in {*IMPLICIT, *LIBRARY}}
 AMPLITUDE = 2.0
 FINEST = {"explicit_euler": 6000, "midpoint": 1600, "heun": 1600, "rk4": 800, "bogacki_shampine": 800,
           "adams_bashforth_moulton": 1600}  # fmt: skip

@@ -24,6 +24,7 @@ from scipy.special import ellipj, ellipk
 from multibody_sym.codegen.templates import runtime_files
 from multibody_sym.integrators.collocation import IMPLICIT
 from multibody_sym.integrators.flow import Status
+from multibody_sym.integrators.library import LIBRARY
 from multibody_sym.integrators.methods import METHODS
 from multibody_sym.integrators.pairing import Pairing
 from multibody_sym.runtime.integration import integrate
@@ -134,7 +135,7 @@ def test_the_pendulum_follows_elliptic_functions():
         assert np.abs(run.q[:, 0] - wanted).max() < 2e-8
 
 
-@pytest.mark.parametrize("name", sorted({*METHODS} - {*IMPLICIT}))
+@pytest.mark.parametrize("name", sorted({*METHODS} - {*IMPLICIT, *LIBRARY}))
 @pytest.mark.parametrize("samples", [11, 98])
 def test_the_loop_in_c_has_the_order_of_its_method(name, samples):
     method, errors = METHODS[name], []

@@ -1,0 +1,186 @@
+"""Methods of other libraries by their names: scipy's, and SUNDIALS' through the package scikit-sundae.
+
+They take their steps with a memory of their own: nothing is put back onto constraints while they run. The libraries are
+imported when a run asks for them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+from types import MappingProxyType
+from typing import Any, Final, Protocol
+
+import numpy as np
+
+from multibody_sym.errors import OutputError
+from multibody_sym.integrators.flow import Events, Floats, Flow, Status, Step, StepError
+
+SCIPY: Final = "scipy"
+SUNDIALS: Final = "scikit-sundae"
+
+
+class MissingPackageError(OutputError):
+    """A method needs a package that is not installed."""
+
+    code = "package"
+
+
+@dataclass(frozen=True)
+class LibraryMethod:
+    """A method of `package`, with the highest order that it reaches and that of its error estimate."""
+
+    name: str
+    order: int
+    error_order: int
+    package: str
+
+
+LIBRARY: Final[Mapping[str, Callable[[], LibraryMethod]]] = MappingProxyType(
+    {
+        name: partial(LibraryMethod, name, order, error_order, package)
+        for name, order, error_order, package in (
+            ("RK23", 3, 2, SCIPY),
+            ("RK45", 5, 4, SCIPY),
+            ("DOP853", 8, 7, SCIPY),
+            ("Radau", 5, 3, SCIPY),
+            ("BDF", 5, 4, SCIPY),
+            ("LSODA", 12, 11, SCIPY),
+            ("cvode_adams", 12, 11, SUNDIALS),
+            ("cvode_bdf", 5, 4, SUNDIALS),
+        )
+    }
+)
+
+
+class _Solver(Protocol):
+    """A library's integration under way: at `t`, in state `x`, `t_old` before the last step."""
+
+    t: float
+    x: Floats
+
+    def advance(self) -> None:
+        """Take a step; raises StepError."""
+
+    def value(self, t: float) -> Floats:
+        """Return the state at a time within the last step."""
+
+
+class _Scipy:
+    def __init__(self, flow: Flow, t: float, x: Floats) -> None:
+        import scipy.integrate
+
+        make = getattr(scipy.integrate, flow.method.name)
+        self.solver: Any = make(flow.slope, t, x, flow.t_end, rtol=flow.rtol, atol=flow.atol)
+        self.t, self.x = t, x
+        self.dense: Callable[[float], Floats] | None = None
+
+    def advance(self) -> None:
+        self.solver.step()
+        if self.solver.status == "failed":
+            raise StepError(Status.STEP_UNDERFLOW, self.t, 0)
+        self.t, self.x, self.dense = float(self.solver.t), np.array(self.solver.y), None
+
+    def value(self, t: float) -> Floats:
+        if self.dense is None:
+            self.dense = self.solver.dense_output()
+        return np.array(self.dense(t))
+
+
+class _Sundials:
+    def __init__(self, flow: Flow, t: float, x: Floats) -> None:
+        try:
+            from sksundae.cvode import CVODE
+        except ImportError:
+            raise MissingPackageError(
+                f"method {flow.method.name} needs SUNDIALS: pip install 'multibody-sym[sundials]'"
+            ) from None
+        self.flow = flow
+        family = flow.method.name.removeprefix("cvode_")
+        self.solver = CVODE(
+            self.slope, method={"adams": "Adams", "bdf": "BDF"}[family], rtol=flow.rtol, atol=flow.atol
+        )
+        self.solver.init_step(t, x)
+        self.t, self.x = t, x
+
+    def slope(self, t: float, x: Floats, into: Floats) -> None:
+        into[:] = self.flow.slope(t, np.array(x))
+
+    def advance(self) -> None:
+        done = self.solver.step(self.flow.t_end, method="onestep", tstop=self.flow.t_end)
+        if not done.success:
+            raise StepError(Status.STEP_UNDERFLOW, self.t, 0)
+        self.t, self.x = float(done.t), np.array(done.y)
+
+    def value(self, t: float) -> Floats:
+        return np.array(self.solver.step(t).y)
+
+
+def _open(flow: Flow, t: float, x: Floats) -> _Solver:
+    package: str = getattr(flow.method, "package", SCIPY)
+    return _Scipy(flow, t, x) if package == SCIPY else _Sundials(flow, t, x)
+
+
+def library_steps(flow: Flow) -> Iterator[Step]:
+    """Yield the steps that the library takes; one with an event in it ends there, and the next one starts afresh.
+
+    Raises StepError and MissingPackageError.
+    """
+    crossing = _Crossing(flow.events, flow.t0, flow.x0)
+    t, x, solver = flow.t0, flow.x0, _open(flow, flow.t0, flow.x0)
+    while t < flow.t_end:
+        solver.advance()
+        t_new, event = crossing.first(t, solver)
+        x_new = solver.x if event is None else solver.value(t_new)
+        yield _step(flow, solver, t, x, t_new, x_new, event)
+        if event is not None:
+            if crossing.terminal[event]:
+                return
+            solver = _open(flow, t_new, x_new)
+        t, x = t_new, x_new
+
+
+def _step(flow: Flow, solver: _Solver, t: float, x: Floats, t_new: float, x_new: Floats, event: int | None) -> Step:
+    settled = x_new if flow.settle is None else flow.settle(t_new, x_new)
+    h = t_new - t
+    return Step(t, x, h, t_new, settled, np.empty(0), lambda theta: solver.value(t + theta * h), event=event)
+
+
+class _Crossing:
+    """The sides of zero on which switching functions were last seen; one that is zero at the start has none yet."""
+
+    def __init__(self, events: Events | None, t: float, x: Floats) -> None:
+        self.events = events
+        self.terminal = np.array(events.terminal if events else (), dtype=bool)
+        self.sides = np.sign(events.values(t, x)) if events else np.zeros(0)
+
+    def first(self, t: float, solver: _Solver) -> tuple[float, int | None]:
+        """Return where the step from t ends: at the first function that crosses in it, or at its end."""
+        if self.events is None:
+            return solver.t, None
+        values = self.events.values(solver.t, solver.x)
+        crossed = np.flatnonzero((self.sides * values < 0.0) & (~self.terminal | (values > 0.0)))
+        if not len(crossed):
+            self.sides = np.where(values == 0.0, self.sides, np.sign(values))
+            return solver.t, None
+        times = {int(i): self._time(int(i), t, solver) for i in crossed}
+        event = min(times, key=lambda i: times[i])
+        here = self.events.values(times[event], solver.value(times[event]))
+        sides = np.where(here == 0.0, self.sides, np.sign(here))
+        sides[event] = -self.sides[event]
+        self.sides = sides
+        return times[event], event
+
+    def _time(self, index: int, t: float, solver: _Solver) -> float:
+        from scipy.optimize import brentq
+
+        assert self.events is not None
+        values, end, x_end = self.events.values, solver.t, solver.x
+
+        def g(time: float) -> float:
+            if time == t:
+                return float(self.sides[index]) * 1e-300  # still on its side, whatever round-off says
+            return float(values(time, x_end if time == end else solver.value(time))[index])
+
+        return float(brentq(g, t, end, xtol=4e-16 * max(1.0, abs(end)), rtol=1e-15))
