@@ -46,12 +46,29 @@ class Progression:
 
 def progression(values: Sequence[int] | Integers) -> Progression:
     """Return the progression of the shortest period that begins with `values`; a long period is a table."""
-    numbers = np.asarray(values, dtype=np.int64)
-    for period in range(1, min(_LONGEST_PERIOD, len(numbers) - 1) + 1):
-        steps = numbers[period:] - numbers[:-period]
-        if (steps == steps[0]).all():
-            return Progression(tuple(numbers[:period].tolist()), int(steps[0]))
-    return Progression(tuple(numbers.tolist()) or (0,))
+    return progression_through(np.arange(len(values)), np.asarray(values, dtype=np.int64))
+
+
+def progression_through(places: Integers, values: Integers) -> Progression:
+    """Return the progression of the shortest period that has `values` at `places` (ascending), whatever it has between.
+
+    A long period is a table.
+    """
+    if not len(values):
+        return Progression((0,))
+    for period in range(1, _LONGEST_PERIOD + 1):
+        turns, residues = np.divmod(places, period)
+        order = np.argsort(residues, kind="stable")
+        alike = np.nonzero(np.diff(residues[order]) == 0)[0]
+        first, next_one = order[alike[:1]], order[alike[:1] + 1]
+        step = int(((values[next_one] - values[first]) // (turns[next_one] - turns[first])).sum())
+        pattern = np.zeros(period, dtype=np.int64)
+        pattern[residues] = values - step * turns
+        if (pattern[residues] + step * turns == values).all():
+            return Progression(tuple(pattern.tolist()), step)
+    table = np.zeros(places[-1] + 1, dtype=np.int64)
+    table[places] = values
+    return Progression(tuple(table.tolist()))
 
 
 @dataclass(frozen=True)

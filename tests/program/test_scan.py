@@ -18,7 +18,7 @@ from multibody_sym.program.folding import folded
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.measures import operation_count, program_hash
 from multibody_sym.program.program import Array, DefinedTwiceError, Program, ShapeError
-from multibody_sym.program.scan import Kernel, Loop, Progression, Window, progression
+from multibody_sym.program.scan import Kernel, Loop, Progression, Window, progression, progression_through
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.node import ZERO
 
@@ -121,6 +121,15 @@ def test_any_table_is_a_progression(values: list[int]) -> None:
     found = progression(values)
     assert found.values(len(values)).tolist() == values
     assert [found.at(k) for k in range(len(values))] == values
+
+
+@given(st.lists(st.booleans(), min_size=1, max_size=100), st.integers(1, 5), st.integers(-3, 3))
+def test_a_progression_through_some_places_only(there: list[bool], period: int, step: int) -> None:
+    places = np.nonzero(there)[0]
+    wanted = Progression(tuple(range(period)), step)
+    found = progression_through(places, wanted.values(len(there))[places])
+    assert [found.at(k) for k in places] == [wanted.at(k) for k in places]
+    assert len(found.pattern) <= period
 
 
 def doubled(name: str = "x") -> Program:
