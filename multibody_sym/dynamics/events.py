@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from multibody_sym.dynamics.quantities import answered
+from multibody_sym.dynamics.quantities import Sources, answered
 from multibody_sym.kinematics.state import arrays
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
 
 
-def events(mechanism: Mechanism, derivative: Program) -> Program | None:
+def events(mechanism: Mechanism, sources: Sources) -> Program | None:
     """Return (t, q, u, ...) -> values: stops, then kinks; None where there are none.
 
     A stop's value becomes positive where its condition holds; a kink's value changes its sign.
@@ -18,5 +18,5 @@ def events(mechanism: Mechanism, derivative: Program) -> Program | None:
     if not asked:
         return None
     trace = Trace("events", arrays(mechanism))
-    values = answered(trace, mechanism, derivative, asked)
+    values = answered(trace, sources, asked)
     return trace.finish({"values": ((len(values),), values)})

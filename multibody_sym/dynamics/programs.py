@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from multibody_sym.dynamics.block_ldl import block_ldl
 from multibody_sym.dynamics.equations import Formalism, TreeDynamics
 from multibody_sym.dynamics.events import events
-from multibody_sym.dynamics.quantities import answered
+from multibody_sym.dynamics.quantities import Sources, answered
+from multibody_sym.dynamics.scanned import scanned_normalize, scanned_sources, worth_scanning
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
-from multibody_sym.kinematics.motion import coordinate_rates, motion_of
+from multibody_sym.kinematics.joints import unit_quaternion
+from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism import Mechanism
@@ -16,24 +19,46 @@ from multibody_sym.program.derivatives import total_jacobian
 from multibody_sym.program.program import Program
 from multibody_sym.program.programs import Programs
 from multibody_sym.program.trace import Trace
-from multibody_sym.scalars.functions import absolute, maximum, sqrt
+from multibody_sym.scalars.functions import maximum
 from multibody_sym.scalars.node import ZERO, Node, as_node
 
 
 def programs(mechanism: Mechanism, formalism: Formalism, *, implicit: bool = False) -> Programs:
-    """Return all Programs of a mechanism by one formalism; with the Jacobian where an implicit method needs it."""
+    """Return all Programs of a mechanism by one formalism; with the Jacobian where an implicit method needs it.
+
+    Those of `block_ldl` are scanned where that shortens them, but for their Jacobian, which has a scan for each column.
+    """
+    like = worth_scanning(mechanism) if formalism is block_ldl and not implicit else None
+    if like is not None:
+        return _programs(mechanism, scanned_sources(mechanism, like), scanned_normalize(mechanism, like))
     dynamics = formalism(mechanism, slot_state(mechanism))
-    derivative = state_derivative(mechanism, dynamics)
-    inputs, constrained = inputs_program(mechanism), bool(mechanism.rows)
+
+    def motion(trace: Trace) -> Motion:
+        return motion_of(mechanism, slot_state(mechanism))
+
+    sources = Sources(state_derivative(mechanism, dynamics), _energy(mechanism), motion)
+    constrained = dynamics if mechanism.rows else None
+    return _programs(mechanism, sources, _normalize(mechanism), constrained, implicit=implicit)
+
+
+def _programs(
+    mechanism: Mechanism,
+    sources: Sources,
+    normalize: Program | None,
+    constrained: TreeDynamics | None = None,
+    *,
+    implicit: bool = False,
+) -> Programs:
+    derivative, inputs = sources.state_derivative, inputs_program(mechanism)
     return Programs(
         inputs=inputs,
         state_derivative=derivative,
-        project_position=_project_position(mechanism, dynamics) if constrained else None,
-        project_velocity=_project_velocity(mechanism, dynamics) if constrained else None,
-        normalize=_normalize(mechanism),
-        energy=_energy(mechanism),
-        outputs=_outputs(mechanism, derivative),
-        events=events(mechanism, derivative),
+        project_position=_project_position(mechanism, constrained) if constrained else None,
+        project_velocity=_project_velocity(mechanism, constrained) if constrained else None,
+        normalize=normalize,
+        energy=sources.energy,
+        outputs=_outputs(mechanism, sources),
+        events=events(mechanism, sources),
         jacobian=total_jacobian(derivative, ("qdot", "udot"), ("q", "u"), inputs) if implicit else None,
     )
 
@@ -145,10 +170,9 @@ def _normalize(mechanism: Mechanism) -> Program | None:
     deviation: Node = ZERO
     for body in mechanism.bodies:
         if body.ball:
-            norm = sqrt(sum((q[k] ** 2 for k in body.quaternion), ZERO))
-            deviation = maximum(deviation, absolute(norm - 1))
-            for k in body.quaternion:
-                q[k] = q[k] / norm
+            unit, off = unit_quaternion([q[k] for k in body.quaternion])
+            deviation = maximum(deviation, off)
+            q[body.quaternion[0] : body.quaternion[-1] + 1] = unit
     if deviation is ZERO:
         return None
     return trace.finish({"q": ((len(q),), q), "deviation": ((), [deviation])})
@@ -168,9 +192,9 @@ def _energy(mechanism: Mechanism) -> Program:
     return trace.finish({"kinetic": ((), [kinetic]), "potential": ((), [potential])})
 
 
-def _outputs(mechanism: Mechanism, derivative: Program) -> Program:
+def _outputs(mechanism: Mechanism, sources: Sources) -> Program:
     trace = Trace("outputs", arrays(mechanism))
-    values = answered(trace, mechanism, derivative, list(mechanism.outputs.values()))
+    values = answered(trace, sources, list(mechanism.outputs.values()))
     return trace.finish({"values": ((len(values),), values)})
 
 

@@ -11,12 +11,11 @@ from multibody_sym.dynamics.reactions import reactions
 from multibody_sym.kinematics import points
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.loads import span, span_rate
-from multibody_sym.kinematics.motion import Motion, accelerations, motion_of
+from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.rows import RowMotion, row_motions
-from multibody_sym.kinematics.state import slot_state
 from multibody_sym.kinematics.vectors import ZERO_VECTOR, S, Vec, add, apply, cross, dot, scale, subtract
 from multibody_sym.model.bodies import Pose
-from multibody_sym.model.mechanism import Marker, Mechanism, PointPull
+from multibody_sym.model.mechanism import Marker, PointPull
 from multibody_sym.model.slots import AXES
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
@@ -56,17 +55,31 @@ def quantities(
     return {leaf: _QUANTITIES[leaf.data[0]](instant, *leaf.data[1]) for leaf in asked}
 
 
-def answered(trace: Trace, mechanism: Mechanism, derivative: Program, declared: Sequence[Node]) -> list[Node]:
+@dataclass(frozen=True)
+class Sources:
+    """What quantities over Nodes are made from: Programs to call, and what gives the bodies' motion in a trace."""
+
+    state_derivative: Program
+    energy: Program
+    motion: Callable[[Trace], Motion]
+
+
+def answered(trace: Trace, sources: Sources, declared: Sequence[Node]) -> list[Node]:
     """Return expressions in slots with their quantities answered.
 
-    What depends on accelerations or multipliers calls the state derivative.
+    What depends on accelerations or multipliers calls the state derivative, energies their own Program.
     """
     asked = leaves(declared, "quantity")
     if not asked:
         return list(declared)
-    _, udot, multipliers, _ = trace.call(derivative, [trace[a.name] for a in trace.inputs])
-    motion = motion_of(mechanism, slot_state(mechanism))
-    found = quantities(motion, udot, multipliers, asked)
+    given = [trace[a.name] for a in trace.inputs]
+    (kinetic,), (potential,) = trace.call(sources.energy, given)
+    energies = {"kinetic_energy": kinetic, "potential_energy": potential, "total_energy": kinetic + potential}
+    found = {leaf: energies[leaf.data[0]] for leaf in asked if leaf.data[0] in energies}
+    others = [leaf for leaf in asked if leaf not in found]
+    if others:
+        _, udot, multipliers, _ = trace.call(sources.state_derivative, given)
+        found |= quantities(sources.motion(trace), udot, multipliers, others)
     return evaluate(declared, lambda leaf: found.get(leaf, leaf))
 
 

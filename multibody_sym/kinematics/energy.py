@@ -8,7 +8,7 @@ from functools import singledispatch
 
 from multibody_sym.kinematics.loads import apart, span
 from multibody_sym.kinematics.motion import BodyMass, BodyMotion, Motion
-from multibody_sym.kinematics.vectors import S, add, apply, cross, dot
+from multibody_sym.kinematics.vectors import Mat, S, Vec, add, apply, cross, dot
 from multibody_sym.model.mechanism import JointSpring, Load, PointSpring
 from multibody_sym.scalars.node import ZERO, leaves
 
@@ -26,10 +26,19 @@ def body_kinetic_energy(body: BodyMotion, mass: BodyMass) -> S:
 
 def potential_energy(motion: Motion) -> S:
     """Return V = - sum m g . p_C + the energy stored in springs that have a potential."""
-    total: S = 0
-    for (R_WB, p_WB), mass in zip(motion.poses, motion.masses, strict=True):
-        total = total - mass.mass * dot(motion.gravity, add(p_WB, apply(R_WB, mass.com)))
-    return sum((stored_energy(load, motion) for load in split(motion.mechanism.loads)[0]), total)
+    bodies = zip(motion.poses, motion.masses, strict=True)
+    return sum((weight_energy(pose, mass, motion.gravity) for pose, mass in bodies), 0) + springs_energy(motion)
+
+
+def weight_energy(pose: tuple[Mat, Vec], mass: BodyMass, gravity: Vec) -> S:
+    """Return one body's -m g . p_C."""
+    R_WB, p_WB = pose
+    return -mass.mass * dot(gravity, add(p_WB, apply(R_WB, mass.com)))
+
+
+def springs_energy(motion: Motion) -> S:
+    """Return the energy stored in springs that have a potential."""
+    return sum((stored_energy(load, motion) for load in split(motion.mechanism.loads)[0]), 0)
 
 
 def split(loads: Sequence[Load]) -> tuple[tuple[Load, ...], tuple[Load, ...]]:

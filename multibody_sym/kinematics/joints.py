@@ -23,7 +23,7 @@ from multibody_sym.kinematics.vectors import (
     scale,
     subtract,
 )
-from multibody_sym.scalars.functions import cos, sin
+from multibody_sym.scalars.functions import absolute, cos, sin, sqrt
 
 
 @dataclass(frozen=True)
@@ -149,6 +149,13 @@ def quaternion_rotation(q: Sequence[S]) -> Mat:
         (s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x)),
         (s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y)),
     )
+
+
+def unit_quaternion(q: Sequence[S]) -> tuple[list[S], S]:
+    """Return q / |q| and how much |q| deviates from 1."""
+    w, x, y, z = q
+    norm = sqrt(w**2 + x**2 + y**2 + z**2)
+    return [part / norm for part in q], absolute(norm - 1)
 
 
 def quaternion_rates(q: Sequence[S], w: Sequence[S]) -> tuple[S, ...]:

@@ -87,8 +87,7 @@ class Motion:
         """Orientation R_WB and position p_WB (world axes) of every body."""
         found: list[tuple[Mat, Vec]] = []
         for body, moved in zip(self.mechanism.bodies, self.bodies, strict=True):
-            R_WP, p_WP = found[body.parent] if body.parent >= 0 else (UNIT_MATRIX, ZERO_VECTOR)
-            found.append((product(R_WP, moved.R_PB), add(p_WP, apply(R_WP, moved.p_PB))))
+            found.append(body_pose(moved, found[body.parent] if body.parent >= 0 else (UNIT_MATRIX, ZERO_VECTOR)))
         return found
 
     def rotation(self, body: int) -> Mat:
@@ -98,6 +97,18 @@ class Motion:
     def point(self, marker: Marker) -> Vec:
         """Return a marker's position in its body's axes."""
         return _triple(self.state, marker.pose.position)
+
+
+@dataclass(frozen=True)
+class PlacedMotion(Motion):
+    """Motion whose poses were found elsewhere."""
+
+    placed: list[tuple[Mat, Vec]]
+
+    @cached_property
+    def poses(self) -> list[tuple[Mat, Vec]]:
+        """Orientation R_WB and position p_WB (world axes) of every body."""
+        return self.placed
 
 
 def motion_of(mechanism: Mechanism, state: State) -> Motion:
@@ -239,6 +250,12 @@ def pose(state: State, declared: Pose) -> tuple[Mat, Vec]:
 def _triple(state: State, nodes: Sequence[Node]) -> Vec:
     x, y, z = state.values(nodes)
     return x, y, z
+
+
+def body_pose(moved: BodyMotion, parent: tuple[Mat, Vec]) -> tuple[Mat, Vec]:
+    """Return R_WB and p_WB of one body, given those of its parent."""
+    R_WP, p_WP = parent
+    return product(R_WP, moved.R_PB), add(p_WP, apply(R_WP, moved.p_PB))
 
 
 def body_mass(body: TreeBody, state: State) -> BodyMass:
