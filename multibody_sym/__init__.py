@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     from multibody_sym.model.joints import Screw as Screw
     from multibody_sym.model.joints import Spherical as Spherical
     from multibody_sym.model.joints import Universal as Universal
+    from multibody_sym.model.lookup import Table as Table
     from multibody_sym.model.resolve import mechanism as mechanism
     from multibody_sym.model.system import System as System
     from multibody_sym.model.system import parameters as parameters
@@ -110,6 +111,7 @@ _NAMES = {
     "Shape SpringDamper Stabilisation Surface Torque Turn",
     "model.joints": "Custom Cylindrical Direct Fixed Free Initial Limits Planar Prismatic Revolute Screw Spherical "
     "Universal",
+    "model.lookup": "Table",
     "model.resolve": "mechanism",
     "model.system": "System parameters t variable",
     "scalars.functions": "absolute acos asin atan atan2 cos exp log maximum minimum pi sign sin sqrt tan where",

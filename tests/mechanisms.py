@@ -51,6 +51,7 @@ from multibody_sym.model.elements import (
     Turn,
 )
 from multibody_sym.model.joints import JOINTS, Angles, Direct, Fixed, Initial, Joint, MovingJoint
+from multibody_sym.model.lookup import Table
 from multibody_sym.model.mechanism import Mechanism, RollingRow, RopeRow
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.slots import Direction, Element, ListOf, OneOf, Scalar, Slot, Text, slots_of
@@ -197,7 +198,7 @@ class _Builder:
         directions: list[list[Any]] = [[0, -g, 0]] if self.planar else [[0, -g, 0], [0.3 * g, 0, -g], [0, 0, 0]]
         for k, name in enumerate(self.names):
             self.add_joint(f"j{k + 1}", self.some(self.parents(k)), name)
-        inputs = {f"w{k}": self.expression(time=True) for k in range(int(self.rng.integers(0, 3)))}
+        inputs = {f"w{k}": self.input() for k in range(int(self.rng.integers(0, 3)))}
         rows = self.numbered("c", 1, 3) if self.constrained and self.speeds else []
         pulleys = {f"P{k}": self.pulley() for k in range(2)} if self.constrained else {}
         return System(
@@ -253,6 +254,14 @@ class _Builder:
         if inputs:
             terms.append(f"{self.uniform()}*{self.some(list(inputs))}")
         return " + ".join(terms)
+
+    def input(self) -> str | Table:
+        """Return an expression, or a table of one."""
+        expression = self.expression(time=True)
+        if self.motions.random() < 0.6:
+            return expression
+        rows = np.column_stack([[-5.0, -2.0, 0.5, 1.0, 4.0], np.round(self.motions.uniform(-5, 5, 5), 2)])
+        return Table(rows, expression, "linear" if self.motions.random() < 0.5 else "cubic")
 
     # bodies and joints
 

@@ -24,6 +24,7 @@ from multibody_sym.model.mechanism import Marker, Mechanism, TreeBody
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, as_node
 
+_LONG: Final = 500
 _T: Final = Label("T", "T")
 _V: Final = Label("V", "V")
 
@@ -92,7 +93,12 @@ def _inputs(mechanism: Mechanism) -> list[str]:
     """Return each input with its declared expression, in the model's words."""
     symbol_of = {slot: symbol for symbol, slot in mechanism.symbols.items()}
     written = evaluate(list(mechanism.inputs.values()), lambda leaf: symbol_of.get(leaf, leaf))
-    return [f"{name} = {in_model_language(e)}" for name, e in zip(mechanism.inputs, written, strict=True)]
+    return [f"{name} = {_short(in_model_language(e))}" for name, e in zip(mechanism.inputs, written, strict=True)]
+
+
+def _short(words: str) -> str:
+    """Return an expression's text, or no more than that it is long, as of a table."""
+    return words if len(words) <= _LONG else f"... ({len(words)} characters)"
 
 
 def _shown(mechanism: Mechanism, symbols: Symbols, values: Sequence[Any]) -> list[tuple[Any, Any]]:

@@ -27,6 +27,7 @@ from multibody_sym.model.constraints import (
 from multibody_sym.model.cuts import cut_rows, has_rows, normals_of, welded_rows
 from multibody_sym.model.elements import Body, Damper, Drag, Force, Motor, Pull, SpringDamper, Surface, Torque
 from multibody_sym.model.joints import Joint, MovingJoint, Step
+from multibody_sym.model.lookup import Table, bends, interpolated
 from multibody_sym.model.mechanism import (
     COMPONENTS,
     TIME,
@@ -98,7 +99,7 @@ def mechanism(system: System) -> Mechanism:
         coordinates=tuple(replace(c, initial=_in(slots, c.initial)) for c in coordinates),
         speeds=tuple(replace(s, initial=_in(slots, s.initial)) for s in speeds),
         parameters=_parameter_entries(system, slots, constrained=bool(rows)),
-        inputs=resolved.inputs,
+        inputs={name: interpolated(x) if isinstance(x, Table) else x for name, x in resolved.inputs.items()},
         outputs=resolved.outputs,
         stops={name: switching_function(condition) for name, condition in resolved.stop.items()},
         kinks=_kinks(resolved),
@@ -148,7 +149,8 @@ def _kinks(resolved: System) -> tuple[Node, ...]:
     """Return the switching functions of forces, constraints, motions and inputs that change with time or motion."""
     parts = (resolved.forces, resolved.constraints, resolved.inputs, resolved.joints, resolved.bodies)
     found = switching_functions([written.node for part in parts for written in expressions(part)])
-    return tuple(g for g in found if _changes(g))
+    tables = [x for x in resolved.inputs.values() if isinstance(x, Table)]
+    return tuple(g for g in (*found, *(g for table in tables for g in bends(table))) if _changes(g))
 
 
 def _doubled(system: System, tree: SpanningTree) -> list[str]:

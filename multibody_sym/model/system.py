@@ -21,6 +21,7 @@ from multibody_sym.model.elements import (
     Settings,
 )
 from multibody_sym.model.joints import JOINTS, Joint
+from multibody_sym.model.lookup import InputSlot, Table
 from multibody_sym.model.slots import (
     Condition,
     Element,
@@ -72,7 +73,7 @@ class System(Element):
     forces: Mapping[str, Element] = holds(MapOf(FORCES), None)
     constraints: Mapping[str, Element] = holds(MapOf(CONSTRAINTS), None)
     pulleys: Mapping[str, Pulley] = holds(MapOf(Record(Pulley)), None)
-    inputs: Mapping[str, Node] = holds(MapOf(Scalar()), None)
+    inputs: Mapping[str, Node | Table] = holds(MapOf(InputSlot()), None)
     outputs: Mapping[str, Node] = holds(MapOf(Scalar()), None)
     stop: Mapping[str, Node] = holds(MapOf(Condition()), None)
     ask: Mapping[str, Ask] = holds(MapOf(AskSlot()), None)
