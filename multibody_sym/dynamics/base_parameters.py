@@ -13,7 +13,7 @@ from multibody_sym.kinematics.motion import BodyMotion, Motion
 from multibody_sym.kinematics.vectors import UNIT_MATRIX, ZERO_VECTOR, Vec, scale, steiner, symmetric
 from multibody_sym.model.mechanism import TreeBody
 from multibody_sym.scalars.functions import is_exactly
-from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.node import ZERO, Node
 
 
 def base_inertias(motion: Motion) -> list[RigidInertia]:
@@ -39,7 +39,7 @@ def handed_over(body: TreeBody, moved: BodyMotion, inertia: RigidInertia) -> tup
     if kinds == ["translate"] and not body.ball:
         turning = RigidInertia(0, ZERO_VECTOR, inertia.inertia)
         return RigidInertia(inertia.mass, inertia.moment, NOTHING.inertia), turning.moved(moved.R_PB, ZERO_VECTOR)
-    if set(kinds) <= {"rotate"} and all(is_exactly(x, 0) for linear in moved.linear for x in linear):
+    if set(kinds) <= {"rotate"} and all(x is ZERO for x in body.frame_on_body.position):
         axis = _coordinate_axis(moved.angular[0]) if len(body.u) == len(kinds) == 1 else None
         return _at_a_point(inertia, moved) if axis is None else _on_an_axis(axis, inertia, moved)
     return inertia, NOTHING

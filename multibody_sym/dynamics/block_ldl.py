@@ -14,15 +14,17 @@ from dataclasses import dataclass
 
 from multibody_sym.dynamics.articulated_inertia import Inertia, articulated
 from multibody_sym.dynamics.base_parameters import base_inertias
+from multibody_sym.dynamics.body_axes import BodyAxes, along_body_axes
 from multibody_sym.dynamics.equations import TreeDynamics, tree_dynamics
-from multibody_sym.dynamics.inverse_dynamics import forcing
+from multibody_sym.dynamics.inverse_dynamics import bias_wrenches
 from multibody_sym.dynamics.massless import verify_massive
 from multibody_sym.kinematics.alignment import economical_motion
+from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import BodyMotion, Motion, from_parent
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
-from multibody_sym.kinematics.vectors import ZERO_VECTOR, S, Vec, add, dot, scale, subtract
-from multibody_sym.kinematics.wrenches import Wrench, to_parent
+from multibody_sym.kinematics.vectors import ZERO_VECTOR, S, Vec, add, dot, negate, scale, subtract
+from multibody_sym.kinematics.wrenches import Wrench, generalized_forces, to_parent
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.scalars.functions import sqrt
 
@@ -31,7 +33,25 @@ def block_ldl(mechanism: Mechanism, state: State) -> TreeDynamics:
     """Return the dynamics at a state. Raises NoSolutionError where a freedom without mass is left to rows to hold."""
     verify_massive(mechanism, "block_ldl")
     motion = economical_motion(mechanism, state)
-    return tree_dynamics(motion, tree_factors(motion), forcing(motion), row_motions(motion))
+    given = applied(motion, weight=False)
+    left = [(negate(force), negate(moment)) for force, moment in bias_wrenches(motion, given.of_body)]
+    forcing = [q + x for q, x in zip(given.of_speed, generalized_forces(motion, left), strict=True)]
+    tree = tree_dynamics(motion, tree_factors(motion), forcing, row_motions(motion))
+    return BlockLdl(**vars(tree), of_speed=given.of_speed, of_body=left)
+
+
+@dataclass(frozen=True)
+class BlockLdl(TreeDynamics):
+    """The dynamics with f in parts: forces on the speeds, and wrenches on the bodies, applied ones and of inertia."""
+
+    of_speed: list[S]
+    of_body: list[Wrench]
+
+    @property
+    def bias_acceleration(self) -> list[S]:
+        """M^-1 f (n); one inward pass collects the wrenches and eliminates."""
+        assert isinstance(self.factors, TreeFactors)
+        return self.factors.accelerations(self.of_speed, self.of_body)
 
 
 @dataclass(frozen=True)
@@ -47,18 +67,25 @@ class Freedom:
 
 @dataclass(frozen=True)
 class TreeFactors:
-    """The factorised mass matrix of a tree: the freedoms of each body, in tree order."""
+    """The factorised mass matrix of a tree: the freedoms of each body in tree order, free bodies `along` their axes."""
 
     motion: Motion
     freedoms: tuple[tuple[Freedom, ...], ...]
+    along: tuple[BodyAxes, ...]
 
     def solve(self, right: Sequence[S]) -> list[S]:
         """Return M^-1 right (n)."""
-        return self._outward([e / d for e, d in zip(self._inward(right), self._pivots(), strict=True)])
+        return self.accelerations(right, [_NOTHING] * len(self.freedoms))
+
+    def accelerations(self, of_speed: Sequence[S], of_body: Sequence[Wrench]) -> list[S]:
+        """Return M^-1 (Q + sum of A^T R) (n) for forces Q on the speeds and wrenches R on the bodies."""
+        remaining = self._inward(of_speed, of_body)
+        return self._outward([e / d for e, d in zip(remaining, self._pivots(), strict=True)])
 
     def weighted(self, right: Sequence[S]) -> list[S]:
         """Return D^-1/2 L^-T right (n)."""
-        return [e / sqrt(d) for e, d in zip(self._inward(right), self._pivots(), strict=True)]
+        remaining = self._inward(right, [_NOTHING] * len(self.freedoms))
+        return [e / sqrt(d) for e, d in zip(remaining, self._pivots(), strict=True)]
 
     def unweighted(self, x: Sequence[S]) -> list[S]:
         """Return L^-1 D^-1/2 x (n)."""
@@ -67,10 +94,11 @@ class TreeFactors:
     def _pivots(self) -> list[S]:
         return [freedom.pivot for of_body in self.freedoms for freedom in of_body]
 
-    def _inward(self, right: Sequence[S]) -> list[S]:
+    def _inward(self, right: Sequence[S], of_body: Sequence[Wrench]) -> list[S]:
         """Return e = Q + A^T p of every freedom, from the leaves to the root; p -= K e."""
-        carried: list[Wrench] = [_NOTHING] * len(self.freedoms)
-        remaining = list(right)
+        for axes in self.along:
+            right = axes.forces(right)
+        carried, remaining = list(of_body), list(right)
         for index in range(len(carried) - 1, -1, -1):
             left, wrench = inward(self.freedoms[index], right, carried[index])
             for freedom, e in zip(self.freedoms[index], left, strict=True):
@@ -91,6 +119,8 @@ class TreeFactors:
             for freedom, rate in zip(self.freedoms[index], rates, strict=True):
                 udot[freedom.speed] = rate
             reached.append(here)
+        for axes in self.along:
+            udot = axes.rates(udot)
         return udot
 
 
@@ -119,6 +149,7 @@ def outward(freedoms: Sequence[Freedom], x: Sequence[S], above: tuple[Vec, Vec])
 
 def tree_factors(motion: Motion) -> TreeFactors:
     """Return the factors of a tree's mass matrix, from the leaves to the root."""
+    motion, along = along_body_axes(motion)
     inertias = [articulated(rigid) for rigid in base_inertias(motion)]
     freedoms: list[tuple[Freedom, ...]] = [()] * len(inertias)
     for index in range(len(inertias) - 1, -1, -1):
@@ -126,7 +157,7 @@ def tree_factors(motion: Motion) -> TreeFactors:
         freedoms[index], left = eliminated(body.u, moved, inertias[index])
         if body.parent >= 0:
             inertias[body.parent] = inertias[body.parent].plus(left.moved(moved.R_PB, moved.p_PB))
-    return TreeFactors(motion, tuple(freedoms))
+    return TreeFactors(motion, tuple(freedoms), along)
 
 
 def eliminated(speeds: Sequence[int], moved: BodyMotion, inertia: Inertia) -> tuple[tuple[Freedom, ...], Inertia]:

@@ -30,7 +30,7 @@ from multibody_sym.kinematics.vectors import (
     symmetric,
     transpose,
 )
-from multibody_sym.model.bodies import ORIGIN, Mass, Pose
+from multibody_sym.model.bodies import IDENTITY, ORIGIN, Mass, Pose, Rotation
 from multibody_sym.model.elements import Point
 from multibody_sym.model.mechanism import Bend, BodyTorque, Marker, Mechanism, PointForce, TreeBody
 from multibody_sym.scalars.functions import is_exactly
@@ -50,20 +50,24 @@ class Axes:
 
     def vector(self, v: Sequence[Node]) -> Point:
         """Return a vector's components along the new axes."""
-        x, y, z = map(as_node, apply(self.turn, v))
-        return x, y, z
+        return _nodes(apply(self.turn, v))
 
     def pose(self, declared: Pose) -> Pose:
         """Return a pose on the body in the new axes."""
-        columns = [self.vector(column) for column in transpose(declared.rotation)]
-        rotation = _rounded(transpose((columns[0], columns[1], columns[2])))
-        return Pose(self.vector(subtract(declared.position, self.origin)), rotation)
+        rotation = _rounded(product(self.turn, _matrix(declared.rotation)))
+        return Pose(self.point(declared.position), rotation)
+
+    def point(self, declared: Point) -> Point:
+        """Return a point of the body in the new axes, from the new origin."""
+        return self.vector(subtract(declared, self.origin)) if self.origin is not ZERO_VECTOR else self.vector(declared)
 
     def mass(self, declared: Mass) -> Mass:
         """Return the body's mass in the new axes."""
+        if self.turn is UNIT_MATRIX:
+            return replace(declared, com=self.point(declared.com))
         J = turned_symmetric(self.turn, symmetric(declared.inertia))
         inertia = (J[0][0], J[1][1], J[2][2], J[0][1], J[0][2], J[1][2])
-        return Mass(declared.mass, self.vector(subtract(declared.com, self.origin)), tuple(map(as_node, inertia)))
+        return Mass(declared.mass, self.point(declared.com), tuple(map(as_node, inertia)))
 
 
 def aligned(mechanism: Mechanism) -> Mechanism:
@@ -97,16 +101,17 @@ def _placed(body: TreeBody, on_parent: Pose) -> tuple[Axes, TreeBody]:
     directions = [*on_parent.rotation, *on_body.rotation, *(step.axis for step in body.steps)]
     if any(x.shadow is None for direction in directions for x in direction):
         return Axes(), replace(body, frame_on_parent=on_parent)
-    turn = _joint_axes(body, on_parent.rotation)
+    turn_F, turn_M = _matrix(on_parent.rotation), _matrix(on_body.rotation)
+    turn = _joint_axes(body, turn_F)
     steps = tuple(replace(step, axis=_snapped(apply(turn, step.axis))) for step in body.steps)
-    rotation = _rounded(product(on_parent.rotation, transpose(turn)))
-    shift = _shift(body, [step.axis for step in steps], apply_transposed(rotation, on_parent.position))
-    position = _nodes(add(on_parent.position, apply(rotation, shift)))
-    axes = Axes(
-        _rounded(product(turn, transpose(on_body.rotation))),
-        add(on_body.position, apply(on_body.rotation, apply_transposed(turn, shift))),
-    )
-    return axes, replace(body, steps=steps, frame_on_parent=Pose(position, rotation), frame_on_body=Pose(ORIGIN))
+    rotation = _rounded(product(turn_F, transpose(turn)))
+    shift = _shift(body, [step.axis for step in steps], apply_transposed(_matrix(rotation), on_parent.position))
+    position, origin = on_parent.position, on_body.position
+    if shift is not ZERO_VECTOR:
+        position = _nodes(add(position, apply(_matrix(rotation), shift)))
+        origin = _nodes(add(origin, apply(turn_M, apply_transposed(turn, shift))))
+    axes = Axes(_matrix(_rounded(product(turn, transpose(turn_M)))), ZERO_VECTOR if origin is ORIGIN else origin)
+    return axes, replace(body, steps=steps, frame_on_parent=Pose(position, rotation), frame_on_body=Pose())
 
 
 def _joint_axes(body: TreeBody, on_parent: Mat) -> Mat:
@@ -120,13 +125,15 @@ def _joint_axes(body: TreeBody, on_parent: Mat) -> Mat:
     turns = [step.axis for step in body.steps if step.kind != "translate"]
     if not turns:
         return on_parent
-    return product(_to_coordinate_axis(apply(on_parent, turns[0])), on_parent)
+    return _matrix(_rounded(product(_to_coordinate_axis(apply(on_parent, turns[0])), on_parent)))
 
 
 def _to_coordinate_axis(direction: Vec) -> Mat:
     """Return the smallest rotation that brings a unit vector onto a coordinate axis."""
     n = [float(x.shadow or 0) for x in _snapped(direction)]
     k = max(range(3), key=lambda i: abs(n[i]))
+    if abs(n[k]) == 1:
+        return UNIT_MATRIX
     target = [math.copysign(1.0, n[k]) if i == k else 0.0 for i in range(3)]
     x, y, z = cross(n, target)  # R = E + [v] + [v]^2 / (1 + c) with v = n x e, c = n . e
     scaled = 1 / (1 + abs(n[k]))
@@ -140,16 +147,21 @@ def _to_coordinate_axis(direction: Vec) -> Mat:
 def _shift(body: TreeBody, axes: Sequence[Point], p: Sequence[Node]) -> Vec:
     """Return how far the joint's frames may be moved, along the joint's axes, so that more of p_PF becomes zero."""
     known = [x if x.shadow is not None else 0 for x in map(as_node, p)]
-    if body.ball or len(body.steps) > 1:
+    if body.ball or len(body.steps) > 1 :
         return ZERO_VECTOR
-    if not body.steps or body.steps[0].kind == "translate":
-        return -known[0], -known[1], -known[2]
-    x, y, z = (-c if is_exactly(a * a, 1) else 0 for a, c in zip(axes[0], known, strict=True))
-    return x, y, z
+    if body.steps and body.steps[0].kind != "translate":
+        known = [x if is_exactly(a * a, 1) else 0 for a, x in zip(axes[0], known, strict=True)]
+    return ZERO_VECTOR if all(is_exactly(x, 0) for x in known) else (-known[0], -known[1], -known[2])
 
 
-def _rounded(rotation: Mat) -> tuple[Point, Point, Point]:
-    return _snapped(rotation[0]), _snapped(rotation[1]), _snapped(rotation[2])
+def _rounded(rotation: Mat) -> Rotation:
+    rows = _snapped(rotation[0]), _snapped(rotation[1]), _snapped(rotation[2])
+    return IDENTITY if rows == IDENTITY else rows
+
+
+def _matrix(rotation: Rotation) -> Mat:
+    """Return a rotation for products, which know the unit matrix when they see it."""
+    return UNIT_MATRIX if rotation is IDENTITY else rotation
 
 
 def _snapped(direction: Sequence[Any]) -> Point:

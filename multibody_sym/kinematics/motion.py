@@ -33,7 +33,7 @@ from multibody_sym.kinematics.vectors import (
     subtract,
     transpose,
 )
-from multibody_sym.model.bodies import Pose
+from multibody_sym.model.bodies import IDENTITY, ORIGIN, Pose
 from multibody_sym.model.joints import Step
 from multibody_sym.model.mechanism import Marker, Mechanism, TreeBody
 from multibody_sym.scalars.node import Node
@@ -243,8 +243,11 @@ def joint_rates(body: TreeBody, q: Sequence[S], u: Sequence[S]) -> list[S]:
 
 def pose(state: State, declared: Pose) -> tuple[Mat, Vec]:
     """Return a declared pose (rotation, position) over the state's scalar."""
+    position = _triple(state, declared.position) if declared.position is not ORIGIN else ZERO_VECTOR
+    if declared.rotation is IDENTITY:
+        return UNIT_MATRIX, position
     rows = [_triple(state, row) for row in declared.rotation]
-    return (rows[0], rows[1], rows[2]), _triple(state, declared.position)
+    return (rows[0], rows[1], rows[2]), position
 
 
 def _triple(state: State, nodes: Sequence[Node]) -> Vec:

@@ -54,6 +54,8 @@ def combination(vectors: Sequence[Vec], factors: Sequence[S]) -> Vec:
 
 def apply(m: Mat, a: Sequence[S]) -> Vec:
     """Return M a."""
+    if m is UNIT_MATRIX:
+        return a[0], a[1], a[2]
     return dot(m[0], a), dot(m[1], a), dot(m[2], a)
 
 
@@ -64,11 +66,17 @@ def apply_transposed(m: Mat, a: Sequence[S]) -> Vec:
 
 def transpose(m: Mat) -> Mat:
     """Return M^T."""
+    if m is UNIT_MATRIX:
+        return m
     return (m[0][0], m[1][0], m[2][0]), (m[0][1], m[1][1], m[2][1]), (m[0][2], m[1][2], m[2][2])
 
 
 def product(a: Mat, b: Mat) -> Mat:
     """Return A B."""
+    if a is UNIT_MATRIX:
+        return b
+    if b is UNIT_MATRIX:
+        return a
     columns = transpose(b)
     return (
         (dot(a[0], columns[0]), dot(a[0], columns[1]), dot(a[0], columns[2])),

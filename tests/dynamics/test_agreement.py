@@ -102,7 +102,7 @@ def test_ratio_of_nothing_is_zero_and_of_nan_is_nan() -> None:
     assert np.isnan(ratio(reference, np.full(len(u), np.nan), np.zeros(0)))
 
     def nowhere(mechanism: Mechanism, state: State) -> TreeDynamics:
-        return replace(FORMALISMS["block_ldl"](mechanism, state), forcing=[float("nan")] * len(u))
+        return replace(FORMALISMS["composite_body"](mechanism, state), forcing=[float("nan")] * len(u))
 
     ratios = agreement(case.mechanism, [case.state(t, q, u), case.state(t, q, u)], {"nowhere": nowhere})
     assert np.isnan(ratios["nowhere"])

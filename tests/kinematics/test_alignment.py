@@ -45,7 +45,7 @@ def test_accelerations_and_multipliers_are_those_declared(block: int, rows: bool
         name: lambda system, state, route=FORMALISMS[name]: route(aligned(system), state)
         for name in ("composite_body", "block_ldl")
     }
-    for seed in range(500 + 10 * block, 510 + 10 * block):
+    for seed in range(8 * block, 8 * block + 8):
         case = random_case(seed, rows=rows)
         state = case.state(*random_state(np.random.default_rng(seed), case))
         worst = max(agreement(case.mechanism, [state], routes).values())
