@@ -28,6 +28,7 @@ KAPPA: Final = 0.01  # of the tolerance: how far Newton's iteration is from its 
 SLOW: Final = 1e-3  # contraction from which on a new Jacobian is worth its price in the next step
 ADAPTIVE_ROUNDS: Final = 10
 FIXED_ROUNDS: Final = 50
+GROWTHS: Final = 3  # of the change, under fixed steps: what was at rest may be moved by what moves, a round later
 FAR: Final = 4.0  # the step before is no guide to one that is so many times longer
 LEAST_SCALE: Final = 1e-6  # of the largest component of x and z: no component has to be better than this part of it
 ROUND_OFF: Final = 1e-8  # where an iteration that stands still stands still on account of rounding
@@ -147,7 +148,7 @@ class CollocationStepper:
         return z
 
     def _iterated(self, t: float, x: Floats, slope: Floats, h: float, z: Floats) -> Floats:
-        before = math.inf
+        before, growths = math.inf, 0
         contraction = self.expected = math.pow(self.expected, 0.8)
         for round_ in range(self.rounds):
             change = self._change(self._residual(t, x, slope, h, z))
@@ -161,7 +162,8 @@ class CollocationStepper:
             known = round_ > 0 or self.flow.step is None
             if self._converged(size, before, contraction if known else 1.0):
                 return z
-            if not size < math.inf or (round_ > 0 and contraction >= 1.0):
+            growths += round_ > 0 and contraction >= 1.0
+            if not size < math.inf or growths > (GROWTHS if self.flow.step is not None else 0):
                 break
             before = size
         raise StepError(Status.NOT_CONVERGED, t, worst)

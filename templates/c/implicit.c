@@ -7,6 +7,7 @@
 #define SLOW 1e-3         /* contraction from which on a new J is worth its price in the next step */
 #define ADAPTIVE_ROUNDS 10
 #define FIXED_ROUNDS 50
+#define GROWTHS 3         /* of the change, under fixed steps: what was at rest may be moved by what moves, a round later */
 #define FAR 4.0           /* the step before is no guide to one that is so many times longer */
 #define LEAST_SCALE 1e-6  /* of the largest component of x and z: no component has to be better than this part of it */
 #define ROUND_OFF 1e-8    /* where an iteration that stands still stands still on account of rounding */
@@ -254,7 +255,7 @@ static int converged(const mbs_run *r, double size, double before, double contra
 
 static int iterate(mbs_run *r, const parts *p, double h)
 {
-    int rounds = r->problem->step > 0.0 ? FIXED_ROUNDS : ADAPTIVE_ROUNDS, worst = 0, status;
+    int rounds = r->problem->step > 0.0 ? FIXED_ROUNDS : ADAPTIVE_ROUNDS, growths = 0, worst = 0, status;
     double before = HUGE_VAL, contraction = p->memory[EXPECTED] = pow(p->memory[EXPECTED], 0.8);
     for (int round = 0; round < rounds; ++round) {
         if ((status = find_residual(r, p, h)) != MBS_RUNNING)
@@ -269,7 +270,8 @@ static int iterate(mbs_run *r, const parts *p, double h)
             p->memory[CONTRACTION] = contraction;
         if (converged(r, size, before, round == 0 && r->problem->step > 0.0 ? 1.0 : contraction))
             return MBS_RUNNING;
-        if (!(size < HUGE_VAL) || (round > 0 && contraction >= 1.0))
+        growths += round > 0 && contraction >= 1.0;
+        if (!(size < HUGE_VAL) || growths > (r->problem->step > 0.0 ? GROWTHS : 0))
             break;
         before = size;
     }

@@ -150,6 +150,27 @@ def test_a_stiff_problem_takes_a_hundredth_of_the_steps():
 
 
 @LOOPS
+def test_what_is_at_rest_may_be_moved_by_what_moves(loop):
+    """q1'' = 1 and q2'' = q1^2 from zero: the first round of the iteration leaves q2 alone, the second does not."""
+    model = HandModel(
+        2,
+        2,
+        0,
+        "out[0][0] = u[0]; out[0][1] = u[1]; out[1][0] = 1.0; out[1][1] = q[0]*q[0];",
+        others=(
+            (
+                "jacobian",
+                "for (int i = 0; i < 16; ++i) out[0][i] = 0.0;"
+                "out[0][2] = out[0][7] = 1.0; out[0][12] = 2.0*q[0];",
+            ),
+        ),
+    )
+    run = integrate(problem(model, [0, 0], [0, 0], [], 1.0, METHODS["gauss_6"], step=0.01, samples=11), loop=loop)
+    assert run.status is Status.DONE
+    np.testing.assert_allclose(run.q, np.array([run.t**2 / 2, run.t**6 / 120]).T, rtol=1e-13, atol=1e-16)
+
+
+@LOOPS
 def test_an_iteration_without_a_solution_names_its_component(loop):
     """x' = x^2 has no solution beyond t = 1, nor has the step of length 2 one."""
     run = integrate(CASES["no solution"](), loop=loop)
