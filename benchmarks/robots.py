@@ -36,7 +36,7 @@ from multibody_sym.program.trace import Trace
 from multibody_sym.runtime.loading import load
 
 STATES = 1000
-ROUNDS = 25
+ROUNDS = 200
 
 
 @dataclass(frozen=True)
