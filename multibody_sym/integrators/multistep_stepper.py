@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
 
 from multibody_sym.integrators.explicit_stepper import ExplicitStepper
-from multibody_sym.integrators.flow import Floats, Flow, Step, Trial, combination, require_finite
+from multibody_sym.integrators.flow import Floats, Flow, Step, Trial, combination, hermite, require_finite
 from multibody_sym.integrators.multistep import AdamsBashforthMoulton, Stoermer, StoermerVerlet
 
 SAME_LENGTH: Final = 1e-9  # by which steps may differ and count as equal
@@ -179,27 +178,16 @@ class StoermerStepper:
 
 
 def _finished(flow: Flow, trial: Trial, x_new: Floats, before: Point | None) -> Step:
-    """Return the step with the slope at its end, extended by Hermite's interpolation of both ends and `before`."""
+    """Return the step with the slope at its end, between them the polynomial through both ends and `before`."""
     slope_new = flow.slope(trial.t_new, x_new)
-    ends = [Point(trial.x, trial.slope), Point(x_new, slope_new)]
-    points = ends if before is None else [*ends, before]
 
     def value(theta: float) -> Floats:
-        return _hermite(points, theta, trial.h)
-
-    return Step(trial.t, trial.x, trial.h, trial.t_new, x_new, slope_new, value)
-
-
-def _hermite(points: Sequence[Point], theta: float, h: float) -> Floats:
-    """Return the polynomial through states and slopes at 0, 1 and, where there are three points, -1."""
-    if len(points) == 2:
-        rest = 1.0 - theta
-        weights = np.array([rest * rest * (1.0 + 2.0 * theta), theta * theta * (3.0 - 2.0 * theta)])
-        of_slopes = np.array([theta * rest * rest, -theta * theta * rest])
-    else:
+        if before is None:
+            return hermite(trial.x, trial.slope, x_new, slope_new, trial.h, theta)
         here, ahead, back = 1.0 - theta * theta, 0.5 * theta * (theta + 1.0), 0.5 * theta * (theta - 1.0)
         here, ahead, back = here * here, ahead * ahead, back * back
-        weights = np.array([here, ahead * (4.0 - 3.0 * theta), back * (4.0 + 3.0 * theta)])
-        of_slopes = np.array([here * theta, ahead * (theta - 1.0), back * (theta + 1.0)])
-    slopes = combination(of_slopes, [point.slope for point in points])
-    return combination(weights, [point.x for point in points]) + h * slopes
+        slopes = here * theta * trial.slope + ahead * (theta - 1.0) * slope_new + back * (theta + 1.0) * before.slope
+        ahead, back = ahead * (4.0 - 3.0 * theta), back * (4.0 + 3.0 * theta)
+        return here * trial.x + ahead * x_new + back * before.x + trial.h * slopes
+
+    return Step(trial.t, trial.x, trial.h, trial.t_new, x_new, slope_new, value)

@@ -21,10 +21,11 @@ def _headline(run: Trajectory) -> str:
     accuracy = f"step {problem.step:g} s" if problem.step else f"rtol {problem.rtol:g}, atol {problem.atol:g}"
     code = {"c": "C", "python": "Python"}[ready.compiled.backend]
     done = "interrupted" if run.interrupted else "done" if run.stop is None else f"stopped by {run.stop['element']!r}"
+    jacobians = f", {taken.jacobians} Jacobians" if taken.jacobians else ""
     return (
         f"{ready.mechanism.name}: {done} at t = {run.t_final:g} s of {problem.t_end:g} s, {len(run)} samples\n"
         f"{problem.method.name} ({accuracy}), {ready.formalism} in {code}: {taken.steps} steps, "
-        f"{taken.rejected} rejected, {taken.evaluations} evaluations"
+        f"{taken.rejected} rejected, {taken.evaluations} evaluations{jacobians}"
     )
 
 

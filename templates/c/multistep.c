@@ -110,45 +110,19 @@ static int extend(mbs_run *r)
     return *past_of(r).by_starter != 0.0 ? mbs_explicit.extend(r) : MBS_RUNNING;
 }
 
-/* Hermite's interpolation of states and slopes at 0, 1 and, where there is a past, -1. */
+/* The polynomial through states and slopes at 0, 1 and, where the point before is, -1. */
 static void hermite(const mbs_run *r, const double *back, double theta, double *x)
 {
-    double here, ahead, before = 0.0, slope_here, slope_ahead, slope_before = 0.0, h = r->state->h;
-    if (back) {
-        here = 1.0 - theta * theta;
-        ahead = 0.5 * theta * (theta + 1.0);
-        before = 0.5 * theta * (theta - 1.0);
-        here = here * here;
-        ahead = ahead * ahead;
-        before = before * before;
-        slope_here = here * theta;
-        slope_ahead = ahead * (theta - 1.0);
-        slope_before = before * (theta + 1.0);
-        ahead = ahead * (4.0 - 3.0 * theta);
-        before = before * (4.0 + 3.0 * theta);
-    } else {
-        double rest = 1.0 - theta;
-        here = rest * rest * (1.0 + 2.0 * theta);
-        ahead = theta * theta * (3.0 - 2.0 * theta);
-        slope_here = theta * rest * rest;
-        slope_ahead = -theta * theta * rest;
-    }
-    mbs_fill(r->n, 0.0, x);
-    accumulate(r->n, here, r->x, x);
-    accumulate(r->n, ahead, r->x_new, x);
+    double here = 1.0 - theta * theta, ahead = 0.5 * theta * (theta + 1.0), before = 0.5 * theta * (theta - 1.0);
+    here = here * here;
+    ahead = ahead * ahead;
+    before = before * before;
+    double slope_here = here * theta, slope_ahead = ahead * (theta - 1.0), slope_before = before * (theta + 1.0);
+    ahead = ahead * (4.0 - 3.0 * theta);
+    before = before * (4.0 + 3.0 * theta);
     for (int i = 0; i < r->n; ++i) {
-        double slope = 0.0;
-        if (slope_here != 0.0)
-            slope += slope_here * r->slope[i];
-        if (slope_ahead != 0.0)
-            slope += slope_ahead * r->slope_new[i];
-        if (back) {
-            if (before != 0.0)
-                x[i] += before * back[i];
-            if (slope_before != 0.0)
-                slope += slope_before * back[r->n + i];
-        }
-        x[i] = x[i] + h * slope;
+        double slope = slope_here * r->slope[i] + slope_ahead * r->slope_new[i] + slope_before * back[r->n + i];
+        x[i] = here * r->x[i] + ahead * r->x_new[i] + before * back[i] + r->state->h * slope;
     }
 }
 
@@ -157,8 +131,10 @@ static void value(const mbs_run *r, double theta, double *x)
     past p = past_of(r);
     if (*p.by_starter != 0.0)
         mbs_explicit.value(r, theta, x);
+    else if (r->method->past > 0)
+        hermite(r, p.points, theta, x);
     else
-        hermite(r, r->method->past > 0 ? p.points : 0, theta, x);
+        mbs_hermite(r, theta, x);
 }
 
 /* ---- Adams-Bashforth-Moulton ---- */

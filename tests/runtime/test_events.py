@@ -1,6 +1,8 @@
 """Events: stops and kinks found at their times by both loops, with the order of the method across a kink."""
 
+import ctypes
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -125,3 +127,33 @@ def test_both_loops_meet_the_same_events(method, step, case):
     assert in_c.status is in_python.status
     for name in ("t", "q", "u", "q_final", "u_final"):
         np.testing.assert_allclose(getattr(in_c, name), getattr(in_python, name), rtol=1e-13, atol=1e-13)
+
+
+@pytest.mark.parametrize("step", [None, 0.07])
+def test_the_loop_in_c_resumes_around_events(step):
+    """One step and one sample a call meet the events of one call, with the same bits."""
+    cases = (
+        thrown((True, False, False), step=step, method="dormand_prince", samples=11),
+        problem(BRAKED, 10.0, 0.0, [0.3], (False,), 7.0, step=step, samples=21),
+    )
+    for case in cases:
+        whole = integrate(case)
+        library = case.compiled["state_derivative"].library
+        functions = {key: replace(f, library=Piecemeal(library)) for key, f in case.compiled.functions.items()}
+        pieces = integrate(replace(case, compiled=replace(case.compiled, functions=functions)))
+        assert pieces.events == whole.events
+        assert pieces.statistics == whole.statistics
+        for name in ("t", "q", "u"):
+            np.testing.assert_array_equal(getattr(pieces, name), getattr(whole, name))
+
+
+class Piecemeal:
+    """A library whose calls of the loop take one step and one sample at most."""
+
+    def __init__(self, library):
+        self.library = library
+        self.mbs_start, self.mbs_work = library.mbs_start, library.mbs_work
+
+    def mbs_integrate(self, problem, state, work, _, rows, samples):
+        one, row = ctypes.c_longlong(1), ctypes.c_longlong(min(1, rows.value))
+        return self.library.mbs_integrate(problem, state, work, one, row, samples)
