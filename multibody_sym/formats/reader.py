@@ -48,6 +48,8 @@ def loads(text: str, name: str = _TEXT_NAME) -> System:
 
 def load_with_places(path: str | os.PathLike[str]) -> tuple[System, Places]:
     """Return what `load` returns, and the places for errors that come up later, as in `with places.shown(): ...`."""
+    if not isinstance(path, (str, os.PathLike)):
+        raise InputError(f"expected the path of a model file, got {path!r}")
     name = os.fspath(path)
     content = read_content(name, LARGEST_FILE)
     if content.lstrip().startswith((b"<?xml", b"<robot")):

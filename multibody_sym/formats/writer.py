@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from multibody_sym.formats.files import write_whole
 from multibody_sym.model.declaration import tree_from_system
-from multibody_sym.model.system import System
+from multibody_sym.model.system import System, verify_system
 
 _WIDTH: Final = 120
 _PLAIN: Final = re.compile(r"[A-Za-z0-9_.+/(-](?:[A-Za-z0-9_.+*/^()<>=' -]*[A-Za-z0-9_.+*/^()<>='-])?")
@@ -23,6 +23,7 @@ def dump(system: System, file: str | os.PathLike[str]) -> None:
 
 def dumps(system: System) -> str:
     """Return the text of a model file that describes the System."""
+    verify_system(system)
     return yaml_text(tree_from_system(system))
 
 

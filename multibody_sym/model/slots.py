@@ -77,7 +77,7 @@ def described(value: object) -> str:
         return "a list"
     shown = repr(value)
     shown = shown if len(shown) <= _SHOWN else f"{shown[:_SHOWN]}..."
-    return "nothing" if value is None or value == "" else shown
+    return "nothing" if _is_empty(value) else shown
 
 
 @dataclass(frozen=True)
@@ -423,9 +423,18 @@ def from_fields(cls: type[Element], tree: Mapping[str, Any]) -> Element:
             with at(key):
                 raise ModelError(f"unknown key {key!r}{suggestion(str(key), known)}")
     for f in fields(cls):
-        if f.default is MISSING and (f.name not in tree or tree[f.name] in (None, "")):
+        if f.default is MISSING and _is_empty(tree.get(f.name)):
             raise ModelError(f"{f.name} is missing")
-    return cls(**{key: value for key, value in tree.items() if value != ""})
+    for key, value in tree.items():
+        if isinstance(value, str) and not value and not isinstance(known[key], MapOf):
+            with at(key):
+                raise ModelError(f"{key} is empty: write what it is, or leave it out")
+    return cls(**tree)
+
+
+def _is_empty(value: object) -> bool:
+    """Return whether nothing was written; a file holds that as an empty text."""
+    return value is None or (isinstance(value, str) and not value)
 
 
 def fields_tree(element: Element) -> dict[str, Any]:

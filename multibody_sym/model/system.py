@@ -148,11 +148,14 @@ def parameters(
 ) -> tuple[Node, ...]:
     """Return symbols for parameters declared with sample values.
 
-    `names` are separated by spaces; `values` is a list of numbers, expressions or texts such as `1 kg`; `units`, also
-    separated by spaces, state their dimensions. Raises ModelError where the counts differ or a name is no symbol.
+    `names` are separated by spaces; `values` is a list of numbers, expressions or texts such as `1 kg` (of one name the
+    value alone will do); `units`, also separated by spaces, state their dimensions.
+    Raises ModelError where the counts differ or a name is no symbol.
     """
+    if not isinstance(names, str):
+        raise ModelError(f"expected names separated by spaces, got {described(names)}")
     words = names.split()
-    listed = list(values)
+    listed = [values] if isinstance(values, str) or not hasattr(values, "__iter__") else list(values)
     unit_words = units.split() if units else [""] * len(words)
     if not len(words) == len(listed) == len(unit_words):
         raise ModelError(f"{len(words)} names, {len(listed)} values and {len(unit_words)} units do not match")

@@ -8,12 +8,12 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from multibody_sym.errors import OutputError
+from multibody_sym.errors import InputError, OutputError
 from multibody_sym.runtime import cache
 from multibody_sym.runtime.compiler import CompilerError, build_library, find_compiler
 from multibody_sym.runtime.native import NativeFunction, open_library
@@ -66,6 +66,7 @@ def load(programs: Mapping[str, Program], *, native: bool = False, backend: Back
     """
     from multibody_sym.program.measures import program_hash
 
+    verify_backend(backend)
     signatures = [Signature.of(name, program) for name, program in programs.items()]
     key = cache.digest("programs", *(part for name, p in programs.items() for part in (name, program_hash(p))))
 
@@ -87,6 +88,12 @@ def load(programs: Mapping[str, Program], *, native: bool = False, backend: Back
         )
     except OSError as problem:
         raise OutputError(f"generated code cannot be written: {problem}") from problem
+
+
+def verify_backend(backend: object) -> None:
+    """Raise InputError unless `backend` is one, or None."""
+    if backend not in (None, *get_args(Backend)):
+        raise InputError(f"there is no backend {backend!r}; known: {', '.join(get_args(Backend))}")
 
 
 def _in_c_or_python(
@@ -168,6 +175,7 @@ def recall(key: str, *, native: bool = False, backend: Backend | None = None) ->
 
     `backend` as for `load`. The key has to name everything the programs were derived from.
     """
+    verify_backend(backend)
     if backend == "python":
         return _recalled(key, "python", _PYTHON)
     try:

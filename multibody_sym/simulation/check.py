@@ -59,11 +59,11 @@ class CheckReport:
     hints: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
-        """Return the object that `check --json` prints."""
+        """Return the object that `check --json` prints; without a start there are no numbers."""
         tree: dict[str, Any] = {name: list(x) if isinstance(x, tuple) else x for name, x in vars(self).items()}
         for name in ("agreement", "theorems"):
             tree[name] = {key: x if math.isfinite(x) else None for key, x in tree[name].items()}
-        return tree
+        return tree if self.failure is None else {**tree, **dict.fromkeys(("degrees_of_freedom", "rank", "shift"))}
 
 
 def check(system: System) -> CheckReport:

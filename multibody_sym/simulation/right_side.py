@@ -8,6 +8,7 @@ from typing import overload
 import numpy as np
 from numpy.typing import ArrayLike
 
+from multibody_sym.errors import InputError
 from multibody_sym.model.system import System
 from multibody_sym.runtime.loading import Backend
 from multibody_sym.simulation.arguments import Arguments, Floats, Values, vector
@@ -79,6 +80,8 @@ def compile(
     `native` and `backend` as for `simulate`. Raises InputError for what the model contradicts, and NoSolutionError
     where no start satisfies the constraints of a state derivative.
     """
+    if isinstance(wanted, System):
+        raise InputError("a System is not compiled itself; compile(state_derivative(system)), mass_matrix(system) ...")
     if not isinstance(wanted, StateDerivative):
         return tree_function(wanted, native=native, backend=backend)
     ready = runnable(wanted.system, wanted.formalism, native=native, backend=backend)

@@ -35,6 +35,8 @@ class Samples:
         return len(self.t)
 
     def __getitem__(self, name: str) -> Floats:
+        if not isinstance(name, str):
+            raise InputError(f"a run is asked by name, such as run['theta'] (its times are run.t), not by {name!r}")
         for columns in (self.coordinates, self.speeds, self.outputs, self.inputs):
             if name in columns:
                 return columns[name]

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from multibody_sym.integrators.flow import Status
+from multibody_sym.model.elements import Baumgarte
 from multibody_sym.model.slots import at
 from multibody_sym.model.system import System
 from multibody_sym.runtime.integration import Integration, integrate
@@ -47,6 +48,8 @@ def simulate(
     """
     chosen = {"baumgarte": {"baumgarte": {}}, "projection": {"projection": True}}
     named = chosen.get(constraints, constraints) if isinstance(constraints, str) else constraints
+    if isinstance(constraints, Baumgarte):
+        named = {"baumgarte": constraints}
     settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
     with at("parameters"):
         valued = with_values(system, parameters)
