@@ -85,6 +85,8 @@ class Watch:
                 return self._passed(step, values)
             elif self._crossed(self._at(step, 1.0, straight_on)).any():
                 way = self._first_crossing(step, 0.0, 1.0, straight_on) * step.h
+                if problem is None and not way > least:  # a kink at the very start is none within the step
+                    return self._passed(step, values)
             h = way * (1.0 - min(margin, 0.5))
             try:
                 step, problem = take(h, step.t + h), None

@@ -194,8 +194,11 @@ int mbs_find_event(mbs_run *r, int status)
             if (round == REPEATS)
                 return taken ? pass(r) : status;
             evaluate_at(r, straight_on, 1.0);
-            if (any_crossed(r))
+            if (any_crossed(r)) {
                 way = first_crossing(r, straight_on, 0.0, 1.0) * s->h;
+                if (taken && !(way > least)) /* a kink at the very start is none within the step */
+                    return pass(r);
+            }
         }
         double h = way * (1.0 - (margin < 0.5 ? margin : 0.5));
         status = mbs_take(r, h, s->t + h);

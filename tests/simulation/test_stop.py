@@ -89,6 +89,26 @@ def test_a_reaction_can_stop_a_run() -> None:
     assert 10 * (3 * c**2 - 2 * math.cos(0.5) * c) == pytest.approx(9, abs=1e-8)
 
 
+BLOCK = """
+multibody_sym: 1
+name: block
+parameters: {mu: 0.3}
+bodies: {block: {mass: 1}}
+joints: {slide: {type: prismatic, parent: ground, child: block, axis: x, q: x, initial: {u: 2}}}
+forces: {friction: {type: force, on: block, value: ["-mu*9.81*sign(u_x)", 0, 0]}}
+"""
+
+
+@LOOPS
+def test_dry_friction_in_fixed_steps_comes_to_rest_and_on(backend: str) -> None:
+    """It stops after u^2 / (2 mu g); at rest its direction changes within a step, which must not hold up the run."""
+    run = mbs.simulate(mbs.loads(BLOCK), t_end=2, method="rk4", step=0.01, samples=21, backend=backend)
+    assert run.t_final == 2
+    assert run.statistics["steps"] < 1000
+    assert run["x"][-1] == pytest.approx(4 / (2 * 0.3 * 9.81), abs=0.02)  # it trembles
+    assert np.abs(run["u_x"][8:]).max() < 0.3 * 9.81 * 0.011
+
+
 def test_two_runs_of_one_structure_share_their_programs() -> None:
     from multibody_sym.simulation.recall import structure_key
 
