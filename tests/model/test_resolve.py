@@ -63,7 +63,7 @@ def revolute(parent: str, child: str) -> dict[str, str]:
 
 
 PUSH = {"type": "force", "on": "rod", "value": ["1", "0", "0"]}
-LEFT = BASE["joints"]["A"] | {"q": ""}
+LEFT = {key: x for key, x in BASE["joints"]["A"].items() if key != "q"}
 ERRORS = [
     # references
     ([("joints/A/child", "crnak")], "no body is called 'crnak'; did you mean crank?", "joints.A.child"),
