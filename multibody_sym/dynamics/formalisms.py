@@ -38,11 +38,22 @@ FORMALISMS: Final[Mapping[str, Formalism]] = {
     "multipliers": _multipliers,
 }
 """Each by name. Those that derive with sympy import it when they are called."""
-_LARGEST_FORMED: Final = 10
-"""Speeds up to which forming the mass matrix takes fewer operations than the recursion (benchmarks/chains.py)."""
+_DEEPEST_FORMED: Final = {False: 4.5, True: 6.0}
+"""Mean number of freedoms in a row up to which forming M takes fewer operations, without and with rows to hold."""
 
 
 def cheapest(mechanism: Mechanism) -> str:
-    """Return the name of the formalism whose programs of a mechanism take the fewest operations."""
-    formed = len(mechanism.speeds) <= _LARGEST_FORMED or massless_speeds(mechanism)
+    """Return the name of the formalism whose programs of a mechanism take the fewest operations, or nearly so.
+
+    A column of M costs as much as there are freedoms between its joint and the ground, the recursion the same for each
+    body; `benchmarks/formalisms.py` counts both.
+    """
+    if massless_speeds(mechanism):
+        return "composite_body"
+    above: list[int] = []
+    for body in mechanism.bodies:
+        above.append((above[body.parent] if body.parent >= 0 else 0) + len(body.u))
+    moved = [body for body in mechanism.bodies if body.u]
+    depths = [above[i] - k for i, body in enumerate(mechanism.bodies) for k in range(len(body.u))]
+    formed = sum(depths) <= _DEEPEST_FORMED[bool(mechanism.rows)] * len(moved)
     return "composite_body" if formed else "block_ldl"
