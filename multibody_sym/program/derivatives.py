@@ -7,10 +7,11 @@ kept. The report of a solve counts as constant.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
+from multibody_sym.program.measures import operation_count
 from multibody_sym.program.program import Array, Assign, Call, Output, Program, ShapeError, Solve, Statement
 from multibody_sym.program.scan import Kernel, Loop, Progression, Scan, Window, reversed_progression
 from multibody_sym.program.trace import Trace
@@ -18,6 +19,9 @@ from multibody_sym.scalars.derivatives import partials
 from multibody_sym.scalars.node import ONE, ZERO, Node, add, multiply, subtract, where
 
 Vector = tuple[Node, ...]
+
+_LARGEST_INLINE: Final = 10_000
+"""Operations times columns up to which a Jacobian is written out: it is quick then, and compiles in a few seconds."""
 
 
 def jacobian(program: Program, output: str, input: str) -> Program:
@@ -40,21 +44,48 @@ def total_jacobian(program: Program, outputs: Sequence[str], inputs: Sequence[st
     both have. Raises UndefinedError where there is no such output or input.
     """
     sweep = _Forward(_resumed(program, "jacobian", ()))
-    wanted = [value for name in outputs for value in program.output(name).values]
+    ways = list(_directions(sweep.trace, program, inputs, given))
+    column = _inline if len(ways) * operation_count(program).total <= _LARGEST_INLINE else _called
+    columns = [column(sweep, program, outputs, way) for way in ways]
+    values = [column[row] for row in range(len(columns[0])) for column in columns]
+    return sweep.trace.finish({"jacobian": ((len(columns[0]), len(columns)), values)})
+
+
+_Direction = Mapping[str, Vector]
+"""The rates of some inputs of a Program, by their names."""
+
+
+def _directions(trace: Trace, program: Program, inputs: Sequence[str], given: Program) -> Iterator[_Direction]:
+    """Yield for each element of `inputs` the direction in which it alone moves, and what is `given` with it."""
     (inner,) = given.outputs
-    columns = []
+    arguments = [program.input(array.name).slots for array in given.inputs]
+    still = {name: (ZERO,) * program.input(name).size for name in (*inputs, inner.name)}
     for name in inputs:
+        size = program.input(name).size
         rates: Vector = ()
         if inner.values:
-            arguments = [program.input(array.name).slots for array in given.inputs]
-            (rates,) = sweep.trace.call(jacobian(given, inner.name, name), arguments)
-        slots = program.input(name).slots
-        for k, leaf in enumerate(slots):
-            through = zip(program.input(inner.name).slots, rates[k :: len(slots)], strict=True)
-            seeds = {leaf: ONE, **{slot: rate for slot, rate in through if rate is not ZERO}}
-            columns.append(sweep.rates(program, seeds, wanted))
-    values = [column[row] for row in range(len(wanted)) for column in columns]
-    return sweep.trace.finish({"jacobian": ((len(wanted), len(columns)), values)})
+            (rates,) = trace.call(jacobian(given, inner.name, name), arguments)
+        for k in range(size):
+            unit = tuple(ONE if i == k else ZERO for i in range(size))
+            yield {**still, name: unit, inner.name: tuple(rates[k::size]) if inner.values else ()}
+
+
+def _inline(sweep: _Forward, program: Program, outputs: Sequence[str], way: _Direction) -> Vector:
+    """Return the rates of `outputs` along a direction, written out."""
+    seeds: dict[Node, Node] = {}
+    for name, part in way.items():
+        _put(seeds, program.input(name).slots, part)
+    return sweep.rates(program, seeds, [value for name in outputs for value in program.output(name).values])
+
+
+def _called(sweep: _Forward, program: Program, outputs: Sequence[str], way: _Direction) -> Vector:
+    """Return the rates of `outputs` along a direction by a call of a Program that is the same for all directions."""
+    callee = sweep.tangent(program, tuple(bool(way.get(array.name)) for array in program.inputs))
+    arguments = [array.slots for array in program.inputs]
+    moving = [way[array.name] for array in program.inputs if way.get(array.name)]
+    found = sweep.trace.call(callee, [*arguments, *moving])
+    parts = [values for values, output in zip(found, callee.outputs, strict=True) if output.name in outputs]
+    return tuple(rate for part in parts for rate in part)
 
 
 def gradient(program: Program, output: str, input: str) -> Program:
@@ -116,13 +147,13 @@ class _Forward:
         active = tuple(any(rate is not ZERO for rate in part) for part in given)
         if not any(active):
             return
-        callee = self._tangent(statement.program, active)
+        callee = self.tangent(statement.program, active)
         arguments = (*statement.arguments, *(part for part, moves in zip(given, active, strict=True) if moves))
         found = self.trace.call(callee, arguments)
         for leaves, values, output in zip(statement.targets, found, callee.outputs, strict=True):
             _put(rates, leaves, [_known(v, inner) for v, inner in zip(values, output.values, strict=True)])
 
-    def _tangent(self, program: Program, active: tuple[bool, ...]) -> Program:
+    def tangent(self, program: Program, active: tuple[bool, ...]) -> Program:
         """Return the Program of the rates of all outputs, given those of the active inputs."""
         if (id(program), active) not in self.callees:
             names = [array.name for array in program.inputs]
@@ -186,7 +217,7 @@ class _Forward:
     def _paired(self, program: Program, active: tuple[bool, ...]) -> Program:
         """Return the Program of all outputs and then their rates."""
         if (id(program), active) not in self.paired:
-            tangent = self._tangent(program, active)
+            tangent = self.tangent(program, active)
             trace = Trace(f"{program.name}_and_rate", tangent.inputs)
             values = trace.call(program, [trace[array.name] for array in program.inputs])
             rates = trace.call(tangent, [trace[array.name] for array in tangent.inputs])

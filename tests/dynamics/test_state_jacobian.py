@@ -8,6 +8,7 @@ from multibody_sym.dynamics.formalisms import FORMALISMS
 from multibody_sym.dynamics.programs import programs
 from multibody_sym.dynamics.start import start
 from multibody_sym.model.resolve import mechanism
+from multibody_sym.program import derivatives
 from multibody_sym.program.interpreter import interpret
 
 HELD = """
@@ -32,7 +33,9 @@ joints: {ball: {type: spherical, parent: ground, child: top}}
 
 @pytest.mark.parametrize("text", [HELD, TOP], ids=["rows and inputs", "quaternion"])
 @pytest.mark.parametrize("formalism", ["composite_body", "block_ldl"])
-def test_the_jacobian_is_the_limit_of_differences(text, formalism):
+@pytest.mark.parametrize("largest", [10_000, 0], ids=["inline", "called"])
+def test_the_jacobian_is_the_limit_of_differences(text, formalism, largest, monkeypatch):
+    monkeypatch.setattr(derivatives, "_LARGEST_INLINE", largest)
     system = mechanism(mbs.loads(text))
     made = programs(system, FORMALISMS[formalism], implicit=True)
     begin = start(system)
