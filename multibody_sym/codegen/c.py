@@ -360,7 +360,7 @@ def _solve(printer: _Printer, statement: Solve) -> None:
     right = printer.array(f"a{number}_1", statement.right)
     for k, leaves in enumerate((statement.solution, statement.multipliers, statement.report)):
         printer.targets(f"r{number}_{k}", leaves)
-    given = [str(rows), str(columns), f"a{number}_0", f"a{number}_1"]
+    given = [str(rows), str(columns), f"a{number}_0", f"a{number}_1", printer.names[statement.most]]
     arguments = [*given, f"r{number}_0", f"r{number}_1", f"r{number}_2", f"a{number}_2"]
     printer.piece.lines += [
         "    {",

@@ -146,7 +146,8 @@ def _solve(printer: _Printer, statement: Solve) -> None:
     number = printer.next_number()
     rows = [printer.value((len(row),), row) for row in statement.matrix]
     given = [wrapped("[", rows, "]", indent=" " * 8), printer.value((len(rows),), statement.right)]
-    called = wrapped("solve_lists(", [*given, str(len(statement.solution))], ")", indent=" " * 8)
+    sizes = [str(len(statement.solution)), printer.names[statement.most]]
+    called = wrapped("solve_lists(", [*given, *sizes], ")", indent=" " * 8)
     printer.lines.append(f"    r{number} = {called}")
     for k, leaves in enumerate((statement.solution, statement.multipliers, statement.report)):
         printer.define(f"r{number}[{k}]", (len(leaves),), leaves)

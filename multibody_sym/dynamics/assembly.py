@@ -23,9 +23,11 @@ from multibody_sym.dynamics.forward_dynamics import UNDEFINED
 from multibody_sym.dynamics.massless import completed_matrix, massless_speeds
 from multibody_sym.errors import ModelError, NoSolutionError, Where
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
+from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.mechanism import Mechanism, TreeBody, is_holonomic
+from multibody_sym.kinematics.vectors import dot
+from multibody_sym.model.mechanism import AngleRow, Mechanism, TreeBody, is_holonomic
 from multibody_sym.program.solve import solve
 
 Floats = npt.NDArray[np.float64]
@@ -171,9 +173,21 @@ def _closed(rows: Rows, start: Floats, free: Sequence[int], weighted: bool) -> F
             change[list(free)] = rng.normal(size=len(free)) * restart / _RESTARTS
             q = moved(rows.mechanism, start, change)
         found = _newton(rows, q, free, weighted)
-        if found is not None:
+        if found is not None and not _turned_over(rows, found):
             return found
     return None
+
+
+def _turned_over(rows: Rows, q: Floats) -> bool:
+    """Return whether a cut joint's frames satisfy its rows with an axis that they share pointing opposite ways."""
+    angles = [row for row in (rows.mechanism.rows[k] for k in rows.active) if isinstance(row, AngleRow)]
+    if not angles:
+        return False
+    motion = rows.motion(q, np.zeros(len(rows.mechanism.speeds)))
+    for row in angles:
+        if row.shared is not None and dot(*(direction(motion, frame, row.shared) for frame in row.frames)) < 0.0:
+            return True
+    return False
 
 
 def closed_near(rows: Rows, q: Floats) -> Floats | None:

@@ -99,9 +99,10 @@ def _constrained(
     free = factors.weighted(dynamics.forcing)
     matrix = _nodes([factors.weighted(row.jacobian) for row in rows])
     wanted = _stabilised(rows, mechanism)
-    first = trace.solve(matrix, _missing(wanted, matrix, free), len(free))
+    most = _most(mechanism)
+    first = trace.solve(matrix, _missing(wanted, matrix, free), len(free), most)
     near = factors.unweighted([x + d for x, d in zip(free, first.solution, strict=True)])
-    second = trace.solve(matrix, _missing(wanted, [row.jacobian for row in rows], near), len(free))
+    second = trace.solve(matrix, _missing(wanted, [row.jacobian for row in rows], near), len(free), most)
     udot = [x + d for x, d in zip(near, factors.unweighted(second.solution), strict=True)]
     sums = [a + b for a, b in zip(first.multipliers, second.multipliers, strict=True)]
     return udot, _placed(sums, acting, len(dynamics.rows)), first.report
@@ -128,6 +129,11 @@ def _missing(wanted: Sequence[Node], matrix: Sequence[Sequence[Node]], x: Sequen
     ]
 
 
+def _most(mechanism: Mechanism) -> Node:
+    """Return the parameter that holds how many rows are independent at most."""
+    return arrays(mechanism)[3].slots[-3]
+
+
 def _stabilised(rows: Sequence[RowMotion], mechanism: Mechanism) -> list[Node]:
     """Return gamma - 2 alpha phidot - beta^2 phi, of nonholonomic rows gamma - alpha psi (Baumgarte 1972)."""
     alpha, beta = arrays(mechanism)[3].slots[-2:]
@@ -138,19 +144,19 @@ def _stabilised(rows: Sequence[RowMotion], mechanism: Mechanism) -> list[Node]:
 
 
 def _correction(
-    trace: Trace, dynamics: TreeDynamics, rows: Sequence[RowMotion], wanted: Sequence[Node]
+    trace: Trace, mechanism: Mechanism, dynamics: TreeDynamics, rows: Sequence[RowMotion], wanted: Sequence[Node]
 ) -> list[Node]:
     """Return the change of the speeds, smallest in the norm of the mass matrix, with H change = wanted."""
     factors = dynamics.factors
     matrix = [factors.weighted(row.jacobian) for row in rows]
-    solved = trace.solve(_nodes(matrix), wanted, len(dynamics.speeds))
+    solved = trace.solve(_nodes(matrix), wanted, len(dynamics.speeds), _most(mechanism))
     return factors.unweighted(solved.solution)
 
 
 def _project_position(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
     trace = Trace("project_position", arrays(mechanism))
     rows = [dynamics.rows[k] for k in _acting(dynamics.rows) if dynamics.rows[k].holonomic]
-    change = _correction(trace, dynamics, rows, [-row.phi for row in rows])
+    change = _correction(trace, mechanism, dynamics, rows, [-row.phi for row in rows])
     phi = [row.phi if row.holonomic else ZERO for row in dynamics.rows]
     correction = coordinate_rates(mechanism, trace["q"], change)
     return trace.finish({"phi": ((len(phi),), phi), "correction": ((len(correction),), correction)})
@@ -159,7 +165,7 @@ def _project_position(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
 def _project_velocity(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
     trace = Trace("project_velocity", arrays(mechanism))
     rows = [dynamics.rows[k] for k in _acting(dynamics.rows)]
-    correction = _correction(trace, dynamics, rows, [-row.phidot for row in rows])
+    correction = _correction(trace, mechanism, dynamics, rows, [-row.phidot for row in rows])
     phidot = [row.phidot for row in dynamics.rows]
     return trace.finish({"residual": ((len(phidot),), phidot), "correction": ((len(correction),), correction)})
 

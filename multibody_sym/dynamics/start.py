@@ -7,12 +7,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.dynamics.assembly import Rows, assembled_position, assembled_speeds, normalize
+from multibody_sym.dynamics.assembly import Rows, assembled_position, assembled_speeds, closed_near, moved, normalize
+from multibody_sym.dynamics.composite_body import composite_body
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED, verify_inertia
+from multibody_sym.dynamics.redundancy import approximate_rank
 from multibody_sym.errors import ModelError, Where
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion
@@ -24,6 +27,10 @@ from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, leaves, slot
 
 Floats = npt.NDArray[np.float64]
+
+_NEIGHBOURS: Final = 3
+_NEAR: Final = 0.1
+_SEED: Final = 7
 
 
 @dataclass(frozen=True)
@@ -61,6 +68,8 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None) ->
     parameters = _with_lengths(rows, position.values, measured)
     every = Rows(mechanism, parameters, range(len(mechanism.rows)))
     speeds = assembled_speeds(every, position.values, u)
+    if mechanism.rows:
+        parameters[-3] = float(_generic_rank(every, position.values))
     _verify_loads(every.motion(position.values, speeds.values))
     return Start(
         tuple(parameters),
@@ -70,6 +79,22 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None) ->
         (*position.found, *speeds.found),
         max(position.shift, speeds.shift),
     )
+
+
+def _generic_rank(rows: Rows, q: Floats) -> int:
+    """Return how many rows are independent in positions that satisfy them: at q, or around q where some depend there.
+
+    Rows may depend on each other only where they hold; beside such a position rounding makes all of them independent.
+    """
+    at_rest = np.zeros(len(rows.mechanism.speeds))
+    found = approximate_rank(composite_body(rows.mechanism, rows.motion(q, at_rest).state))
+    rng = np.random.default_rng(_SEED)
+    for _ in range(_NEIGHBOURS if found < len(rows.active) else 0):
+        near = closed_near(rows, moved(rows.mechanism, q, rng.uniform(-_NEAR, _NEAR, len(at_rest))))
+        if near is not None:
+            state = rows.motion(near, at_rest).state
+            found = max(found, approximate_rank(composite_body(rows.mechanism, state)))
+    return found
 
 
 def _verify_inertia(rows: Rows, q: Floats, u: Floats) -> None:

@@ -59,14 +59,14 @@ def welded_rows(name: str, frames: tuple[Marker, Marker]) -> list[Row]:
 def _angle_rows(name: str, turns: Sequence[Step], frames: tuple[Marker, Marker]) -> list[Row]:
     """Return the rows under which M turns relative to F about the axes of `turns` only."""
     if not turns:
-        pairs = zip(("rx", "ry", "rz"), ((_Z, _Y), (_X, _Z), (_Y, _X)), strict=True)
-        return [AngleRow(f"{name}.{letter}", frames, pair) for letter, pair in pairs]
+        pairs = zip(AXES, ((_Z, _Y), (_X, _Z), (_Y, _X)), _UNITS, strict=True)
+        return [AngleRow(f"{name}.r{letter}", frames, pair, shared=axis) for letter, pair, axis in pairs]
     axes = [unit_vector(step.axis) for step in turns]
     if len(axes) == 1:
         letters, normals = _normals(axes, ("rx", "ry", "rz"), "r")
-        directions = [(_cross(normal, axes[0]), axes[0]) for normal in normals]
         return [
-            AngleRow(f"{name}.{letter}", frames, pair) for letter, pair in zip(letters, directions, strict=True)
+            AngleRow(f"{name}.{letter}", frames, (_cross(normal, axes[0]), axes[0]), shared=axes[0])
+            for letter, normal in zip(letters, normals, strict=True)
         ]
     return [AngleRow(f"{name}.r", frames, (axes[0], axes[1]), _dot(axes[0], axes[1]))]
 

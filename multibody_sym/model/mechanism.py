@@ -264,13 +264,15 @@ class PositionRow:
 class AngleRow:
     """phi = e . d - value: a direction e of frame F and a direction d of frame M keep their angle.
 
-    The multiplier is the moment on M's body along d x e, if that is of length one.
+    The multiplier is the moment on M's body along d x e, if that is of length one. Where frames could satisfy the row
+    turned over, `shared` is an axis of both that must not point opposite ways.
     """
 
     name: str
     frames: tuple[Marker, Marker]
     directions: tuple[Point, Point]
     value: Node = ZERO
+    shared: Point | None = None
 
 
 @dataclass(frozen=True)

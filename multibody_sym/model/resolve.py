@@ -98,7 +98,7 @@ def mechanism(system: System) -> Mechanism:
         markers=resolver.markers(),
         coordinates=tuple(replace(c, initial=_in(slots, c.initial)) for c in coordinates),
         speeds=tuple(replace(s, initial=_in(slots, s.initial)) for s in speeds),
-        parameters=_parameter_entries(system, slots, constrained=bool(rows)),
+        parameters=_parameter_entries(system, slots, len(rows)),
         inputs={name: interpolated(x) if isinstance(x, Table) else x for name, x in resolved.inputs.items()},
         outputs=resolved.outputs,
         stops={name: switching_function(condition) for name, condition in resolved.stop.items()},
@@ -333,16 +333,19 @@ def _verify_dimension(node: Node, unit: str | None, known: Mapping[Node, Dimensi
         raise ModelError(f"the expression is a quantity in {found}; here one in {unit or 'no unit'} is wanted")
 
 
-def _parameter_entries(
-    system: System, slots: Mapping[Node, Node], *, constrained: bool
-) -> tuple[ParameterEntry, ...]:
-    """Return the declared parameters, the ropes' lengths at the start and, with rows, Baumgarte's coefficients."""
+def _parameter_entries(system: System, slots: Mapping[Node, Node], rows: int) -> tuple[ParameterEntry, ...]:
+    """Return the declared parameters, the ropes' lengths at the start and, with rows, what a run chooses for them.
+
+    That is the most rows to be independent anywhere (all of them, unless the start finds fewer), and Baumgarte's
+    coefficients.
+    """
     entries = [
         ParameterEntry(name, _in(slots, parameter.value), parameter.positive)
         for name, parameter in system.parameters.items()
     ]
     entries += [ParameterEntry(f"length of {name}", None, True) for name in _unmeasured_ropes(system)]
-    if constrained:
+    if rows:
+        entries.append(ParameterEntry("most independent rows", as_node(rows), False))
         entries += [ParameterEntry(f"Baumgarte {name}", None, False) for name in ("alpha", "beta")]
     return tuple(entries)
 

@@ -178,7 +178,7 @@ class _Forward:
             subtract(subtract(r, _dot(dA, statement.solution)), _dot(A, turned))
             for r, dA, A in zip(right_rates, matrix_rates, statement.matrix, strict=True)
         ]
-        found = self.trace.solve(statement.matrix, rest, columns=len(statement.solution))
+        found = self.trace.solve(statement.matrix, rest, len(statement.solution), statement.most)
         _put(rates, statement.solution, list(map(add, turned, found.solution)))
         _put(rates, statement.multipliers, found.multipliers)
 
@@ -311,7 +311,7 @@ class _Reverse:
         if all(weight is ZERO for weight in (*x_weights, *multiplier_weights)):
             return
         right = [add(_dot(row, x_weights), w) for row, w in zip(statement.matrix, multiplier_weights, strict=True)]
-        found = self.trace.solve(statement.matrix, right, columns=len(x))
+        found = self.trace.solve(statement.matrix, right, len(x), statement.most)
         rest = list(map(subtract, x_weights, found.solution))
         for k, row in enumerate(statement.matrix):
             mu = found.multipliers[k]

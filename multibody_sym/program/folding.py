@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from multibody_sym.program.program import Assign, Call, Program, Solve
+from multibody_sym.program.program import Assign, Call, Program, Solve, targets
 from multibody_sym.program.scan import Integers, Kernel, Loop, Scan
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import evaluate
@@ -35,8 +35,8 @@ def folded(program: Program, input: str, values: Sequence[float | Node]) -> Prog
             trace.adopt(_scan(statement, constant))
         elif not isinstance(statement, Assign):
             matrix = tuple(map(constant, statement.matrix))
-            right = constant(statement.right)
-            trace.adopt(Solve(matrix, right, statement.solution, statement.multipliers, statement.report))
+            right, (most,) = constant(statement.right), constant((statement.most,))
+            trace.adopt(Solve(matrix, right, most, *targets(statement)))
     return trace.finish({output.name: (output.shape, constant(output.values)) for output in program.outputs})
 
 

@@ -61,7 +61,8 @@ def _call(statement: Call, values: _Values) -> None:
 def _solve(statement: Solve, values: _Values) -> None:
     rows, columns = len(statement.right), len(statement.solution)
     matrix = np.array([values[atom] for row in statement.matrix for atom in row], dtype=float).reshape(rows, columns)
-    found = solve(matrix, np.array([values[atom] for atom in statement.right], dtype=float))
+    right = np.array([values[atom] for atom in statement.right], dtype=float)
+    found = solve(matrix, right, values[statement.most])
     _store(statement, (found.solution, found.multipliers, found.report), values)
 
 

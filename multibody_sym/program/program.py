@@ -85,11 +85,13 @@ class Solve:
     """Find the minimum-norm x with A x = r, and lambda with x = A^T lambda, as `multibody_sym.program.solve` does.
 
     `matrix` holds the s rows of A, `right` r (s); the targets are `solution` x (n), `multipliers` lambda (s, zero for
-    dependent rows) and `report` (rank, smallest |R_kk|/|R_11|, relative residual of the dependent rows).
+    dependent rows) and `report` (rank, smallest |R_kk|/|R_11|, relative residual of the dependent rows). No more rows
+    are kept than `most`.
     """
 
     matrix: tuple[tuple[Node, ...], ...]
     right: tuple[Node, ...]
+    most: Node
     solution: tuple[Node, ...]
     multipliers: tuple[Node, ...]
     report: tuple[Node, ...]
@@ -103,7 +105,7 @@ Statement = Assign | Record
 def operands(statement: Record) -> tuple[tuple[Node, ...], ...]:
     """Return the atoms that a record reads."""
     if isinstance(statement, Solve):
-        return (*statement.matrix, statement.right)
+        return (*statement.matrix, statement.right, (statement.most,))
     return statement.arguments if isinstance(statement, Call) else statement.given
 
 

@@ -41,7 +41,7 @@ class Programs:
     - `events`: values (ne,): first the conditions that stop a run, positive where they hold, then what changes its sign
       at kinks of forces and inputs. None where there are neither.
 
-    With rows, the last two parameters are Baumgarte's alpha and beta.
+    With rows, the last three parameters are the most rows to be independent, and Baumgarte's alpha and beta.
     Raises ProgramError where a Program has other inputs or outputs, and ShapeError where their sizes disagree.
     """
 

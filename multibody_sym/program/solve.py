@@ -46,13 +46,14 @@ class _Factors:
 
 
 @np.errstate(all="ignore")
-def solve(matrix: Floats, right: Floats) -> Solution:
+def solve(matrix: Floats, right: Floats, most: float = math.inf) -> Solution:
     """Return the minimum-norm x with A x = r and the multipliers lambda with x = A^T lambda.
 
     The rows of A, scaled to unit length, are the columns of A^T = Q R P^T; at each step the longest remaining column
     becomes the pivot (ties: the row declared first) until none exceeds 100 eps max(n, s) |R_11|. Then x = Q R^-T r and
     R lambda = R^-T r, over the kept rows. Dependent rows take no part: their multipliers are zero, and x is the least
-    squares solution as well whenever they agree with the kept ones.
+    squares solution as well whenever they agree with the kept ones. No more than `most` rows are kept: rows that depend
+    on each other only in positions that satisfy them are independent beside such a position, by rounding.
 
     Arguments: matrix A (s, n), right r (s,). Returns x (n,), lambda (s,) and the report (3,): the rank; the smallest
     |R_kk| / |R_11| among the kept rows (0 if there is none); the largest |A x - r| of a dependent row relative to the
@@ -64,7 +65,7 @@ def solve(matrix: Floats, right: Floats) -> Solution:
     scale, rows = scaled_rows(matrix)
     if not (np.isfinite(scale).all() and np.isfinite(right).all()):
         return Solution(np.full(size, math.nan), np.full(count, math.nan), np.full(3, math.nan))
-    factors = _factorise(rows, 100.0 * EPSILON * max(size, count))
+    factors = _factorise(rows, 100.0 * EPSILON * max(size, count), most)
     scaled_right = right / scale
     halfway = _forward(factors, scaled_right)
     multipliers = _backward(factors, halfway) / scale
@@ -87,13 +88,13 @@ def scaled_rows(matrix: Floats) -> tuple[Floats, Floats]:
     return largest * lengths, rows / lengths[:, None]
 
 
-def _factorise(rows: Floats, tolerance: float) -> _Factors:
+def _factorise(rows: Floats, tolerance: float, most: float) -> _Factors:
     order = list(range(rows.shape[0]))
     factors = _Factors(rows, order, [], [])
     for k in range(min(rows.shape)):
         lengths = [math.sqrt(float(rows[j, k:] @ rows[j, k:])) for j in order[k:]]
         first = abs(factors.diagonal[0]) if k else max(lengths)
-        if max(lengths) <= tolerance * first:
+        if max(lengths) <= tolerance * first or k >= most:
             break
         chosen = next(i for i, length in enumerate(lengths) if length >= (1.0 - TIE) * max(lengths))
         order.insert(k, order.pop(k + chosen))
@@ -153,8 +154,8 @@ def _report(factors: _Factors, right: Floats, y: Floats) -> Floats:
 
 
 def solve_lists(
-    matrix: list[list[float]], right: list[float], columns: int
+    matrix: list[list[float]], right: list[float], columns: int, most: float
 ) -> tuple[list[float], list[float], list[float]]:
     """Return what `solve` does, solution, multipliers and report, for lists: s rows of `columns` numbers, and s."""
-    found = solve(np.array(matrix, dtype=float).reshape(len(right), columns), np.array(right, dtype=float))
+    found = solve(np.array(matrix, dtype=float).reshape(len(right), columns), np.array(right, dtype=float), most)
     return found.solution.tolist(), found.multipliers.tolist(), found.report.tolist()

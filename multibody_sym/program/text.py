@@ -64,7 +64,8 @@ def _solve(statement: Solve, counter: _Counter) -> str:
     rows = ", ".join(_listed(row, counter.texts) for row in statement.matrix)
     right = _listed(statement.right, counter.texts)
     unknown = _defined((statement.solution, statement.multipliers, statement.report), counter)
-    return f"{unknown} = solve(({rows}), {right})"
+    most = "" if statement.most.shadow == len(statement.right) else f", most {counter.texts[statement.most]}"
+    return f"{unknown} = solve(({rows}), {right}{most})"
 
 
 def _scan(statement: Scan, counter: _Counter) -> str:

@@ -52,15 +52,22 @@ class Trace:
         self.adopt(record)
         return record.targets
 
-    def solve(self, matrix: Sequence[Sequence[Node]], right: Sequence[Node], columns: int | None = None) -> Solve:
+    def solve(
+        self,
+        matrix: Sequence[Sequence[Node]],
+        right: Sequence[Node],
+        columns: int | None = None,
+        most: Node | None = None,
+    ) -> Solve:
         """Return the Solve of A x = r with fresh leaves for x, lambda and the report.
 
-        Arguments: `matrix` A (s rows of n), `right` r (s), and n where there may be no row to tell it.
+        Arguments: `matrix` A (s rows of n), `right` r (s), n where there may be no row to tell it, and `most` rows to
+        keep (all, if None).
         """
         rows = tuple(tuple(map(as_node, row)) for row in matrix)
         size = len(rows[0]) if rows else columns or 0
         unknown = self._fresh(size), self._fresh(len(rows)), self._fresh(3)
-        record = Solve(rows, tuple(map(as_node, right)), *unknown)
+        record = Solve(rows, tuple(map(as_node, right)), as_node(len(rows)) if most is None else most, *unknown)
         self.adopt(record)
         return record
 

@@ -27,9 +27,10 @@ typedef struct {
 /* Doubles of work space that mbs_solve needs. */
 #define MBS_SOLVE_WORK(rows, columns) ((rows) * (columns) + 6 * (rows) + (columns) + 8)
 
-/* Minimum-norm x with A x = r, A (rows x columns) row by row, and the multipliers with x = A^T multipliers.
+/* Minimum-norm x with A x = r, A (rows x columns) row by row, and the multipliers with x = A^T multipliers. At most
+   `most` rows are taken for independent.
    report: rank; smallest kept |R_kk| / |R_11|; largest scaled residual of a dependent row. */
-void mbs_solve(int rows, int columns, const double *matrix, const double *right, double *solution,
+void mbs_solve(int rows, int columns, const double *matrix, const double *right, double most, double *solution,
                double *multipliers, double *report, double *work);
 
 /* Call a program for many samples. The pointers move on from sample to sample: those of the outputs by the size of

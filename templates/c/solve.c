@@ -91,9 +91,11 @@ static void reflect(const qr *f, int k, double length)
     }
 }
 
-static void factorise(qr *f, double *lengths)
+static void factorise(qr *f, double most_kept, double *lengths)
 {
     int most = f->rows < f->columns ? f->rows : f->columns;
+    if (most_kept < most)
+        most = (int)ceil(most_kept);
     double tolerance = 100.0 * MBS_EPSILON * (f->rows > f->columns ? f->rows : f->columns);
     for (f->rank = 0; f->rank < most; ++f->rank) {
         double length = take_pivot(f, f->rank, lengths);
@@ -142,7 +144,7 @@ static void substitute(const qr *f, const double *right, double *y, double *solu
         multipliers[j] /= f->scale[j];
 }
 
-void mbs_solve(int rows, int columns, const double *matrix, const double *right, double *solution,
+void mbs_solve(int rows, int columns, const double *matrix, const double *right, double most, double *solution,
                double *multipliers, double *report, double *work)
 {
     double *scale = work + rows * columns;
@@ -154,7 +156,7 @@ void mbs_solve(int rows, int columns, const double *matrix, const double *right,
         mbs_fill(3, NAN, report);
         return;
     }
-    factorise(&f, y);
+    factorise(&f, most, y);
     for (int j = 0; j < rows; ++j)
         scaled[j] = right[j] / f.scale[j];
     substitute(&f, scaled, y, solution, multipliers);

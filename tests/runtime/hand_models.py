@@ -121,19 +121,19 @@ def planar_pendulum(*, copies: int = 1, offset: float = 0.0, stabilised: bool = 
     derivative = f"""{setup}
     double gamma = -(u[0]*u[0] + u[1]*u[1] - velocity*velocity)/d {damping};
     for (int i = 0; i < {ns}; ++i) right[i] = gamma + n[1]*p[0] + (i ? {offset!r} : 0.0)*t;
-    mbs_solve({ns}, 2, rows, right, out[1], out[2], out[3], work);
+    mbs_solve({ns}, 2, rows, right, {ns}, out[1], out[2], out[3], work);
     out[0][0] = u[0];
     out[0][1] = u[1];
     out[1][1] -= p[0];
 """
     position = f"""{setup}
     for (int i = 0; i < {ns}; ++i) {{ out[0][i] = d - p[1] - (i ? {offset!r} : 0.0)*t*t*t/6.0; right[i] = -out[0][i]; }}
-    mbs_solve({ns}, 2, rows, right, out[1], multipliers, report, work);
+    mbs_solve({ns}, 2, rows, right, {ns}, out[1], multipliers, report, work);
     (void)velocity;
 """
     speed = f"""{setup}
     for (int i = 0; i < {ns}; ++i) {{ out[0][i] = velocity - (i ? {offset!r} : 0.0)*t*t/2.0; right[i] = -out[0][i]; }}
-    mbs_solve({ns}, 2, rows, right, out[1], multipliers, report, work);
+    mbs_solve({ns}, 2, rows, right, {ns}, out[1], multipliers, report, work);
 """
     return HandModel(2, 2, 4, derivative, ns=ns, others=(("project_position", position), ("project_velocity", speed)))
 

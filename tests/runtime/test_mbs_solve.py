@@ -1,6 +1,7 @@
 """mbs_solve in C against its NumPy reference and against what defines the solution, on all kinds of matrices."""
 
 import ctypes
+import math
 
 import numpy as np
 import pytest
@@ -18,11 +19,12 @@ def in_c():
     function = ctypes.CDLL(str(OSCILLATOR.load().path)).mbs_solve
     function.restype = None
 
-    def call(matrix, right):
+    def call(matrix, right, most=math.inf):
         (s, n), guard = matrix.shape, 12345.0
         arrays = [np.ascontiguousarray(matrix, dtype=float), np.array(right, dtype=float)]
         arrays += [np.full(size + 1, guard) for size in (n, s, 3, s * n + 6 * s + n + 8)]
-        function(s, n, *[a.ctypes.data_as(POINTER) for a in arrays])
+        given, filled = ([a.ctypes.data_as(POINTER) for a in part] for part in (arrays[:2], arrays[2:]))
+        function(s, n, *given, ctypes.c_double(most), *filled)
         assert all(a[-1] == guard for a in arrays[2:])
         return tuple(a[:-1] for a in arrays[2:5])
 
@@ -111,6 +113,16 @@ def test_extreme_lengths_do_not_overflow(in_c, scale):
     x, _, report = in_c(scale * np.array([[1.0, 1.0], [1e-12, -1e-12]]), [2 * scale, 0.0])
     np.testing.assert_allclose(x, 1.0)
     assert report[0] == 2
+
+
+def test_no_more_rows_are_kept_than_asked_for(in_c):
+    matrix, right = np.array([[1.0, 0.0, 0.0], [1.0, 1e-7, 0.0], [0.0, 0.0, 2.0]]), [1.0, 1.5, 3.0]
+    x, multipliers, report = in_c(matrix, right, 2)
+    reference = solve(matrix, np.array(right), 2)
+    np.testing.assert_allclose(x, [1.0, 0.0, 1.5], atol=1e-15)
+    np.testing.assert_allclose(x, reference.solution, atol=1e-15)
+    assert report[0] == reference.report[0] == 2
+    assert multipliers[1] == 0.0
 
 
 def test_a_row_of_rounding_has_no_direction(in_c):
