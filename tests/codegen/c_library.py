@@ -71,12 +71,13 @@ class Library:
         assert all(a[-1] == 777.0 for a in given + found)
         return [a[:-1].reshape(o.shape) for a, o in zip(found, program.outputs, strict=True)]
 
-    def solve(self, matrix: np.ndarray, right: np.ndarray) -> Solution:
+    def solve(self, matrix: np.ndarray, right: np.ndarray, most: float) -> Solution:
         """Return what mbs_solve in C returns."""
         rows, columns = matrix.shape
         found = [np.empty(max(1, size)) for size in (columns, rows, 3)]
         arrays = [np.ascontiguousarray(matrix), right, *found, np.empty(rows * columns + 6 * rows + columns + 8)]
-        self.library.mbs_solve(rows, columns, *[a.ctypes.data_as(DOUBLES) for a in arrays])
+        given, filled = ([a.ctypes.data_as(DOUBLES) for a in part] for part in (arrays[:2], arrays[2:]))
+        self.library.mbs_solve(rows, columns, *given, ctypes.c_double(most), *filled)
         return Solution(*[a[:size] for a, size in zip(found, (columns, rows, 3), strict=True)])
 
 
