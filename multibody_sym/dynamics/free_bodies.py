@@ -9,7 +9,7 @@ that a ball carries are along the body's own axes, which makes them Euler's equa
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import sympy
@@ -115,17 +115,23 @@ class _Reactions:
     def of_joint(self, index: int) -> Iterator[Equation]:
         """Read off what a joint transmits along its free directions, A^T R = Q; yield what names several components."""
         own = self._symbols.reactions[6 * index : 6 * index + 6]
+        freedoms = [(direction, self._drive(*drive)) for direction, *drive in self._sums.drives(index)]
         if self._motion.mechanism.bodies[index].ball:
-            self.known.update(dict.fromkeys(own[3:], sympy.S.Zero))
-        for direction, drive, multipliers in self._sums.drives(index):
+            *freedoms, x, y, z = freedoms
+            axes = zip(*(self._written(direction[3:]) for direction, _ in (x, y, z)), strict=True)
+            for s, row in zip(own[3:], axes, strict=True):
+                self.known[s] = sympy.Add(*(a * drive for a, (_, drive) in zip(row, (x, y, z), strict=True)))
+        for direction, force in freedoms:
             along = {s: x for s, x in zip(own, self._written(direction), strict=True) if x != 0 and s not in self.known}
-            driven, *rates = self._written([drive, *multipliers])
-            force = sympy.Add(driven, *(x * s for x, s in zip(rates, self._symbols.multipliers, strict=True)))
             if len(along) == 1:
                 ((s, x),) = along.items()
                 self.known[s] = force / x
             elif along:
                 yield Equation(sympy.Add(*(x * s for s, x in along.items())), force)
+
+    def _drive(self, load: S, rows: Sequence[S]) -> Any:
+        driven, *rates = self._written([load, *rows])
+        return sympy.Add(driven, *(x * s for x, s in zip(rates, self._symbols.multipliers, strict=True)))
 
     def of_body(self, index: int) -> list[_Balance]:
         """Return the balances of one body that say something, and learn which reactions vanish from the others."""
@@ -134,7 +140,8 @@ class _Reactions:
             balances = [balance.knowing(self.known) for balance in written]
             vanishing = {balance.vanishing for balance in balances} & set(self._symbols.reactions)
             if not vanishing:
-                return [b for b in balances if b.inertia or b.forces or b.bias != 0 or b.load != 0]
+                short = [replace(balance, load=self._names.name(balance.load)) for balance in balances]
+                return [b for b in short if b.inertia or b.forces or b.bias != 0 or b.load != 0]
             self.known.update(dict.fromkeys(vanishing, sympy.S.Zero))
 
     def _balance(self, inertia: Mapping[Any, S], bias: S, load: S, forces: Mapping[Any, S]) -> _Balance:
