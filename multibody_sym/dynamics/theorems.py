@@ -96,11 +96,13 @@ def _momenta(motion: Motion, index: int) -> tuple[Vec, Vec]:
 class Instant:
     """Both sides of the theorems at a state, term by term.
 
-    `energy` the terms of dT/dt + dV/dt but `given`, which is dV/dt from springs that change in time; `powers` those of
-    the loads outside V, of the rows and of prescribed motion. First momentum, then angular momentum: `momenta` and
-    `changes` (2 x bodies x 3), and what acts from outside, besides pairs that cancel: `causes` (2 x terms x 3).
+    `kinetic` T; `energy` the terms of dT/dt + dV/dt but `given`, which is dV/dt from springs that change in time;
+    `powers` those of the loads outside V, of the rows and of prescribed motion. First momentum, then angular momentum:
+    `momenta` and `changes` (2 x bodies x 3), and what acts from outside, besides pairs that cancel: `causes`
+    (2 x terms x 3).
     """
 
+    kinetic: float
     energy: Floats
     given: float
     powers: Floats
@@ -119,7 +121,8 @@ def instant_of(mechanism: Mechanism, rates: Rates, state: State, found: Accelera
     kinetic, potential, given, *momenta = np.split(values, np.cumsum([len(part) for part in parts])[:-1])
     now, changes = (x.reshape(-1, 2, 3).transpose(1, 0, 2) for x in momenta)
     powers, causes = _powers(motion, found), _from_outside(motion, found)
-    return Instant(np.concatenate([kinetic, potential]), float(given[0]), powers, now, changes, causes)
+    rates_of_energy = np.concatenate([kinetic, potential])
+    return Instant(float(kinetic_energy(motion)), rates_of_energy, float(given[0]), powers, now, changes, causes)
 
 
 def theorems(instants: Iterable[Instant]) -> dict[str, float]:
@@ -127,7 +130,7 @@ def theorems(instants: Iterable[Instant]) -> dict[str, float]:
     worst = dict.fromkeys(("power", "momentum", "angular_momentum"), 0.0)
     for at in instants:
         residuals = (
-            _unbalanced(at.energy[:, None], at.powers[:, None]),
+            _unbalanced(at.energy[:, None], at.powers[:, None], np.array(at.kinetic)),
             _unbalanced(at.changes[0], at.causes[0], at.momenta[0]),
             _unbalanced(at.changes[1], at.causes[1], at.momenta[1]),
         )
@@ -157,13 +160,14 @@ def _keeps_energy(at: Instant) -> bool:
     return abs(float(terms.sum())) <= NEGLIGIBLE * float(np.abs(terms).sum() + np.abs(at.powers).sum())
 
 
-def _unbalanced(left: Floats, right: Floats, momenta: Floats | None = None) -> float:
+def _unbalanced(left: Floats, right: Floats, content: Floats) -> float:
     """Return |sum left - sum right| relative to the largest component of the terms' absolute values; 0/0 is 0.
 
-    Where all rates cancel, as of a body that only turns, they are compared with the momenta themselves.
+    Where all rates cancel, as of a body that only turns or a bicycle that rolls on, they are compared with the
+    `content` that changes, momenta or energy, itself.
     """
     size = float((np.abs(left).sum(axis=0) + np.abs(right).sum(axis=0)).max())
-    size += 0.0 if momenta is None else float(np.abs(momenta).sum())
+    size += float(np.abs(content).sum())
     difference = float(np.abs(left.sum(axis=0) - right.sum(axis=0)).max())
     return 0.0 if difference == 0.0 else difference / size
 

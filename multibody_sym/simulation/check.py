@@ -30,6 +30,7 @@ from multibody_sym.scalars.node import leaves
 from multibody_sym.simulation.limits import limits_passed
 
 _STATES: Final = 4
+_ROUNDING: Final = 1e-12
 _DERIVED: Final[Mapping[str, int]] = {"lagrange": 12, "multipliers": 12}
 """Formalisms that derive closed forms, and the most speeds for which that takes seconds."""
 
@@ -178,7 +179,7 @@ def _physical_hints(motion: Motion) -> list[str]:
 
 def _start_hints(resolved: Mechanism, begin: Start, rank: Redundancy, states: Sequence[State]) -> list[str]:
     hints = []
-    if begin.shift > 0.0:
+    if begin.shift > _ROUNDING:
         hints.append(f"given start values were changed by up to {begin.shift:.3g} to satisfy the constraints")
     hints += _limit_hints(resolved, begin)
     nearby = _rank_nearby(resolved, begin)
