@@ -485,9 +485,10 @@ _FORCES: Mapping[type, Callable[..., Element]] = {
     Motor: _motor,
 }
 def _gear(build: _Builder, pulleys: Mapping[str, Pulley]) -> Gear | Expression:
-    pair = build.one_freedom(), build.one_freedom()
-    if pair[0] is None or pair[0] == pair[1]:
+    names = [name for name, joint in build.joints.items() if len(joint.speed_units) == 1]
+    if len(names) < 2:
         return _expression(build, pulleys)
+    pair = list(map(str, build.rng.permutation(names)[:2]))
     return Gear(pair, build.uniform(0.2, 3), f"{build.uniform()}*t")
 
 
