@@ -128,7 +128,8 @@ class Trial:
     """A step on trial from (t, x), where the slope is `slope`, over h to (t_new, x_new).
 
     `error`: the estimate of its error (n,), None where the method makes none; `stages`: what its family keeps;
-    `coarse`: a second estimate of lower order (n,), where there is one.
+    `coarse`: a second estimate of lower order (n,), where there is one; `least_growth`: a step that could grow, but by
+    less than this factor, keeps its length.
     """
 
     t: float

@@ -23,7 +23,8 @@ typedef struct {
     void (*advance)(mbs_run *r);
     /* Evaluate what the value between the ends of a finished step needs; called once in a step, before the first. */
     int (*extend)(mbs_run *r);
-    /* The state at t + theta h in the step that is finished and extended, 0 <= theta <= 1. */
+    /* The state at t + theta h in the step that is finished and extended, 0 <= theta <= 1 or
+       hardly more. */
     void (*value)(const mbs_run *r, double theta, double *x);
     /* A step that could grow, but by less than this factor, stays as it is. */
     double least_growth;
