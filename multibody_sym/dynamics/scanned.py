@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import fields, is_dataclass, replace
 from functools import partial
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from typing import Any, Final
 
 from multibody_sym.dynamics.articulated_inertia import Inertia, articulated
@@ -182,8 +182,8 @@ def _scanned_motion(mechanism: Mechanism, like: LikeBodies, trace: Trace) -> Mot
     result = Result("numbers", first[-1], first[:-1])
     numbers = scan_tree(trace, _given(trace), bodies, [_placing(mechanism)], [result], step)["numbers"]
     placed = [
-        _filled((found[kind][0], found[kind][1]), iter(numbers[begin:]))
-        for kind, begin in zip(bodies.kinds, first[:-1], strict=True)
+        _filled(found[kind][:2], iter(numbers[begin:end]))
+        for kind, (begin, end) in zip(bodies.kinds, pairwise(first), strict=True)
     ]
     state = slot_state(mechanism)
     masses = tuple(body_mass(body, state) for body in mechanism.bodies)

@@ -84,7 +84,7 @@ def mechanism(system: System) -> Mechanism:
     slots = _slots(system, coordinates, speeds)
 
     def in_slots(part: Any) -> Any:
-        return with_expressions(part, lambda node: evaluate([node], lambda leaf: slots.get(leaf, leaf))[0])
+        return with_expressions(part, lambda node: _in(slots, node))
 
     resolved = in_slots(spanned)
     resolver = _Resolver(resolved, _body_numbers(tree, system), slots)
@@ -142,6 +142,8 @@ def _with_span(name: str, pull: Pull, names: Mapping[str, str]) -> Pull:
 
 
 def _in(slots: Mapping[Node, Node], node: Node) -> Node:
+    if not node.args:
+        return slots.get(node, node)
     return as_node(evaluate([node], lambda leaf: slots.get(leaf, leaf))[0])
 
 

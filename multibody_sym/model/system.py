@@ -106,6 +106,9 @@ class System(Element):
             object.__setattr__(self, f.name, with_expressions(getattr(self, f.name), _plain))
 
 
+_PLAIN: Final = (str, int, float, type(None))
+
+
 def _plain(node: Node) -> Node:
     def leaf(n: Node) -> Node:
         return symbol(n.data[0]) if n.op == "declared" else n
@@ -122,16 +125,18 @@ def expressions(part: Any, path: tuple[str, ...] = (), unit: str | None = None) 
             yield from expressions(x, (*path, name), unit)
     elif isinstance(part, Element):
         for name, slot in slots_of(type(part)).items():
-            yield from expressions(getattr(part, name), (*path, name), unit_of(slot))
+            value = getattr(part, name)
+            if not isinstance(value, _PLAIN):
+                yield from expressions(value, (*path, name), unit_of(slot))
     elif isinstance(part, tuple):
         for i, x in enumerate(part):
             yield from expressions(x, (*path, str(i)), unit)
 
 
 def with_expressions(part: Any, change: Callable[[Node], Node]) -> Any:
-    """Return a system, element, map or tuple with every expression replaced by `change` of it."""
+    """Return a system, element, map or tuple with every expression but constants replaced by `change` of it."""
     if isinstance(part, Node):
-        return change(part)
+        return change(part) if part.shadow is None else part
     if isinstance(part, Names):
         return Names({name: with_expressions(x, change) for name, x in part.items()})
     if isinstance(part, Element):
@@ -139,7 +144,8 @@ def with_expressions(part: Any, change: Callable[[Node], Node]) -> Any:
         changed = {name: x for name, x in new.items() if x is not getattr(part, name)}
         return replace(part, **changed) if changed else part
     if type(part) is tuple:
-        return tuple(with_expressions(x, change) for x in part)
+        changed_items = tuple(with_expressions(x, change) for x in part)
+        return part if all(a is b for a, b in zip(changed_items, part, strict=True)) else changed_items
     return part
 
 

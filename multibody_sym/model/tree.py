@@ -84,7 +84,7 @@ def speed_names(name: str, joint: Joint) -> tuple[str, ...]:
 
 def used_joints(system: System) -> set[str]:
     """Return the joints that start values, forces, constraints or expressions refer to by a coordinate or speed."""
-    named = {leaf.data for _, node, _ in expressions(system) for leaf in leaves([node], "symbol")}
+    named = {leaf.data for leaf in leaves([written.node for written in expressions(system)], "symbol")}
     used = set()
     for name, joint in system.joints.items():
         started = isinstance(joint, MovingJoint) and joint.initial is not None
