@@ -49,6 +49,11 @@ class Pass:
     root: tuple[Node, ...] | None = None
 
     @property
+    def branches(self) -> bool:
+        """Whether bodies hand on to one that others hand on to as well."""
+        return self.root is None and len(set(self.parents)) < len(self.parents)
+
+    @property
     def slots(self) -> tuple[Node, ...]:
         """What a body reads."""
         return tuple(slot(self.name, k) for k in range(self.size))
@@ -184,7 +189,7 @@ class _Scanner:
             given = self.passes[stage]
             row = members if given.root is not None else np.array(given.parents, dtype=np.int64)[members]
             first = progression_through(turns, (row + 1) * len(self.live[name]))
-            return Window(self.numbers[name], first, adds=given.root is None)
+            return Window(self.numbers[name], first, adds=given.branches)
         number = next(i for i, result in enumerate(self.results) if result.name == name)
         result = self.results[number]
         first = progression_through(turns, np.array(result.places, dtype=np.int64)[members])
