@@ -45,7 +45,7 @@ from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import maximum
 from multibody_sym.scalars.node import ZERO, Node, as_node
 
-_BODIES_OF_A_KIND: Final = 8
+_BODIES_OF_A_KIND: Final = 4
 """Mean number of bodies of a kind from which on a scan is chosen (benchmarks/chains.py)."""
 _TRIANGLE: Final = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 

@@ -109,7 +109,7 @@ def test_a_kernel_takes_few_more_operations_than_a_body_written_out(monkeypatch:
 
 
 def test_what_is_not_scanned() -> None:
-    assert worth_scanning(mechanism(tree(3, 7, chain=True))) is None
+    assert worth_scanning(mechanism(tree(3, 9, chain=True))) is None
     rod = {"rod": Distance(between=["b0.end", "b9.end"], value=1)}
     assert worth_scanning(mechanism(tree(3, 40, chain=True, constraints=rod))) is None
     push = Force(on="b9", value=[1, 0, 0])
