@@ -21,7 +21,8 @@ from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import position as point_position
 from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.model.mechanism import Coordinate, Mechanism, RopeRow, Speed
+from multibody_sym.model.bodies import GROUND
+from multibody_sym.model.mechanism import TIME, Coordinate, Mechanism, RopeRow, Speed
 from multibody_sym.model.slots import at, suggestion
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, leaves, slot
@@ -59,6 +60,7 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None) ->
     ModelError (values that are not finite or not positive).
     """
     declared = parameter_values(mechanism, overrides or {})
+    _verify_motions(mechanism, declared)
     q, u = _declared_state(mechanism, declared)
     measured = _measured_ropes(mechanism)
     rows = Rows(mechanism, declared, [k for k in range(len(mechanism.rows)) if k not in measured])
@@ -95,6 +97,16 @@ def _generic_rank(rows: Rows, q: Floats) -> int:
             state = rows.motion(near, at_rest).state
             found = max(found, approximate_rank(composite_body(rows.mechanism, state)))
     return found
+
+
+def _verify_motions(mechanism: Mechanism, parameters: Sequence[float]) -> None:
+    """Raise ModelError where a prescribed motion, its rate or its acceleration has no value at the start."""
+    values = {TIME: 0.0, **{slot("parameters", i): value for i, value in enumerate(parameters)}}
+    for body in mechanism.bodies:
+        place = ("bodies",) if body.joint_name == GROUND else ("joints",)
+        for given in body.given:
+            with at(*place, body.joint_name, "motion"), _valued():
+                evaluate_float(given or (), values)
 
 
 def _verify_inertia(rows: Rows, q: Floats, u: Floats) -> None:

@@ -13,6 +13,7 @@ from multibody_sym.dynamics.derive import derive
 from multibody_sym.dynamics.formalisms import FORMALISMS
 from multibody_sym.dynamics.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.reactions import reactions
+from multibody_sym.dynamics.start import start
 from multibody_sym.errors import ModelError
 from multibody_sym.formats.reader import loads
 from multibody_sym.formats.writer import dumps
@@ -184,6 +185,14 @@ def test_impossible_motions_are_named(make: Any, message: str, path: tuple[str, 
     with pytest.raises(ModelError, match=message) as caught:
         make()
     assert caught.value.where.path == path
+
+
+def test_motion_without_a_rate_at_the_start_is_named() -> None:
+    joints = {"A": Revolute("ground", "a", motion="sqrt(t)"), "B": Revolute("a", "b")}
+    bodies = {"a": Body(mass=1), "b": Body(mass=1, com=[1, 0, 0])}
+    with pytest.raises(ModelError, match="no finite value at the start") as caught:
+        start(mechanism(System("s", bodies=bodies, joints=joints)))
+    assert caught.value.where.path == ("joints", "A", "motion")
 
 
 def test_motion_depends_on_time_and_parameters_only() -> None:
