@@ -99,6 +99,8 @@ class StateStruct(ctypes.Structure):
         *((name, ctypes.c_longlong) for name in ("steps", "rejected", "evaluations")),
         *((name, ctypes.c_longlong) for name in ("jacobians", "factorisations", "sample", "grid")),
         *((name, ctypes.c_int) for name in ("status", "component", "event", "phase", "crossing", "origin", "extended")),
+        ("pace", ctypes.c_longlong),
+        ("pace_time", ctypes.c_double),
     )
 
 

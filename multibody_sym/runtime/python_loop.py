@@ -20,6 +20,8 @@ Floats = NDArray[np.float64]
 _SECONDS: Final = 0.1
 _ROUNDS: Final = 20
 _ROUND_OFF: Final = 1e-14
+_PACE: Final = 1e-3
+_LEAST_PACE: Final = 1e4
 
 
 def python_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
@@ -75,6 +77,8 @@ class _Run:
     greatest_rank: float = 0.0
     conditioning: float = math.inf
     conditioning_time: float = 0.0
+    pace: int = 0
+    pace_time: float = 0.0
     residual: float = 0.0  # of dependent rows in the step on trial
     trial: _Trial = field(default_factory=_Trial)
     largest: _Trial = field(default_factory=_Trial)
@@ -102,6 +106,16 @@ class _Run:
             yield done
             if number >= p.max_steps and done.t_new < p.t_end:
                 raise StepError(Status.STEP_LIMIT, done.t_new, -1)
+            self._pace(done.t_new)
+
+    def _pace(self, time: float) -> None:
+        """Raise StepError if at the pace of the last thousandth of the time the run would take too many steps."""
+        p = self.problem
+        if time - self.pace_time > _PACE * (p.t_end - p.t0):
+            self.pace_time, self.pace = time, 0
+        self.pace += 1
+        if self.pace > max(_PACE * p.max_steps, _LEAST_PACE) and time < p.t_end:
+            raise StepError(Status.STEP_LIMIT, time, -1)
 
     def call(self, program: str, t: float, x: Floats) -> tuple[Floats, ...]:
         """Return the outputs of `program` at (t, x)."""

@@ -377,6 +377,19 @@ static int step(mbs_run *r)
     return r->problem->step > 0.0 ? fixed_step(r) : adaptive_step(r);
 }
 
+/* At the pace of the last thousandth of the time the run would take more steps than it may, as with dry friction at rest
+   under adaptive steps: it ends now. */
+static int pace(mbs_run *r)
+{
+    mbs_state *s = r->state;
+    double most = 1e-3 * (double)r->problem->max_steps;
+    if (s->t - s->pace_time > 1e-3 * (r->problem->t_end - r->problem->t0)) {
+        s->pace_time = s->t;
+        s->pace = 0;
+    }
+    return (double)++s->pace > (most > 1e4 ? most : 1e4) ? mbs_failed(r, MBS_STEP_LIMIT, s->t, -1) : MBS_RUNNING;
+}
+
 /* Make the end of the step the start of the next. */
 static int move_on(mbs_run *r)
 {
@@ -392,8 +405,9 @@ static int move_on(mbs_run *r)
         return MBS_STOPPED;
     if (!(s->t < r->problem->t_end))
         return MBS_DONE;
-    if (s->event < 0)
-        return MBS_RUNNING;
+    int status = pace(r);
+    if (s->event < 0 || status != MBS_RUNNING)
+        return status;
     r->stepper->restart(r);
     return mbs_derivative(r, s->t, r->x, r->slope);
 }
@@ -401,6 +415,7 @@ static int move_on(mbs_run *r)
 void mbs_start(const mbs_problem *problem, const double *x0, mbs_state *state, double *work)
 {
     const mbs_state fresh = {.t = problem->t0,
+                             .pace_time = problem->t0,
                              .t_new = problem->t0,
                              .error = 1e-4,
                              .least_rank = HUGE_VAL,

@@ -138,6 +138,8 @@ typedef struct {
     int status, component;
     int event; /* the switching function whose event ended the last step of this call, -1 for none */
     int phase, crossing, origin, extended;
+    long long pace;   /* steps ... */
+    double pace_time; /* ... since then, a thousandth of the whole time ago at most */
 } mbs_state;
 
 /* Doubles of work space for mbs_integrate. */

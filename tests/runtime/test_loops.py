@@ -324,7 +324,7 @@ def test_a_signal_ends_a_long_run_soon(loop):
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    case = replace(double(), t_end=1e6, samples=3)
+    case = replace(double(), t_end=1e6, samples=3, max_steps=10**12)
     before = signal.signal(signal.SIGALRM, interrupt)
     begin = time.monotonic()
     try:

@@ -109,7 +109,14 @@ def test_dry_friction_in_fixed_steps_comes_to_rest_and_on(backend: str) -> None:
     assert np.abs(run["u_x"][8:]).max() < 0.3 * 9.81 * 0.011
 
 
-def test_two_runs_of_one_structure_share_their_programs() -> None:
+def test_adaptive_steps_that_get_nowhere_end_the_run() -> None:
+    """Dry friction by the sign of the speed has no motion at rest that an adaptive method could follow."""
+    with pytest.raises(mbs.RunError, match=r"no further than t = 0\.\d+ s: a jump in a force") as caught:
+        mbs.simulate(mbs.loads(BLOCK), t_end=2, samples=21, backend="c")
+    assert caught.value.trajectory["x"][-1] == pytest.approx(4 / (2 * 0.3 * 9.81), abs=0.1)
+
+
+def test_another_stop_is_another_structure() -> None:
     from multibody_sym.simulation.recall import structure_key
 
     plain = structure_key(mbs.loads(THROWN), "composite_body")
