@@ -15,16 +15,14 @@ from dataclasses import dataclass
 from multibody_sym.dynamics.articulated_inertia import Inertia, articulated
 from multibody_sym.dynamics.base_parameters import base_inertias
 from multibody_sym.dynamics.body_axes import BodyAxes, along_body_axes
-from multibody_sym.dynamics.equations import TreeDynamics, tree_dynamics
-from multibody_sym.dynamics.inverse_dynamics import bias_wrenches
+from multibody_sym.dynamics.equations import TreeDynamics
 from multibody_sym.dynamics.massless import verify_massive
+from multibody_sym.dynamics.recursive import recursive_dynamics
 from multibody_sym.kinematics.alignment import economical_motion
-from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import BodyMotion, Motion, from_parent
-from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
-from multibody_sym.kinematics.vectors import ZERO_VECTOR, S, Vec, add, dot, negate, scale, subtract
-from multibody_sym.kinematics.wrenches import Wrench, generalized_forces, to_parent
+from multibody_sym.kinematics.vectors import ZERO_VECTOR, S, Vec, add, dot, scale, subtract
+from multibody_sym.kinematics.wrenches import Wrench, to_parent
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.scalars.functions import sqrt
 
@@ -33,25 +31,7 @@ def block_ldl(mechanism: Mechanism, state: State) -> TreeDynamics:
     """Return the dynamics at a state. Raises NoSolutionError where a freedom without mass is left to rows to hold."""
     verify_massive(mechanism, "block_ldl")
     motion = economical_motion(mechanism, state)
-    given = applied(motion, weight=False)
-    left = [(negate(force), negate(moment)) for force, moment in bias_wrenches(motion, given.of_body)]
-    forcing = [q + x for q, x in zip(given.of_speed, generalized_forces(motion, left), strict=True)]
-    tree = tree_dynamics(motion, tree_factors(motion), forcing, row_motions(motion))
-    return BlockLdl(**vars(tree), of_speed=given.of_speed, of_body=left)
-
-
-@dataclass(frozen=True)
-class BlockLdl(TreeDynamics):
-    """The dynamics with f in parts: forces on the speeds, and wrenches on the bodies, applied ones and of inertia."""
-
-    of_speed: list[S]
-    of_body: list[Wrench]
-
-    @property
-    def bias_acceleration(self) -> list[S]:
-        """M^-1 f (n); one inward pass collects the wrenches and eliminates."""
-        assert isinstance(self.factors, TreeFactors)
-        return self.factors.accelerations(self.of_speed, self.of_body)
+    return recursive_dynamics(motion, tree_factors(motion))
 
 
 @dataclass(frozen=True)

@@ -19,12 +19,12 @@ from dataclasses import dataclass
 from typing import Final
 
 from multibody_sym.dynamics.articulated_inertia import Inertia, rigid_inertia
-from multibody_sym.dynamics.equations import TreeDynamics, tree_dynamics
+from multibody_sym.dynamics.equations import TreeDynamics
 from multibody_sym.dynamics.factorization import Factors, factorized
-from multibody_sym.dynamics.inverse_dynamics import forcing
 from multibody_sym.dynamics.massless import verify_massive
-from multibody_sym.kinematics.motion import Motion, from_parent, motion_of
-from multibody_sym.kinematics.rows import row_motions
+from multibody_sym.dynamics.recursive import recursive_dynamics
+from multibody_sym.kinematics.alignment import economical_motion
+from multibody_sym.kinematics.motion import Motion, from_parent
 from multibody_sym.kinematics.state import State
 from multibody_sym.kinematics.vectors import ZERO_VECTOR, Mat, S, Vec, add, combination, dot, subtract, symmetric
 from multibody_sym.kinematics.wrenches import Wrench, to_parent
@@ -34,8 +34,8 @@ from multibody_sym.model.mechanism import Mechanism
 def sweep(mechanism: Mechanism, state: State) -> TreeDynamics:
     """Return the dynamics at a state. Raises NoSolutionError where a freedom without mass is left to rows to hold."""
     verify_massive(mechanism, "sweep")
-    motion = motion_of(mechanism, state)
-    return tree_dynamics(motion, Sweep(motion, swept_joints(motion)), forcing(motion), row_motions(motion))
+    motion = economical_motion(mechanism, state)
+    return recursive_dynamics(motion, Sweep(motion, swept_joints(motion)))
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,11 @@ class Sweep:
 
     def solve(self, right: Sequence[S]) -> list[S]:
         """Return M^-1 right (n)."""
-        return self.swept([_NOTHING] * len(self.joints), right)[0]
+        return self.accelerations(right, [_NOTHING] * len(self.joints))
+
+    def accelerations(self, of_speed: Sequence[S], of_body: Sequence[Wrench]) -> list[S]:
+        """Return M^-1 (Q + sum of A^T R) (n) for forces Q on the speeds and wrenches R on the bodies."""
+        return self.swept(of_body, of_speed)[0]
 
     def weighted(self, right: Sequence[S]) -> list[S]:
         """Return D^-1/2 L^-T e (n) with V = L^T D L of every joint."""
