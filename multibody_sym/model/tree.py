@@ -159,3 +159,12 @@ def _verify_all_joined(system: System, edges: Sequence[_Edge], carrying: Mapping
                 raise ModelError(f"nothing joins {body!r} to the rest; add a joint with child: {body}")
         with at("joints", entering[body].name):
             raise ModelError(f"{body!r} hangs on a circle of joints that never reaches ground; turn one around")
+
+
+def ground_moves(bodies: Mapping[str, Body]) -> bool:
+    """Return whether ground moves. Raises ModelError for a motion of another body, or a joint's name that it takes."""
+    for name, body in bodies.items():
+        if body.motion is not None and name != GROUND:
+            with at("bodies", name, "motion"):
+                raise ModelError("only ground moves by itself; prescribe the motion of the joint that carries the body")
+    return GROUND in bodies and bodies[GROUND].motion is not None

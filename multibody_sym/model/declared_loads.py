@@ -1,0 +1,102 @@
+"""What the declared forces are as loads on the bodies and speeds of the tree."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import singledispatch
+
+from multibody_sym.errors import ModelError
+from multibody_sym.model.bodies import Pose, mass_of
+from multibody_sym.model.elements import Damper, Drag, Force, Motor, Pull, SpringDamper, Torque
+from multibody_sym.model.mechanism import (
+    BodyTorque,
+    JointForce,
+    JointSpring,
+    Load,
+    Marker,
+    PointDrag,
+    PointForce,
+    PointPull,
+    PointSpring,
+)
+from multibody_sym.model.references import References
+from multibody_sym.model.slots import Element, at
+from multibody_sym.scalars.node import ZERO, Node, slot
+
+
+def loads(references: References) -> list[Load]:
+    """Return the loads of all declared forces."""
+    made = []
+    for name, element in references.system.forces.items():
+        with at("forces", name):
+            made.append(_load(element, name, references))
+    return made
+
+
+@singledispatch
+def _load(element: Element, name: str, references: References) -> Load:
+    raise TypeError(f"no load for {type(element).__name__}")
+
+
+@_load.register
+def _(element: Force, name: str, references: References) -> Load:
+    return PointForce(name, _force_point(element, references), element.value, references.axes(element.frame))
+
+
+@_load.register
+def _(element: Torque, name: str, references: References) -> Load:
+    if isinstance(element.value, Node):
+        return JointForce(name, references.freedom(element.joint or "", element.freedom)[1], element.value)
+    with at("on"):
+        body = references.marker(element.on or "").body
+    return BodyTorque(name, body, element.value, references.axes(element.frame))
+
+
+@_load.register
+def _(element: Motor, name: str, references: References) -> Load:
+    u = references.freedom(element.joint, element.freedom)[1]
+    per_current = element.gear * element.constant
+    current = (element.voltage - per_current * slot("u", u)) / element.resistance
+    return JointForce(name, u, per_current * current)
+
+
+@_load.register
+def _(element: Drag, name: str, references: References) -> Load:
+    return PointDrag(name, _force_point(element, references), element.linear, element.quadratic)
+
+
+@_load.register
+def _(element: Pull, name: str, references: References) -> Load:
+    return PointPull(name, references.pair(element.between), element.value)
+
+
+@_load.register
+def _(element: SpringDamper, name: str, references: References) -> Load:
+    return _spring(element, name, references, element.stiffness, element.length)
+
+
+@_load.register
+def _(element: Damper, name: str, references: References) -> Load:
+    return _spring(element, name, references, ZERO, ZERO)
+
+
+def _spring(
+    element: SpringDamper | Damper, name: str, references: References, stiffness: Node, rest: Node
+) -> Load:
+    if element.joint is None:
+        return PointSpring(name, references.pair(element.between or ()), stiffness, element.damping, rest)
+    q, u = references.freedom(element.joint, element.freedom)
+    if q is None:
+        with at("freedom"):
+            raise ModelError(f"{element.freedom} has no coordinate that a spring or damper could act on")
+    return JointSpring(name, q, u, stiffness, element.damping, rest)
+
+
+def _force_point(element: Force | Drag, references: References) -> Marker:
+    with at("on"):
+        marker = references.marker(element.on)
+    if element.at is None:
+        body = references.system.bodies.get(element.on)
+        return marker if body is None else replace(marker, pose=Pose(mass_of(body).com))
+    with at("at"):
+        return references.marker(f"{element.on}.{element.at}")
