@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import singledispatch
 
@@ -43,9 +43,10 @@ from multibody_sym.scalars.node import ONE, ZERO, Node, leaves, negate, slot
 def declared_rows(references: References) -> list[Row]:
     """Return the rows of all declared constraints."""
     made: list[Row] = []
+    known = replace(references, pulleys=_pulleys(references))
     for name, element in references.system.constraints.items():
         with at("constraints", name):
-            made += _rows(element, name, references)
+            made += _rows(element, name, known)
     return made
 
 
@@ -164,8 +165,7 @@ def _(element: Rolling, name: str, references: References) -> list[Row]:
 @_rows.register
 def _(element: Rope, name: str, references: References) -> list[Row]:
     length = element.length if element.length is not None else _measured_length(name, references)
-    pulleys = _pulleys(references)
-    path = tuple(_bend(i, step, pulleys, references) for i, step in enumerate(element.path))
+    path = tuple(_bend(i, step, references) for i, step in enumerate(element.path))
     return [RopeRow(name, path, length)]
 
 
@@ -177,14 +177,14 @@ def _pulleys(references: References) -> dict[str, Bend]:
     return made
 
 
-def _bend(index: int, step: str, pulleys: Mapping[str, Bend], references: References) -> Bend:
-    if step in pulleys:
-        return pulleys[step]
+def _bend(index: int, step: str, references: References) -> Bend:
+    if step in references.pulleys:
+        return references.pulleys[step]
     with at("path", index):
         try:
             return Bend(references.marker(step), ZERO, (ZERO, ZERO, ONE))
         except ModelError as error:
-            near = suggestion(step, pulleys)
+            near = suggestion(step, references.pulleys)
             if "mean" not in near:
                 raise
             raise ModelError(f"no body or pulley is called {step!r}{near}") from error

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 from multibody_sym.errors import ModelError
 from multibody_sym.model.bodies import GROUND, ORIGIN, Pose, pose_of
 from multibody_sym.model.elements import Body, Surface
-from multibody_sym.model.mechanism import Marker, TreeBody
+from multibody_sym.model.mechanism import Bend, Marker, TreeBody
 from multibody_sym.model.slots import at, suggestion
 from multibody_sym.model.system import System
 from multibody_sym.model.tree import body_part
@@ -20,12 +20,13 @@ BARE: Final = Body()
 
 @dataclass(frozen=True)
 class References:
-    """A system whose expressions are written in slots, with the numbers of its bodies, and these once they are made."""
+    """A system whose expressions are written in slots, the numbers of its bodies, and what is made of it in turn."""
 
     system: System
     numbers: Mapping[str, int]
     slots: Mapping[Node, Node]
     bodies: tuple[TreeBody, ...] = ()
+    pulleys: Mapping[str, Bend] = field(default_factory=dict)
 
     def marker(self, reference: str) -> Marker:
         """Return the marker of a body, or of a point or frame of it, `body.point`."""
