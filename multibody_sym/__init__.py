@@ -4,6 +4,10 @@ TYPE_CHECKING = False  # as in typing, without importing it
 if TYPE_CHECKING:
     from multibody_sym.cli.version import __version__ as __version__
     from multibody_sym.dynamics.derive import derive as derive
+    from multibody_sym.dynamics.linearization import Linearization as Linearization
+    from multibody_sym.dynamics.linearization import linearize as linearize
+    from multibody_sym.dynamics.statics import Equilibrium as Equilibrium
+    from multibody_sym.dynamics.statics import equilibrium as equilibrium
     from multibody_sym.dynamics.symbolic_equations import SymbolicEquations as SymbolicEquations
     from multibody_sym.errors import ExpressionError as ExpressionError
     from multibody_sym.errors import InputError as InputError
@@ -100,6 +104,8 @@ if TYPE_CHECKING:
 _NAMES = {
     "cli.version": "__version__",
     "dynamics.derive": "derive",
+    "dynamics.linearization": "Linearization linearize",
+    "dynamics.statics": "Equilibrium equilibrium",
     "dynamics.symbolic_equations": "SymbolicEquations",
     "errors": "ExpressionError InputError ModelError MultibodyError NoSolutionError OutputError RunError",
     "formats.reader": "load loads",
