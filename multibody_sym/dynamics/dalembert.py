@@ -20,7 +20,7 @@ from multibody_sym.kinematics.loads import applied, span
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.points import velocity
 from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.kinematics.wrenches import Wrench
+from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench
 from multibody_sym.model.mechanism import JointSpring, Load, PointSpring
 
 Floats = npt.NDArray[np.float64]
@@ -61,12 +61,12 @@ def dalembert(motion: Motion) -> Reference:
     """Return the equations of motion at a state over floats."""
     partials = partial_velocities(motion)
     count = len(motion.state.u)
-    matrix = np.zeros((count, count))
+    velocities, momenta = [np.zeros((0, count))], [np.zeros((0, count))]
     terms, absolute_terms = np.zeros(count), np.zeros(count)
     for index, (a, alpha) in enumerate(accelerations(motion, [0] * count)):
         at_com, tensor = _about_com(motion, partials[index], index)
-        mass = float(motion.masses[index].mass)
-        matrix += mass * at_com.linear.T @ at_com.linear + at_com.angular.T @ tensor @ at_com.angular
+        velocities += [at_com.linear, at_com.angular]
+        momenta += [float(motion.masses[index].mass) * at_com.linear, tensor @ at_com.angular]
         force, moment = _inertia_force(motion, at_com.rotation, tensor, index, a, alpha)
         value, absolute = at_com.force(force, moment)
         terms += value
@@ -75,6 +75,7 @@ def dalembert(motion: Motion) -> Reference:
     rows = row_motions(motion)
     jacobian = np.array([row.jacobian for row in rows], dtype=float).reshape(len(rows), count)
     gamma = np.array([row.gamma for row in rows], dtype=float)
+    matrix = np.vstack(velocities).T @ np.vstack(momenta)
     return Reference(matrix, forces, terms, jacobian, gamma, absolute_forces, absolute_terms)
 
 
@@ -118,7 +119,8 @@ def _applied(motion: Motion, partials: Sequence[Partials]) -> tuple[Floats, Floa
     for forces, larger in [*acting, (applied(motion, []), 1.0)]:
         drives = np.array(forces.of_speed, dtype=float)
         total, absolute = total + drives, absolute + larger * np.abs(drives)
-        for body, wrench in zip(partials, forces.of_body, strict=True):
+        acted_on = [k for k, wrench in enumerate(forces.of_body) if wrench != NO_WRENCH]
+        for body, wrench in ((partials[k], forces.of_body[k]) for k in acted_on):
             value, part = body.force(*_in_world(body.rotation, wrench))
             total, absolute = total + value, absolute + larger * part
     return total, absolute

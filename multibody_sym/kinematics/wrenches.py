@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
 
 from multibody_sym.kinematics.motion import BodyMotion, Motion
 from multibody_sym.kinematics.vectors import (
@@ -21,13 +22,14 @@ from multibody_sym.model.mechanism import Marker
 
 Wrench = tuple[Vec, Vec]
 """(force, moment about the body's origin), in body axes."""
+NO_WRENCH: Final[Wrench] = (ZERO_VECTOR, ZERO_VECTOR)
 
 
 class Wrenches:
     """Wrenches collected body by body while forces are gathered; ground takes and forgets."""
 
     def __init__(self, count: int) -> None:
-        self.of_body: list[Wrench] = [(ZERO_VECTOR, ZERO_VECTOR)] * count
+        self.of_body: list[Wrench] = [NO_WRENCH] * count
 
     def add(self, body: int, force: Vec, moment: Vec) -> None:
         """Add a wrench in body axes about the body's origin."""

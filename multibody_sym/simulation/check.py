@@ -12,7 +12,7 @@ import numpy as np
 from multibody_sym.dynamics.agreement import agreement, agrees
 from multibody_sym.dynamics.assembly import Rows, closed_near, moved
 from multibody_sym.dynamics.composite_body import composite_body
-from multibody_sym.dynamics.formalisms import FORMALISMS
+from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED, forward_dynamics
 from multibody_sym.dynamics.massless import massless_speeds
 from multibody_sym.dynamics.redundancy import Redundancy, approximate_rank, redundancy
@@ -31,8 +31,15 @@ from multibody_sym.simulation.limits import limits_passed
 
 _STATES: Final = 4
 _ROUNDING: Final = 1e-12
-_DERIVED: Final[Mapping[str, int]] = {"lagrange": 12, "multipliers": 12}
-"""Formalisms that derive closed forms, and the most speeds for which that takes seconds."""
+_LARGE: Final = 200
+_MOST: Final[Mapping[str, int]] = {
+    "lagrange": 12,
+    "multipliers": 12,
+    "composite_body": _LARGE,
+    "dalembert_lagrange": _LARGE,
+    "newton_euler": _LARGE,
+}
+"""The most speeds for which a formalism takes seconds: of those that derive closed forms, then of those in floats."""
 
 
 @dataclass(frozen=True)
@@ -83,12 +90,13 @@ def check(system: System) -> CheckReport:
 
 
 def _with_dynamics(system: System, resolved: Mechanism, begin: Start, declared: Sequence[str]) -> CheckReport:
-    states = sampled_states(resolved, begin, _STATES)
+    states = sampled_states(resolved, begin, _STATES if len(resolved.speeds) <= _LARGE else 0)
     motion = motion_of(resolved, states[0])
-    rank = redundancy(motion, composite_body(resolved, states[0]))
+    formalism = FORMALISMS[cheapest(resolved)]
+    rank = redundancy(motion, formalism(resolved, states[0]))
     compared = {name: f for name, f in FORMALISMS.items() if _is_compared(name, resolved)}
     ratios = agreement(resolved, states, compared)
-    found = [forward_dynamics(composite_body(resolved, state)) for state in states]
+    found = [forward_dynamics(formalism(resolved, state)) for state in states]
     rates = rates_of(resolved)
     instants = [instant_of(resolved, rates, state, x) for state, x in zip(states, found, strict=True)]
     residuals = theorems(instants)
@@ -113,12 +121,13 @@ def _with_dynamics(system: System, resolved: Mechanism, begin: Start, declared: 
 def _is_compared(name: str, resolved: Mechanism) -> bool:
     massless = bool(massless_speeds(resolved))
     refused = {"lagrange": bool(resolved.rows), "block_ldl": massless, "sweep": massless}
-    return not refused.get(name) and len(resolved.speeds) <= _DERIVED.get(name, len(resolved.speeds))
+    return not refused.get(name) and len(resolved.speeds) <= _MOST.get(name, len(resolved.speeds))
 
 
 def _not_compared(resolved: Mechanism) -> list[str]:
-    left_out = [name for name, most in _DERIVED.items() if len(resolved.speeds) > most]
-    return [f"not compared, as its closed form would be large: {name}" for name in left_out]
+    left_out = [name for name, most in _MOST.items() if len(resolved.speeds) > most]
+    hints = [f"not compared, as it would take long for so many speeds: {', '.join(left_out)}"] if left_out else []
+    return hints if len(resolved.speeds) <= _LARGE else [*hints, "compared at the start only, for the same reason"]
 
 
 # --- hints ---------------------------------------------------------------------------------------------------------
@@ -187,7 +196,7 @@ def _start_hints(resolved: Mechanism, begin: Start, rank: Redundancy, states: Se
         hints.append(
             f"the start is a singular position: the rank of the constraints is {rank.rank} there and {nearby} nearby"
         )
-    if len(states) <= _STATES:
+    if len(resolved.speeds) <= _LARGE and len(states) <= _STATES:
         hints.append("at most states near the start something declared has no value, or the mass matrix is singular")
     return hints
 
