@@ -499,7 +499,9 @@ def _coupler(build: _Builder, pulleys: Mapping[str, Pulley]) -> Coupler | Expres
     return Coupler({name: build.uniform(0.2, 3) for name in sorted(names)}, build.uniform())
 
 
-def _on_line(build: _Builder, pulleys: Mapping[str, Pulley]) -> PointOnLine:
+def _on_line(build: _Builder, pulleys: Mapping[str, Pulley]) -> PointOnLine | PointInPlane:
+    if build.planar:  # where a row out of the plane would vanish, and the case with it
+        return _in_plane(build, pulleys)
     point, through = build.two_places()
     return PointOnLine(point, Line(through, build.direction()))
 
@@ -509,7 +511,9 @@ def _in_plane(build: _Builder, pulleys: Mapping[str, Pulley]) -> PointInPlane:
     return PointInPlane(point, Plane(through, build.direction()))
 
 
-def _rolling(build: _Builder, pulleys: Mapping[str, Pulley]) -> Rolling:
+def _rolling(build: _Builder, pulleys: Mapping[str, Pulley]) -> Rolling | Expression:
+    if build.planar:
+        return _expression(build, pulleys)
     return Rolling(f"{build.some(build.names)}.{build.some(['ball', 'rim'])}", "ground.floor")
 
 

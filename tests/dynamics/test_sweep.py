@@ -64,8 +64,10 @@ def test_plain_sweep_finds_the_same_motion_where_it_is_short(seed: int) -> None:
     udot, wrenches = plain_sweep(motion)
     expected = FORMALISMS["composite_body"](motion.mechanism, motion.state).bias_acceleration
     np.testing.assert_allclose(udot, expected, rtol=1e-6, atol=1e-6 * sizes(np.array(expected)))
-    transmitted = np.array(joint_wrenches(motion, udot, applied(motion).of_body), dtype=float).reshape(-1, 6)
-    np.testing.assert_allclose(np.array(wrenches, dtype=float), transmitted, atol=1e-6 * sizes(transmitted))
+    loads = applied(motion).of_body
+    transmitted = np.array(joint_wrenches(motion, udot, loads), dtype=float).reshape(-1, 6)
+    size = sizes(transmitted) + sizes(np.array(loads, dtype=float))
+    np.testing.assert_allclose(np.array(wrenches, dtype=float), transmitted, atol=1e-6 * size)
 
 
 @pytest.mark.parametrize(("count", "lost"), [(30, 1e2), (100, 1e4)])
