@@ -52,7 +52,7 @@ def test_reactions_balance_every_body(seed: int, rows: bool) -> None:
                 total[index] += sign * wrench
                 size[index] += np.abs(wrench)
     scale = size.max(axis=1, keepdims=True) + np.abs(rates).max(axis=1, keepdims=True)
-    scale += 1e-2 * scale.max() + 1e-9  # a body that nothing moves has only what accelerations that cancel round
+    scale += 1e-2 * scale.max() + 1e-9  # a body that nothing moves has only what cancelling accelerations round
     np.testing.assert_allclose(total / scale, rates / scale, atol=1e-11)
 
 
