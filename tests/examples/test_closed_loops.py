@@ -1,4 +1,4 @@
-"""Closed loops and rolling among the examples: published figures, closed forms, and motions of fewer freedoms by hand."""
+"""Closed loops and rolling among the examples: published figures, closed forms, motions of fewer freedoms by hand."""
 
 from __future__ import annotations
 
