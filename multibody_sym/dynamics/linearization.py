@@ -12,7 +12,7 @@ of Constrained Multibody Systems (2015), done in numbers.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final
@@ -31,12 +31,13 @@ from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System
 from multibody_sym.program.derivatives import jacobian
-from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
+from multibody_sym.runtime.loading import load
 from multibody_sym.scalars.node import ONE
 
 Floats = npt.NDArray[np.float64]
+Function = Callable[..., tuple[Floats, ...]]
 
 _RANK: Final = 1e-9
 _KNOWN: Final = 1e-3
@@ -108,7 +109,7 @@ class Flow:
         known, tangents = self.known(q, u), self.tangents(q, u)
         by_state, by_input = self.derivatives(known)
         names = [*(c.name for c in self.mechanism.coordinates), *(s.name for s in self.mechanism.speeds)]
-        udot = interpret(self._derivative, *known)[1].tolist()
+        udot = self._rates(*known)[1].tolist()
         return Linearization(
             tuple(names[k] for k in tangents.places),
             tuple(self.mechanism.inputs),
@@ -120,11 +121,11 @@ class Flow:
     def known(self, q: npt.ArrayLike, u: npt.ArrayLike) -> tuple[npt.ArrayLike, ...]:
         """Return what system programs are called with at a state."""
         given = (0.0, q, u, self.parameters)
-        return (*given, interpret(self._inputs, *given)[0], [])
+        return (*given, self._driven(*given)[0], [])
 
     def accelerations(self, q: npt.ArrayLike, u: npt.ArrayLike) -> Floats:
         """Return udot (nu)."""
-        return interpret(self._derivative, *self.known(q, u))[1]
+        return self._rates(*self.known(q, u))[1]
 
     def derivatives(self, known: Sequence[npt.ArrayLike]) -> tuple[Floats, Floats]:
         """Return dF/dz (nz x nz), through the inputs too, and dF/dw (nz x nw)."""
@@ -154,14 +155,14 @@ class Flow:
         for output in outputs:
             key = program.name, output, name
             if key not in self._jacobians:
-                self._jacobians[key] = jacobian(program, output, name)
-            found = interpret(self._jacobians[key], *known)[0]
+                self._jacobians[key] = _callable(jacobian(program, output, name))
+            found = self._jacobians[key](*known)[0]
             parts.append(found.reshape(len(program.output(output).values), program.input(name).size))
         return np.vstack(parts)
 
     @cached_property
-    def _jacobians(self) -> dict[tuple[str, str, str], Program]:
-        """The Programs of derivatives that were needed so far, by program, output and input."""
+    def _jacobians(self) -> dict[tuple[str, str, str], Function]:
+        """The derivatives that were needed so far, by program, output and input."""
         return {}
 
     @cached_property
@@ -170,8 +171,16 @@ class Flow:
         return state_derivative(self.mechanism, formalism(self.mechanism, slot_state(self.mechanism)))
 
     @cached_property
+    def _rates(self) -> Function:
+        return _callable(self._derivative)
+
+    @cached_property
     def _inputs(self) -> Program:
         return inputs_program(self.mechanism)
+
+    @cached_property
+    def _driven(self) -> Function:
+        return _callable(self._inputs)
 
     @cached_property
     def _restricted(self) -> Program:
@@ -186,6 +195,11 @@ class Flow:
         return trace.finish(
             {"positions": ((len(positions),), positions), "speeds": ((len(speeds),), speeds)}
         )
+
+
+def _callable(program: Program) -> Function:
+    """Return a Program as generated Python: searches call it thousands of times, yet too few for a compiler."""
+    return load({program.name: program}, backend="python")[program.name]
 
 
 def _pivots(matrix: Floats) -> list[int]:

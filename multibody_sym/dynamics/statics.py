@@ -1,9 +1,10 @@
 """Equilibrium by virtual work: positions at which the forces do no work on any admissible displacement.
 
 In such a position a system at rest has no acceleration. With the constraints' tangents X (see `linearization`), xi the
-independent coordinates and G(xi) their accelerations at rest, equilibria are the roots of G, and one is stable where
-all eigenvalues of dG/dxi are real and negative: for forces with a potential V where the Hessian of V is positive
-definite on the admissible displacements. Friction, which needs a speed to act against, is not considered.
+independent coordinates, eta the independent speeds, dxi/dt = S eta, and G(xi) the accelerations deta/dt at rest,
+equilibria are the roots of G, and one is stable where all eigenvalues of S dG/dxi are real and negative: for forces
+with a potential V where the Hessian of V is positive definite on the admissible displacements. Friction, which needs a
+speed to act against, is not considered.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ from multibody_sym.model.system import System
 Floats = npt.NDArray[np.float64]
 
 _GUESSES: Final = 24
-_STEPS: Final = 60
-_HALVINGS: Final = 12
+_STEPS: Final = 25
+_HALVINGS: Final = 6
 _LARGEST_STEP: Final = 0.5
 _CONVERGED: Final = 1e-11
 _SAME: Final = 1e-6
@@ -144,12 +145,19 @@ class _Search:
         columns = tangents.X[:, : self._positions(tangents)]
         return tangents, (by_state @ columns)[rows]
 
+    def _rates(self, q: Floats, tangents: Tangents) -> Floats:
+        """Return S in dxi/dt = S eta, with eta the independent speeds, which need not be those of xi."""
+        by_state, _ = self.flow.derivatives(self.flow.known(q, np.zeros(len(self.mechanism.speeds))))
+        count = self._positions(tangents)
+        found: Floats = (by_state @ tangents.X[:, count:])[tangents.places[:count]]
+        return found
+
     def stable(self, q: Floats) -> bool | None:
         """Return whether a position of equilibrium is stable; None where some displacement meets no resistance."""
-        _, slope = self._slope(q)
+        tangents, slope = self._slope(q)
         if slope.shape[0] != slope.shape[1]:
             return None
-        values = np.linalg.eigvals(slope)
+        values = np.linalg.eigvals(self._rates(q, tangents) @ slope)
         least = _INDIFFERENT * max(float(np.abs(values).max(initial=0.0)), 1e-300)
         if (values.real > least).any() or (np.abs(values.imag) > least).any():
             return False

@@ -1,0 +1,65 @@
+"""`linearize` and `equilibrium` as users run them: their objects, their text, their exit codes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from command import EXAMPLES, PENDULUM
+
+from multibody_sym.cli import main
+
+STONE = (
+    "{multibody_sym: 1, name: m, gravity: [0, -9.81, 0], bodies: {b: {mass: 1}},"
+    " joints: {j: {type: prismatic, axis: y, parent: ground, child: b}}}"
+)
+
+
+def test_linearize_answers_with_the_documented_object(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["linearize", str(EXAMPLES / "cart_pole.yaml"), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert set(found) >= {"A", "B", "states", "inputs", "eigenvalues"}
+    assert [len(found["A"]), len(found["A"][0]), len(found["B"]), len(found["B"][0])] == [4, 4, 4, 1]
+    assert all(len(pair) == 2 for pair in found["eigenvalues"])
+
+
+def test_linearize_prints_frequencies(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    (tmp_path / "m.yaml").write_text(Path(PENDULUM).read_text().replace("60 deg", "0 deg"))
+    assert main(["linearize", str(tmp_path / "m.yaml")]) == 0
+    printed = capsys.readouterr().out
+    assert "3.13209195 i   (0.4985 Hz" in printed
+    assert "note:" not in printed
+
+
+def test_linearize_says_that_a_state_is_no_equilibrium(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["linearize", PENDULUM]) == 0
+    assert "no equilibrium and no steady motion" in capsys.readouterr().out
+
+
+def test_equilibrium_answers_with_the_documented_object(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["equilibrium", PENDULUM, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert sorted(zip((round(abs(p["theta"]), 6) for p in found["positions"]), found["stable"], strict=True)) == [
+        (0.0, True),
+        (3.141593, False),
+    ]
+
+
+def test_equilibrium_says_which_positions_are_stable(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["equilibrium", PENDULUM]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert {line.split(":")[0] for line in lines} == {"stable", "unstable"}
+    assert "stable: theta = 0" in lines
+
+
+@pytest.mark.parametrize("command", ["linearize", "equilibrium"])
+def test_a_missing_file_ends_with_2(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([command, "nowhere.yaml", "--json"]) == 2
+    assert json.loads(capsys.readouterr().out)["error"]["message"]
+
+
+def test_no_equilibrium_ends_with_3(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    (tmp_path / "m.yaml").write_text(STONE)
+    assert main(["equilibrium", str(tmp_path / "m.yaml"), "--json"]) == 3
+    assert "no position of equilibrium" in json.loads(capsys.readouterr().out)["error"]["message"]

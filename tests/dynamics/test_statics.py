@@ -1,0 +1,85 @@
+"""Equilibrium: positions and their stability known beforehand, by hand or from a potential."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import multibody_sym as mbs
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+G = 9.81
+
+
+def test_double_pendulum_rests_in_four_positions_and_safely_in_one() -> None:
+    found = mbs.equilibrium(mbs.load(EXAMPLES / "double_pendulum.yaml"))
+    assert Counter(found.stable) == {True: 1, False: 3}
+    places = {tuple(round(abs(x) / np.pi) for x in position.values()) for position in found.positions}
+    assert places == {(0, 0), (0, 1), (1, 0), (1, 1)}
+    for position in found.positions:
+        assert np.abs(np.sin(list(position.values()))).max() < 1e-9
+    hanging = found.positions[found.stable.index(True)]
+    assert list(hanging.values()) == pytest.approx([0, 0], abs=1e-9)
+
+
+def held_upright(stiffness: float) -> mbs.System:
+    return mbs.System(
+        "inverted",
+        gravity=[0, -G, 0],
+        bodies={"bob": mbs.Body(mass=1, com=[0, 1, 0])},
+        joints={"hinge": mbs.Revolute("ground", "bob", q="theta", initial={"q": 0.3})},
+        forces={"spring": mbs.SpringDamper(stiffness, joint="hinge", damping=0.5)},
+    )
+
+
+def test_a_stiff_spring_holds_a_pendulum_upright() -> None:
+    found = mbs.equilibrium(held_upright(20))
+    assert found.stable == (True,)
+    assert found.positions[0]["theta"] == pytest.approx(0, abs=1e-9)
+
+
+def test_a_soft_spring_lets_it_lean_to_either_side() -> None:
+    """k theta = m g l sin(theta): three positions for k < m g l, the outer ones stable."""
+    found = mbs.equilibrium(held_upright(5))
+    leaning = brentq(lambda x: 5 * x - G * np.sin(x), 0.5, 3.0, xtol=1e-14)
+    stable = {round(p["theta"], 9): s for p, s in zip(found.positions, found.stable, strict=True)}
+    assert stable == {0.0: False, round(leaning, 9): True, round(-leaning, 9): True}
+
+
+def test_four_bar_without_motor_rests_where_its_potential_is_stationary() -> None:
+    a, b, c, d = 0.2, 0.5, 0.4, 0.5
+    text = (EXAMPLES / "four_bar.yaml").read_text().replace("torque: 0.5 N*m", "torque: 0 N*m")
+    found = mbs.equilibrium(mbs.loads(text))
+
+    def potential(crank: float, branch: float) -> float:
+        """Return V/(rho g/2), heights weighted by lengths; `branch` +-1: which way the loop is closed."""
+        end = a * np.exp(1j * crank)
+        reach = end - d
+        inside = np.arccos((abs(reach) ** 2 + c**2 - b**2) / (2 * abs(reach) * c))
+        tip = d + c * np.exp(1j * (np.angle(reach) - branch * inside))
+        return float(a * end.imag + b * (end + tip).imag + c * tip.imag)
+
+    step = 1e-4
+    assert {True, False} <= set(found.stable)
+    for position, stable in zip(found.positions, found.stable, strict=True):
+        crank, rocker = position["crank_angle"], position["rocker_angle"]
+        reach = a * np.exp(1j * crank) - d
+        branch = -float(np.sign(np.imag(np.exp(1j * rocker) / reach)))
+        low, here, high = (potential(crank + k * step, branch) for k in (-1, 0, 1))
+        assert abs(high - low) / (2 * step) < 1e-6
+        assert stable is bool(high - 2 * here + low > 0)
+
+
+def test_nothing_to_rest_on_is_told() -> None:
+    falling = mbs.System(
+        "stone",
+        gravity=[0, -G, 0],
+        bodies={"stone": mbs.Body(mass=1)},
+        joints={"fall": mbs.Prismatic("ground", "stone", axis="y")},
+    )
+    with pytest.raises(mbs.NoSolutionError, match="no position of equilibrium was found near the start"):
+        mbs.equilibrium(falling)
