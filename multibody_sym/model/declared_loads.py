@@ -19,7 +19,7 @@ from multibody_sym.model.mechanism import (
     PointPull,
     PointSpring,
 )
-from multibody_sym.model.references import References
+from multibody_sym.model.references import BARE, References
 from multibody_sym.model.slots import Element, at
 from multibody_sym.scalars.node import ZERO, Node, slot
 
@@ -99,4 +99,8 @@ def _force_point(element: Force | Drag, references: References) -> Marker:
         body = references.system.bodies.get(element.on)
         return marker if body is None else replace(marker, pose=Pose(mass_of(body).com))
     with at("at"):
+        point = element.at.removeprefix(f"{element.on}.")
+        body = references.system.bodies.get(element.on, BARE)
+        if point != element.at and point in (*body.points, *body.frames) and element.at not in body.points:
+            raise ModelError(f"name the point alone, at: {point}; its body stands in on")
         return references.marker(f"{element.on}.{element.at}")

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Final
 
 from multibody_sym.errors import ModelError
+from multibody_sym.expressions.printer import text
 from multibody_sym.model.elements import Point
 from multibody_sym.model.slots import (
     Direction,
@@ -137,6 +138,12 @@ class Limits(Element):
     upper: Node | None = holds(Scalar(), None)
     velocity: Node | None = holds(Scalar(), None)
     effort: Node | None = holds(Scalar(), None)
+
+    def verify(self) -> None:
+        if self.lower is None or self.upper is None or self.lower.shadow is None or self.upper.shadow is None:
+            return
+        if self.lower.shadow > self.upper.shadow:
+            raise ModelError(f"the lower limit {text(self.lower)} is above the upper one {text(self.upper)}")
 
 
 @dataclass(frozen=True)

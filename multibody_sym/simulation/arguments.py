@@ -62,14 +62,21 @@ class Arguments:
 
 def vector(name: str, given: ArrayLike, size: int) -> Floats:
     """Return an argument as a vector of a size; raises InputError."""
-    values = np.asarray(given, dtype=float)
+    values = _floats(name, given)
     if values.shape != (size,):
         raise InputError(f"{name} has the shape {values.shape}, not ({size},)")
     return values
 
 
 def _whole(kind: str, names: list[str], given: ArrayLike) -> Floats:
-    values = np.asarray(given, dtype=float)
+    values = _floats(kind, given)
     if values.shape != (len(names),):
         raise InputError(f"there are {len(names)} {kind} ({', '.join(names)}), got the shape {values.shape}")
     return values
+
+
+def _floats(name: str, given: ArrayLike) -> Floats:
+    try:
+        return np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} is to be numbers, got {given!r}") from None

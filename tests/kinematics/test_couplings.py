@@ -108,6 +108,11 @@ def test_limits_need_one_freedom() -> None:
         Spherical("ground", "a", limits=Limits(lower=1))
 
 
+def test_limits_the_wrong_way_round_are_refused() -> None:
+    with pytest.raises(ModelError, match="the lower limit 2 is above the upper one 1"):
+        Limits(lower=2, upper=1)
+
+
 def test_a_joint_that_rests_at_its_limit_does_not_pass_it() -> None:
     start = Initial(q=0.5 + 1e-12)
     resting = {name: Revolute("ground", name.lower(), initial=start, limits=Limits(upper=0.5)) for name in "AB"}

@@ -77,6 +77,7 @@ ERRORS = [
     ),
     ([("forces/push", PUSH | {"on": "rood"})], "no body is called 'rood'; did you mean rod?", "forces.push.on"),
     ([("forces/push", PUSH | {"at": "top"})], "'rod' has no point or frame 'top'", "forces.push.at"),
+    ([("forces/push", PUSH | {"at": "rod.F"})], "name the point alone, at: F;", "forces.push.at"),
     ([("forces/push", PUSH | {"frame": "crnk"})], "no body is called 'crnk'; did you mean crank?", "forces.push.frame"),
     (
         [("forces/s", {"type": "spring_damper", "stiffness": "1", "between": ["rod", "crank.x"]})],
