@@ -25,7 +25,7 @@ SQUEEZER = {
 """Angles at 0.03 s, good to 1.5e-9. Source: Test Set for Initial Value Problem Solvers, problem Andrews' squeezer."""
 
 
-@pytest.mark.parametrize("method", ["dormand_prince", "dormand_prince_8"])
+@pytest.mark.parametrize("method", ["dormand_prince", "dormand_prince_8", "radau_5"])
 def test_squeezer_ends_where_published(method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     run = mbs.simulate(from_file("andrews_squeezer"), method=method, samples=2)
