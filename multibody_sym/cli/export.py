@@ -10,7 +10,7 @@ from multibody_sym.cli.answer import Answer
 HELP: Final = "write source code of the equations of motion, with a self-test"
 _NEXT: Final = {
     "c": "cc -std=c99 -O2 -ffp-contract=off model.c solve.c selftest.c -lm -o selftest && ./selftest",
-    "python": "python model.py",
+    "python": "python model.py   (where multibody_sym is installed; --to c needs nothing)",
 }
 
 

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
 import sympy
+from sympy.logic.boolalg import Boolean
 
 from multibody_sym.dynamics.budget import Budget
 from multibody_sym.scalars.node import Node, as_node, postorder
@@ -229,10 +230,12 @@ def partials(expression: Any) -> dict[sympy.Symbol, Any]:
     """Return the derivatives of an expression with respect to each symbol it contains.
 
     Sums, products and powers are taken apart here, because their terms are few and their symbols many; all else is
-    sympy's. At a kink (sign, abs, min, max) the derivative is that of either side.
+    sympy's. At a kink (sign, abs, min, max) the derivative is that of either side; conditions have none.
     """
     if expression.is_Symbol:
         return {expression: sympy.S.One}
+    if isinstance(expression, Boolean):
+        return {}
     if expression.is_Add:
         return _merged(partials(term).items() for term in expression.args)
     if expression.is_Mul:

@@ -22,6 +22,7 @@ SHORT_OF: Final = 1e-7  # part of the way to the crossing by which the repeated 
 SHORTER: Final = 100.0  # ... this many times more whenever that was not enough
 AT_ONCE: Final = 1e-3  # part of a step in which a function that crosses back after its own event chatters
 REPEATS: Final = 20
+LOOKS: Final = 8  # how often the functions of stops are looked at within a step that nothing crosses at its end
 _ROUNDS: Final = 200
 
 Take = Callable[[float, float], Step]
@@ -102,7 +103,7 @@ class Watch:
             if problem is None and not self._crossed(values).any() and not self.beyond:
                 return self._ended_clean(step, values)
             rounds += 1
-        return self._passed(step, values)
+        return self._passed_looking(step, values)
 
     def _let_chatter(self, step: Step, index: int) -> None:
         """Let a function that crosses back at once, as dry friction at rest, do so in this step."""
@@ -113,6 +114,14 @@ class Watch:
         """Return a step without a slope from beyond a kink, ended at a crossing just behind its end if there is one."""
         if self._crossed(self._at(step, 1.0 + BEYOND)).any():
             return self._within(step, self._first_crossing(step, 1.0, 1.0 + BEYOND))
+        return self._passed(step, values)
+
+    def _passed_looking(self, step: Step, values: Floats) -> Step:
+        """Return a step that nothing crosses at its end: ended on the way if a stop is true there, and false again."""
+        for look in range(1, LOOKS) if self.terminal.any() else ():
+            crossed = self._crossed(self._at(step, look / LOOKS)) & self.terminal
+            if crossed.any():
+                return self._within(step, self._located(step, int(np.argmax(crossed)), 0.0, look / LOOKS))
         return self._passed(step, values)
 
     def _crossed(self, values: Floats) -> NDArray[np.bool_]:

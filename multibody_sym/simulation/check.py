@@ -26,6 +26,7 @@ from multibody_sym.model.constraints import Rope
 from multibody_sym.model.mechanism import Mechanism, RopeRow
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System, expressions
+from multibody_sym.scalars.kinks import switching_functions
 from multibody_sym.scalars.node import leaves
 from multibody_sym.simulation.limits import limits_passed
 
@@ -141,6 +142,9 @@ def _declared_hints(system: System) -> list[str]:
     named = _named(system)
     for section, what in (("parameters", "parameter"), ("inputs", "input")):
         hints += [f"{what} {name} is not used" for name in getattr(system, section) if name not in named]
+    for name, joint in system.joints.items():
+        if switching_functions([x for x in getattr(joint, "motion", None) or () if x is not None]):
+            hints.append(f"the motion of joint {name} has a kink or jump: no impulse is computed where its speed jumps")
     ropes = [step for c in system.constraints.values() if isinstance(c, Rope) for step in c.path]
     hints += [f"no rope runs over pulley {name}" for name in system.pulleys if name not in ropes]
     carriers = [joint.parent for joint in system.joints.values()]

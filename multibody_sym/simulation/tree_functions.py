@@ -72,14 +72,14 @@ def inverse_dynamics(system: System) -> InverseDynamics:
     return InverseDynamics(system)
 
 
-def hybrid_dynamics(system: System, given: Iterable[str]) -> HybridDynamics:
+def hybrid_dynamics(system: System, given: Iterable[str] | str) -> HybridDynamics:
     """Return the hybrid dynamics of a tree, for `compile`: udot, forces = f(t, q, u, udot) (2, nu).
 
     The joints named in `given` have the accelerations udot; the others move freely under the declared forces, and what
     stands in udot for them is not read. `forces` hold the given ones, zero elsewhere. Raises InputError for a name that
     is no joint's.
     """
-    names = tuple(given)
+    names = (given,) if isinstance(given, str) else tuple(given)
     for name in names:
         if name not in system.joints:
             raise InputError(f"there is no joint {name!r}{suggestion(name, system.joints)}")

@@ -10,6 +10,7 @@
 #define SHORTER 100.0    /* ... this many times more whenever that was not enough */
 #define AT_ONCE 1e-3     /* part of a step in which a function that crosses back after its own event chatters */
 #define REPEATS 20
+#define LOOKS 8 /* how often the functions of stops are looked at within a step that nothing crosses at its end */
 
 static double side(double value)
 {
@@ -172,6 +173,27 @@ static int end_clean(mbs_run *r)
     return any_crossed(r) ? end_within(r, first_crossing(r, mbs_value, 1.0, 1.0 + BEYOND)) : pass(r);
 }
 
+/* A stop may become true and false again within a step that nothing else ends: look for it on the way. */
+static int pass_looking(mbs_run *r)
+{
+    const mbs_system *system = r->system;
+    int stops = 0;
+    for (int i = 0; i < system->ng; ++i)
+        stops += system->terminal[i];
+    if (!stops) {
+        note_sides(r);
+        return MBS_RUNNING;
+    }
+    for (int look = 1; look < LOOKS; ++look) {
+        double theta = (double)look / LOOKS;
+        evaluate_at(r, mbs_value, theta);
+        for (int i = 0; i < system->ng; ++i)
+            if (system->terminal[i] && crossed(r, i))
+                return end_within(r, located(r, mbs_value, i, 0.0, theta));
+    }
+    return pass(r);
+}
+
 int mbs_find_event(mbs_run *r, int status)
 {
     mbs_state *s = r->state;
@@ -214,6 +236,5 @@ int mbs_find_event(mbs_run *r, int status)
         if (taken && !any_crossed(r) && !r->beyond)
             return end_clean(r);
     }
-    note_sides(r);
-    return MBS_RUNNING;
+    return pass_looking(r);
 }

@@ -165,6 +165,17 @@ def test_rope_that_would_push_is_told() -> None:
     assert "rope string would have to push with 19.62 N at the start: it goes slack" in found.hints
 
 
+def test_a_motion_with_a_kink_is_told() -> None:
+    joints = {
+        "A": Prismatic("ground", "cart", axis="x", motion="where(t < 1, 0, t - 1)"),
+        "B": Revolute("cart", "load"),
+    }
+    found = check(system(bodies={"cart": Body(mass=1), "load": Body(mass=2, com=[0, -1, 0])}, joints=joints))
+    assert found.agrees
+    hints = found.hints
+    assert "the motion of joint A has a kink or jump: no impulse is computed where its speed jumps" in hints
+
+
 def test_large_systems_are_not_derived_in_closed_form() -> None:
     bodies = {f"b{k}": Body(mass=1, com=[0.5, 0, 0], inertia={"Izz": 1}, points={"end": [1, 0, 0]}) for k in range(13)}
     joints = {"j0": Revolute("ground", "b0")} | {f"j{k}": Revolute(f"b{k - 1}.end", f"b{k}") for k in range(1, 13)}

@@ -51,6 +51,17 @@ def test_a_run_ends_where_its_stop_holds(backend: str, method: str, step: float 
     assert f"stopped by 'fall' at t = {run.t_final:g} s of 10 s, 14 samples" in run_summary(run)
 
 
+@LOOPS
+@pytest.mark.parametrize(("method", "step"), [("dormand_prince", None), ("dormand_prince_8", None), ("rk4", 1.25)])
+def test_a_stop_that_is_true_for_a_part_of_a_step_ends_the_run(backend: str, method: str, step: float | None) -> None:
+    """The way of a thrown ball is exact in one long step: at its ends the ball is below, between them above."""
+    model = THROWN.replace("{q: 5, u: 2}", "{q: 0, u: 10}").replace("z > 6, fall: z < floor", "z > 4.5")
+    model = model.replace("where(z < 2, 1, 0)", "0")
+    run = mbs.simulate(mbs.loads(model), t_end=10, method=method, step=step, backend=backend)
+    assert run.t_final == pytest.approx(1 - math.sqrt(0.1), abs=1e-12)
+    assert [event["element"] for event in run.events] == ["high"]
+
+
 def test_what_is_asked_of_the_end_is_asked_of_the_stop(tmp_path) -> None:
     run = mbs.simulate(mbs.loads(THROWN), t_end=10, samples=11, parameters={"floor": 5})
     assert run.t_final == pytest.approx(0.4, abs=1e-12)
