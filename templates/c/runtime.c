@@ -377,11 +377,16 @@ static int step(mbs_run *r)
     return r->problem->step > 0.0 ? fixed_step(r) : adaptive_step(r);
 }
 
-/* At the pace of the last thousandth of the time the run would take more steps than it may, as with dry friction at rest
-   under adaptive steps: it ends now. */
+/* With kinks, at the pace of the last thousandth of the time the run would take more steps than it may, as with dry
+   friction at rest under adaptive steps: it ends now. */
 static int pace(mbs_run *r)
 {
     mbs_state *s = r->state;
+    int kinks = 0;
+    for (int i = 0; i < r->system->ng; ++i)
+        kinks += !r->system->terminal[i];
+    if (!kinks)
+        return MBS_RUNNING;
     double most = 1e-3 * (double)r->problem->max_steps;
     if (s->t - s->pace_time > 1e-3 * (r->problem->t_end - r->problem->t0)) {
         s->pace_time = s->t;
