@@ -22,7 +22,7 @@ SHORT_OF: Final = 1e-7  # part of the way to the crossing by which the repeated 
 SHORTER: Final = 100.0  # ... this many times more whenever that was not enough
 AT_ONCE: Final = 1e-3  # part of a step in which a function that crosses back after its own event chatters
 REPEATS: Final = 20
-LOOKS: Final = 8  # how often the functions of stops are looked at within a step that nothing crosses at its end
+LOOKS: Final = 32  # how often the functions of stops are looked at within a step that nothing crosses at its end
 _ROUNDS: Final = 200
 
 Take = Callable[[float, float], Step]

@@ -10,7 +10,7 @@
 #define SHORTER 100.0    /* ... this many times more whenever that was not enough */
 #define AT_ONCE 1e-3     /* part of a step in which a function that crosses back after its own event chatters */
 #define REPEATS 20
-#define LOOKS 8 /* how often the functions of stops are looked at within a step that nothing crosses at its end */
+#define LOOKS 32 /* how often the functions of stops are looked at within a step that nothing crosses at its end */
 
 static double side(double value)
 {
