@@ -39,7 +39,7 @@ SUMMARIES: Final[Mapping[str, str]] = {
 
 
 def _maker(name: str) -> Callable[[], Method]:
-    from multibody_sym.integrators.runge_kutta import EXPLICIT
+    from multibody_sym.integrators.explicit_methods import EXPLICIT
 
     if name in EXPLICIT:
         return EXPLICIT[name]

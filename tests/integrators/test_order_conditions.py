@@ -6,6 +6,7 @@ from math import factorial, prod
 
 import pytest
 
+from multibody_sym.integrators.explicit_methods import EXPLICIT
 from multibody_sym.integrators.order_conditions import (
     density,
     node_count,
@@ -14,7 +15,6 @@ from multibody_sym.integrators.order_conditions import (
     rooted_trees,
     stage_weights,
 )
-from multibody_sym.integrators.runge_kutta import EXPLICIT
 
 METHODS = {name: make() for name, make in EXPLICIT.items()}
 
