@@ -26,9 +26,9 @@ from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.kinematics.vectors import dot
 from multibody_sym.model.mechanism import AngleRow, Mechanism, TreeBody, is_holonomic
 from multibody_sym.program.solve import solve
+from multibody_sym.scalars.vectors import dot
 
 Floats = npt.NDArray[np.float64]
 

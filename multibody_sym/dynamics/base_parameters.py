@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from multibody_sym.dynamics.rigid_inertia import NOTHING, RigidInertia, about_origin
 from multibody_sym.kinematics.motion import BodyMotion, Motion
-from multibody_sym.kinematics.vectors import UNIT_MATRIX, ZERO_VECTOR, Vec, scale, steiner, symmetric
 from multibody_sym.model.mechanism import TreeBody
 from multibody_sym.scalars.functions import is_exactly
 from multibody_sym.scalars.node import ZERO, Node
+from multibody_sym.scalars.vectors import UNIT_MATRIX, ZERO_VECTOR, Vec, scale, steiner, symmetric
 
 
 def base_inertias(motion: Motion) -> list[RigidInertia]:

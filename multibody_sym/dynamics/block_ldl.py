@@ -21,10 +21,10 @@ from multibody_sym.dynamics.recursive import recursive_dynamics
 from multibody_sym.kinematics.alignment import economical_motion
 from multibody_sym.kinematics.motion import BodyMotion, Motion, from_parent
 from multibody_sym.kinematics.state import State
-from multibody_sym.kinematics.vectors import ZERO_VECTOR, S, Vec, add, dot, scale, subtract
 from multibody_sym.kinematics.wrenches import Wrench, to_parent
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.scalars.functions import sqrt
+from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, dot, scale, subtract
 
 
 def block_ldl(mechanism: Mechanism, state: State) -> TreeDynamics:

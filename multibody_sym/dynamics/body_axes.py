@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from multibody_sym.kinematics.motion import Motion
-from multibody_sym.kinematics.vectors import UNIT_MATRIX, Mat, S, apply, apply_transposed
 from multibody_sym.model.mechanism import TreeBody
+from multibody_sym.scalars.vectors import UNIT_MATRIX, Mat, S, apply, apply_transposed
 
 
 @dataclass(frozen=True)

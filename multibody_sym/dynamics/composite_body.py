@@ -15,12 +15,12 @@ from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
-from multibody_sym.kinematics.vectors import (
+from multibody_sym.kinematics.wrenches import Wrench, to_parent
+from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.scalars.vectors import (
     S,
     dot,
 )
-from multibody_sym.kinematics.wrenches import Wrench, to_parent
-from multibody_sym.model.mechanism import Mechanism
 
 
 def composite_body(mechanism: Mechanism, state: State) -> EquationsOfMotion:

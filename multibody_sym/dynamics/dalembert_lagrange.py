@@ -20,8 +20,8 @@ from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.partial_velocities import PartialVelocities, partial_velocities
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
-from multibody_sym.kinematics.vectors import S, add, apply, cross, dot, scale
 from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.scalars.vectors import S, add, apply, cross, dot, scale
 
 
 def dalembert_lagrange(mechanism: Mechanism, state: State) -> EquationsOfMotion:

@@ -45,11 +45,11 @@ from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import slot_state
-from multibody_sym.kinematics.vectors import S
 from multibody_sym.model.mechanism import Mechanism, is_holonomic
 from multibody_sym.model.resolve import mechanism as resolved
 from multibody_sym.model.system import System
 from multibody_sym.scalars.node import Node, as_node, postorder
+from multibody_sym.scalars.vectors import S
 
 _READABLE_ENERGY: Final = 300
 """Operations in T up to which the equations that follow from it have a chance to be read."""

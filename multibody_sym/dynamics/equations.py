@@ -14,8 +14,8 @@ from multibody_sym.dynamics.massless import completed_forces, completed_matrix
 from multibody_sym.kinematics.motion import Motion, coordinate_rates
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.state import State
-from multibody_sym.kinematics.vectors import S
 from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.scalars.vectors import S
 
 
 class MassFactors(Protocol):

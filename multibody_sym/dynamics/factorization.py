@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from multibody_sym.kinematics.vectors import S
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import ZERO
+from multibody_sym.scalars.vectors import S
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,9 @@ from multibody_sym.kinematics.motion import Motion, accelerations, motion_of, po
 from multibody_sym.kinematics.partial_velocities import partial_velocities
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import slot_state
-from multibody_sym.kinematics.vectors import (
+from multibody_sym.kinematics.wrenches import Wrench, generalized_forces
+from multibody_sym.model.mechanism import COMPONENTS, Mechanism
+from multibody_sym.scalars.vectors import (
     UNIT_MATRIX,
     ZERO_VECTOR,
     Mat,
@@ -39,8 +41,6 @@ from multibody_sym.kinematics.vectors import (
     subtract,
     transpose,
 )
-from multibody_sym.kinematics.wrenches import Wrench, generalized_forces
-from multibody_sym.model.mechanism import COMPONENTS, Mechanism
 
 
 @dataclass(frozen=True)

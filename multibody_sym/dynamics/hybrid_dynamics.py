@@ -13,8 +13,8 @@ from multibody_sym.dynamics.inverse_dynamics import unbalanced_wrenches
 from multibody_sym.dynamics.sweep import Sweep, swept_joints
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion
-from multibody_sym.kinematics.vectors import S
 from multibody_sym.kinematics.wrenches import joint_projection
+from multibody_sym.scalars.vectors import S
 
 
 def hybrid_dynamics(motion: Motion, given: Collection[int], udot: Sequence[S]) -> tuple[list[S], list[S]]:

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from multibody_sym.dynamics.base_parameters import base_inertias
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import BodyMass, BodyMotion, Motion, accelerations, spread
-from multibody_sym.kinematics.vectors import S, Vec, add, apply, cross, negate, scale, subtract
 from multibody_sym.kinematics.wrenches import Wrench, carried, joint_projection
+from multibody_sym.scalars.vectors import S, Vec, add, apply, cross, negate, scale, subtract
 
 
 def inertia_wrenches(motion: Motion, udot: Sequence[S]) -> list[Wrench]:

@@ -14,9 +14,9 @@ from collections.abc import Sequence
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import RowMotion
-from multibody_sym.kinematics.vectors import S
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.scalars.node import ZERO
+from multibody_sym.scalars.vectors import S
 
 
 def massless_speeds(mechanism: Mechanism) -> list[int]:

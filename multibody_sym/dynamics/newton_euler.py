@@ -20,9 +20,9 @@ from multibody_sym.kinematics.motion import BodyMotion, Motion, motion_of
 from multibody_sym.kinematics.partial_velocities import partial_velocities
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
-from multibody_sym.kinematics.vectors import S, add, dot
 from multibody_sym.kinematics.wrenches import Wrench, to_parent
 from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.scalars.vectors import S, add, dot
 
 
 def newton_euler(mechanism: Mechanism, state: State) -> EquationsOfMotion:

@@ -20,8 +20,8 @@ from multibody_sym.dynamics.articulated_inertia import rigid_inertia
 from multibody_sym.dynamics.inverse_dynamics import unbalanced_wrenches
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import BodyMass, BodyMotion, Motion
-from multibody_sym.kinematics.vectors import ZERO_VECTOR, Mat, S, cross, transpose
 from multibody_sym.kinematics.wrenches import Wrench
+from multibody_sym.scalars.vectors import ZERO_VECTOR, Mat, S, cross, transpose
 
 Matrix = list[list[S]]
 """Rows of a matrix; a vector is a matrix of one column."""

@@ -10,7 +10,6 @@ from multibody_sym.dynamics.events import events
 from multibody_sym.dynamics.quantities import Sources, answered
 from multibody_sym.dynamics.scanned import scanned_normalize, scanned_sources, worth_scanning
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
-from multibody_sym.kinematics.joints import unit_quaternion
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.state import arrays, slot_state
@@ -21,6 +20,7 @@ from multibody_sym.program.programs import Programs
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import maximum
 from multibody_sym.scalars.node import ZERO, Node, as_node
+from multibody_sym.scalars.rotations import unit_quaternion
 
 
 def programs(mechanism: Mechanism, formalism: Formalism, *, implicit: bool = False) -> Programs:

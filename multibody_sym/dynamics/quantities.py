@@ -13,7 +13,6 @@ from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.loads import span, span_rate
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.rows import RowMotion, row_motions
-from multibody_sym.kinematics.vectors import ZERO_VECTOR, S, Vec, add, apply, cross, dot, scale, subtract
 from multibody_sym.model.bodies import Pose
 from multibody_sym.model.mechanism import Marker, PointPull
 from multibody_sym.model.slots import AXES
@@ -21,6 +20,7 @@ from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import evaluate, sqrt
 from multibody_sym.scalars.node import Node, leaves
+from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, apply, cross, dot, scale, subtract
 
 
 @dataclass(frozen=True)

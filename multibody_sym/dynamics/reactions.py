@@ -8,7 +8,9 @@ from multibody_sym.dynamics.inverse_dynamics import joint_wrenches
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion, pose
 from multibody_sym.kinematics.rows import RowMotion
-from multibody_sym.kinematics.vectors import (
+from multibody_sym.kinematics.wrenches import Wrench
+from multibody_sym.model.mechanism import COMPONENTS, CutJoint
+from multibody_sym.scalars.vectors import (
     ZERO_VECTOR,
     S,
     add,
@@ -19,8 +21,6 @@ from multibody_sym.kinematics.vectors import (
     scale,
     subtract,
 )
-from multibody_sym.kinematics.wrenches import Wrench
-from multibody_sym.model.mechanism import COMPONENTS, CutJoint
 
 
 def reactions(

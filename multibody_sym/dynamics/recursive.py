@@ -11,8 +11,8 @@ from multibody_sym.dynamics.inverse_dynamics import bias_wrenches
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.kinematics.vectors import S, negate
 from multibody_sym.kinematics.wrenches import Wrench, generalized_forces
+from multibody_sym.scalars.vectors import S, negate
 
 
 class TreeRecursion(MassFactors, Protocol):

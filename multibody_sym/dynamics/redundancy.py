@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from multibody_sym.dynamics.equations import TreeDynamics
 from multibody_sym.kinematics.motion import Motion
-from multibody_sym.kinematics.vectors import add, scale
 from multibody_sym.kinematics.wrenches import Wrench, carried
 from multibody_sym.program.solve import scaled_rows, solve
+from multibody_sym.scalars.vectors import add, scale
 
 Floats = npt.NDArray[np.float64]
 

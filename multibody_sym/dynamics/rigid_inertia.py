@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 from multibody_sym.kinematics.motion import BodyMass
 from multibody_sym.kinematics.tensors import lower_triangle, turned_symmetric
-from multibody_sym.kinematics.vectors import (
+from multibody_sym.kinematics.wrenches import Wrench
+from multibody_sym.scalars.vectors import (
     ZERO_VECTOR,
     Mat,
     S,
@@ -18,7 +19,6 @@ from multibody_sym.kinematics.vectors import (
     scale,
     steiner,
 )
-from multibody_sym.kinematics.wrenches import Wrench
 
 
 @dataclass(frozen=True)

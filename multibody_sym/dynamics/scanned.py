@@ -20,7 +20,6 @@ from multibody_sym.dynamics.massless import massless_speeds
 from multibody_sym.dynamics.quantities import Sources
 from multibody_sym.dynamics.rigid_inertia import about_origin
 from multibody_sym.kinematics.energy import body_kinetic_energy, springs_energy, weight_energy
-from multibody_sym.kinematics.joints import unit_quaternion
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import (
     BodyMotion,
@@ -36,7 +35,6 @@ from multibody_sym.kinematics.motion import (
     spread,
 )
 from multibody_sym.kinematics.state import arrays, slot_state
-from multibody_sym.kinematics.vectors import UNIT_MATRIX, ZERO_VECTOR, Mat, Vec, add, negate, subtract, symmetric
 from multibody_sym.kinematics.wrenches import to_parent
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.program.passes import Pass, Result, Values, scan_tree
@@ -44,6 +42,8 @@ from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import maximum
 from multibody_sym.scalars.node import ZERO, Node, as_node
+from multibody_sym.scalars.rotations import unit_quaternion
+from multibody_sym.scalars.vectors import UNIT_MATRIX, ZERO_VECTOR, Mat, Vec, add, negate, subtract, symmetric
 
 _BODIES_OF_A_KIND: Final = 4
 """Mean number of bodies of a kind from which on a scan is chosen (benchmarks/chains.py)."""

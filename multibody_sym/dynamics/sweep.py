@@ -26,9 +26,9 @@ from multibody_sym.dynamics.recursive import recursive_dynamics
 from multibody_sym.kinematics.alignment import economical_motion
 from multibody_sym.kinematics.motion import Motion, from_parent
 from multibody_sym.kinematics.state import State
-from multibody_sym.kinematics.vectors import ZERO_VECTOR, Mat, S, Vec, add, combination, dot, subtract, symmetric
 from multibody_sym.kinematics.wrenches import Wrench, to_parent
 from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.scalars.vectors import ZERO_VECTOR, Mat, S, Vec, add, combination, dot, subtract, symmetric
 
 
 def sweep(mechanism: Mechanism, state: State) -> TreeDynamics:

@@ -25,13 +25,13 @@ from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State, slot_state
-from multibody_sym.kinematics.vectors import Vec, add, apply, cross, dot, scale
 from multibody_sym.kinematics.wrenches import Wrench, generalized_forces
 from multibody_sym.model.mechanism import TIME, Load, Mechanism
 from multibody_sym.model.slots import AXES
 from multibody_sym.scalars.derivatives import derivative, gradient, tangents
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import ONE, Node, as_node, slot
+from multibody_sym.scalars.vectors import Vec, add, apply, cross, dot, scale
 
 Floats = npt.NDArray[np.float64]
 

@@ -16,7 +16,12 @@ from typing import Any, Final
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.state import State
 from multibody_sym.kinematics.tensors import turned_symmetric
-from multibody_sym.kinematics.vectors import (
+from multibody_sym.model.bodies import IDENTITY, ORIGIN, Mass, Pose, Rotation
+from multibody_sym.model.elements import Point
+from multibody_sym.model.mechanism import Bend, BodyTorque, Marker, Mechanism, PointForce, TreeBody
+from multibody_sym.scalars.functions import is_exactly
+from multibody_sym.scalars.node import Node, as_node, real
+from multibody_sym.scalars.vectors import (
     UNIT_MATRIX,
     ZERO_VECTOR,
     Mat,
@@ -30,11 +35,6 @@ from multibody_sym.kinematics.vectors import (
     symmetric,
     transpose,
 )
-from multibody_sym.model.bodies import IDENTITY, ORIGIN, Mass, Pose, Rotation
-from multibody_sym.model.elements import Point
-from multibody_sym.model.mechanism import Bend, BodyTorque, Marker, Mechanism, PointForce, TreeBody
-from multibody_sym.scalars.functions import is_exactly
-from multibody_sym.scalars.node import Node, as_node, real
 
 _ROUNDING: Final = 1e-14
 """Elements of rotations that are nearer than this to -1, 0 or 1 are these numbers, rounded."""

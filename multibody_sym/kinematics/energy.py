@@ -8,9 +8,9 @@ from functools import singledispatch
 
 from multibody_sym.kinematics.loads import apart, span
 from multibody_sym.kinematics.motion import BodyMass, BodyMotion, Motion
-from multibody_sym.kinematics.vectors import Mat, S, Vec, add, apply, cross, dot
 from multibody_sym.model.mechanism import JointSpring, Load, PointSpring
 from multibody_sym.scalars.node import ZERO, leaves
+from multibody_sym.scalars.vectors import Mat, S, Vec, add, apply, cross, dot
 
 
 def kinetic_energy(motion: Motion) -> S:

@@ -9,7 +9,6 @@ from typing import Final
 
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import position, velocity
-from multibody_sym.kinematics.vectors import ZERO_VECTOR, S, Vec, apply, apply_transposed, cross, dot, scale, subtract
 from multibody_sym.kinematics.wrenches import Wrench, Wrenches, add_force, add_pair, generalized_forces
 from multibody_sym.model.mechanism import (
     BodyTorque,
@@ -26,6 +25,7 @@ from multibody_sym.model.mechanism import (
 from multibody_sym.model.slots import at
 from multibody_sym.scalars.functions import absolute, sqrt
 from multibody_sym.scalars.node import ZERO, Node
+from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, apply, apply_transposed, cross, dot, scale, subtract
 
 TINY: Final = 1e-300
 """What is added to v^2 so that |v| has a derivative at v = 0; everywhere else it is rounded away."""

@@ -9,16 +9,18 @@ from functools import cached_property
 from multibody_sym.kinematics.joints import (
     JointMotion,
     prescribed,
-    quaternion_rates,
-    quaternion_rotation,
     rotated,
     screwed,
     seen_from,
     translated,
-    turned,
 )
 from multibody_sym.kinematics.state import State
-from multibody_sym.kinematics.vectors import (
+from multibody_sym.model.bodies import IDENTITY, ORIGIN, Pose
+from multibody_sym.model.joints import Step
+from multibody_sym.model.mechanism import Marker, Mechanism, TreeBody
+from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.rotations import quaternion_rates, quaternion_rotation, turned
+from multibody_sym.scalars.vectors import (
     UNIT_MATRIX,
     ZERO_VECTOR,
     Mat,
@@ -33,10 +35,6 @@ from multibody_sym.kinematics.vectors import (
     subtract,
     transpose,
 )
-from multibody_sym.model.bodies import IDENTITY, ORIGIN, Pose
-from multibody_sym.model.joints import Step
-from multibody_sym.model.mechanism import Marker, Mechanism, TreeBody
-from multibody_sym.scalars.node import Node
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from multibody_sym.kinematics.motion import Motion, from_parent
-from multibody_sym.kinematics.vectors import Vec
+from multibody_sym.scalars.vectors import Vec
 
 PartialVelocities = Mapping[int, tuple[Vec, Vec]]
 """For each speed that moves a body: velocity of its origin and angular velocity at unit speed, in its axes."""

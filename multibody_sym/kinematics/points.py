@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from multibody_sym.kinematics.motion import Motion, spread
-from multibody_sym.kinematics.vectors import ZERO_VECTOR, Vec, add, apply, cross
 from multibody_sym.model.mechanism import Marker
+from multibody_sym.scalars.vectors import ZERO_VECTOR, Vec, add, apply, cross
 
 
 def position(motion: Motion, marker: Marker) -> Vec:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from multibody_sym.kinematics.motion import Motion, pose
 from multibody_sym.kinematics.points import acceleration, position, velocity
-from multibody_sym.kinematics.vectors import ZERO_VECTOR, Vec, add, apply, cross, scale, subtract
 from multibody_sym.model.elements import Point
 from multibody_sym.model.mechanism import Marker
+from multibody_sym.scalars.vectors import ZERO_VECTOR, Vec, add, apply, cross, scale, subtract
 
 Accelerations = Sequence[tuple[Vec, Vec]]
 """Each body's (acceleration of its origin, angular acceleration), as `motion.accelerations` returns them."""

@@ -16,7 +16,6 @@ from multibody_sym.kinematics.points import acceleration, position, velocity
 from multibody_sym.kinematics.relative import angular_acceleration, angular_velocity, direction, seen
 from multibody_sym.kinematics.rolling import rolling_contact
 from multibody_sym.kinematics.ropes import Segment, segments
-from multibody_sym.kinematics.vectors import S, Vec, add, cross, dot, negate, scale, subtract
 from multibody_sym.kinematics.wrenches import (
     Wrench,
     Wrenches,
@@ -42,6 +41,7 @@ from multibody_sym.model.slots import at
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import ONE, Node, slot
+from multibody_sym.scalars.vectors import S, Vec, add, cross, dot, negate, scale, subtract
 
 
 @dataclass(frozen=True)

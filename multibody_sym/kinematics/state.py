@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from multibody_sym.kinematics.vectors import S
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.program.program import Array
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, slot
+from multibody_sym.scalars.vectors import S
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from multibody_sym.kinematics.vectors import Mat, S, apply, dot, product, symmetric, transpose
 from multibody_sym.scalars.functions import is_exactly
+from multibody_sym.scalars.vectors import Mat, S, apply, dot, product, symmetric, transpose
 
 
 def turned_tensor(R: Mat, T: Mat) -> Mat:

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from typing import Final
 
 from multibody_sym.kinematics.motion import BodyMotion, Motion
-from multibody_sym.kinematics.vectors import (
+from multibody_sym.model.mechanism import Marker
+from multibody_sym.scalars.vectors import (
     ZERO_VECTOR,
     S,
     Vec,
@@ -18,7 +19,6 @@ from multibody_sym.kinematics.vectors import (
     negate,
     subtract,
 )
-from multibody_sym.model.mechanism import Marker
 
 Wrench = tuple[Vec, Vec]
 """(force, moment about the body's origin), in body axes."""

@@ -6,9 +6,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final
 
-from multibody_sym.model.elements import Body, Frame, Point, Shape, Turn
-from multibody_sym.scalars.functions import cos, sin, sqrt
-from multibody_sym.scalars.node import ONE, ZERO, Node, as_node
+from multibody_sym.model.elements import Body, Frame, Point, Shape
+from multibody_sym.scalars.functions import sqrt
+from multibody_sym.scalars.node import ONE, ZERO, Node
+from multibody_sym.scalars.rotations import turned
+from multibody_sym.scalars.vectors import product
 
 GROUND: Final = "ground"
 Rotation = tuple[Point, Point, Point]
@@ -75,25 +77,5 @@ def pose_of(frame: Frame) -> Pose:
     """Return a declared frame as a pose."""
     rotation = IDENTITY
     for turn in frame.rotate:
-        rotation = _product(rotation, _turned(turn))
+        rotation = product(rotation, turned(unit_vector(turn.axis), turn.angle))
     return Pose(frame.position, rotation)
-
-
-def _turned(turn: Turn) -> Rotation:
-    """Return the rotation matrix of a turn (Rodrigues: cos E + (1 - cos) a a^T + sin [a])."""
-    x, y, z = unit_vector(turn.axis)
-    c, s = as_node(cos(turn.angle)), as_node(sin(turn.angle))
-    d = 1 - c
-    return (
-        (c + d * x * x, d * x * y - s * z, d * x * z + s * y),
-        (d * x * y + s * z, c + d * y * y, d * y * z - s * x),
-        (d * x * z - s * y, d * y * z + s * x, c + d * z * z),
-    )
-
-
-def _product(a: Rotation, b: Rotation) -> Rotation:
-    def element(i: int, j: int) -> Node:
-        return a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j]
-
-    rows = tuple((element(i, 0), element(i, 1), element(i, 2)) for i in range(3))
-    return rows[0], rows[1], rows[2]

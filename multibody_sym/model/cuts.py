@@ -15,7 +15,8 @@ from multibody_sym.model.elements import Point
 from multibody_sym.model.joints import Joint, Step
 from multibody_sym.model.mechanism import AngleRow, Marker, PositionRow, Row
 from multibody_sym.model.slots import AXES
-from multibody_sym.scalars.node import ONE, ZERO, Node
+from multibody_sym.scalars.node import ONE, ZERO
+from multibody_sym.scalars.vectors import cross, dot
 
 _X: Final[Point] = (ONE, ZERO, ZERO)
 _Y: Final[Point] = (ZERO, ONE, ZERO)
@@ -65,10 +66,10 @@ def _angle_rows(name: str, turns: Sequence[Step], frames: tuple[Marker, Marker])
     if len(axes) == 1:
         letters, normals = _normals(axes, ("rx", "ry", "rz"), "r")
         return [
-            AngleRow(f"{name}.{letter}", frames, (_cross(normal, axes[0]), axes[0]), shared=axes[0])
+            AngleRow(f"{name}.{letter}", frames, (cross(normal, axes[0]), axes[0]), shared=axes[0])
             for letter, normal in zip(letters, normals, strict=True)
         ]
-    return [AngleRow(f"{name}.r", frames, (axes[0], axes[1]), _dot(axes[0], axes[1]))]
+    return [AngleRow(f"{name}.r", frames, (axes[0], axes[1]), dot(axes[0], axes[1]))]
 
 
 def normals_of(axis: Point) -> tuple[Point, Point]:
@@ -79,14 +80,14 @@ def normals_of(axis: Point) -> tuple[Point, Point]:
 
 def _normals(axes: Sequence[Point], letters: tuple[str, str, str], other: str) -> tuple[list[str], list[Point]]:
     """Return unit vectors that with `axes` span space, with their names: coordinate axes where they will do."""
-    plain = [k for k, unit in enumerate(_UNITS) if all(_dot(unit, axis) is ZERO for axis in axes)]
+    plain = [k for k, unit in enumerate(_UNITS) if all(dot(unit, axis) is ZERO for axis in axes)]
     if len(plain) == 3 - len(axes):
         return [letters[k] for k in plain], [_UNITS[k] for k in plain]
     if len(axes) == 2:
-        normals = [unit_vector(_cross(*axes))]
+        normals = [unit_vector(cross(*axes))]
     else:
-        first = _UNITS[plain[0]] if plain else unit_vector(_cross(axes[0], _least_aligned(axes[0])))
-        normals = [first, unit_vector(_cross(axes[0], first))]
+        first = _UNITS[plain[0]] if plain else unit_vector(cross(axes[0], _least_aligned(axes[0])))
+        normals = [first, unit_vector(cross(axes[0], first))]
     return [f"{other}{k}" for k in range(1, len(normals) + 1)], normals
 
 
@@ -97,13 +98,5 @@ def _least_aligned(axis: Point) -> Point:
 
 
 def _parallel(a: Point, b: Point) -> bool:
-    shadows = [x.shadow for x in _cross(a, b)]
+    shadows = [x.shadow for x in cross(a, b)]
     return all(x is not None and abs(x) < _NOT_PARALLEL for x in shadows)
-
-
-def _dot(a: Point, b: Point) -> Node:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _cross(a: Point, b: Point) -> Point:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

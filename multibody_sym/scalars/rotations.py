@@ -1,0 +1,50 @@
+"""Rotations over any scalar: matrices of turns about axes, unit quaternions (w first) and their rates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from multibody_sym.scalars.functions import absolute, cos, sin, sqrt
+from multibody_sym.scalars.vectors import Mat, S, Vec
+
+
+def turned(axis: Vec, angle: S) -> Mat:
+    """Return the rotation by `angle` about a unit axis a (Rodrigues: a a^T + cos (E - a a^T) + sin [a])."""
+    c, s = cos(angle), sin(angle)
+    x, y, z = axis
+    xy, xz, yz = x * y, x * z, y * z
+    return (
+        (x * x + c * (1 - x * x), xy - c * xy - s * z, xz - c * xz + s * y),
+        (xy - c * xy + s * z, y * y + c * (1 - y * y), yz - c * yz - s * x),
+        (xz - c * xz - s * y, yz - c * yz + s * x, z * z + c * (1 - z * z)),
+    )
+
+
+def quaternion_rotation(q: Sequence[S]) -> Mat:
+    """Return the rotation of a quaternion (w first), normalised here: R = E + 2 (w [v] + [v]^2) / |q|^2."""
+    w, x, y, z = q
+    s = 2 / (w * w + x * x + y * y + z * z)
+    return (
+        (1 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)),
+        (s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x)),
+        (s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y)),
+    )
+
+
+def unit_quaternion(q: Sequence[S]) -> tuple[list[S], S]:
+    """Return q / |q| and how much |q| deviates from 1."""
+    w, x, y, z = q
+    norm = sqrt(w**2 + x**2 + y**2 + z**2)
+    return [part / norm for part in q], absolute(norm - 1)
+
+
+def quaternion_rates(q: Sequence[S], w: Sequence[S]) -> tuple[S, ...]:
+    """Return qdot = q * (0, omega) / 2 with omega in the turned axes (Diebel 2006, Representing Attitude)."""
+    q0, x, y, z = q
+    a, b, c = w
+    return (
+        -(x * a + y * b + z * c) / 2,
+        (q0 * a + y * c - z * b) / 2,
+        (q0 * b + z * a - x * c) / 2,
+        (q0 * c + x * b - y * a) / 2,
+    )
