@@ -130,8 +130,8 @@ def _cancelled(motion: Motion, load: Load) -> float:
     """Return how much larger than a spring's force the terms are whose difference it is."""
     if isinstance(load, JointSpring):
         k, d, rest = motion.state.values([load.stiffness, load.damping, load.rest])
-        at, rate = abs(motion.state.q[load.q]), motion.state.u[load.u]
-        terms, force = abs(k) * (at + abs(rest)) + abs(d * rate), k * (motion.state.q[load.q] - rest) + d * rate
+        at, rate = motion.state.values([load.coordinate, load.rate])
+        terms, force = abs(k) * (abs(at) + abs(rest)) + abs(d * rate), k * (at - rest) + d * rate
     elif isinstance(load, PointSpring):
         k, d, rest = motion.state.values([load.stiffness, load.damping, load.length])
         length, direction = span(motion, load.ends)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
-from functools import singledispatch
 from typing import Any
 
 from multibody_sym.kinematics.state import State
@@ -46,7 +45,7 @@ def like_bodies(mechanism: Mechanism) -> LikeBodies | None:
     chosen, atoms = [], []
     for body, own in zip(mechanism.bodies, loads, strict=True):
         local = _Local(body)
-        renamed, pulling = local.body(body), tuple(local.load(load, body) for load in own)
+        renamed, pulling = local.body(body), local.loads(own)
         identity = renamed, pulling, tuple(local.slots.values())
         if identity not in numbers:
             numbers[identity] = len(kinds)
@@ -67,27 +66,10 @@ def _loads_of_bodies(mechanism: Mechanism) -> list[list[Load]] | None:
     carried = {speed: index for index, body in enumerate(mechanism.bodies) for speed in body.u}
     found: list[list[Load]] = [[] for _ in mechanism.bodies]
     for load in mechanism.loads:
-        speed = _speed(load)
-        if speed is None:
+        if not isinstance(load, (JointForce, JointSpring)) or load.rate.op != "slot":
             return None
-        found[carried[speed]].append(load)
+        found[carried[load.rate.data[1]]].append(replace(load, name="", joint=""))
     return found
-
-
-@singledispatch
-def _speed(load: Load) -> int | None:
-    """Return the speed that a load acts on, None where it acts on bodies."""
-    return None
-
-
-@_speed.register
-def _(load: JointForce) -> int | None:
-    return load.u
-
-
-@_speed.register
-def _(load: JointSpring) -> int | None:
-    return load.u
 
 
 class _Local:
@@ -106,12 +88,9 @@ class _Local:
         renamed = replace(body, name="", joint_name="", parent=-1, q=q, u=u)
         return self._renamed(renamed)  # type: ignore[no-any-return]
 
-    def load(self, load: Load, body: TreeBody) -> Load:
-        """Return a load on the body's joint."""
-        places: dict[str, Any] = {"name": "", "u": body.u.index(load.u)}  # type: ignore[union-attr]
-        if isinstance(load, JointSpring):
-            places["q"] = body.q.index(load.q)
-        return self._renamed(replace(load, **places))  # type: ignore[no-any-return]
+    def loads(self, loads: Sequence[Load]) -> tuple[Load, ...]:
+        """Return loads on the body's joint."""
+        return self._renamed(tuple(loads))  # type: ignore[no-any-return]
 
     def _renamed(self, part: Any) -> Any:
         if isinstance(part, Node):

@@ -83,6 +83,6 @@ def _(load: PointSpring, motion: Motion) -> S:
 
 @stored_energy.register
 def _(load: JointSpring, motion: Motion) -> S:
-    stiffness, rest = motion.state.values([load.stiffness, load.rest])
-    stretch = motion.state.q[load.q] - rest
+    stiffness, rest, coordinate = motion.state.values([load.stiffness, load.rest, load.coordinate])
+    stretch = coordinate - rest
     return stiffness * (stretch * stretch) / 2

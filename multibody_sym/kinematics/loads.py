@@ -23,8 +23,9 @@ from multibody_sym.model.mechanism import (
     span_leaves,
 )
 from multibody_sym.model.slots import at
+from multibody_sym.scalars.derivatives import gradient
 from multibody_sym.scalars.functions import absolute, sqrt
-from multibody_sym.scalars.node import ZERO, Node
+from multibody_sym.scalars.node import ZERO, Node, leaves
 from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, apply, apply_transposed, cross, dot, scale, subtract
 
 TINY: Final = 1e-300
@@ -82,14 +83,21 @@ def _(load: BodyTorque, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -
 
 @exert.register
 def _(load: JointForce, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
-    of_speed[load.u] = of_speed[load.u] + motion.state.values([load.value])[0]
+    _drive(motion, load.rate, motion.state.values([load.value])[0], of_speed)
 
 
 @exert.register
 def _(load: JointSpring, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
     stiffness, damping, rest = motion.state.values([load.stiffness, load.damping, load.rest])
-    pull = stiffness * (motion.state.q[load.q] - rest) + damping * motion.state.u[load.u]
-    of_speed[load.u] = of_speed[load.u] - pull
+    coordinate, rate = motion.state.values([load.coordinate, load.rate])
+    _drive(motion, load.rate, -(stiffness * (coordinate - rest) + damping * rate), of_speed)
+
+
+def _drive(motion: Motion, rate: Node, force: S, of_speed: list[S]) -> None:
+    """Add a generalised force on a rate that is linear in the speeds: force d(rate)/du_k on each of them."""
+    speeds = [leaf for leaf in leaves([rate], "slot") if leaf.data[0] == "u"]
+    for leaf, slope in zip(speeds, motion.state.values(gradient(rate, speeds)), strict=True):
+        of_speed[leaf.data[1]] = of_speed[leaf.data[1]] + slope * force
 
 
 @exert.register

@@ -21,7 +21,7 @@ from multibody_sym.model.mechanism import (
 )
 from multibody_sym.model.references import BARE, References
 from multibody_sym.model.slots import Element, at
-from multibody_sym.scalars.node import ZERO, Node, slot
+from multibody_sym.scalars.node import ZERO, Node
 
 
 def loads(references: References) -> list[Load]:
@@ -46,7 +46,8 @@ def _(element: Force, name: str, references: References) -> Load:
 @_load.register
 def _(element: Torque, name: str, references: References) -> Load:
     if isinstance(element.value, Node):
-        return JointForce(name, references.freedom(element.joint or "", element.freedom)[1], element.value)
+        freedom = references.freedom(element.joint or "", element.freedom)
+        return JointForce(name, freedom.joint, freedom.rate, element.value)
     with at("on"):
         body = references.marker(element.on or "").body
     return BodyTorque(name, body, element.value, references.axes(element.frame))
@@ -54,10 +55,10 @@ def _(element: Torque, name: str, references: References) -> Load:
 
 @_load.register
 def _(element: Motor, name: str, references: References) -> Load:
-    u = references.freedom(element.joint, element.freedom)[1]
+    freedom = references.freedom(element.joint, element.freedom)
     per_current = element.gear * element.constant
-    current = (element.voltage - per_current * slot("u", u)) / element.resistance
-    return JointForce(name, u, per_current * current)
+    current = (element.voltage - per_current * freedom.rate) / element.resistance
+    return JointForce(name, freedom.joint, freedom.rate, per_current * current)
 
 
 @_load.register
@@ -85,11 +86,11 @@ def _spring(
 ) -> Load:
     if element.joint is None:
         return PointSpring(name, references.pair(element.between or ()), stiffness, element.damping, rest)
-    q, u = references.freedom(element.joint, element.freedom)
-    if q is None:
+    freedom = references.freedom(element.joint, element.freedom)
+    if freedom.coordinate is None:
         with at("freedom"):
             raise ModelError(f"{element.freedom} has no coordinate that a spring or damper could act on")
-    return JointSpring(name, q, u, stiffness, element.damping, rest)
+    return JointSpring(name, freedom.joint, freedom.coordinate, freedom.rate, stiffness, element.damping, rest)
 
 
 def _force_point(element: Force | Drag, references: References) -> Marker:

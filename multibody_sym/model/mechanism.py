@@ -48,11 +48,11 @@ class Speed:
 
 @dataclass(frozen=True)
 class Limit:
-    """The range of a joint's coordinate number `q`, and the largest size of its speed number `u`; None is no limit."""
+    """The range of a joint's `coordinate`, and the largest size of its `speed`, by name; None is no limit."""
 
     joint: str
-    q: int
-    u: int
+    coordinate: str
+    speed: str
     lower: Node | None
     upper: Node | None
     velocity: Node | None
@@ -145,10 +145,14 @@ class BodyTorque:
 
 @dataclass(frozen=True)
 class JointForce:
-    """A generalised force on speed number `u` (on the child and back on the parent)."""
+    """A generalised force on a freedom of a joint (on the child and back on the parent), whose `rate` is linear in u.
+
+    Its generalised force on speed k is value d(rate)/du_k.
+    """
 
     name: str
-    u: int
+    joint: str
+    rate: Node
     value: Node
 
 
@@ -165,11 +169,12 @@ class PointSpring:
 
 @dataclass(frozen=True)
 class JointSpring:
-    """A spring and damper in parallel on coordinate number `q` with speed number `u`."""
+    """A spring and damper in parallel on a freedom of a joint: its `coordinate`, and its `rate`, linear in u."""
 
     name: str
-    q: int
-    u: int
+    joint: str
+    coordinate: Node
+    rate: Node
     stiffness: Node
     damping: Node
     rest: Node

@@ -9,23 +9,31 @@ from typing import Final
 from multibody_sym.errors import ModelError
 from multibody_sym.model.bodies import GROUND, ORIGIN, Pose, pose_of
 from multibody_sym.model.elements import Body, Surface
-from multibody_sym.model.mechanism import Bend, Marker, TreeBody
+from multibody_sym.model.mechanism import Bend, Marker
 from multibody_sym.model.slots import at, suggestion
 from multibody_sym.model.system import System
-from multibody_sym.model.tree import body_part
-from multibody_sym.scalars.node import Node, slot
+from multibody_sym.model.tree import body_part, coordinate_names, speed_names
+from multibody_sym.scalars.node import Node, symbol
 
 BARE: Final = Body()
 
 
 @dataclass(frozen=True)
+class Freedom:
+    """A freedom of a joint: its coordinate (None: a ball has none for it) and its rate, which is linear in u."""
+
+    joint: str
+    coordinate: Node | None
+    rate: Node
+
+
+@dataclass(frozen=True)
 class References:
-    """A system whose expressions are written in slots, the numbers of its bodies, and what is made of it in turn."""
+    """A system whose expressions are written in slots, and the numbers of its bodies; later its pulleys too."""
 
     system: System
     numbers: Mapping[str, int]
     slots: Mapping[Node, Node]
-    bodies: tuple[TreeBody, ...] = ()
     pulleys: Mapping[str, Bend] = field(default_factory=dict)
 
     def marker(self, reference: str) -> Marker:
@@ -80,38 +88,42 @@ class References:
         place = surface.centre if surface.plane is None else surface.plane
         return Marker(reference, self.numbers[name], Pose(place)), surface
 
-    def joint(self, name: str) -> TreeBody:
-        """Return the body that a joint carries."""
-        for body in self.bodies:
-            if body.joint_name == name and name in self.system.joints:
-                return body
-        raise ModelError(f"no joint is called {name!r}{suggestion(name, self.system.joints)}")
-
-    def one_freedom(self, name: str) -> TreeBody:
-        """Return the body that a joint with one freedom carries."""
-        body = self.joint(name)
-        if len(body.u) != 1:
-            raise ModelError(f"joint {name!r} has {len(body.u)} degrees of freedom; one is needed here")
-        return body
-
     def coordinate(self, joint: str) -> Node:
         """Return the coordinate of a joint with one freedom."""
-        return slot("q", self.one_freedom(joint).q[0])
+        (freedom,) = self._one_freedom(joint).values()
+        assert freedom.coordinate is not None
+        return freedom.coordinate
 
-    def freedom(self, joint: str, name: str | None) -> tuple[int | None, int]:
-        """Return the coordinate (None: a ball has none for it) and the speed of a joint's freedom, perhaps named."""
-        if name is None:
-            with at("joint"):
-                body = self.one_freedom(joint)
-            return body.q[0], body.u[0]
+    def freedom(self, joint: str, name: str | None) -> Freedom:
+        """Return a joint's freedom; without a name, its only one."""
         with at("joint"):
-            body = self.joint(joint)
-        of_steps = list(zip(body.step_q, body.step_u, strict=True))
-        places: dict[Node, tuple[int | None, int]] = {slot("u", u): (None, u) for u in body.u}
-        places.update((slot("u", u), (q, u)) for q, u in of_steps)
-        places.update((slot("q", q), (q, u)) for q, u in of_steps)
-        known = {leaf.data: places[place] for leaf, place in self.slots.items() if place in places}
-        if name not in known:
+            known = self._freedoms(joint) if name is not None else self._one_freedom(joint)
+        if name is None:
+            return next(iter(known.values()))
+        by_coordinate = dict(zip(self._coordinate_names(joint), known.values(), strict=False))
+        named = {**known, **by_coordinate}
+        if name not in named:
             with at("freedom"):
-                raise ModelError(f"joint {joint!r} has no freedom {name!r}{suggestion(name, known)}")
-        return known[name]
+                raise ModelError(f"joint {joint!r} has no freedom {name!r}{suggestion(name, named)}")
+        return named[name]
+
+    def _one_freedom(self, joint: str) -> dict[str, Freedom]:
+        found = self._freedoms(joint)
+        if len(found) != 1:
+            raise ModelError(f"joint {joint!r} has {len(found)} degrees of freedom; one is needed here")
+        return found
+
+    def _freedoms(self, joint: str) -> dict[str, Freedom]:
+        """Return the freedoms of a joint by the names of their speeds; those of a ball come last."""
+        if joint not in self.system.joints:
+            raise ModelError(f"no joint is called {joint!r}{suggestion(joint, self.system.joints)}")
+        speeds = speed_names(joint, self.system.joints[joint])
+        found = {u: Freedom(joint, None, self.slots[symbol(u)]) for u in speeds}
+        for q, u in zip(self._coordinate_names(joint), speeds, strict=False):
+            found[u] = Freedom(joint, self.slots[symbol(q)], self.slots[symbol(u)])
+        return found
+
+    def _coordinate_names(self, joint: str) -> tuple[str, ...]:
+        """Return the names of those of a joint's coordinates whose rates are speeds."""
+        declared = self.system.joints[joint]
+        return coordinate_names(joint, declared)[: len(declared.free_steps)]

@@ -21,7 +21,6 @@ from multibody_sym.model.mechanism import (
     Mechanism,
     ParameterEntry,
     Speed,
-    TreeBody,
     span_leaves,
 )
 from multibody_sym.model.references import References
@@ -64,15 +63,13 @@ def mechanism(system: System) -> Mechanism:
         return with_expressions(part, lambda node: _in(slots, node))
 
     resolved = in_slots(spanned)
-    unjoined = References(resolved, _body_numbers(tree, system), slots)
-    bodies = tree_bodies(unjoined, tree.carrying, doubled)
-    references = replace(unjoined, bodies=bodies)
+    references = References(resolved, _body_numbers(tree, system), slots)
     rows = declared_rows(references)
     cuts = cut_joints(references, [name for name in tree.cut if name not in doubled], doubled, rows)
     return Mechanism(
         name=system.name,
         gravity=resolved.gravity,
-        bodies=bodies,
+        bodies=tree_bodies(references, tree.carrying, doubled),
         markers=references.markers(),
         coordinates=tuple(replace(c, initial=_in(slots, c.initial)) for c in coordinates),
         speeds=tuple(replace(s, initial=_in(slots, s.initial)) for s in speeds),
@@ -83,7 +80,7 @@ def mechanism(system: System) -> Mechanism:
         kinks=_kinks(resolved),
         loads=tuple(loads(references)),
         rows=tuple(rows),
-        limits=tuple(_limits(resolved, bodies)),
+        limits=tuple(_limits(resolved, slots)),
         cuts=tuple(cuts),
         symbols=slots,
     )
@@ -202,11 +199,13 @@ def _parameter_entries(system: System, slots: Mapping[Node, Node], rows: int) ->
     return tuple(entries)
 
 
-def _limits(system: System, bodies: Iterable[TreeBody]) -> list[Limit]:
-    declared = {name: getattr(joint, "limits", None) for name, joint in system.joints.items()}
+def _limits(system: System, slots: Mapping[Node, Node]) -> list[Limit]:
     made = []
-    for body in bodies:
-        found = declared.get(body.joint_name)
-        if found is not None and body.q:
-            made.append(Limit(body.joint_name, body.q[0], body.u[0], found.lower, found.upper, found.velocity))
+    for name, joint in system.joints.items():
+        found = getattr(joint, "limits", None)
+        if found is None or not joint.free_steps:
+            continue
+        (coordinate,), (speed,) = coordinate_names(name, joint), speed_names(name, joint)
+        if symbol(coordinate) in slots:
+            made.append(Limit(name, coordinate, speed, found.lower, found.upper, found.velocity))
     return made

@@ -27,7 +27,7 @@ from multibody_sym.model.mechanism import Mechanism, RopeRow
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System, expressions
 from multibody_sym.scalars.kinks import switching_functions
-from multibody_sym.scalars.node import leaves
+from multibody_sym.scalars.node import leaves, symbol
 from multibody_sym.simulation.limits import limits_passed
 
 _STATES: Final = 4
@@ -194,7 +194,7 @@ def _start_hints(resolved: Mechanism, begin: Start, rank: Redundancy, states: Se
     hints = []
     if begin.shift > _ROUNDING:
         hints.append(f"given start values were changed by up to {begin.shift:.3g} to satisfy the constraints")
-    hints += _limit_hints(resolved, begin)
+    hints += _limit_hints(resolved, begin, states[0])
     nearby = _rank_nearby(resolved, begin)
     if nearby is not None and nearby > rank.rank:
         hints.append(
@@ -205,8 +205,11 @@ def _start_hints(resolved: Mechanism, begin: Start, rank: Redundancy, states: Se
     return hints
 
 
-def _limit_hints(resolved: Mechanism, begin: Start) -> list[str]:
-    crossed = limits_passed(resolved, begin.parameters, np.array([begin.q]), np.array([begin.u]))
+def _limit_hints(resolved: Mechanism, begin: Start, state: State) -> list[str]:
+    def at_start(name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+        return np.array(state.values([resolved.symbols[symbol(name)]]), dtype=float)
+
+    crossed = limits_passed(resolved, begin.parameters, at_start)
     return [f"joint {at.joint} starts beyond its {at.limit} limit, {at.bound:g}" for at in crossed]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -27,12 +27,14 @@ class Passed(NamedTuple):
     sample: int
 
 
-def limits_passed(mechanism: Mechanism, parameters: Sequence[float] | Floats, q: Floats, u: Floats) -> list[Passed]:
-    """Return the limits that samples of coordinates q (m, nq) and speeds u (m, nu) pass."""
+def limits_passed(
+    mechanism: Mechanism, parameters: Sequence[float] | Floats, samples: Callable[[str], Floats]
+) -> list[Passed]:
+    """Return the limits that a motion passes; `samples` gives those (m,) of a coordinate or speed by name."""
     values = {slot("parameters", i): float(x) for i, x in enumerate(parameters)}
     found = []
     for limit in mechanism.limits:
-        position, speed = q[:, limit.q], np.abs(u[:, limit.u])
+        position, speed = samples(limit.coordinate), np.abs(samples(limit.speed))
         sides = (("lower", limit.lower, position, -1), ("upper", limit.upper, position, 1))
         for name, declared, size, side in (*sides, ("velocity", limit.velocity, speed, 1)):
             if declared is not None:

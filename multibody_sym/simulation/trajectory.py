@@ -56,7 +56,7 @@ class Trajectory(Samples):
         The stop that ended the run; each rope's first sample at which it would push: a real one goes slack there; the
         first sample at which a joint is beyond one of its limits.
         """
-        crossed = limits_passed(self.ready.mechanism, self.parameters, self.q, self.u)
+        crossed = limits_passed(self.ready.mechanism, self.parameters, self.__getitem__)
         found: list[dict[str, Any]] = [
             {"t": float(self.t[at.sample]), "kind": f"{at.limit} limit", "element": at.joint} for at in crossed
         ]

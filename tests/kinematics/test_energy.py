@@ -88,10 +88,11 @@ def test_power_of_loads(seed: int) -> None:
             axes = np.array(motion.rotation(load.axes), dtype=float)
             expected = axes @ np.array(motion.state.values(load.value)) @ by_speeds(case, t, q, u, load.at)
         elif isinstance(load, JointForce):
-            expected = motion.state.values([load.value])[0] * u[load.u]
+            expected = np.prod(motion.state.values([load.value, load.rate]))
         elif isinstance(load, JointSpring):
             k, d, rest = motion.state.values([load.stiffness, load.damping, load.rest])
-            expected = -(k * (q[load.q] - rest) + d * u[load.u]) * u[load.u]
+            coordinate, rate = motion.state.values([load.coordinate, load.rate])
+            expected = -(k * (coordinate - rest) + d * rate) * rate
         else:
             continue
         assert power == pytest.approx(expected, abs=1e-9 * (1 + abs(expected)))
