@@ -1,31 +1,92 @@
-"""Freedoms without mass that rows hold: the carrier of a massless movable pulley, a massless slider on a rod.
+"""Freedoms without mass that rows hold: the carrier of a massless movable pulley, the turning of a particle.
 
 M is singular there, the equations are not. With H udot = gamma they are equivalent to
 
     (M + w H^T H) udot = f + w H^T gamma + H^T lambda        H udot = gamma
 
-with the same udot and lambda and, for w > 0, a positive definite matrix.
+with the same udot and lambda and, for w > 0, a positive definite matrix: wherever [[M, -H^T], [H, 0]] is regular, and
+with dependent rows as well.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
 
 from multibody_sym.errors import NoSolutionError
-from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.motion import Motion, body_mass, body_motion, moving_parent
 from multibody_sym.kinematics.rows import RowMotion
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.kinematics.state import State, state_of
+from multibody_sym.model.mechanism import Mechanism, TreeBody
 from multibody_sym.scalars.node import ZERO
-from multibody_sym.scalars.vectors import S
+from multibody_sym.scalars.vectors import ZERO_VECTOR, S, add, apply, cross
+
+_SEED: Final = 3
+_DEPENDENT: Final = 1e-8
+_LIGHTER: Final = 1024
+"""How many times lighter than all bodies together the rows' weight w is."""
+_UNDEFINED: Final = (ValueError, ZeroDivisionError, OverflowError)
 
 
 def massless_speeds(mechanism: Mechanism) -> list[int]:
-    """Return the speeds that move nothing but bodies declared without mass and inertia."""
-    massive = {index for index, body in enumerate(mechanism.bodies) if {body.mass.mass, *body.mass.inertia} != {ZERO}}
+    """Return the speeds that nothing resists, whatever the position and the values of the parameters.
+
+    They move only bodies declared without mass and inertia, or turn the last body of a branch about axes about which
+    it has none, as those of a particle's free joint.
+    """
+    carriers: set[int] = set()
+    found: list[int] = []
     for index in range(len(mechanism.bodies) - 1, -1, -1):
-        if index in massive:
-            massive.add(mechanism.bodies[index].parent)
-    return [k for index, body in enumerate(mechanism.bodies) if index not in massive for k in body.u]
+        body = mechanism.bodies[index]
+        massless = {body.mass.mass, *body.mass.inertia} == {ZERO}
+        if index not in carriers:
+            found += body.u if massless else _without_inertia(mechanism, body)
+        if index in carriers or not massless:
+            carriers.add(body.parent)
+    return sorted(found)
+
+
+def _without_inertia(mechanism: Mechanism, body: TreeBody) -> list[int]:
+    """Return the speeds of a body's joint that give the body no momentum which those before them do not give.
+
+    Judged where nothing vanishes by chance: at drawn coordinates and parameters; none where that has no value.
+    """
+    if ZERO not in body.mass.inertia[:3]:
+        return []
+    try:
+        momenta = _momenta(body, _generic_state(mechanism))
+    except _UNDEFINED:
+        return []
+    found, basis = [], np.zeros((6, 0))
+    for k, momentum in zip(body.u, momenta, strict=True):
+        rest = momentum - basis @ (basis.T @ momentum)
+        length = float(np.linalg.norm(rest))
+        if length <= _DEPENDENT * max(1.0, float(np.linalg.norm(momentum))):
+            found.append(k)
+        else:
+            basis = np.column_stack([basis, rest / length])
+    return found
+
+
+def _momenta(body: TreeBody, state: State) -> list[npt.NDArray[np.float64]]:
+    """Return momentum and angular momentum about the centre of mass (6) for each unit speed of a body's joint."""
+    moved = body_motion(body, moving_parent(ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR), state)
+    mass = body_mass(body, state)
+    return [
+        np.array([*(mass.mass * x for x in add(v, cross(w, mass.com))), *apply(mass.inertia, w)], dtype=float)
+        for v, w in zip(moved.linear, moved.angular, strict=True)
+    ]
+
+
+def _generic_state(mechanism: Mechanism) -> State:
+    rng = np.random.default_rng(_SEED)
+    sizes = len(mechanism.coordinates), len(mechanism.parameters)
+    q, parameters = (rng.uniform(0.5, 1.5, size).tolist() for size in sizes)
+    inputs, u = [0.0] * len(mechanism.inputs), [0.0] * len(mechanism.speeds)
+    return state_of(mechanism, float, 0.5, q, u, parameters, inputs)
 
 
 def verify_massive(mechanism: Mechanism, formalism: str) -> None:
@@ -35,7 +96,7 @@ def verify_massive(mechanism: Mechanism, formalism: str) -> None:
 
 
 def completed_matrix(motion: Motion, matrix: list[list[S]], rows: Sequence[RowMotion]) -> list[list[S]]:
-    """Return M + w H^T H where there are massless speeds, else M; w is the mass of all bodies."""
+    """Return M + w H^T H where there are massless speeds, else M."""
     if not rows or not massless_speeds(motion.mechanism):
         return matrix
     weight = _weight(motion)
@@ -54,4 +115,9 @@ def completed_forces(motion: Motion, forces: Sequence[S], rows: Sequence[RowMoti
 
 
 def _weight(motion: Motion) -> S:
-    return sum((mass.mass for mass in motion.masses), 0)
+    """Return w: small beside the masses, so that it rounds away little of what light bodies do."""
+    return sum((mass.mass for mass in motion.masses), 0) / _LIGHTER if _has_mass(motion.mechanism) else 1
+
+
+def _has_mass(mechanism: Mechanism) -> bool:
+    return any(body.mass.mass != ZERO for body in mechanism.bodies)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from multibody_sym.dynamics.composite_body import composite_body
@@ -13,7 +15,7 @@ from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.constraints import Rope
 from multibody_sym.model.elements import Body, Pulley
-from multibody_sym.model.joints import Prismatic
+from multibody_sym.model.joints import Direct, Free, Initial, Planar, Prismatic, Revolute, Spherical
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System
 from multibody_sym.simulation.simulate import simulate
@@ -76,3 +78,46 @@ def test_block_ldl_says_that_it_needs_inertia() -> None:
     begin = start(resolved)
     with pytest.raises(NoSolutionError, match="composite_body"):
         FORMALISMS["block_ldl"](resolved, state_of(resolved, float, 0.0, begin.q, begin.u, begin.parameters))
+
+
+def particle_on_a_hinge(**changes: object) -> System:
+    """A particle that may turn about itself without inertia, held at a distance L by a hinge that closes the loop."""
+    declared = {
+        "gravity": [0, -G, 0],
+        "parameters": {"m": M2, "L": 0.5},
+        "bodies": {"bob": Body(mass="m", points={"top": [0, "L", 0]})},
+        "joints": {
+            "place": Planar("ground", "bob", initial=Initial(q=["L*sin(0.3)", "-L*cos(0.3)", 0.3])),
+            "hinge": Revolute("ground", "bob.top", cut=True),
+        },
+    }
+    return System("particle", **(declared | changes))
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_a_particle_that_may_turn_swings_as_a_pendulum(backend: str) -> None:
+    whole = simulate(particle_on_a_hinge(), t_end=1.0, backend=backend, samples=11)
+    pendulum = {"swing": Revolute("ground", "bob.top", initial=Initial(q=0.3))}
+    simple = simulate(particle_on_a_hinge(joints=pendulum), t_end=1.0, backend=backend, samples=11)
+    assert whole["place_theta"] == pytest.approx(simple["swing"], abs=1e-8)
+    begin = start(mechanism(particle_on_a_hinge()))
+    assert begin.q == pytest.approx([0.5 * math.sin(0.3), -0.5 * math.cos(0.3), 0.3])
+    tension = [whole.reactions["hinge"][axis][0] for axis in ("fx", "fy")]
+    assert math.hypot(*tension) == pytest.approx(M2 * G * math.cos(0.3), rel=1e-12)
+
+
+def test_directions_of_a_particle_that_nothing_resists() -> None:
+    def names(joint: Direct, mass: float = 1.0) -> list[str]:
+        resolved = mechanism(System("s", bodies={"p": Body(mass=mass, com=[0, 0.2, 0])}, joints={"j": joint}))
+        return [resolved.speeds[k].name for k in massless_speeds(resolved)]
+
+    assert names(Free("ground", "p")) == ["j_wx", "j_wy", "j_wz"]
+    assert names(Spherical("ground", "p")) == ["j_wy"], "the particle lies on its axis y"
+    assert names(Planar("ground", "p")) == ["u_j_theta"]
+    assert names(Revolute("ground", "p", axis="z")) == []
+    assert names(Revolute("ground", "p", axis="y")) == ["u_j"]
+
+
+def test_a_particle_that_nothing_keeps_from_turning_is_named() -> None:
+    with pytest.raises(NoSolutionError, match="no inertia resists the speed u_place_theta"):
+        start(mechanism(particle_on_a_hinge(joints={"place": Planar("ground", "bob")}, constraints={})))

@@ -15,13 +15,16 @@ from mechanisms import Case, random_case, random_state
 import multibody_sym as mbs
 from multibody_sym.dynamics.agreement import LARGEST_WITH_ROWS, agreement
 from multibody_sym.dynamics.composite_body import composite_body
+from multibody_sym.dynamics.dalembert import dalembert
 from multibody_sym.dynamics.formalisms import FORMALISMS
+from multibody_sym.dynamics.massless import massless_speeds
 from multibody_sym.dynamics.redundancy import redundancy
 from multibody_sym.dynamics.start import parameter_values
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.joints import Joint
+from multibody_sym.model.mechanism import TIME
 from multibody_sym.model.slots import Names
 
 NUMERIC = {name: route for name, route in FORMALISMS.items() if name not in ("lagrange", "multipliers")}
@@ -114,6 +117,36 @@ def test_routes_agree_on_random_loops(block: int) -> None:
         case, state = closed(seed)
         found = agreement(case.mechanism, [state], NUMERIC)
         assert max(found.values()) <= LARGEST_WITH_ROWS, f"seed {seed}: {found}"
+
+
+def lightened(case: Case, state: State) -> tuple[Case, State] | None:
+    """Return the case with its outermost bodies as particles or without mass, None where no row holds them then."""
+    carriers = {body.parent for body in case.mechanism.bodies}
+    outer = [body.name for k, body in enumerate(case.mechanism.bodies) if k not in carriers and body.name != "ground"]
+    mass = {"mass": None} if case.seed % 3 == 0 else {}
+    bodies = {**case.system.bodies, **{n: replace(case.system.bodies[n], inertia=None, **mass) for n in outer}}
+    system = replace(case.system, bodies=Names(bodies))
+    light = Case(case.seed, system, mbs.mechanism(system), parameter_values(mbs.mechanism(system), {}))
+    t, count = state.slots[TIME], len(light.mechanism.speeds)
+    found = dalembert(motion_of(light.mechanism, light.state(t, list(state.q), list(state.u))))
+    lengths = np.linalg.norm(found.constraint_jacobian, axis=1, keepdims=True)
+    _, sizes, v = np.linalg.svd(found.constraint_jacobian / np.where(lengths == 0.0, 1.0, lengths))
+    free = v[int((sizes > 1e-8).sum()) :].T
+    left = np.linalg.eigvalsh(free.T @ found.mass_matrix @ free) if free.size else np.zeros(1)
+    if len(massless_speeds(light.mechanism)) in (0, count) or left[0] < 1e-6 * found.mass_matrix.max():
+        return None
+    return light, light.state(t, list(state.q), list(state.u))
+
+
+@pytest.mark.parametrize("block", blocks(12, quick=1))
+def test_routes_agree_where_only_rows_hold_what_has_no_inertia(block: int) -> None:
+    routes = {name: NUMERIC[name] for name in ("newton_euler", "dalembert_lagrange", "composite_body")}
+    cases = [lightened(*closed(seed)) for seed in range(30 * block, 30 * block + 30)]
+    singular = [found for found in cases if found is not None]
+    assert len(singular) >= 2
+    for case, state in singular:
+        found = agreement(case.mechanism, [state], routes)
+        assert max(found.values()) <= LARGEST_WITH_ROWS, f"seed {case.seed}: {found}"
 
 
 @pytest.mark.parametrize("block", blocks(3, quick=1))
