@@ -19,6 +19,7 @@ from multibody_sym.codegen.layout import (
     summary,
     wrapped,
 )
+from multibody_sym.codegen.profile import Span, column_order, row_spans
 from multibody_sym.codegen.selftest import TOLERANCE, Samples, stored_numbers
 from multibody_sym.codegen.templates import RUNTIME_HEADERS, RUNTIME_SOURCES, filled, runtime_files
 from multibody_sym.program.infix import Language, Texts, expression
@@ -201,6 +202,8 @@ class _Printer:
         self.origins: dict[Node, tuple[_Piece, str]] = {}
         self.kept: dict[Node, int] = {}
         self.records = 0
+        self.factors: dict[tuple[tuple[tuple[Node, ...], ...], int, Node], str] = {}
+        self.patterns: dict[str, tuple[Sequence[Span], int]] = {}
         self.pieces: list[_Piece] = []
         self._cut()
 
@@ -216,9 +219,13 @@ class _Printer:
         declared = _declared(program, self.inputs, self.outputs)
         used = set().union(*(piece.used for piece in self.pieces))
         body = [f"    (void){name};" for name in declared if name not in used]
+        for name, (spans, columns) in self.patterns.items():
+            body.append(f"    double {name}[MBS_FACTORS({len(spans)}, {columns})];")
+            declared[name] = f"double *{name}"
+        patterns = [_pattern(f"{self.function.name}__{name}", *pattern) for name, pattern in self.patterns.items()]
         head = f"{_head(self.function)}\n{{"
         if len(self.pieces) == 1:
-            return "\n".join([head, *body, *self.piece.lines, "}"])
+            return "\n".join([*patterns, head, *body, *self.piece.lines, "}"])
         names = [f"{self.function.name}__{k}" for k in range(1, len(self.pieces) + 1)]
         if self.kept:
             body.append(f"    double w[{len(self.kept)}];")
@@ -226,7 +233,7 @@ class _Printer:
         parts = [_piece(name, piece, declared) for name, piece in zip(names, self.pieces, strict=True)]
         for name, piece in zip(names, self.pieces, strict=True):
             body.append(wrapped(f"    {name}(", [d for d in declared if d in piece.used], ");", indent=" " * 8))
-        return "\n".join([*parts, head, *body, "}"])
+        return "\n".join([*patterns, *parts, head, *body, "}"])
 
     def _cut(self) -> None:
         self.piece = _Piece()
@@ -313,6 +320,13 @@ def _piece(name: str, piece: _Piece, declared: Mapping[str, str]) -> str:
     return "\n".join([head, "{", *piece.loads, *piece.lines, *piece.stores, "}", ""])
 
 
+def _pattern(name: str, spans: Sequence[Span], columns: int) -> str:
+    """Return the constant that says where a matrix may differ from zero."""
+    rows = [f"{{{span.first}, {span.end}, {span.low}, {span.high}}}" for span in spans] or ["{0, 0, 0, 0}"]
+    table = wrapped(f"static const mbs_span {name}_spans[] = {{", rows, "};")
+    return f"{table}\nstatic const mbs_pattern {name} = {{{len(spans)}, {columns}, {name}_spans}};\n"
+
+
 def _leaves(names: Sequence[str], arrays: Sequence[Array]) -> list[tuple[Node, tuple[str, str]]]:
     pairs = []
     for name, array in zip(names, arrays, strict=True):
@@ -355,21 +369,32 @@ def _call(printer: _Printer, statement: Call) -> None:
 
 
 def _solve(printer: _Printer, statement: Solve) -> None:
-    number, rows, columns = printer.record(), len(statement.right), len(statement.solution)
-    matrix = printer.array(f"a{number}_0", [atom for row in statement.matrix for atom in row])
-    right = printer.array(f"a{number}_1", statement.right)
-    for k, leaves in enumerate((statement.solution, statement.multipliers, statement.report)):
+    """Factorise the matrix, unless an earlier solve has, and substitute; columns come in an order with short spans."""
+    number, columns = printer.record(), len(statement.solution)
+    order = column_order(statement.matrix, columns)
+    known = statement.matrix, columns, statement.most
+    if known not in printer.factors:
+        printer.factors[known] = f"f{number}"
+        _factorise(printer, statement, order, f"f{number}")
+    factors = printer.factors[known]
+    right = printer.array("right", statement.right)
+    solution = [statement.solution[k] for k in order]
+    for k, leaves in enumerate((solution, statement.multipliers, statement.report)):
         printer.targets(f"r{number}_{k}", leaves)
-    given = [str(rows), str(columns), f"a{number}_0", f"a{number}_1", printer.names[statement.most]]
-    arguments = [*given, f"r{number}_0", f"r{number}_1", f"r{number}_2", f"a{number}_2"]
-    printer.piece.lines += [
-        "    {",
-        matrix,
-        right,
-        f"        double a{number}_2[MBS_SOLVE_WORK({rows}, {columns})];",
-        wrapped("        mbs_solve(", arguments, ");", indent=" " * 12),
-        "    }",
-    ]
+    given = [f"&{printer.function.name}__{factors}", factors, "right", *(f"r{number}_{k}" for k in range(3))]
+    printer.piece.used.add(factors)
+    printer.piece.lines += ["    {", right, wrapped("        mbs_substitute(", given, ");", indent=" " * 12), "    }"]
+
+
+def _factorise(printer: _Printer, statement: Solve, order: Sequence[int], factors: str) -> None:
+    rows = [[row[k] for k in order] for row in statement.matrix]
+    spans = row_spans(rows)
+    printer.patterns[factors] = spans, len(order)
+    inside = [element for row, span in zip(rows, spans, strict=True) for element in row[span.first : span.end]]
+    matrix = printer.array("matrix", inside)
+    given = [f"&{printer.function.name}__{factors}", "matrix", printer.names[statement.most], factors]
+    printer.piece.used.add(factors)
+    printer.piece.lines += ["    {", matrix, wrapped("        mbs_factorise(", given, ");", indent=" " * 12), "    }"]
 
 
 def _scan(printer: _Printer, statement: Scan) -> None:

@@ -1,4 +1,4 @@
-"""The rank-revealing solve of A x = r by pivoted Householder QR: the reference that `mbs_solve` in C repeats."""
+"""The rank-revealing solve of A x = r by Householder QR: the reference that `solve.c` repeats."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ ROUNDING: Final = 2e-14
 """Rows whose numbers are below this part of the longest row's largest one count as zero."""
 TIE: Final = 1e-8
 """Remaining lengths that differ by less than this fraction count as equal; the row declared first is taken."""
+CLEAR: Final = 1e-6
+"""Where that part of every row in turn is left by those before it, all are independent beyond doubt."""
 
 
 @dataclass(frozen=True)
@@ -49,9 +51,10 @@ class _Factors:
 def solve(matrix: Floats, right: Floats, most: float = math.inf) -> Solution:
     """Return the minimum-norm x with A x = r and the multipliers lambda with x = A^T lambda.
 
-    The rows of A, scaled to unit length, are the columns of A^T = Q R P^T; at each step the longest remaining column
-    becomes the pivot (ties: the row declared first) until none exceeds 100 eps max(n, s) |R_11|. Then x = Q R^-T r and
-    R lambda = R^-T r, over the kept rows. Dependent rows take no part: their multipliers are zero, and x is the least
+    The rows of A, scaled to unit length, are the columns of A^T = Q R P^T. They are taken as they come where at least
+    1e-6 of each is left by those before it. Else the longest remaining column becomes the pivot at each step (ties: the
+    row declared first) until none exceeds 100 eps max(n, s) |R_11|. Then x = Q R^-T r and R lambda = R^-T r, over the
+    kept rows. Dependent rows take no part: their multipliers are zero, and x is the least
     squares solution as well whenever they agree with the kept ones. No more than `most` rows are kept: rows that depend
     on each other only in positions that satisfy them are independent beside such a position, by rounding.
 
@@ -65,7 +68,9 @@ def solve(matrix: Floats, right: Floats, most: float = math.inf) -> Solution:
     scale, rows = scaled_rows(matrix)
     if not (np.isfinite(scale).all() and np.isfinite(right).all()):
         return Solution(np.full(size, math.nan), np.full(count, math.nan), np.full(3, math.nan))
-    factors = _factorise(rows, 100.0 * EPSILON * max(size, count), most)
+    factors = _in_order(rows.copy()) if count <= min(size, most) else None
+    if factors is None:
+        factors = _longest_first(rows, 100.0 * EPSILON * max(size, count), most)
     scaled_right = right / scale
     halfway = _forward(factors, scaled_right)
     multipliers = _backward(factors, halfway) / scale
@@ -88,7 +93,18 @@ def scaled_rows(matrix: Floats) -> tuple[Floats, Floats]:
     return largest * lengths, rows / lengths[:, None]
 
 
-def _factorise(rows: Floats, tolerance: float, most: float) -> _Factors:
+def _in_order(rows: Floats) -> _Factors | None:
+    """Return the factors of the rows as they come, None where one of them might depend on those before it."""
+    factors = _Factors(rows, list(range(len(rows))), [], [])
+    for k, row in enumerate(rows):
+        length = math.sqrt(float(row[k:] @ row[k:]))
+        if not length > CLEAR:
+            return None
+        _reflect(factors, k, length)
+    return factors
+
+
+def _longest_first(rows: Floats, tolerance: float, most: float) -> _Factors:
     order = list(range(rows.shape[0]))
     factors = _Factors(rows, order, [], [])
     for k in range(min(rows.shape)):

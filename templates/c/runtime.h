@@ -24,14 +24,28 @@ typedef struct {
     mbs_function call;
 } mbs_program;
 
-/* Doubles of work space that mbs_solve needs. */
-#define MBS_SOLVE_WORK(rows, columns) ((rows) * (columns) + 6 * (rows) + (columns) + 8)
+/* Of one row of a matrix: its elements from `first` up to `end` may differ from zero; elimination in the order of the
+   rows leaves it some from `low` up to `high`. */
+typedef struct {
+    int first, end, low, high;
+} mbs_span;
 
-/* Minimum-norm x with A x = r, A (rows x columns) row by row, and the multipliers with x = A^T multipliers. At most
-   `most` rows are taken for independent.
+typedef struct {
+    int rows, columns;
+    const mbs_span *spans; /* one for each row */
+} mbs_pattern;
+
+/* Doubles that the factors of a matrix take. */
+#define MBS_FACTORS(rows, columns) ((rows) * ((columns) + 6) + 3)
+
+/* Factorise A, of which `matrix` holds the elements within the spans, row after row. At most `most` rows are taken for
+   independent. */
+void mbs_factorise(const mbs_pattern *pattern, const double *matrix, double most, double *factors);
+
+/* Minimum-norm x with A x = r, and the multipliers with x = A^T multipliers.
    report: rank; smallest kept |R_kk| / |R_11|; largest scaled residual of a dependent row. */
-void mbs_solve(int rows, int columns, const double *matrix, const double *right, double most, double *solution,
-               double *multipliers, double *report, double *work);
+void mbs_substitute(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
+                    double *multipliers, double *report);
 
 /* Call a program for many samples. The pointers move on from sample to sample: those of the outputs by the size of
    the output, that of input i by its size if advance[i] is not 0. */

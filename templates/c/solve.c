@@ -2,19 +2,40 @@
 #include "runtime.h"
 #include "vectors.h"
 
-/* ---- minimum-norm solution of A x = r by Householder QR of A^T with column pivoting ---- */
+/* ---- minimum-norm solution of A x = r by Householder QR of A^T ---- */
 
 #define ROUNDING 2e-14 /* of the longest row's largest number: rows of smaller ones count as zero */
 #define TIE 1e-8 /* lengths closer than this fraction count as equal: the row declared first is taken */
+#define CLEAR 1e-6 /* of a row's length: where that much is left of every row in turn, all are independent */
+#define ALIKE 1e-12 /* of the longest row: lengths below that may be rounding */
+
+enum { RANK, CONDITIONING, PIVOTED, HEAD };
 
 typedef struct {
-    int rows, columns, rank;
-    double *vectors;  /* row j: R entries, then the Householder vector of a kept row */
-    double *scale;    /* lengths of the rows of A */
-    double *order;    /* order[k]: the row kept k-th, as a whole number */
-    double *diagonal; /* R_kk */
-    double *factors;  /* reflection k is E - factors[k] v v^T */
+    int rows, columns;
+    const mbs_span *spans;
+    double *head;
+    double *scale;   /* what the rows of A were divided by */
+    double *order;   /* order[k]: the row kept k-th, as a whole number */
+    double *inverse; /* 1 / R_kk */
+    double *factors; /* reflection k is E - factors[k] v v^T */
+    double *y, *scaled;
+    double *vectors; /* row j: R entries, then the Householder vector of a kept row */
 } qr;
+
+static qr laid_out(const mbs_pattern *pattern, double *space)
+{
+    int rows = pattern->rows;
+    qr f = {.rows = rows, .columns = pattern->columns, .spans = pattern->spans, .head = space};
+    f.scale = f.head + HEAD;
+    f.order = f.scale + rows;
+    f.inverse = f.order + rows;
+    f.factors = f.inverse + rows;
+    f.y = f.factors + rows;
+    f.scaled = f.y + rows;
+    f.vectors = f.scaled + rows;
+    return f;
+}
 
 static double dot(int n, const double *a, const double *b)
 {
@@ -29,36 +50,89 @@ static double *row_of(const qr *f, int k)
     return f->vectors + (int)f->order[k] * f->columns;
 }
 
+/* Take x less amount times v. */
+static void subtract(int n, double amount, const double *v, double *x)
+{
+    for (int i = 0; i < n; ++i)
+        x[i] -= amount * v[i];
+}
+
+/* Make v, the rest of the row kept k-th, the vector that turns it onto the k-th axis. */
+static void make_reflection(const qr *f, int k, double length, double *v)
+{
+    double whole = length + fabs(v[0]), factor = 1.0 / (length * whole);
+    double inverse = factor * whole;
+    f->factors[k] = factor;
+    f->inverse[k] = v[0] > 0.0 ? -inverse : inverse;
+    v[0] += v[0] > 0.0 ? length : -length;
+}
+
+/* ---- without pivoting, over the profile ---- */
+
+/* Take the rows as they come; returns 0 where one of them might depend on those before it. */
+static int keep_in_order(const qr *f, const double *matrix)
+{
+    double longest = 0.0, shortest = HUGE_VAL, least = 1.0;
+    for (int j = 0; j < f->rows; ++j) {
+        const mbs_span *span = f->spans + j;
+        double *row = f->vectors + j * f->columns;
+        int count = span->end - span->first;
+        mbs_fill(span->first - span->low, 0.0, row + span->low);
+        mbs_copy(count, matrix, row + span->first);
+        mbs_fill(span->high - span->end, 0.0, row + span->end);
+        double whole = dot(count, matrix, matrix);
+        for (int k = span->low; k < j; ++k) {
+            const double *v = f->vectors + k * f->columns + k;
+            int size = f->spans[k].high - k;
+            subtract(size, f->factors[k] * dot(size, v, row + k), v, row + k);
+        }
+        double rest = dot(span->high - j, row + j, row + j);
+        if (!(rest > CLEAR * CLEAR * whole && whole > 1e-200 && whole < 1e200))
+            return 0;
+        make_reflection(f, j, sqrt(rest), row + j);
+        f->scale[j] = 1.0;
+        f->order[j] = j;
+        longest = whole > longest ? whole : longest;
+        shortest = whole < shortest ? whole : shortest;
+        least = rest < least * whole ? rest / whole : least;
+        matrix += count;
+    }
+    f->head[RANK] = f->rows;
+    f->head[CONDITIONING] = sqrt(least);
+    f->head[PIVOTED] = 0.0;
+    return shortest > ALIKE * ALIKE * longest;
+}
+
+/* ---- with column pivoting ---- */
+
 /* A row that is zero but for rounding (of numbers like those of the longest row) counts as zero: what is left of it has
    no direction. Its length counts as that of the longest row, or one. */
-static int scale_rows(const qr *f, const double *matrix)
+static void scale_rows(const qr *f, const double *matrix, double longest)
 {
-    double longest = mbs_largest(f->rows * f->columns, matrix);
-    if (!isfinite(longest))
-        return 0;
     for (int j = 0; j < f->rows; ++j) {
-        const double *from = matrix + j * f->columns;
-        double *to = f->vectors + j * f->columns;
-        double size = mbs_largest(f->columns, from), length = 1.0;
+        int first = f->spans[j].first, count = f->spans[j].end - first;
+        double *row = f->vectors + j * f->columns, *to = row + first;
+        double size = mbs_largest(count, matrix), length = 1.0;
         int empty = size <= ROUNDING * longest;
         if (empty)
             size = longest > 0.0 ? longest : 1.0;
-        for (int i = 0; i < f->columns; ++i)
-            to[i] = empty ? 0.0 : from[i] / size;
+        mbs_fill(f->columns, 0.0, row);
+        for (int i = 0; i < count && !empty; ++i)
+            to[i] = matrix[i] / size;
         if (!empty)
-            length = sqrt(dot(f->columns, to, to));
-        for (int i = 0; i < f->columns; ++i)
+            length = sqrt(dot(count, to, to));
+        for (int i = 0; i < count; ++i)
             to[i] /= length;
         f->scale[j] = size * length;
         f->order[j] = j;
+        matrix += count;
     }
-    return 1;
 }
 
 /* Bring the longest remaining row to place k, those between one place back; returns its length. */
-static double take_pivot(const qr *f, int k, double *lengths)
+static double take_pivot(const qr *f, int k)
 {
-    double longest = 0.0;
+    double longest = 0.0, *lengths = f->y;
     for (int j = k; j < f->rows; ++j) {
         const double *rest = row_of(f, j) + k;
         lengths[j] = sqrt(dot(f->columns - k, rest, rest));
@@ -75,90 +149,98 @@ static double take_pivot(const qr *f, int k, double *lengths)
     return lengths[chosen];
 }
 
-static void reflect(const qr *f, int k, double length)
+static void keep_longest(const qr *f, double most_kept)
 {
-    int rest = f->columns - k;
-    double *v = row_of(f, k) + k;
-    double first = v[0];
-    f->diagonal[k] = first > 0.0 ? -length : length;
-    f->factors[k] = 1.0 / (length * (length + fabs(first)));
-    v[0] = first - f->diagonal[k];
-    for (int j = k + 1; j < f->rows; ++j) {
-        double *other = row_of(f, j) + k;
-        double amount = f->factors[k] * dot(rest, v, other);
-        for (int i = 0; i < rest; ++i)
-            other[i] -= amount * v[i];
-    }
-}
-
-static void factorise(qr *f, double most_kept, double *lengths)
-{
-    int most = f->rows < f->columns ? f->rows : f->columns;
+    int most = f->rows < f->columns ? f->rows : f->columns, k = 0;
     if (most_kept < most)
         most = (int)ceil(most_kept);
     double tolerance = 100.0 * MBS_EPSILON * (f->rows > f->columns ? f->rows : f->columns);
-    for (f->rank = 0; f->rank < most; ++f->rank) {
-        double length = take_pivot(f, f->rank, lengths);
-        double first = f->rank ? fabs(f->diagonal[0]) : length;
+    double first = 0.0, smallest = 0.0;
+    for (; k < most; ++k) {
+        double length = take_pivot(f, k), *v = row_of(f, k) + k;
+        int size = f->columns - k;
+        first = k ? first : length;
         if (!(length > tolerance * first))
             break;
-        reflect(f, f->rank, length);
+        smallest = k && smallest < length ? smallest : length;
+        make_reflection(f, k, length, v);
+        for (int j = k + 1; j < f->rows; ++j) {
+            double *other = row_of(f, j) + k;
+            subtract(size, f->factors[k] * dot(size, v, other), v, other);
+        }
     }
+    f->head[RANK] = k;
+    f->head[CONDITIONING] = k ? smallest / first : 0.0;
+    f->head[PIVOTED] = 1.0;
 }
 
-static void fill_report(const qr *f, const double *right, const double *y, double *report)
+void mbs_factorise(const mbs_pattern *pattern, const double *matrix, double most, double *factors)
 {
-    double biggest = mbs_largest(f->rows, right), smallest = 0.0, residual = 0.0;
-    for (int k = 0; k < f->rank; ++k)
-        if (k == 0 || fabs(f->diagonal[k]) < smallest)
-            smallest = fabs(f->diagonal[k]);
-    for (int k = f->rank; k < f->rows; ++k) {
-        double left = fabs(right[(int)f->order[k]] - dot(f->rank, row_of(f, k), y));
-        if (left > residual)
-            residual = left;
-    }
-    report[0] = f->rank;
-    report[1] = f->rank ? smallest / fabs(f->diagonal[0]) : 0.0;
-    report[2] = biggest > 0.0 ? residual / biggest : 0.0;
+    qr f = laid_out(pattern, factors);
+    if (0 < f.rows && f.rows <= f.columns && most >= f.rows && keep_in_order(&f, matrix))
+        return;
+    int size = 0;
+    for (int j = 0; j < f.rows; ++j)
+        size += f.spans[j].end - f.spans[j].first;
+    double longest = mbs_largest(size, matrix);
+    f.head[RANK] = NAN;
+    if (!isfinite(longest))
+        return;
+    scale_rows(&f, matrix, longest);
+    keep_longest(&f, most);
 }
 
-/* y = R^-T r over the kept rows, multipliers = R^-1 y, x = Q (y, 0). */
-static void substitute(const qr *f, const double *right, double *y, double *solution, double *multipliers)
+/* ---- solution from the factors ---- */
+
+/* y = R^-T r over the kept rows; returns the largest |A x - r| of the others. */
+static double forward(const qr *f, int rank)
 {
-    for (int k = 0; k < f->rank; ++k)
-        y[k] = (right[(int)f->order[k]] - dot(k, row_of(f, k), y)) / f->diagonal[k];
+    double largest = 0.0;
+    for (int k = 0; k < f->rows; ++k) {
+        int low = f->head[PIVOTED] != 0.0 ? 0 : f->spans[k].low, end = k < rank ? k : rank;
+        double left = f->scaled[(int)f->order[k]] - dot(end - low, row_of(f, k) + low, f->y + low);
+        if (k < rank)
+            f->y[k] = left * f->inverse[k];
+        else if (fabs(left) > largest)
+            largest = fabs(left);
+    }
+    return largest;
+}
+
+/* Multipliers = R^-1 y, x = Q (y, 0). */
+static void backward(const qr *f, int rank, double *solution, double *multipliers)
+{
+    const mbs_span whole = {0, f->columns, 0, f->columns};
     mbs_fill(f->columns, 0.0, solution);
     mbs_fill(f->rows, 0.0, multipliers);
-    mbs_copy(f->rank, y, solution);
-    for (int k = f->rank - 1; k >= 0; --k) {
+    mbs_copy(rank, f->y, solution);
+    for (int k = rank - 1; k >= 0; --k) {
+        const mbs_span *span = f->head[PIVOTED] != 0.0 ? &whole : f->spans + k;
         const double *row = row_of(f, k);
-        double value = y[k];
-        for (int j = k + 1; j < f->rank; ++j)
-            value -= row_of(f, j)[k] * multipliers[(int)f->order[j]];
-        multipliers[(int)f->order[k]] = value / f->diagonal[k];
-        double amount = f->factors[k] * dot(f->columns - k, row + k, solution + k);
-        for (int i = k; i < f->columns; ++i)
-            solution[i] -= amount * row[i];
+        int size = span->high - k, j = (int)f->order[k];
+        double value = f->y[k] * f->inverse[k];
+        subtract(k - span->low, value, row + span->low, f->y + span->low);
+        multipliers[j] = value / f->scale[j];
+        subtract(size, f->factors[k] * dot(size, row + k, solution + k), row + k, solution + k);
     }
-    for (int j = 0; j < f->rows; ++j)
-        multipliers[j] /= f->scale[j];
 }
 
-void mbs_solve(int rows, int columns, const double *matrix, const double *right, double most, double *solution,
-               double *multipliers, double *report, double *work)
+void mbs_substitute(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
+                    double *multipliers, double *report)
 {
-    double *scale = work + rows * columns;
-    qr f = {rows, columns, 0, work, scale, scale + rows, scale + 2 * rows, scale + 3 * rows};
-    double *y = scale + 4 * rows, *scaled = scale + 5 * rows;
-    if (!scale_rows(&f, matrix) || !isfinite(mbs_largest(rows, right))) {
-        mbs_fill(columns, NAN, solution);
-        mbs_fill(rows, NAN, multipliers);
+    qr f = laid_out(pattern, factors);
+    if (isnan(f.head[RANK]) || !isfinite(mbs_largest(f.rows, right))) {
+        mbs_fill(f.columns, NAN, solution);
+        mbs_fill(f.rows, NAN, multipliers);
         mbs_fill(3, NAN, report);
         return;
     }
-    factorise(&f, most, y);
-    for (int j = 0; j < rows; ++j)
-        scaled[j] = right[j] / f.scale[j];
-    substitute(&f, scaled, y, solution, multipliers);
-    fill_report(&f, scaled, y, report);
+    for (int j = 0; j < f.rows; ++j)
+        f.scaled[j] = right[j] / f.scale[j];
+    int rank = (int)f.head[RANK];
+    double left = forward(&f, rank);
+    backward(&f, rank, solution, multipliers);
+    report[0] = rank;
+    report[1] = f.head[CONDITIONING];
+    report[2] = left > 0.0 ? left / mbs_largest(f.rows, f.scaled) : 0.0;
 }

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from c_solve import solve_in_c
 
 from multibody_sym.program.program import Program
 from multibody_sym.program.solve import Solution
@@ -72,13 +73,8 @@ class Library:
         return [a[:-1].reshape(o.shape) for a, o in zip(found, program.outputs, strict=True)]
 
     def solve(self, matrix: np.ndarray, right: np.ndarray, most: float) -> Solution:
-        """Return what mbs_solve in C returns."""
-        rows, columns = matrix.shape
-        found = [np.empty(max(1, size)) for size in (columns, rows, 3)]
-        arrays = [np.ascontiguousarray(matrix), right, *found, np.empty(rows * columns + 6 * rows + columns + 8)]
-        given, filled = ([a.ctypes.data_as(DOUBLES) for a in part] for part in (arrays[:2], arrays[2:]))
-        self.library.mbs_solve(rows, columns, *given, ctypes.c_double(most), *filled)
-        return Solution(*[a[:size] for a, size in zip(found, (columns, rows, 3), strict=True)])
+        """Return what the solve in C returns."""
+        return solve_in_c(self.library, matrix, right, most)
 
 
 def _pointers(arrays: Sequence[np.ndarray]) -> ctypes.Array[DOUBLES]:  # type: ignore[valid-type]

@@ -43,7 +43,7 @@ def assert_same_bits(library: Library, programs: dict[str, Program], makers: dic
 
 @pytest.fixture
 def solved_in_c(monkeypatch: pytest.MonkeyPatch):
-    """Let the interpreter solve with the library's own mbs_solve, whose sums are rounded in another order."""
+    """Let the interpreter solve with the library's own routines, whose sums are rounded in another order."""
     return lambda library: monkeypatch.setattr(interpreter, "solve", library.solve)
 
 

@@ -115,25 +115,28 @@ def planar_pendulum(*, copies: int = 1, offset: float = 0.0, stabilised: bool = 
     setup = f"""
     double d = sqrt(q[0]*q[0] + q[1]*q[1]), n[2] = {{q[0]/d, q[1]/d}};
     double velocity = n[0]*u[0] + n[1]*u[1];
-    double rows[{2 * ns}], right[{ns}], multipliers[{ns}], report[3], work[MBS_SOLVE_WORK({ns}, 2)];
+    static const mbs_span spans[] = {{{"{0, 2, 0, 2}, " * ns}}};
+    static const mbs_pattern pattern = {{{ns}, 2, spans}};
+    double rows[{2 * ns}], right[{ns}], multipliers[{ns}], report[3], factors[MBS_FACTORS({ns}, 2)];
     for (int i = 0; i < {ns}; ++i) {{ rows[2*i] = n[0]; rows[2*i + 1] = n[1]; }}
+    mbs_factorise(&pattern, rows, {ns}, factors);
 """
     derivative = f"""{setup}
     double gamma = -(u[0]*u[0] + u[1]*u[1] - velocity*velocity)/d {damping};
     for (int i = 0; i < {ns}; ++i) right[i] = gamma + n[1]*p[0] + (i ? {offset!r} : 0.0)*t;
-    mbs_solve({ns}, 2, rows, right, {ns}, out[1], out[2], out[3], work);
+    mbs_substitute(&pattern, factors, right, out[1], out[2], out[3]);
     out[0][0] = u[0];
     out[0][1] = u[1];
     out[1][1] -= p[0];
 """
     position = f"""{setup}
     for (int i = 0; i < {ns}; ++i) {{ out[0][i] = d - p[1] - (i ? {offset!r} : 0.0)*t*t*t/6.0; right[i] = -out[0][i]; }}
-    mbs_solve({ns}, 2, rows, right, {ns}, out[1], multipliers, report, work);
+    mbs_substitute(&pattern, factors, right, out[1], multipliers, report);
     (void)velocity;
 """
     speed = f"""{setup}
     for (int i = 0; i < {ns}; ++i) {{ out[0][i] = velocity - (i ? {offset!r} : 0.0)*t*t/2.0; right[i] = -out[0][i]; }}
-    mbs_solve({ns}, 2, rows, right, {ns}, out[1], multipliers, report, work);
+    mbs_substitute(&pattern, factors, right, out[1], multipliers, report);
 """
     return HandModel(2, 2, 4, derivative, ns=ns, others=(("project_position", position), ("project_velocity", speed)))
 

@@ -1,32 +1,27 @@
-"""mbs_solve in C against its NumPy reference and against what defines the solution, on all kinds of matrices."""
+"""The solve in C against its NumPy reference and against what defines the solution, on all kinds of matrices."""
 
 import ctypes
 import math
 
 import numpy as np
 import pytest
+from c_solve import solve_in_c
 from hand_models import OSCILLATOR
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from multibody_sym.codegen.profile import column_order, row_spans
 from multibody_sym.program.solve import solve
-
-POINTER = ctypes.POINTER(ctypes.c_double)
+from multibody_sym.scalars.node import as_node
 
 
 @pytest.fixture(scope="module")
 def in_c():
-    function = ctypes.CDLL(str(OSCILLATOR.load().path)).mbs_solve
-    function.restype = None
+    library = ctypes.CDLL(str(OSCILLATOR.load().path))
 
-    def call(matrix, right, most=math.inf):
-        (s, n), guard = matrix.shape, 12345.0
-        arrays = [np.ascontiguousarray(matrix, dtype=float), np.array(right, dtype=float)]
-        arrays += [np.full(size + 1, guard) for size in (n, s, 3, s * n + 6 * s + n + 8)]
-        given, filled = ([a.ctypes.data_as(POINTER) for a in part] for part in (arrays[:2], arrays[2:]))
-        function(s, n, *given, ctypes.c_double(most), *filled)
-        assert all(a[-1] == guard for a in arrays[2:])
-        return tuple(a[:-1] for a in arrays[2:5])
+    def call(matrix, right, most=math.inf, spans=None):
+        found = solve_in_c(library, np.asarray(matrix), right, most, spans)
+        return found.solution, found.multipliers, found.report
 
     return call
 
@@ -130,3 +125,25 @@ def test_a_row_of_rounding_has_no_direction(in_c):
     np.testing.assert_allclose(x, [1.0, 2.0, 0.0], rtol=1e-14)
     assert report[0] == 1
     assert multipliers[1] == 0.0
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 12), st.sampled_from([0.2, 0.4, 0.8]), st.booleans())
+def test_what_is_zero_by_structure_may_be_left_out(in_c, seed, size, filled, twice):
+    """Rows with few elements, in columns that are put in order: as if all zeros were there, dependent rows or not."""
+    rng = np.random.default_rng(seed)
+    rows = int(rng.integers(1, size + 1))
+    matrix = np.where(rng.random((rows, size)) < filled, rng.standard_normal((rows, size)), 0.0)
+    if twice:
+        matrix[-1] = -3.0 * matrix[0]
+    right = matrix @ rng.standard_normal(size)
+    nodes = [[as_node(float(x)) for x in row] for row in matrix]
+    order = column_order(nodes, size)
+    spans = row_spans([[row[k] for k in order] for row in nodes])
+    x, multipliers, report = in_c(matrix[:, order], right, spans=spans)
+    wanted = solve(matrix, right)
+    assert report[0] == wanted.report[0]
+    blurred = 1e-13 / max(report[1], 1e-12) ** 2
+    np.testing.assert_allclose(x, wanted.solution[order], rtol=0, atol=blurred)
+    np.testing.assert_allclose(multipliers, wanted.multipliers, rtol=0, atol=blurred * (1 + abs(multipliers).max()))
+    assert report[1] == pytest.approx(wanted.report[1], rel=1e-8)

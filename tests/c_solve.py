@@ -1,0 +1,52 @@
+"""The solve of the C runtime, called on arrays."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from multibody_sym.codegen.profile import Span
+from multibody_sym.program.solve import Solution
+
+DOUBLES = ctypes.POINTER(ctypes.c_double)
+GUARD = 12345.0
+
+
+class CSpan(ctypes.Structure):
+    """mbs_span."""
+
+    _fields_ = tuple((name, ctypes.c_int) for name in ("first", "end", "low", "high"))
+
+
+class CPattern(ctypes.Structure):
+    """mbs_pattern."""
+
+    _fields_ = (("rows", ctypes.c_int), ("columns", ctypes.c_int), ("spans", ctypes.POINTER(CSpan)))
+
+
+def solve_in_c(
+    library: ctypes.CDLL,
+    matrix: np.ndarray,
+    right: np.ndarray,
+    most: float = math.inf,
+    spans: Sequence[Span] | None = None,
+) -> Solution:
+    """Return what mbs_factorise and mbs_substitute return; no array is written beyond its end."""
+    s, n = matrix.shape
+    spans = [Span(0, n, 0, n)] * s if spans is None else spans
+    inside = [matrix[k, span.first : span.end] for k, span in enumerate(spans)]
+    table = (CSpan * max(1, s))(*[CSpan(x.first, x.end, x.low, x.high) for x in spans])
+    pattern = ctypes.byref(CPattern(s, n, table))
+    given = [np.concatenate([np.empty(0), *inside]).astype(float), np.array(right, dtype=float)]
+    factors, *found = (np.full(size + 1, GUARD) for size in (s * (n + 6) + 3, n, s, 3))
+    library.mbs_factorise(pattern, _pointer(given[0]), ctypes.c_double(most), _pointer(factors))
+    library.mbs_substitute(pattern, _pointer(factors), _pointer(given[1]), *map(_pointer, found))
+    assert all(a[-1] == GUARD for a in (factors, *found))
+    return Solution(*(a[:-1] for a in found))
+
+
+def _pointer(array: np.ndarray) -> ctypes._Pointer[ctypes.c_double]:
+    return array.ctypes.data_as(DOUBLES)
