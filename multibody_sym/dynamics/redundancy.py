@@ -2,32 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
+from multibody_sym.dynamics.dependence import NEGLIGIBLE, constraint_jacobian, dependence, support
 from multibody_sym.dynamics.equations import TreeDynamics
+from multibody_sym.dynamics.reactions import reactions
 from multibody_sym.kinematics.motion import Motion
-from multibody_sym.kinematics.wrenches import Wrench, carried
-from multibody_sym.program.solve import scaled_rows, solve
-from multibody_sym.scalars.vectors import add, scale
+from multibody_sym.model.mechanism import COMPONENTS
+from multibody_sym.program.solve import scaled_rows
 
 Floats = npt.NDArray[np.float64]
 
-_NEGLIGIBLE: Final = 1e-8
 _APPROXIMATE: Final = 1e-6
 
 
 @dataclass(frozen=True)
 class Redundancy:
-    """The rank of H, the names of the rows it leaves over, and of the rows and joints whose forces are not unique."""
+    """The rank of H, the rows it leaves over, and what that makes ambiguous, by name.
+
+    `dependencies`: for each row left over the rows that depend on each other, in the order of declaration; one alone
+    holds what nothing could move. `ambiguous`: joints with the components of their reactions that are not unique, and
+    constraints that are no joints.
+    """
 
     rank: int
     redundant: tuple[str, ...]
     not_unique: tuple[str, ...]
+    dependencies: tuple[tuple[str, ...], ...] = ()
+    ambiguous: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 def redundancy(motion: Motion, dynamics: TreeDynamics) -> Redundancy:
@@ -38,49 +45,54 @@ def redundancy(motion: Motion, dynamics: TreeDynamics) -> Redundancy:
     """
     if not dynamics.rows:
         return Redundancy(0, (), ())
-    matrix = np.array([dynamics.factors.weighted(row.jacobian) for row in dynamics.rows], dtype=float)
-    kept = solve(matrix, matrix @ _generic(matrix.shape[1])).multipliers != 0.0
-    rank = int(kept.sum())
-    redundant = tuple(name for name, is_kept in zip(dynamics.row_names, kept, strict=True) if not is_kept)
-    idle = _idle(matrix, rank)
-    rows = [name for name, part in zip(dynamics.row_names, idle, strict=True) if _is_there(part)]
-    joints = [_loaded(motion, dynamics, combination) for combination in idle.T]
-    names = [body.joint_name for k, body in enumerate(motion.mechanism.bodies) if any(loads[k] for loads in joints)]
-    return Redundancy(rank, redundant, (*rows, *names))
+    matrix = _weighted(dynamics, constraint_jacobian(dynamics.rows))
+    found, names = dependence(matrix), dynamics.row_names
+    idle = [_unit(circuit / scaled_rows(matrix)[0]) for circuit in found.circuits]
+    shared = {k for circuit in found.circuits for k in support(circuit)}
+    loaded = _ambiguous(motion, dynamics, idle)
+    of_joints = {k for cut in motion.mechanism.cuts for k in cut.rows}
+    joints = [body.joint_name for body in motion.mechanism.bodies if body.joint_name in loaded]
+    return Redundancy(
+        found.rank,
+        tuple(names[k] for k in found.left_over),
+        (*(names[k] for k in sorted(shared)), *joints),
+        tuple(tuple(names[k] for k in support(circuit)) for circuit in found.circuits),
+        {**{names[k]: () for k in sorted(shared - of_joints)}, **loaded},
+    )
 
 
 def approximate_rank(dynamics: TreeDynamics) -> int:
     """Return the rank of the rows at a state that satisfies them only nearly."""
     if not dynamics.rows:
         return 0
-    matrix = np.array([dynamics.factors.weighted(row.jacobian) for row in dynamics.rows], dtype=float)
+    matrix = _weighted(dynamics, np.array(dynamics.constraint_jacobian, dtype=float))
     values = np.linalg.svd(scaled_rows(matrix)[1], compute_uv=False)
     return int((values > _APPROXIMATE).sum())
 
 
-def _generic(count: int) -> Floats:
-    """Return numbers that no row is likely to be perpendicular to: drawn, as any pattern meets masses that fit it."""
-    return np.random.default_rng(20).normal(size=count)
+def _weighted(dynamics: TreeDynamics, jacobian: Floats) -> Floats:
+    """Return H G^-1 (s x n)."""
+    return np.array([dynamics.factors.weighted(row) for row in jacobian.tolist()], dtype=float)
 
 
-def _idle(matrix: Floats, rank: int) -> Floats:
-    """Return the combinations of multipliers (s x (s - rank)) that exert nothing."""
-    lengths, rows = scaled_rows(matrix)
-    u, _, _ = np.linalg.svd(rows)
-    found = u[:, rank:] / lengths[:, None]
-    unit: Floats = found / np.linalg.norm(found, axis=0)
+def _unit(combination: Floats) -> Floats:
+    unit: Floats = combination / np.linalg.norm(combination)
     return unit
 
 
-def _is_there(part: Floats) -> bool:
-    return bool(np.abs(part).max(initial=0.0) > _NEGLIGIBLE)
+def _ambiguous(motion: Motion, dynamics: TreeDynamics, idle: list[Floats]) -> dict[str, tuple[str, ...]]:
+    """Return the components of each joint's reaction that combinations of multipliers which exert nothing change."""
+    if not idle:
+        return {}
+    at_rest = [0.0] * len(dynamics.speeds)
+    without = reactions(motion, at_rest, dynamics.rows, [0.0] * len(dynamics.rows))
+    with_each = [reactions(motion, at_rest, dynamics.rows, combination.tolist()) for combination in idle]
+    changed = {
+        name: tuple(c for c in COMPONENTS if any(_differs(found[name][c], known[c]) for found in with_each))
+        for name, known in without.items()
+    }
+    return {name: components for name, components in changed.items() if components}
 
 
-def _loaded(motion: Motion, dynamics: TreeDynamics, combination: Sequence[float]) -> list[bool]:
-    """Return for each body whether its joint transmits something under a combination of multipliers."""
-    total: list[Wrench] = [((0, 0, 0), (0, 0, 0))] * len(motion.bodies)
-    for row, multiplier in zip(dynamics.rows, combination, strict=True):
-        for index, (force, moment) in enumerate(row.of_body):
-            known = total[index]
-            total[index] = (add(known[0], scale(multiplier, force)), add(known[1], scale(multiplier, moment)))
-    return [_is_there(np.array(wrench, dtype=float)) for wrench in carried(motion, total)]
+def _differs(value: float, other: float) -> bool:
+    return abs(value - other) > NEGLIGIBLE * max(1.0, abs(other))

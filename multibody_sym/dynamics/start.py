@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from multibody_sym.dynamics.assembly import Rows, assembled_position, assembled_speeds, closed_near, moved, normalize
 from multibody_sym.dynamics.composite_body import composite_body
+from multibody_sym.dynamics.contradiction import contradictions_named, verify_consistent
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED, verify_inertia
 from multibody_sym.dynamics.redundancy import approximate_rank
 from multibody_sym.errors import ModelError, Where
@@ -56,8 +57,8 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None) ->
     Joints marked `known` keep their values and the others are assembled; without marks those with an `initial` are
     held in their order as long as the rest can close; if all are given and miss the constraints by less than 1e-6, they
     change as little as possible. Ropes without a length are measured in the assembled position.
-    Raises NoSolutionError (constraints that do not close, with residuals by name; a speed that no inertia resists) and
-    ModelError (values that are not finite or not positive).
+    Raises NoSolutionError (constraints that contradict each other, by name, or do not close, with residuals by name; a
+    speed that no inertia resists) and ModelError (values that are not finite or not positive).
     """
     declared = parameter_values(mechanism, overrides or {})
     _verify_motions(mechanism, declared)
@@ -65,13 +66,17 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None) ->
     measured = _measured_ropes(mechanism)
     rows = Rows(mechanism, declared, [k for k in range(len(mechanism.rows)) if k not in measured])
     _verify_inertia(rows, q, u)
-    position = assembled_position(rows, q)
+    with contradictions_named(rows, q, u):
+        position = assembled_position(rows, q)
     _verify_directions(rows.motion(position.values, np.zeros(len(u))))
     parameters = _with_lengths(rows, position.values, measured)
     every = Rows(mechanism, parameters, range(len(mechanism.rows)))
-    speeds = assembled_speeds(every, position.values, u)
+    with contradictions_named(every, position.values, u):
+        speeds = assembled_speeds(every, position.values, u)
     if mechanism.rows:
-        parameters[-3] = float(_generic_rank(every, position.values))
+        rank = _generic_rank(every, position.values)
+        parameters[-3] = float(rank)
+        verify_consistent(every, position.values, speeds.values, rank)
     _verify_loads(every.motion(position.values, speeds.values))
     return Start(
         tuple(parameters),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from multibody_sym.report.redundancy import redundancy_lines
 from multibody_sym.simulation.check import CheckReport
 
 
@@ -18,10 +19,7 @@ def _freedom(found: CheckReport) -> list[str]:
     lines = [f"degrees of freedom: {found.degrees_of_freedom}"]
     if found.rank or found.redundant:
         lines[0] += f" ({found.degrees_of_freedom + found.rank} speeds, constraints of rank {found.rank})"
-    if found.redundant:
-        lines.append(f"redundant constraints: {_listed(found.redundant)}")
-        lines.append(f"forces that are not unique: {_listed(found.not_unique)}")
-    return lines
+    return [*lines, *redundancy_lines(found)]
 
 
 def _start(found: CheckReport) -> list[str]:

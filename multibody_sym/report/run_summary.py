@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
+from multibody_sym.report.redundancy import redundancy_lines
 from multibody_sym.simulation.samples import mechanism_units
 from multibody_sym.simulation.trajectory import Trajectory, largest_change
 
@@ -61,7 +62,7 @@ def _constraints(run: Trajectory) -> list[str]:
         if run.baumgarte is not None and any(run.baumgarte.values()):
             how = "Baumgarte with alpha = {alpha:.4g}/s, beta = {beta:.4g}/s".format(**run.baumgarte)
         reached = f"|phi| <= {drift['position']:.2g}, |phidot| <= {drift['velocity']:.2g}"
-        lines.append(f"constraints kept by {how}: {reached}")
+        lines += [f"constraints kept by {how}: {reached}", *redundancy_lines(run.redundancy)]
     if drift["quaternion"]:
         lines.append(f"quaternions were within {drift['quaternion']:.2g} of unit length when they were normalised")
     return lines

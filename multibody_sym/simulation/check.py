@@ -48,15 +48,19 @@ class CheckReport:
     """What `check` found.
 
     `rank` of the constraints at the start and the `redundant` rows; `not_unique`: rows and joints whose forces are not
-    determined; `agreement`: each formalism's worst scaled residual (rounding is below 10, with constraints below 100);
-    `theorems`: relative residuals; `conserved` quantities; `held` and `assembled` start values and their largest
-    `shift`; `failure`: why there is no start, if there is none; `hints` for the author.
+    determined; `dependencies`, for each redundant row the rows that follow from each other; `ambiguous`, elements whose
+    forces are not determined, joints with the components; `agreement`: each formalism's worst scaled residual (rounding
+    is below 10, with constraints below 100); `theorems`: relative residuals; `conserved` quantities; `held` and
+    `assembled` start values and their largest `shift`; `failure`: why there is no start, if there is none; `hints` for
+    the author.
     """
 
     degrees_of_freedom: int
     rank: int
     redundant: tuple[str, ...]
     not_unique: tuple[str, ...]
+    dependencies: tuple[tuple[str, ...], ...] = ()
+    ambiguous: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     agreement: Mapping[str, float] = field(default_factory=dict)
     theorems: Mapping[str, float] = field(default_factory=dict)
     conserved: tuple[str, ...] = ()
@@ -108,6 +112,8 @@ def _with_dynamics(system: System, resolved: Mechanism, begin: Start, declared: 
         rank=rank.rank,
         redundant=rank.redundant,
         not_unique=rank.not_unique,
+        dependencies=rank.dependencies,
+        ambiguous=rank.ambiguous,
         agreement=ratios,
         theorems=residuals,
         conserved=tuple(conserved(instants)),

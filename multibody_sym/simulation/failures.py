@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from multibody_sym.dynamics.assembly import Rows
+from multibody_sym.dynamics.contradiction import Contradiction, contradiction_of
 from multibody_sym.errors import RunError
 from multibody_sym.integrators.flow import Status
 from multibody_sym.model.mechanism import Mechanism
@@ -21,9 +23,9 @@ class FailedRunError(RunError):
         self.trajectory = trajectory
 
 
-def failure_message(mechanism: Mechanism, failure: RunFailure) -> str:
+def failure_message(run: Trajectory, failure: RunFailure) -> str:
     """Return what happened, to which coordinate, speed or constraint, when, and what to do."""
-    when = f"at t = {failure.time:.6g} s"
+    mechanism, when = run.ready.mechanism, f"at t = {failure.time:.6g} s"
     what = _component(mechanism, failure)
     if failure.status is Status.NOT_FINITE:
         return f"{what} {when}: a force or an expression has no finite value there, or the motion grows without bound"
@@ -35,18 +37,25 @@ def failure_message(mechanism: Mechanism, failure: RunFailure) -> str:
     if failure.status is Status.STEP_LIMIT:
         advice = "a jump in a force (sign, where) keeps steps short; else ask for less accuracy or a shorter time"
         return f"the run took its largest number of steps and got no further than t = {failure.time:.6g} s: {advice}"
-    if failure.status is Status.CONTRADICTION:
-        rows = ", ".join(row.name for row in mechanism.rows)
-        return f"the constraints contradict each other {when}: no acceleration satisfies all of {rows}"
-    assert failure.status is Status.NOT_CLOSED
+    assert failure.status in (Status.NOT_CLOSED, Status.CONTRADICTION)
+    found = _contradiction(run, failure.time)
+    if found is not None:
+        return found.message(mechanism, when)
     return f"constraint {what} cannot be satisfied {when}: the mechanism comes to a position that it cannot pass"
+
+
+def _contradiction(run: Trajectory, time: float) -> Contradiction | None:
+    """Return the constraints that contradict each other at a time near the end of a run."""
+    mechanism, parameters = run.ready.mechanism, run.parameters.tolist()
+    rows = Rows(mechanism, parameters, range(len(mechanism.rows)), time)
+    return contradiction_of(rows, run.integration.q_final, run.integration.u_final, int(parameters[-3]))
 
 
 def _component(mechanism: Mechanism, failure: RunFailure) -> str:
     index = failure.component
     if index is None:
         return "the state"
-    if failure.status is Status.NOT_CLOSED:
+    if failure.status in (Status.NOT_CLOSED, Status.CONTRADICTION):
         return mechanism.rows[index].name
     coordinates = len(mechanism.coordinates)
     if failure.status is Status.NOT_FINITE:

@@ -162,14 +162,15 @@ def _forms(resolved: Mechanism, symbolic: SymbolicState, reasons: dict[str, None
 
 
 def _verify(resolved: Mechanism, found: Accelerations) -> None:
-    """Raise NoSolutionError where dependent constraints ask for different accelerations."""
+    """Raise NoSolutionError where rows that depend on each other only here ask for different accelerations."""
     rank, _, residual = found.report.tolist()
     if not (np.isfinite(found.udot).all() and np.isfinite(found.report).all()):
         raise NoSolutionError("the accelerations are no finite numbers: values of the model are too large or too small")
     if rank < len(resolved.rows) and residual > _CONTRADICTION:
         names = ", ".join(row.name for row in resolved.rows)
         raise NoSolutionError(
-            f"the constraints contradict each other: no acceleration satisfies all of {names}",
+            f"the start is a singular position of {names}, and no acceleration satisfies them with these speeds; start "
+            "from another position, or at rest",
             where=Where(path=("constraints",)),
         )
 

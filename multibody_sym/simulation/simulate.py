@@ -70,4 +70,4 @@ def _trajectory(ready: Runnable, problem: Problem, done: Integration) -> Traject
     trajectory = Trajectory(ready, problem.parameters, done.t, done.q, done.u, problem, done)
     if done.failure is None or done.failure.status is Status.INTERRUPTED:
         return trajectory
-    raise FailedRunError(failure_message(ready.mechanism, done.failure), trajectory)
+    raise FailedRunError(failure_message(trajectory, done.failure), trajectory)

@@ -6,11 +6,16 @@ import math
 import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import Any, Final
 
 import numpy as np
 
+from multibody_sym.dynamics.composite_body import composite_body
+from multibody_sym.dynamics.redundancy import Redundancy, redundancy
 from multibody_sym.integrators.flow import Status
+from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.state import state_of
 from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.limits import limits_passed
@@ -93,6 +98,16 @@ class Trajectory(Samples):
             "quaternion": statistics.quaternion_deviation,
         }
 
+    @cached_property
+    def redundancy(self) -> Redundancy:
+        """Which constraints were redundant at the start, and which forces that leaves undetermined."""
+        mechanism, rank = self.ready.mechanism, self.integration.statistics.greatest_rank
+        if rank == len(mechanism.rows):
+            return Redundancy(rank, (), ())
+        start = self.ready.q0.tolist(), self.ready.u0.tolist(), self.parameters.tolist()
+        state = state_of(mechanism, float, self.problem.t0, *start)
+        return redundancy(motion_of(mechanism, state), composite_body(mechanism, state))
+
     @property
     def statistics(self) -> dict[str, Any]:
         """Steps, evaluations and the like, with the method and what kept the constraints."""
@@ -123,6 +138,7 @@ class Trajectory(Samples):
             "events": self.events,
             "final": self.final,
             "drift": {name: x if math.isfinite(x) else None for name, x in self.drift.items()},
+            "redundancy": {**asdict(self.redundancy), "rows": len(self.ready.mechanism.rows)},
             "statistics": self.statistics,
             "interrupted": self.interrupted,
         }

@@ -84,7 +84,7 @@ def test_row_that_holds_nothing_is_left_over() -> None:
         joints={"j": Prismatic("ground", "b", q="x")},
         constraints={"nothing": Expression("0*x"), "hold": Expression("x")},
     )
-    assert found_in(system) == Redundancy(1, ("nothing",), ("nothing",))
+    assert found_in(system) == Redundancy(1, ("nothing",), ("nothing",), (("nothing",),), {"nothing": ()})
 
 
 @pytest.mark.parametrize("factor", [1e-6, 1.0, 1e6])

@@ -1,0 +1,104 @@
+"""Rows that depend on each other: which combinations of a matrix's rows vanish, each in as few rows as can be found.
+
+A combination y with y^T A = 0 of which no row can be missed is a circuit of the rows. Where A x = b is asked for and
+y^T b is not zero, the rows of the circuit contradict each other, and any of them left out the others do not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import permutations
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from multibody_sym.kinematics.rows import RowMotion
+from multibody_sym.program.solve import scaled_rows, solve
+
+Floats = npt.NDArray[np.float64]
+
+NEGLIGIBLE: Final = 1e-8
+"""Part of the largest share in a combination below which a row has none."""
+_ROUNDING: Final = 1e-13
+
+
+@dataclass(frozen=True)
+class Dependence:
+    """The rank of rows, those `left_over`, and for each of them a circuit (s,) of rows of length one."""
+
+    rank: int
+    left_over: tuple[int, ...]
+    circuits: tuple[Floats, ...]
+
+
+def dependence(matrix: Floats) -> Dependence:
+    """Return how the rows of a matrix (s x n) depend on each other, judged as `solve` does."""
+    _, rows = scaled_rows(matrix)
+    kept = solve(matrix, matrix @ _generic(matrix.shape[1])).multipliers != 0.0
+    left_over: list[int] = np.flatnonzero(~kept).tolist()
+    circuits = [_circuit(rows, kept, row) for row in left_over]
+    return Dependence(int(kept.sum()), tuple(left_over), tuple(_sparser(circuits, left_over)))
+
+
+def constraint_jacobian(rows: Sequence[RowMotion]) -> Floats:
+    """Return H (s x n) of rows over floats, zero where a row moves nothing but by rounding of the forces it exerts."""
+    jacobian = np.array([row.jacobian for row in rows], dtype=float).reshape(len(rows), -1)
+    exerted = [max((abs(x) for wrench in row.of_body for part in wrench for x in part), default=0.0) for row in rows]
+    vanishing = np.abs(jacobian).max(axis=1, initial=0.0) <= _ROUNDING * np.array(exerted)
+    return np.where(vanishing[:, None], 0.0, jacobian)
+
+
+def support(combination: Floats) -> tuple[int, ...]:
+    """Return the rows that have a share in a combination."""
+    return tuple(np.flatnonzero(combination).tolist())
+
+
+def contradiction(matrix: Floats, wanted: Floats, allowed: float) -> tuple[int, ...]:
+    """Return the fewest rows found of which A x = b asks what cannot be: circuits with |y^T b| > `allowed` |y|_1.
+
+    Arguments: matrix A (s, n), wanted b (s,), both divided by the lengths of the rows. No rows where nothing
+    contradicts.
+    """
+    lengths, _ = scaled_rows(matrix)
+    found = [
+        support(circuit)
+        for circuit in dependence(matrix).circuits
+        if abs(float(circuit @ (wanted / lengths))) > allowed * float(np.abs(circuit).sum())
+    ]
+    return min(found, key=len, default=())
+
+
+def _generic(count: int) -> Floats:
+    """Return numbers that no row is likely to be perpendicular to: drawn, as any pattern meets masses that fit it."""
+    return np.random.default_rng(20).normal(size=count)
+
+
+def _circuit(rows: Floats, kept: npt.NDArray[np.bool_], row: int) -> Floats:
+    """Return the combination that makes a row left over vanish with those kept, its own share 1."""
+    combination = np.zeros(len(rows))
+    combination[kept] = -np.linalg.lstsq(rows[kept].T, rows[row], rcond=None)[0]
+    combination[row] = 1.0
+    return _cleaned(combination)
+
+
+def _cleaned(combination: Floats) -> Floats:
+    """Return a combination of largest share 1 without what is rounding."""
+    unit: Floats = combination / np.abs(combination).max()
+    return np.where(np.abs(unit) > NEGLIGIBLE, unit, 0.0)
+
+
+def _sparser(circuits: Sequence[Floats], own: Sequence[int]) -> list[Floats]:
+    """Return circuits in fewer rows: what each shares with another is eliminated as long as its own row remains."""
+    found = list(circuits)
+    improved = True
+    while improved:
+        improved = False
+        for (i, row), (j, _) in permutations(enumerate(own), 2):
+            for k in set(support(found[i])) & set(support(found[j])) - {row}:
+                trial = _cleaned(found[i] - found[i][k] / found[j][k] * found[j])
+                if trial[row] != 0.0 and len(support(trial)) < len(support(found[i])):
+                    found[i], improved = trial, True
+                    break
+    return found
