@@ -26,7 +26,7 @@ _SETTINGS: Final = {
     "rtol": "relative tolerance of an adaptive method",
     "atol": "absolute tolerance of an adaptive method",
     "samples": "number of evenly spaced rows, both ends among them",
-    "constraints": "how constraints are kept: projection or baumgarte",
+    "constraints": "how constraints are kept: projection, baumgarte or index_2",
 }
 
 

@@ -7,10 +7,10 @@ from string import Template
 from typing import Final
 
 RUNTIME_SOURCES: Final = (
-    *("solve.c", "calls.c", "constraints.c", "events.c", "explicit.c", "implicit.c"),
+    *("solve.c", "calls.c", "constraints.c", "events.c", "explicit.c", "stages.c", "implicit.c"),
     *("pairing.c", "multistep.c", "runtime.c"),
 )
-RUNTIME_HEADERS: Final = ("pairing.h", "runtime.h", "stepper.h", "vectors.h")
+RUNTIME_HEADERS: Final = ("pairing.h", "runtime.h", "stages.h", "stepper.h", "vectors.h")
 _PACKAGE = Path(__file__).resolve().parents[1]
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from multibody_sym.dynamics.block_ldl import block_ldl
 from multibody_sym.dynamics.equations import Formalism, TreeDynamics
 from multibody_sym.dynamics.events import events
+from multibody_sym.dynamics.index_2 import index_2_programs
 from multibody_sym.dynamics.quantities import Sources, answered
 from multibody_sym.dynamics.scanned import scanned_normalize, scanned_sources, worth_scanning
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
@@ -16,19 +17,19 @@ from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.program.derivatives import total_jacobian
 from multibody_sym.program.program import Program
-from multibody_sym.program.programs import Programs
+from multibody_sym.program.programs import Form, Programs
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import maximum
 from multibody_sym.scalars.node import ZERO, Node, as_node
 from multibody_sym.scalars.rotations import unit_quaternion
 
 
-def programs(mechanism: Mechanism, formalism: Formalism, *, implicit: bool = False) -> Programs:
-    """Return all Programs of a mechanism by one formalism; with the Jacobian where an implicit method needs it.
+def programs(mechanism: Mechanism, formalism: Formalism, form: Form = "explicit") -> Programs:
+    """Return all Programs of a mechanism by one formalism, with those that a method needs for its `form`.
 
     Those of `block_ldl` are scanned where that shortens them, but for their Jacobian, which has a scan for each column.
     """
-    like = worth_scanning(mechanism) if formalism is block_ldl and not implicit else None
+    like = worth_scanning(mechanism) if formalism is block_ldl and form == "explicit" else None
     if like is not None:
         return _programs(mechanism, scanned_sources(mechanism, like), scanned_normalize(mechanism, like))
     dynamics = formalism(mechanism, slot_state(mechanism))
@@ -38,7 +39,7 @@ def programs(mechanism: Mechanism, formalism: Formalism, *, implicit: bool = Fal
 
     sources = Sources(state_derivative(mechanism, dynamics), _energy(mechanism), motion)
     constrained = dynamics if mechanism.rows else None
-    return _programs(mechanism, sources, _normalize(mechanism), constrained, implicit=implicit)
+    return _programs(mechanism, sources, _normalize(mechanism), constrained, form)
 
 
 def _programs(
@@ -46,8 +47,7 @@ def _programs(
     sources: Sources,
     normalize: Program | None,
     constrained: TreeDynamics | None = None,
-    *,
-    implicit: bool = False,
+    form: Form = "explicit",
 ) -> Programs:
     derivative, inputs = sources.state_derivative, inputs_program(mechanism)
     return Programs(
@@ -59,7 +59,8 @@ def _programs(
         energy=sources.energy,
         outputs=_outputs(mechanism, sources),
         events=events(mechanism, sources),
-        jacobian=total_jacobian(derivative, ("qdot", "udot"), ("q", "u"), inputs) if implicit else None,
+        jacobian=total_jacobian(derivative, ("qdot", "udot"), ("q", "u"), inputs) if form == "implicit" else None,
+        **(index_2_programs(mechanism, constrained, inputs) if constrained and form == "index_2" else {}),
     )
 
 

@@ -1,11 +1,16 @@
 """Steps of collocation methods by simplified Newton iteration with the exact Jacobian; `implicit.c` is the same in C.
 
-Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section IV.8.
+The unknowns of a stage are y = (x, z), with multipliers z where rows are part of the equations:
+W E (y - y0) = h start f(t, y0) + h f(t + c h, y), `StageEquations`. Steps and iterations are judged by x alone; the
+multipliers come along, with the order of the stages.
+
+Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, sections IV.8 and VII.4.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from sys import float_info
 from typing import Final
 
@@ -23,6 +28,7 @@ from multibody_sym.integrators.flow import (
     require_finite,
     scaled_norm,
 )
+from multibody_sym.integrators.stages import StageMatrices
 
 KAPPA: Final = 0.01  # of the tolerance: how far Newton's iteration is from its limit when it ends
 SLOW: Final = 1e-3  # contraction from which on a new Jacobian is worth its price in the next step
@@ -34,43 +40,49 @@ LEAST_SCALE: Final = 1e-6  # of the largest component of x and z: no component h
 ROUND_OFF: Final = 1e-8  # where an iteration that stands still stands still on account of rounding
 LEAST_GROWTH: Final = 1.2  # a step that could grow by less keeps its length, and its factors
 
-Factors = tuple[Floats, list[int]]
-
 
 class CollocationStepper:
-    """A collocation method at work; the stages of a trial are z_i = u(t + c_i h) - x."""
+    """A collocation method at work; the stages of a trial are z_i = u(t + c_i h) - y, y = (x, multipliers)."""
 
     def __init__(self, scheme: Scheme, flow: Flow) -> None:
-        assert flow.jacobian is not None
+        assert flow.stages is not None
         self.scheme = scheme
         self.flow = flow
-        self.jacobian_of = flow.jacobian
+        self.equations = flow.stages
+        self.size = len(flow.x0)
         self.rounds = ADAPTIVE_ROUNDS if flow.step is None else FIXED_ROUNDS
         self.restart()
 
     def restart(self) -> None:
-        """Forget the step before, and the Jacobian."""
+        """Forget the step before, its multipliers and the Jacobian."""
+        self.multipliers: Floats | None = None
         self.before: tuple[float, Floats] | None = None
         self.factored = 0.0
         self.contraction = 0.0
         self.expected = 1.0
         self.fresh = False
         self.trials = 0
-        self.latest: Trial | None = None
+        self.latest: tuple[float, Floats] | None = None
 
     def attempt(self, t: float, x: Floats, slope: Floats, h: float, t_new: float) -> Trial:
         """Return a step; raises StepError where Newton's iteration does not converge with a new Jacobian either."""
         self.trials += 1
-        z = self._stages(t, x, slope, h)
-        x_new = np.zeros_like(x)
-        for weight, stage in zip(self.scheme.end.tolist(), z, strict=True):
-            if weight != 0.0:
-                x_new = x_new + weight * stage
-        x_new = x_new + x
+        if self.multipliers is None:
+            self.multipliers = self.equations.multipliers(t, x)
+        stages = self._stages(t, x, slope, h)
+        self.latest = h, stages
+        z = stages[:, : self.size]
+        x_new = self._end(z) + x
         require_finite(x_new, t_new)
         error = self._error(t, x, slope, h, z, x_new) if self.flow.step is None else None
-        self.latest = Trial(t, x, slope, h, t_new, x_new, error, list(z), least_growth=LEAST_GROWTH)
-        return self.latest
+        return Trial(t, x, slope, h, t_new, x_new, error, list(z), least_growth=LEAST_GROWTH)
+
+    def _end(self, stages: Floats) -> Floats:
+        total = np.zeros(stages.shape[1])
+        for weight, stage in zip(self.scheme.end.tolist(), stages, strict=True):
+            if weight != 0.0:
+                total = total + weight * stage
+        return total
 
     def finish(self, trial: Trial, x_new: Floats) -> Step:
         """Return the step with the slope at its end."""
@@ -90,50 +102,53 @@ class CollocationStepper:
         return Step(trial.t, trial.x, trial.h, trial.t_new, x_new, slope_new, value)
 
     def advance(self, step: Step) -> None:
-        """Keep the stages of the step: they predict those of the next."""
+        """Keep the stages of the step, which predict those of the next, and the multipliers at its end."""
         assert self.latest is not None
-        self.before = (self.latest.h, np.array(self.latest.stages))
+        assert self.multipliers is not None
+        self.before = self.latest
+        self.multipliers = self.multipliers + self._end(self.before[1][:, self.size :])
         self.fresh, self.trials = False, 0
 
     # --- Newton's iteration ---------------------------------------------------------------------------------------
 
     def _stages(self, t: float, x: Floats, slope: Floats, h: float) -> Floats:
-        """Solve for z (s, n); where the old Jacobian does not do, with a new one."""
+        """Solve for z (s, n + m); where the old Jacobian does not do, with a new one."""
         if not self.fresh and not (self.before is not None and self.contraction <= SLOW):
             self._evaluate_jacobian(t, x)
         while True:
             try:
                 if self.factored != h:
                     self._factorise(t, h)
-                return self._iterated(t, x, slope, h, self._predicted(h, len(x)))
+                return self._iterated(t, x, slope, h, self._predicted(h))
             except StepError:
                 if self.fresh:
                     raise
             self._evaluate_jacobian(t, x)
 
     def _evaluate_jacobian(self, t: float, x: Floats) -> None:
-        self.jacobian = self.jacobian_of(t, x)
+        """Take a new Jacobian, and with it a new choice of independent rows."""
+        assert self.multipliers is not None
+        self.jacobian = self.equations.jacobian(t, np.concatenate([x, self.multipliers]))
+        kept = self.equations.kept(self.jacobian)
+        self.active = [*range(self.size), *(self.size + k for k in kept)]
+        self.multipliers = _only(self.multipliers, kept)
         self.flow.counts.jacobians += 1
         self.fresh, self.factored, self.contraction, self.expected = True, 0.0, 0.0, 1.0
 
     def _factorise(self, t: float, h: float) -> None:
-        scheme, J = self.scheme, h * self.jacobian
         self.flow.counts.factorisations += 1
-        unit = np.eye(len(J))
         self.factored = 0.0
+        differential = np.array([float(k < self.size) for k in self.active])
         try:
-            if scheme.gamma > 0.0 or scheme.error is not None:
-                self.single = _factors(scheme.filter * unit - J)
-            if scheme.beta > 0.0:
-                diagonal, off = scheme.alpha * unit - J, scheme.beta * unit
-                self.pairs = _factors(np.block([[diagonal, -off], [off, diagonal]]))
+            jacobian = self.jacobian[np.ix_(self.active, self.active)]
+            self.matrices = StageMatrices(self.scheme, differential, jacobian, h)
         except ZeroDivisionError:
             raise StepError(Status.NOT_CONVERGED, t, 0) from None
         self.factored = h
 
-    def _predicted(self, h: float, n: int) -> Floats:
-        """Return the polynomial of the step before, led on; zero where there is none."""
-        z = np.zeros((len(self.scheme.c), n))
+    def _predicted(self, h: float) -> Floats:
+        """Return the polynomial of the step before, led on; zero where there is none, and for rows not kept."""
+        z = np.zeros((len(self.scheme.c), len(self.jacobian)))
         ratio = math.inf if self.before is None else h / self.before[0]
         if self.before is None or not ratio <= FAR:
             return z
@@ -144,7 +159,7 @@ class CollocationStepper:
                 for coefficient in coefficients[::-1].tolist():
                     there = (there + coefficient) * theta
                     here += coefficient
-                z[i] = z[i] + (there - here) * stage
+                z[i, self.active] = z[i, self.active] + (there - here) * stage[self.active]
         return z
 
     def _iterated(self, t: float, x: Floats, slope: Floats, h: float, z: Floats) -> Floats:
@@ -169,27 +184,27 @@ class CollocationStepper:
         raise StepError(Status.NOT_CONVERGED, t, worst)
 
     def _residual(self, t: float, x: Floats, slope: Floats, h: float, z: Floats) -> Floats:
-        """Return T^-1 (h start f(t, x) + h f(t + c h, x + z) - W z)."""
-        scheme = self.scheme
-        rest = _transformed(scheme.W, z)
+        """Return T^-1 (h start f(t, y) + h f(t + c h, y + z) - W E z)."""
+        assert self.multipliers is not None
+        scheme, n, y = self.scheme, self.size, np.concatenate([x, self.multipliers])
+        rest = np.zeros_like(z)
+        rest[:, :n] = _transformed(scheme.W, z[:, :n])
+        explicit = np.concatenate([slope, np.zeros_like(self.multipliers)])
         for i, (node, start) in enumerate(zip(scheme.c.tolist(), scheme.start.tolist(), strict=True)):
-            rest[i] = h * (start * slope + self.flow.slope(t + node * h, x + z[i])) - rest[i]
+            values = self.equations.values(t + node * h, y + z[i])
+            require_finite(values[:n], t + node * h)
+            rest[i] = h * (start * explicit + values) - rest[i]
         return _transformed(scheme.T_inverse, rest)
 
     def _change(self, rest: Floats) -> Floats:
         """Return the change of z."""
-        scheme, n = self.scheme, rest.shape[1]
-        parts = []
-        if scheme.gamma > 0.0:
-            parts.append(_substituted(self.single, rest[0]))
-        if scheme.beta > 0.0:
-            parts.append(_substituted(self.pairs, rest[-2:].ravel()))
-        return _transformed(scheme.T, np.concatenate(parts).reshape(-1, n))
+        change = np.zeros_like(rest)
+        change[:, self.active] = self.matrices.solved(rest[:, self.active])
+        return _transformed(self.scheme.T, change)
 
     def _change_size(self, x: Floats, z: Floats, change: Floats) -> tuple[float, int]:
         """Return the change in units of the tolerance, in the mean square, or for fixed steps its largest entry."""
-        scales = self._scales(x, z)
-        parts = change / scales
+        parts = change[:, : self.size] / self._scales(x, z[:, : self.size])
         total = 0.0
         for part in parts.ravel().tolist():
             total += part * part
@@ -226,7 +241,9 @@ class CollocationStepper:
         assert self.scheme.error is not None
         for weight, stage in zip(self.scheme.error.tolist(), z, strict=True):
             error = error + weight * stage
-        return _substituted(self.single, error)
+        right = np.zeros(len(self.active))
+        right[: self.size] = error
+        return self.matrices.filtered(right)[: self.size]
 
 
 def _transformed(matrix: Floats, stages: Floats) -> Floats:
@@ -237,29 +254,8 @@ def _transformed(matrix: Floats, stages: Floats) -> Floats:
     return result
 
 
-def _factors(matrix: Floats) -> Factors:
-    """Return L U of the matrix with rows exchanged, and which row took each place; raises ZeroDivisionError."""
-    a, rows = matrix.copy(), []
-    for k in range(len(a)):
-        pivot = k + int(np.argmax(np.abs(a[k:, k])))
-        rows.append(pivot)
-        if pivot != k:
-            a[[k, pivot]] = a[[pivot, k]]
-        if not abs(a[k, k]) > 0.0:
-            raise ZeroDivisionError
-        a[k + 1 :, k] = a[k + 1 :, k] / a[k, k]
-        a[k + 1 :, k + 1 :] -= a[k + 1 :, k, None] * a[k, k + 1 :]
-    return a, rows
-
-
-def _substituted(factors: Factors, right: Floats) -> Floats:
-    a, rows = factors
-    b = right.copy()
-    for k, pivot in enumerate(rows):
-        b[k], b[pivot] = b[pivot], b[k]
-    for k in range(len(b)):
-        b[k + 1 :] -= a[k + 1 :, k] * b[k]
-    for k in range(len(b) - 1, -1, -1):
-        b[k] = b[k] / a[k, k]
-        b[:k] -= a[:k, k] * b[k]
-    return b
+def _only(values: Floats, places: Sequence[int]) -> Floats:
+    """Return the values at some places, and zero elsewhere."""
+    kept = np.zeros_like(values)
+    kept[list(places)] = values[list(places)]
+    return kept

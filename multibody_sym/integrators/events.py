@@ -43,15 +43,29 @@ class Watch:
         self.beyond = False
         self.origin: int | None = None
 
-    def slope(self, t: float, x: Floats) -> Floats:
-        """Return the derivative at (t, x), and watch whether it lies beyond a kink."""
-        slope = self.flow.derivative(t, x)
+    def watched(self) -> Flow:
+        """Return the flow with a watch on whether its derivatives are taken beyond a kink."""
+        flow, stages, size = self.flow, self.flow.stages, len(self.flow.x0)
+
+        def slope(t: float, x: Floats) -> Floats:
+            self._look(t, x)
+            return flow.derivative(t, x)
+
+        if stages is None:
+            return replace(flow, derivative=slope)
+
+        def values(t: float, y: Floats) -> Floats:
+            self._look(t, y[:size])
+            return stages.values(t, y)
+
+        return replace(flow, derivative=slope, stages=replace(stages, values=values))
+
+    def _look(self, t: float, x: Floats) -> None:
         if not self.beyond and not self.terminal.all():
             crossed = self._crossed(self.values(t, x)) & ~self.terminal
             if self.origin is not None:
                 crossed[self.origin] = False
             self.beyond = bool(crossed.any())
-        return slope
 
     def stuck(self, problem: StepError) -> bool:
         """Tell whether a step has no solution because it would lead over a kink."""

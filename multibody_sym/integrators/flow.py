@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.integrators.pairing import Pairing
+from multibody_sym.integrators.stages import StageEquations
 
 Floats = NDArray[np.float64]
 Derivative = Callable[[float, Floats], Floats]
@@ -87,8 +88,7 @@ class Flow:
     `settle(t, x)` returns the state from which to go on after an accepted step (put back onto constraints,
     normalised), or x itself; it may raise StepError, as may the derivative. `settle_sample` does so for states between
     steps and raises nothing. `step`: fixed, or None: adaptive by `rtol`, `atol`. `pairs`: which speeds in x = (q, u)
-    are rates of which coordinates. `jacobian(t, x)` (n, n) of the derivative by x: for implicit methods, which add to
-    `counts`.
+    are rates of which coordinates. `stages`: what the stages of implicit methods solve; these add to `counts`.
     """
 
     method: Method
@@ -103,7 +103,7 @@ class Flow:
     settle_sample: Settle | None = None
     events: Events | None = None
     pairs: Pairing | None = None
-    jacobian: Derivative | None = None
+    stages: StageEquations | None = None
     counts: Counts = field(default_factory=Counts)
 
     @property

@@ -51,7 +51,7 @@ def steps(flow: Flow) -> Iterator[Step]:
     if isinstance(flow.method, LibraryMethod):
         return library_steps(flow)
     watch = None if flow.events is None else Watch(flow, flow.events)
-    taking = stepper(flow.method, flow if watch is None else replace(flow, derivative=watch.slope))
+    taking = stepper(flow.method, flow if watch is None else watch.watched())
     taking.restart()
     slope = flow.slope(flow.t0, flow.x0)
     start = Step(flow.t0, flow.x0, 0.0, flow.t0, flow.x0, slope, lambda _: flow.x0)

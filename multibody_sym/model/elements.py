@@ -464,14 +464,17 @@ class Baumgarte(Element):
 
 @dataclass(frozen=True)
 class Stabilisation(Element):
-    """How constraints are kept: `projection` after each step, or `baumgarte`."""
+    """How constraints are kept: `projection` after each step, `baumgarte`, or `index_2`, as part of the equations."""
 
     baumgarte: Baumgarte | None = holds(Record(Baumgarte), None)
     projection: bool | None = holds(Flag(), None)
+    index_2: bool | None = holds(Flag(), None)
 
     def verify(self) -> None:
-        if self.baumgarte is not None and self.projection:
-            raise ModelError("choose baumgarte or projection, not both")
+        chosen = {"baumgarte": self.baumgarte is not None, "projection": self.projection, "index_2": self.index_2}
+        if sum(map(bool, chosen.values())) > 1:
+            names = [name for name, asked in chosen.items() if asked]
+            raise ModelError(f"choose {' or '.join(names)}, not {'both' if len(names) == 2 else 'all of them'}")
 
 
 @dataclass(frozen=True)

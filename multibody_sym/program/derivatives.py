@@ -37,13 +37,15 @@ def jacobian(program: Program, output: str, input: str) -> Program:
     return sweep.trace.finish({"jacobian": ((*wanted.shape, *given.shape), values)})
 
 
-def total_jacobian(program: Program, outputs: Sequence[str], inputs: Sequence[str], given: Program) -> Program:
+def total_jacobian(
+    program: Program, outputs: Sequence[str], inputs: Sequence[str], given: Program, *, name: str = "jacobian"
+) -> Program:
     """Return the Program of d outputs / d inputs, each of both in one row after the other, in its output `jacobian`.
 
     The only output of `given` is the input of `program` of the same name and counts as a function of the inputs that
     both have. Raises UndefinedError where there is no such output or input.
     """
-    sweep = _Forward(_resumed(program, "jacobian", ()))
+    sweep = _Forward(_resumed(program, name, ()))
     ways = list(_directions(sweep.trace, program, inputs, given))
     column = _inline if len(ways) * operation_count(program).total <= _LARGEST_INLINE else _called
     columns = [column(sweep, program, outputs, way) for way in ways]

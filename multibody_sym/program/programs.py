@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Final
+from typing import Final, Literal
 
 from multibody_sym.program.program import Array, Output, Program, ProgramError, ShapeError
 
 _INPUTS: Final = ("t", "q", "u", "parameters", "inputs", "modes")
+_FURTHER: Final = {"index_2": ("multipliers",), "index_2_by_state": ("multipliers",)}
 _OUTPUTS: Final = {
     "inputs": ("inputs",),
     "state_derivative": ("qdot", "udot", "multipliers", "report"),
@@ -18,7 +19,13 @@ _OUTPUTS: Final = {
     "energy": ("kinetic", "potential"),
     "outputs": ("values",),
     "events": ("values",),
+    "index_2": ("qdot", "udot", "phi", "residual"),
+    "index_2_by_state": ("jacobian",),
+    "index_2_by_multipliers": ("jacobian",),
 }
+
+Form = Literal["explicit", "implicit", "index_2"]
+"""What a method of integration asks a system for: its derivative, also the Jacobian, or the equations of index 2."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +47,11 @@ class Programs:
     - `outputs`: values (no,).
     - `events`: values (ne,): first the conditions that stop a run, positive where they hold, then what changes its sign
       at kinks of forces and inputs. None where there are neither.
+    - `index_2`: qdot (nq,), udot (nu,), phi (ns,), residual (ns,) of the equations with rows on positions and speeds.
+      It has one more input, the multipliers (2 ns,), first those on positions; so has
+    - `index_2_by_state`: jacobian (nq + nu + 2 ns, nq + nu), the derivative of those four by (q, u).
+    - `index_2_by_multipliers`: jacobian (nq + nu, 2 ns) = d(qdot, udot) / d multipliers. None of the three where no
+      implicit method asks for them.
 
     With rows, the last three parameters are the most rows to be independent, and Baumgarte's alpha and beta.
     Raises ProgramError where a Program has other inputs or outputs, and ShapeError where their sizes disagree.
@@ -54,6 +66,9 @@ class Programs:
     outputs: Program
     events: Program | None = None
     jacobian: Program | None = None
+    index_2: Program | None = None
+    index_2_by_state: Program | None = None
+    index_2_by_multipliers: Program | None = None
 
     def __post_init__(self) -> None:
         for name, program in self.as_mapping().items():
@@ -112,14 +127,17 @@ class Programs:
         q, u, rows = (self.nq,), (self.nu,), (self.ns,)
         given = {"t": (), "q": q, "u": u, "parameters": (self.np,), "inputs": (self.nw,), "modes": (self.nm,)}
         rates = {"qdot": q, "udot": u, "multipliers": rows, "report": (3,), "phi": rows, "residual": rows}
-        jacobian = (self.nq + self.nu, self.nq + self.nu)
+        n, m = self.nq + self.nu, 2 * self.ns
+        jacobian = {"index_2_by_state": (n + m, n), "index_2_by_multipliers": (n, m)}.get(name, (n, n))
+        if name in _FURTHER:
+            rates["multipliers"] = (m,)
         values = (self.ne if name == "events" else self.no,)
         numbers: dict[str, tuple[int, ...]] = {"deviation": (), "kinetic": (), "potential": ()}
         return {**given, **rates, **numbers, "values": values, "jacobian": jacobian}
 
 
 def _verify_names(name: str, program: Program) -> None:
-    wanted = _INPUTS[:4] if name == "inputs" else _INPUTS
+    wanted = _INPUTS[:4] if name == "inputs" else _INPUTS + _FURTHER.get(name, ())
     if program.name != name or tuple(a.name for a in program.inputs) != wanted:
         raise ProgramError(f"program {program.name} stands for {name}({', '.join(wanted)}) and has other inputs")
     if tuple(o.name for o in program.outputs) != _OUTPUTS[name]:

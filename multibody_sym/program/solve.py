@@ -77,6 +77,12 @@ def solve(matrix: Floats, right: Floats, most: float = math.inf) -> Solution:
     return Solution(_rotated(factors, halfway, size), multipliers, _report(factors, scaled_right, halfway))
 
 
+def independent_rows(matrix: Floats, most: float = math.inf) -> list[int]:
+    """Return which rows of a finite matrix (s, n) are independent, the longest taken first, in increasing order."""
+    factors = _longest_first(scaled_rows(matrix)[1], 100.0 * EPSILON * max(matrix.shape), most)
+    return sorted(factors.order[: factors.rank])
+
+
 def scaled_rows(matrix: Floats) -> tuple[Floats, Floats]:
     """Return the lengths of the rows and the rows divided by them, without overflow on the way.
 

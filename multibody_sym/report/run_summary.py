@@ -59,6 +59,8 @@ def _constraints(run: Trajectory) -> list[str]:
     drift, lines = run.drift, []
     if run.ready.mechanism.rows:
         how = "projection after each step" if run.problem.project else "nothing"
+        if run.problem.index_2:
+            how = "equations of index 2"
         if run.baumgarte is not None and any(run.baumgarte.values()):
             how = "Baumgarte with alpha = {alpha:.4g}/s, beta = {beta:.4g}/s".format(**run.baumgarte)
         reached = f"|phi| <= {drift['position']:.2g}, |phidot| <= {drift['velocity']:.2g}"

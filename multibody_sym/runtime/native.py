@@ -61,6 +61,7 @@ class SystemStruct(ctypes.Structure):
         ("inputs", ctypes.c_void_p),
         ("state_derivative", ctypes.c_void_p),
         ("jacobian", ctypes.c_void_p),
+        *((name, ctypes.c_void_p) for name in ("index_2", "index_2_by_state", "index_2_by_multipliers")),
         ("project_position", ctypes.c_void_p),
         ("project_velocity", ctypes.c_void_p),
         ("normalize", ctypes.c_void_p),

@@ -61,8 +61,8 @@ class Problem:
         ):
             if not true:
                 raise ValueError(f"not true that {claim}")
-        if isinstance(self.method, Collocation) and "jacobian" not in self.compiled:
-            raise ValueError(f"{self.method.name} is implicit and needs the program jacobian")
+        if isinstance(self.method, Collocation) and not ("jacobian" in self.compiled or self.index_2):
+            raise ValueError(f"{self.method.name} is implicit and needs the program jacobian, or index_2")
         values = dict(self.compiled["events"].signature.outputs)["values"] if "events" in self.compiled else (0,)
         if values != (len(self.terminal),):
             raise ValueError(f"terminal has {len(self.terminal)} entries, not {values[0]}")
@@ -90,6 +90,11 @@ class Problem:
     def inputs(self) -> int:
         """The number of inputs, which the program of that name computes."""
         return dict(self.compiled["state_derivative"].signature.inputs)["inputs"][0]
+
+    @property
+    def index_2(self) -> bool:
+        """Whether the rows are part of the equations, on positions and on speeds, which makes them of index 2."""
+        return "index_2" in self.compiled
 
     def times(self) -> Floats:
         """Return the times of all samples."""

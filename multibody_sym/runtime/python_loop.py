@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from multibody_sym.integrators.flow import Counts, Events, Flow, Status, Step, StepError
 from multibody_sym.integrators.reference import at_end, reaches, sampled, steps
+from multibody_sym.integrators.stages import StageEquations
 from multibody_sym.runtime.problem import Event, Problem, Progress, RunFailure, Statistics
 
 Floats = NDArray[np.float64]
@@ -97,7 +98,7 @@ class _Run:
             step=p.step,
             rtol=p.rtol,
             atol=p.atol,
-            jacobian=self.jacobian if "jacobian" in p.compiled else None,
+            stages=self.stages(),
             counts=self.counts,
             events=Events(self.switching, p.terminal) if p.terminal else None,
             pairs=p.pairing,
@@ -119,12 +120,12 @@ class _Run:
         if self.pace > max(_PACE * p.max_steps, _LEAST_PACE) and time < p.t_end:
             raise StepError(Status.STEP_LIMIT, time, -1)
 
-    def call(self, program: str, t: float, x: Floats) -> tuple[Floats, ...]:
-        """Return the outputs of `program` at (t, x)."""
+    def call(self, program: str, t: float, x: Floats, *further: Floats) -> tuple[Floats, ...]:
+        """Return the outputs of `program` at (t, x), for `further` inputs beyond those of all."""
         p = self.problem
         known = (t, x[: len(p.q0)], x[len(p.q0) :], p.parameters)
         inputs = p.compiled["inputs"](*known)[0] if p.inputs else np.zeros(0)
-        return p.compiled[program](*known, inputs, p.modes)
+        return p.compiled[program](*known, inputs, p.modes, *further)
 
     def derivative(self, t: float, x: Floats) -> Floats:
         """Return x', and watch the rank of the rows and how far dependent ones disagree."""
@@ -151,14 +152,50 @@ class _Run:
         """Return a state between steps, normalised and put back onto the constraints; where that fails as it is."""
         x = self._normalized(t, x)
         try:
-            return self._projected(t, x) if self.problem.project else x
+            return self._projected(t, x) if self.problem.project or self.problem.index_2 else x
         except StepError:
             return x
 
-    def jacobian(self, t: float, x: Floats) -> Floats:
-        """Return the derivative of x' by x."""
-        (matrix,) = self.call("jacobian", t, x)
+    def stages(self) -> StageEquations | None:
+        """Return what the stages of an implicit method solve, as far as there are programs for it."""
+        if "index_2" in self.problem.compiled:
+            return StageEquations(self._values, self._derivatives, self._multipliers, self._kept)
+        if "jacobian" in self.problem.compiled:
+            none = np.zeros(0)
+            return StageEquations(
+                self.derivative, lambda t, x: self.call("jacobian", t, x)[0], lambda t, x: none, lambda J: ()
+            )
+        return None
+
+    def _values(self, t: float, y: Floats) -> Floats:
+        """Return x' and the rows of both levels."""
+        self.evaluations += 1
+        x, multipliers = np.split(y, [len(self.problem.x0)])
+        return np.concatenate(self.call("index_2", t, x, multipliers))
+
+    def _derivatives(self, t: float, y: Floats) -> Floats:
+        """Return the derivative of `_values` by y."""
+        n = len(self.problem.x0)
+        x, multipliers = np.split(y, [n])
+        matrix = np.zeros((len(y), len(y)))
+        (matrix[:, :n],) = self.call("index_2_by_state", t, x, multipliers)
+        (matrix[:n, n:],) = self.call("index_2_by_multipliers", t, x)
         return matrix
+
+    def _multipliers(self, t: float, x: Floats) -> Floats:
+        """Return those that hold the rows at rest: none on positions, on speeds those of the accelerations."""
+        multipliers = self.call("state_derivative", t, x)[2]
+        self.evaluations += 1
+        return np.concatenate([np.zeros_like(multipliers), multipliers])
+
+    def _kept(self, jacobian: Floats) -> list[int]:
+        """Return the rows that are independent, of each level for itself."""
+        from multibody_sym.program.solve import independent_rows  # other runs need nothing of `program`
+
+        n, nq, rows = len(self.problem.x0), len(self.problem.q0), self.problem.rows
+        most = float(self.problem.parameters[-3])
+        positions, speeds = jacobian[n : n + rows, :nq], jacobian[n + rows :, nq:n]
+        return [*independent_rows(positions, most), *(rows + k for k in independent_rows(speeds, most))]
 
     def switching(self, t: float, x: Floats) -> Floats:
         """Return the values of the switching functions."""

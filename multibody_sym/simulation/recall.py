@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
 from multibody_sym.errors import InputError
@@ -15,6 +15,9 @@ from multibody_sym.model.system import System
 from multibody_sym.runtime import loading
 from multibody_sym.runtime.cache import digest
 from multibody_sym.runtime.loading import Backend, Compiled
+
+if TYPE_CHECKING:
+    from multibody_sym.program.programs import Form
 
 _NOT_STRUCTURE = ("name", "ask", "simulation")
 
@@ -33,34 +36,34 @@ def compiled(
     system: System,
     mechanism: Mechanism,
     formalism: str,
+    form: Form = "explicit",
     *,
-    implicit: bool = False,
     native: bool = False,
     backend: Backend | None = None,
 ) -> Compiled:
-    """Return the system's Programs by a formalism, ready to be called, with the Jacobian for an `implicit` method.
+    """Return the system's Programs by a formalism, ready to be called, with those that a method needs for its `form`.
 
     What was derived for a system of the same structure is recalled, whatever its parameters' values and start.
     """
-    key = structure_key(system, formalism, implicit)
+    key = structure_key(system, formalism, form)
     recalled = loading.recall(key, native=native, backend=backend)
     if recalled is not None:
         return recalled.compiled
     from multibody_sym.dynamics.programs import programs  # a run that recalls needs none of it
 
-    derived = programs(mechanism, FORMALISMS[formalism], implicit=implicit)
+    derived = programs(mechanism, FORMALISMS[formalism], form)
     made = loading.load(derived.as_mapping(), native=native, backend=backend)
     loading.remember(key, made, {})
     return made
 
 
-def structure_key(system: System, formalism: str, implicit: bool = False) -> str:
+def structure_key(system: System, formalism: str, form: Form = "explicit") -> str:
     """Return a hash of what a system's Programs follow from: all but its name, its numbers, its start and settings."""
     tree = tree_from_system(system)
     tree["parameters"] = [(name, parameter.positive) for name, parameter in system.parameters.items()]
     tree["joints"] = {name: _without_start(joint) for name, joint in tree.get("joints", {}).items()}
     structure = json.dumps({key: x for key, x in tree.items() if key not in _NOT_STRUCTURE})
-    return digest("system", formalism, "with jacobian" if implicit else "", structure)
+    return digest("system", formalism, form, structure)
 
 
 def _without_start(joint: Mapping[str, Any]) -> dict[str, Any]:

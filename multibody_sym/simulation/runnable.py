@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.dynamics.start import start
-from multibody_sym.integrators.collocation import IMPLICIT
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System
 from multibody_sym.runtime.loading import Backend, Compiled
 from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.simulation.recall import compiled, formalism_name
+from multibody_sym.simulation.settings import form_of
 
 Floats = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ def runnable(
     resolved = mechanism(system)
     name = formalism_name(formalism, resolved)
     begin = start(resolved)
-    implicit = system.simulation.method in IMPLICIT
-    programs = compiled(system, resolved, name, implicit=implicit, native=native, backend=backend)
+    form = form_of(system.simulation, constrained=bool(resolved.rows))
+    programs = compiled(system, resolved, name, form, native=native, backend=backend)
     parameters, q0, u0 = (np.array(values, dtype=float) for values in (begin.parameters, begin.q, begin.u))
     return Runnable(system, resolved, name, programs, parameters, q0, u0)

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from multibody_sym.errors import ModelError
+from multibody_sym.integrators.collocation import IMPLICIT, INDEX_2
 from multibody_sym.integrators.flow import Method
 from multibody_sym.integrators.library import LibraryMethod
 from multibody_sym.integrators.methods import METHODS
-from multibody_sym.model.elements import Baumgarte, Settings
+from multibody_sym.model.elements import Baumgarte, Settings, Stabilisation
 from multibody_sym.model.slots import at, suggestion
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node
+
+if TYPE_CHECKING:
+    from multibody_sym.program.programs import Form
 
 _RTOL: Final = 1e-9
 _ATOL_BY_RTOL: Final = 0.1
@@ -52,8 +56,30 @@ def run_settings(settings: Settings, values: Mapping[Node, float]) -> RunSetting
         t_end = _number("t_end", settings.t_end, values)
         assert t_end is not None
         samples, baumgarte = _samples(settings.samples, values), _baumgarte(settings, method, values)
-        unwanted = settings.constraints is not None and settings.constraints.projection is False
-        return RunSettings(method, t_end, step, rtol, atol, samples, baumgarte is None and not unwanted, baumgarte)
+        project = baumgarte is None and _projection_is_wanted(settings.constraints)
+        return RunSettings(method, t_end, step, rtol, atol, samples, project, baumgarte)
+
+
+def _projection_is_wanted(constraints: Stabilisation | None) -> bool:
+    return constraints is None or not (constraints.projection is False or constraints.index_2)
+
+
+def form_of(settings: Settings, *, constrained: bool) -> Form:
+    """Return what the method asks the system for, which may be `constrained`; raises ModelError where it cannot.
+
+    Only a method that ends its steps with its last stage, an implicit one, keeps rows that are part of its equations.
+    """
+    implicit = settings.method in IMPLICIT
+    if settings.constraints is None or not settings.constraints.index_2:
+        return "implicit" if implicit else "explicit"
+    with at("simulation", "constraints", "index_2"):
+        if settings.method not in INDEX_2:
+            losing = " (Gauss methods lose order there)" if implicit else ""
+            able = ", ".join(INDEX_2)
+            raise ModelError(f"{settings.method} cannot solve equations of index 2{losing}: take {able}, or projection")
+        if not constrained:
+            raise ModelError("there are no constraints to be kept: leave it out")
+    return "index_2"
 
 
 def _method(settings: Settings) -> Method:

@@ -40,13 +40,14 @@ def simulate(
     """Return the motion of a system from its start at t = 0 to `t_end`.
 
     Arguments: the keys of `simulation:` in a model file, in whose place they stand (numbers, expressions of parameters,
-    or text such as `2 s`; `constraints` also the word `projection` or `baumgarte`); `parameters`, values by name;
-    `formalism` by name, None for the cheapest; `native` and `backend` ("c", "python") as for `runtime.loading.load`;
-    `on_progress`, called about ten times a second with the samples that are new and the part of the time that is done.
+    or text such as `2 s`; `constraints` also the word `projection`, `baumgarte` or `index_2`); `parameters`, values by
+    name; `formalism` by name, None for the cheapest; `native` and `backend` ("c", "python") as for
+    `runtime.loading.load`; `on_progress`, called about ten times a second with the samples that are new and the part
+    of the time that is done.
     Returns what was computed until then if Ctrl-C interrupts it.
     Raises InputError, NoSolutionError (no start, no inertia) and FailedRunError, which holds what was computed.
     """
-    chosen = {"baumgarte": {"baumgarte": {}}, "projection": {"projection": True}}
+    chosen = {"baumgarte": {"baumgarte": {}}, "projection": {"projection": True}, "index_2": {"index_2": True}}
     named = chosen.get(constraints, constraints) if isinstance(constraints, str) else constraints
     if isinstance(constraints, Baumgarte):
         named = {"baumgarte": constraints}

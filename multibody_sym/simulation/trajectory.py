@@ -118,13 +118,14 @@ class Trajectory(Samples):
             "formalism": self.ready.formalism,
             "backend": self.ready.compiled.backend,
             "projection": problem.project,
+            "index_2": problem.index_2,
             "baumgarte": self.baumgarte,
         }
 
     @property
     def baumgarte(self) -> dict[str, float] | None:
         """Baumgarte's alpha and beta in 1/s where they stabilised the run."""
-        if not self.ready.mechanism.rows or self.problem.project:
+        if not self.ready.mechanism.rows or self.problem.project or self.problem.index_2:
             return None
         alpha, beta = self.parameters[-2:].tolist()
         return {"alpha": alpha, "beta": beta}

@@ -35,7 +35,7 @@ int mbs_all_finite(mbs_run *r, double time, const double *values)
 void mbs_call(mbs_run *r, const mbs_program *program, double t, const double *x, double *const *out)
 {
     const mbs_system *system = r->system;
-    const double *in[6] = {&t, x, x + system->nq, system->parameters, r->inputs, system->modes};
+    const double *in[7] = {&t, x, x + system->nq, system->parameters, r->inputs, system->modes, r->further};
     if (system->inputs)
         system->inputs->call(in, &r->inputs);
     program->call(in, out);

@@ -66,6 +66,6 @@ void mbs_settle_sample(mbs_run *r, double t, double *x)
     double deviation;
     mbs_normalize(r, t, x, &deviation);
     mbs_copy(r->n, x, r->spare);
-    if (r->problem->project && mbs_project(r, t, x) != MBS_RUNNING)
+    if ((r->problem->project || r->system->index_2) && mbs_project(r, t, x) != MBS_RUNNING)
         mbs_copy(r->n, r->spare, x);
 }

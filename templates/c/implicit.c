@@ -1,7 +1,8 @@
-/* Collocation methods: simplified Newton iteration with the exact Jacobian J of the slope, in the blocks of W.
+/* Collocation methods: simplified Newton iteration with the exact Jacobian. Steps and iterations are judged by the
+   states alone; multipliers come along, with the order of the stages.
 
-   Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section IV.8. */
-#include "stepper.h"
+   Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, sections IV.8 and VII.4. */
+#include "stages.h"
 
 #define KAPPA 0.01        /* of the tolerance: how far Newton's iteration is from its limit when it ends */
 #define SLOW 1e-3         /* contraction from which on a new J is worth its price in the next step */
@@ -15,41 +16,14 @@
 /* What is known from before, first in the work space of its own. */
 enum { BEFORE, FACTORED, CONTRACTION, EXPECTED, FRESH, TRIALS, MEMORY };
 
-/* The parts of the work space: stages z of the trial and of the step before, the residual and slopes of the stages, J,
-   the factors of gamma - h J and of [alpha - h J, -beta; beta, alpha - h J], and their pivots. */
-typedef struct {
-    const mbs_collocation *m;
-    int n, s;
-    double *memory, *z, *before, *residual, *slopes, *jacobian, *single, *pairs, *single_rows, *pair_rows;
-} parts;
-
-static int has_single(const mbs_collocation *m)
+static mbs_stages parts_of(const mbs_run *r)
 {
-    return m->gamma > 0.0 || m->error;
-}
-
-static parts parts_of(const mbs_run *r)
-{
-    const mbs_collocation *m = r->method->collocation;
-    int n = r->n, s = m->stages;
-    parts p = {.m = m, .n = n, .s = s, .memory = r->own};
-    p.z = p.memory + MEMORY;
-    p.before = p.z + s * n;
-    p.residual = p.before + s * n;
-    p.slopes = p.residual + s * n;
-    p.jacobian = p.slopes + s * n;
-    p.single = p.jacobian + n * n;
-    p.single_rows = p.single + (has_single(m) ? n * n : 0);
-    p.pairs = p.single_rows + (has_single(m) ? n : 0);
-    p.pair_rows = p.pairs + (m->beta > 0.0 ? 4 * n * n : 0);
-    return p;
+    return mbs_stages_of(r, MEMORY);
 }
 
 static long long own_work(const mbs_problem *problem)
 {
-    const mbs_collocation *m = problem->method->collocation;
-    long long n = problem->system->nq + problem->system->nu;
-    return MEMORY + 4 * m->stages * n + n * n + (has_single(m) ? n * n + n : 0) + (m->beta > 0.0 ? 4 * n * n + 2 * n : 0);
+    return mbs_stages_work(problem, MEMORY);
 }
 
 static void restart(mbs_run *r)
@@ -57,112 +31,33 @@ static void restart(mbs_run *r)
     mbs_fill(MEMORY, 0.0, r->own);
 }
 
-/* ---- linear equations ---- */
-
-/* L U = P a in the place of a; rows[k] is the row that took place k. 0 if a is singular. */
-static int factorise(int n, double *a, double *rows)
+/* to_i = sum_j matrix_ij from_j for the first `count` numbers of the stages; the others become zero. */
+static void transform(const mbs_stages *p, const double *matrix, int count, const double *from, double *to)
 {
-    for (int k = 0; k < n; ++k) {
-        int pivot = k;
-        for (int i = k + 1; i < n; ++i)
-            if (fabs(a[i * n + k]) > fabs(a[pivot * n + k]))
-                pivot = i;
-        rows[k] = pivot;
-        for (int j = 0; j < n && pivot != k; ++j) {
-            double kept = a[k * n + j];
-            a[k * n + j] = a[pivot * n + j];
-            a[pivot * n + j] = kept;
-        }
-        if (!(fabs(a[k * n + k]) > 0.0))
-            return 0;
-        for (int i = k + 1; i < n; ++i) {
-            double factor = a[i * n + k] = a[i * n + k] / a[k * n + k];
-            if (factor != 0.0)
-                for (int j = k + 1; j < n; ++j)
-                    a[i * n + j] -= factor * a[k * n + j];
-        }
-    }
-    return 1;
-}
-
-static void substitute(int n, const double *a, const double *rows, double *b)
-{
-    for (int k = 0; k < n; ++k) {
-        int pivot = (int)rows[k];
-        double kept = b[k];
-        b[k] = b[pivot];
-        b[pivot] = kept;
-    }
-    for (int k = 0; k < n; ++k)
-        for (int i = k + 1; i < n; ++i)
-            b[i] -= a[i * n + k] * b[k];
-    for (int k = n - 1; k >= 0; --k) {
-        b[k] /= a[k * n + k];
-        for (int i = 0; i < k; ++i)
-            b[i] -= a[i * n + k] * b[k];
-    }
-}
-
-/* Write diagonal - h J into an n x n part of a matrix whose rows are `width` long. */
-static void write_block(const parts *p, double diagonal, double h, int width, double *to)
-{
-    for (int i = 0; i < p->n; ++i)
-        for (int j = 0; j < p->n; ++j)
-            to[i * width + j] = (i == j ? diagonal : 0.0) - h * p->jacobian[i * p->n + j];
-}
-
-static int factorise_blocks(mbs_run *r, const parts *p, double h)
-{
-    int n = p->n, regular = 1;
-    const mbs_collocation *m = p->m;
-    ++r->state->factorisations;
-    if (has_single(m)) {
-        write_block(p, m->filter, h, n, p->single);
-        regular = factorise(n, p->single, p->single_rows);
-    }
-    if (regular && m->beta > 0.0) {
-        mbs_fill(4 * n * n, 0.0, p->pairs);
-        write_block(p, m->alpha, h, 2 * n, p->pairs);
-        write_block(p, m->alpha, h, 2 * n, p->pairs + 2 * n * n + n);
-        for (int i = 0; i < n; ++i) {
-            p->pairs[i * 2 * n + n + i] = -m->beta;
-            p->pairs[(n + i) * 2 * n + i] = m->beta;
-        }
-        regular = factorise(2 * n, p->pairs, p->pair_rows);
-    }
-    p->memory[FACTORED] = regular ? h : 0.0;
-    return regular;
-}
-
-/* to_i = sum_j matrix_ij from_j for the stages. */
-static void transform(const parts *p, const double *matrix, const double *from, double *to)
-{
-    mbs_fill(p->s * p->n, 0.0, to);
+    mbs_fill(p->s * p->size, 0.0, to);
     for (int i = 0; i < p->s; ++i)
         for (int j = 0; j < p->s; ++j)
-            for (int k = 0; k < p->n; ++k)
-                to[i * p->n + k] += matrix[i * p->s + j] * from[j * p->n + k];
+            for (int k = 0; k < count; ++k)
+                to[i * p->size + k] += matrix[i * p->s + j] * from[j * p->size + k];
 }
 
 /* ---- Newton's iteration ---- */
 
-static void evaluate_jacobian(mbs_run *r, const parts *p)
+static void evaluate_jacobian(mbs_run *r, const mbs_stages *p)
 {
-    double *out[1] = {p->jacobian};
-    mbs_call(r, r->system->jacobian, r->state->t, r->x, out);
-    ++r->state->jacobians;
+    mbs_stage_jacobian(r, p);
     p->memory[FRESH] = 1.0;
     p->memory[FACTORED] = 0.0;
     p->memory[CONTRACTION] = 0.0;
     p->memory[EXPECTED] = 1.0;
 }
 
-/* The polynomial of the step before, led on; zero where there is none. */
-static void predict(const parts *p, double h)
+/* The polynomial of the step before, led on; zero where there is none, and for rows that are not active. */
+static void predict(const mbs_stages *p, double h)
 {
     const mbs_collocation *m = p->m;
     double ratio = p->memory[BEFORE] > 0.0 ? h / p->memory[BEFORE] : HUGE_VAL;
-    mbs_fill(p->s * p->n, 0.0, p->z);
+    mbs_fill(p->s * p->size, 0.0, p->z);
     for (int i = 0; i < p->s && ratio <= FAR; ++i)
         for (int j = 0; j < p->s; ++j) {
             double theta = 1.0 + m->c[i] * ratio, there = 0.0, here = 0.0;
@@ -170,52 +65,48 @@ static void predict(const parts *p, double h)
                 there = (there + m->dense[j * p->s + power]) * theta;
                 here += m->dense[j * p->s + power];
             }
-            for (int k = 0; k < p->n; ++k)
-                p->z[i * p->n + k] += (there - here) * p->before[j * p->n + k];
+            for (int k = 0; k < (int)p->active[p->size]; ++k) {
+                int at = (int)p->active[k];
+                p->z[i * p->size + at] += (there - here) * p->before[j * p->size + at];
+            }
         }
 }
 
-/* slopes = T^-1 (h start f(t, x) + h f(t + c h, x + z) - W z) */
-static int find_residual(mbs_run *r, const parts *p, double h)
+/* rest = T^-1 (h start f(t, y) + h f(t + c h, y + z) - W E z) */
+static int find_residual(mbs_run *r, const mbs_stages *p, double h)
 {
     const mbs_collocation *m = p->m;
-    transform(p, m->w, p->z, p->residual);
+    transform(p, m->w, p->n, p->z, p->residual);
     for (int i = 0; i < p->s; ++i) {
-        double *z = p->z + i * p->n, *slope = p->slopes + i * p->n, *residual = p->residual + i * p->n;
-        for (int k = 0; k < p->n; ++k)
-            r->stage[k] = r->x[k] + z[k];
-        int status = mbs_derivative(r, r->state->t + m->c[i] * h, r->stage, slope);
+        double *z = p->z + i * p->size, *values = p->rest + i * p->size, *residual = p->residual + i * p->size;
+        for (int k = 0; k < p->size; ++k)
+            p->y[k] = (k < p->n ? r->x[k] : p->multipliers[k - p->n]) + z[k];
+        int status = mbs_stage_values(r, p, r->state->t + m->c[i] * h, p->y, values);
         if (status != MBS_RUNNING)
             return status;
-        for (int k = 0; k < p->n; ++k)
-            residual[k] = h * (m->start[i] * r->slope[k] + slope[k]) - residual[k];
+        for (int k = 0; k < p->size; ++k)
+            residual[k] = h * (m->start[i] * (k < p->n ? r->slope[k] : 0.0) + values[k]) - residual[k];
     }
-    transform(p, m->inverse, p->residual, p->slopes);
+    transform(p, m->inverse, p->size, p->residual, p->rest);
     return MBS_RUNNING;
 }
 
 /* residual = the change of z */
-static void find_change(const parts *p)
+static void find_change(const mbs_stages *p)
 {
-    double *rest = p->slopes;
-    if (p->m->gamma > 0.0) {
-        substitute(p->n, p->single, p->single_rows, rest);
-        rest += p->n;
-    }
-    if (p->m->beta > 0.0)
-        substitute(2 * p->n, p->pairs, p->pair_rows, rest);
-    transform(p, p->m->transform, p->slopes, p->residual);
+    mbs_stage_solve(p);
+    transform(p, p->m->transform, p->size, p->rest, p->residual);
 }
 
 /* The scale of each component: of the tolerance, or for fixed steps of x and z themselves. */
-static void find_scales(mbs_run *r, const parts *p, double *scales)
+static void find_scales(mbs_run *r, const mbs_stages *p, double *scales)
 {
     const mbs_problem *problem = r->problem;
     for (int k = 0; k < p->n; ++k) {
         scales[k] = fabs(r->x[k]);
         for (int i = 0; i < p->s && problem->step > 0.0; ++i)
-            if (fabs(p->z[i * p->n + k]) > scales[k])
-                scales[k] = fabs(p->z[i * p->n + k]);
+            if (fabs(p->z[i * p->size + k]) > scales[k])
+                scales[k] = fabs(p->z[i * p->size + k]);
     }
     double least = LEAST_SCALE * mbs_largest(p->n, scales);
     for (int k = 0; k < p->n; ++k)
@@ -226,17 +117,20 @@ static void find_scales(mbs_run *r, const parts *p, double *scales)
 }
 
 /* Apply the change; its size in the mean square, or for fixed steps its largest entry, in units of the scales. */
-static double change_size(mbs_run *r, const parts *p, int *worst)
+static double change_size(mbs_run *r, const mbs_stages *p, int *worst)
 {
     double sum = 0.0, most = -1.0;
     find_scales(r, p, r->stage);
-    for (int i = 0; i < p->s * p->n; ++i) {
-        double part = p->residual[i] / r->stage[i % p->n];
+    for (int i = 0; i < p->s * p->size; ++i) {
+        int k = i % p->size;
         p->z[i] += p->residual[i];
+        if (k >= p->n)
+            continue;
+        double part = p->residual[i] / r->stage[k];
         sum += part * part;
         if (fabs(part) > most) {
             most = fabs(part);
-            *worst = i % p->n;
+            *worst = k;
         }
     }
     return r->problem->step > 0.0 && sum < HUGE_VAL ? most : sqrt(sum / (p->s * p->n));
@@ -253,7 +147,7 @@ static int converged(const mbs_run *r, double size, double before, double contra
     return 10.0 * size <= wanted || (contraction < 1.0 && rest <= wanted);
 }
 
-static int iterate(mbs_run *r, const parts *p, double h)
+static int iterate(mbs_run *r, const mbs_stages *p, double h)
 {
     int rounds = r->problem->step > 0.0 ? FIXED_ROUNDS : ADAPTIVE_ROUNDS, growths = 0, worst = 0, status;
     double before = HUGE_VAL, contraction = p->memory[EXPECTED] = pow(p->memory[EXPECTED], 0.8);
@@ -278,14 +172,22 @@ static int iterate(mbs_run *r, const parts *p, double h)
     return mbs_failed(r, MBS_NOT_CONVERGED, r->state->t, worst);
 }
 
+static int factorise(mbs_run *r, const mbs_stages *p, double h)
+{
+    int regular = mbs_stage_factorise(p, h);
+    ++r->state->factorisations;
+    p->memory[FACTORED] = regular ? h : 0.0;
+    return regular;
+}
+
 /* Solve for z; where the old J does not do, with a new one. */
-static int find_stages(mbs_run *r, const parts *p, double h)
+static int find_stages(mbs_run *r, const mbs_stages *p, double h)
 {
     int status = MBS_NOT_CONVERGED;
     if (!(p->memory[FRESH] > 0.0) && !(p->memory[BEFORE] > 0.0 && p->memory[CONTRACTION] <= SLOW))
         evaluate_jacobian(r, p);
     for (;;) {
-        int regular = p->memory[FACTORED] == h || factorise_blocks(r, p, h);
+        int regular = p->memory[FACTORED] == h || factorise(r, p, h);
         predict(p, h);
         if (regular)
             status = iterate(r, p, h);
@@ -300,7 +202,7 @@ static int find_stages(mbs_run *r, const parts *p, double h)
 /* ---- steps ---- */
 
 /* Fill r->error; where a start that is not smooth yet would make the step fail, with the slope it leads to. */
-static int estimate(mbs_run *r, const parts *p, double h)
+static int estimate(mbs_run *r, const mbs_stages *p, double h)
 {
     int worst, status;
     const double *slope = r->slope;
@@ -309,22 +211,24 @@ static int estimate(mbs_run *r, const parts *p, double h)
             r->error[k] = h * slope[k];
         for (int i = 0; i < p->s; ++i)
             for (int k = 0; k < p->n; ++k)
-                r->error[k] += p->m->error[i] * p->z[i * p->n + k];
-        substitute(p->n, p->single, p->single_rows, r->error);
+                r->error[k] += p->m->error[i] * p->z[i * p->size + k];
+        mbs_stage_filter(p, r->error);
         int rough = p->memory[BEFORE] == 0.0 || p->memory[TRIALS] > 1.0;
         if (round > 0 || !rough || mbs_scaled_norm(r, r->error, r->x, r->x_new, &worst) <= 1.0)
             return MBS_RUNNING;
         for (int k = 0; k < p->n; ++k)
             r->stage[k] = r->x[k] + r->error[k];
-        if ((status = mbs_derivative(r, r->state->t, r->stage, p->slopes)) != MBS_RUNNING)
+        if ((status = mbs_derivative(r, r->state->t, r->stage, p->rest)) != MBS_RUNNING)
             return status;
-        slope = p->slopes;
+        slope = p->rest;
     }
 }
 
 static int attempt(mbs_run *r, double h, double t_new)
 {
-    parts p = parts_of(r);
+    mbs_stages p = parts_of(r);
+    if (p.memory[TRIALS] == 0.0 && p.memory[BEFORE] == 0.0)
+        mbs_first_multipliers(r, &p);
     p.memory[TRIALS] += 1.0;
     int status = find_stages(r, &p, h);
     if (status != MBS_RUNNING)
@@ -333,7 +237,7 @@ static int attempt(mbs_run *r, double h, double t_new)
     for (int i = 0; i < p.s; ++i)
         if (p.m->end[i] != 0.0)
             for (int k = 0; k < p.n; ++k)
-                r->x_new[k] += p.m->end[i] * p.z[i * p.n + k];
+                r->x_new[k] += p.m->end[i] * p.z[i * p.size + k];
     for (int k = 0; k < p.n; ++k)
         r->x_new[k] += r->x[k];
     if ((status = mbs_all_finite(r, t_new, r->x_new)) != MBS_RUNNING || r->problem->step > 0.0)
@@ -349,8 +253,14 @@ static int finish(mbs_run *r, double t_new, int changed)
 
 static void advance(mbs_run *r)
 {
-    parts p = parts_of(r);
-    mbs_copy(p.s * p.n, p.z, p.before);
+    mbs_stages p = parts_of(r);
+    mbs_copy(p.s * p.size, p.z, p.before);
+    for (int k = 0; k < p.rows; ++k) {
+        double change = 0.0;
+        for (int i = 0; i < p.s; ++i)
+            change += p.m->end[i] * p.z[i * p.size + p.n + k];
+        p.multipliers[k] += change;
+    }
     p.memory[BEFORE] = r->state->h;
     p.memory[FRESH] = p.memory[TRIALS] = 0.0;
 }
@@ -363,7 +273,7 @@ static int extend(mbs_run *r)
 
 static void value(const mbs_run *r, double theta, double *x)
 {
-    parts p = parts_of(r);
+    mbs_stages p = parts_of(r);
     if (p.m->hermite) {
         mbs_hermite(r, theta, x);
         return;
@@ -374,7 +284,7 @@ static void value(const mbs_run *r, double theta, double *x)
         for (int power = p.s - 1; power >= 0; --power)
             weight = (weight + p.m->dense[i * p.s + power]) * theta;
         for (int k = 0; k < p.n; ++k)
-            x[k] += weight * p.z[i * p.n + k];
+            x[k] += weight * p.z[i * p.size + k];
     }
     for (int k = 0; k < p.n; ++k)
         x[k] += r->x[k];

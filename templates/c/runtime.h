@@ -32,7 +32,7 @@ typedef struct {
 
 typedef struct {
     int rows, columns;
-    const mbs_span *spans; /* one for each row */
+    const mbs_span *spans; /* one for each row; null: rows have all elements, and are taken the longest first */
 } mbs_pattern;
 
 /* Doubles that the factors of a matrix take. */
@@ -46,6 +46,9 @@ void mbs_factorise(const mbs_pattern *pattern, const double *matrix, double most
    report: rank; smallest kept |R_kk| / |R_11|; largest scaled residual of a dependent row. */
 void mbs_substitute(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
                     double *multipliers, double *report);
+
+/* independent[j] = 1 for each row j of A that was taken for independent, 0 for the others. */
+void mbs_independent(const mbs_pattern *pattern, double *factors, double *independent);
 
 /* Call a program for many samples. The pointers move on from sample to sample: those of the outputs by the size of
    the output, that of input i by its size if advance[i] is not 0. */
@@ -97,7 +100,11 @@ typedef struct {
     const mbs_program *inputs;           /* (t, q, u, parameters) -> inputs */
     const mbs_program *state_derivative; /* (t, q, u, parameters, inputs, modes) -> qdot, udot, multipliers, report */
     const mbs_program *jacobian;         /* (as before) -> d(qdot, udot) / d(q, u), for implicit methods */
-    const mbs_program *project_position; /* (as before) -> phi, correction of q */
+    const mbs_program *index_2; /* (as before, multipliers) -> qdot, udot, phi, phidot: the rows as part of the equations,
+                                   with 2 ns multipliers, those on positions first; implicit methods solve them instead */
+    const mbs_program *index_2_by_state;       /* (as before) -> d(qdot, udot, phi, phidot) / d(q, u) */
+    const mbs_program *index_2_by_multipliers; /* (without multipliers) -> d(qdot, udot) / d multipliers */
+    const mbs_program *project_position; /* (t, q, u, parameters, inputs, modes) -> phi, correction of q */
     const mbs_program *project_velocity; /* (as before) -> phidot, correction of u */
     const mbs_program *normalize;        /* (as before) -> q, deviation */
     const mbs_program *events;           /* (as before) -> values of the switching functions */

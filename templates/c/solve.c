@@ -45,6 +45,12 @@ static double dot(int n, const double *a, const double *b)
     return sum;
 }
 
+static mbs_span span_of(const qr *f, int row)
+{
+    const mbs_span whole = {0, f->columns, 0, f->columns};
+    return f->spans ? f->spans[row] : whole;
+}
+
 static double *row_of(const qr *f, int k)
 {
     return f->vectors + (int)f->order[k] * f->columns;
@@ -110,7 +116,7 @@ static int keep_in_order(const qr *f, const double *matrix)
 static void scale_rows(const qr *f, const double *matrix, double longest)
 {
     for (int j = 0; j < f->rows; ++j) {
-        int first = f->spans[j].first, count = f->spans[j].end - first;
+        int first = span_of(f, j).first, count = span_of(f, j).end - first;
         double *row = f->vectors + j * f->columns, *to = row + first;
         double size = mbs_largest(count, matrix), length = 1.0;
         int empty = size <= ROUNDING * longest;
@@ -177,17 +183,25 @@ static void keep_longest(const qr *f, double most_kept)
 void mbs_factorise(const mbs_pattern *pattern, const double *matrix, double most, double *factors)
 {
     qr f = laid_out(pattern, factors);
-    if (0 < f.rows && f.rows <= f.columns && most >= f.rows && keep_in_order(&f, matrix))
+    if (f.spans && 0 < f.rows && f.rows <= f.columns && most >= f.rows && keep_in_order(&f, matrix))
         return;
     int size = 0;
     for (int j = 0; j < f.rows; ++j)
-        size += f.spans[j].end - f.spans[j].first;
+        size += span_of(&f, j).end - span_of(&f, j).first;
     double longest = mbs_largest(size, matrix);
     f.head[RANK] = NAN;
     if (!isfinite(longest))
         return;
     scale_rows(&f, matrix, longest);
     keep_longest(&f, most);
+}
+
+void mbs_independent(const mbs_pattern *pattern, double *factors, double *independent)
+{
+    qr f = laid_out(pattern, factors);
+    mbs_fill(f.rows, 0.0, independent);
+    for (int k = 0; k < f.head[RANK]; ++k)
+        independent[(int)f.order[k]] = 1.0;
 }
 
 /* ---- solution from the factors ---- */

@@ -46,6 +46,7 @@ struct mbs_run {
     double *stage, *spare, *correction; /* for whoever needs them: nothing stays in them from one call to the next */
     double *slope, *own;                /* own follows slope: a first stage at x is row 0 of an array from slope on */
     double *inputs, *multipliers, *rows, *report;
+    const double *further; /* the input that some programs have beyond those of all */
     double drift_position, drift_velocity, removed_position, removed_velocity, deviation; /* of the step on trial */
     double residual; /* largest scaled residual of dependent rows in it */
     int watching;    /* there are kinks to look out for */

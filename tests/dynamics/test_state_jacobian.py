@@ -37,7 +37,7 @@ joints: {ball: {type: spherical, parent: ground, child: top}}
 def test_the_jacobian_is_the_limit_of_differences(text, formalism, largest, monkeypatch):
     monkeypatch.setattr(derivatives, "_LARGEST_INLINE", largest)
     system = mechanism(mbs.loads(text))
-    made = programs(system, FORMALISMS[formalism], implicit=True)
+    made = programs(system, FORMALISMS[formalism], "implicit")
     begin = start(system)
     nq, size = made.nq, made.nq + made.nu
     x = np.array([*begin.q, *begin.u]) + 0.1 * np.sin(1.0 + np.arange(size))

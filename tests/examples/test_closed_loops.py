@@ -25,10 +25,15 @@ SQUEEZER = {
 """Angles at 0.03 s, good to 1.5e-9. Source: Test Set for Initial Value Problem Solvers, problem Andrews' squeezer."""
 
 
-@pytest.mark.parametrize("method", ["dormand_prince", "dormand_prince_8", "radau_5"])
-def test_squeezer_ends_where_published(method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("method", "constraints"),
+    [("dormand_prince", None), ("dormand_prince_8", None), ("radau_5", None), ("radau_5", "index_2")],
+)
+def test_squeezer_ends_where_published(
+    method: str, constraints: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    run = mbs.simulate(from_file("andrews_squeezer"), method=method, samples=2)
+    run = mbs.simulate(from_file("andrews_squeezer"), method=method, constraints=constraints, samples=2)
     assert {name: run[name][-1] for name in SQUEEZER} == pytest.approx(SQUEEZER, rel=0, abs=2e-9)
     assert run.drift["position"] < 1e-13
 

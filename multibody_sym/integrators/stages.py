@@ -1,0 +1,89 @@
+"""What the stages of an implicit method solve, and the linear equations of Newton's iteration for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from multibody_sym.integrators.collocation import Scheme
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class StageEquations:
+    """x' = F(t, x, z), 0 = G(t, x) of n states and m multipliers, as E y' = f(t, y) with y = (x, z), f = (F, G).
+
+    F is linear in z, and G_x F_z regular but for dependent rows of G: index 2. Without rows m = 0, an ordinary
+    differential equation. `values(t, y)` is f (n + m,), `jacobian(t, y)` its derivative by y, `multipliers(t, x)` (m,)
+    are those to begin with, and `kept(jacobian)` tells which of the m rows, and of the multipliers in their places,
+    are independent; the other multipliers are zero.
+    """
+
+    values: Callable[[float, Floats], Floats]
+    jacobian: Callable[[float, Floats], Floats]
+    multipliers: Callable[[float, Floats], Floats]
+    kept: Callable[[Floats], Sequence[int]]
+
+
+class StageMatrices:
+    """The factors of gamma E - h J and of [alpha E - h J, -beta E; beta E, alpha E - h J] for the kept rows."""
+
+    def __init__(self, scheme: Scheme, differential: Floats, jacobian: Floats, h: float) -> None:
+        """Factorise; `differential` (n,) is the diagonal of E. Raises ZeroDivisionError where a matrix is singular."""
+        self.scheme = scheme
+        E, J = np.diag(differential), h * jacobian
+        if scheme.gamma > 0.0 or scheme.error is not None:
+            self.single = _factors(scheme.filter * E - J)
+        if scheme.beta > 0.0:
+            diagonal, off = scheme.alpha * E - J, scheme.beta * E
+            self.pairs = _factors(np.block([[diagonal, -off], [off, diagonal]]))
+
+    def solved(self, rest: Floats) -> Floats:
+        """Return the transformed changes (s, n) for the transformed residuals."""
+        parts = []
+        if self.scheme.gamma > 0.0:
+            parts.append(_substituted(self.single, rest[0]))
+        if self.scheme.beta > 0.0:
+            parts.append(_substituted(self.pairs, rest[-2:].ravel()))
+        return np.concatenate(parts).reshape(rest.shape)
+
+    def filtered(self, right: Floats) -> Floats:
+        """Return (filter E - h J)^-1 right (n,)."""
+        return _substituted(self.single, right)
+
+
+_Factors = tuple[Floats, list[int]]
+
+
+def _factors(matrix: Floats) -> _Factors:
+    """Return L U of the matrix with rows exchanged, and which row took each place; raises ZeroDivisionError."""
+    a, rows = matrix.copy(), []
+    for k in range(len(a)):
+        pivot = k + int(np.argmax(np.abs(a[k:, k])))
+        rows.append(pivot)
+        if pivot != k:
+            a[[k, pivot]] = a[[pivot, k]]
+        if not abs(a[k, k]) > 0.0:
+            raise ZeroDivisionError
+        a[k + 1 :, k] = a[k + 1 :, k] / a[k, k]
+        a[k + 1 :, k + 1 :] -= a[k + 1 :, k, None] * a[k, k + 1 :]
+    return a, rows
+
+
+def _substituted(factors: _Factors, right: Floats) -> Floats:
+    a, rows = factors
+    b = right.copy()
+    for k, pivot in enumerate(rows):
+        b[k], b[pivot] = b[pivot], b[k]
+    for k in range(len(b)):
+        b[k + 1 :] -= a[k + 1 :, k] * b[k]
+    for k in range(len(b) - 1, -1, -1):
+        b[k] = b[k] / a[k, k]
+        b[:k] -= a[:k, k] * b[k]
+    return b
