@@ -161,8 +161,8 @@ class _Looked(dict[Node, float]):
 def evaluate_float(nodes: Iterable[Node], leaf: Mapping[Node, float]) -> list[float]:
     """Return the float values of `nodes`, given those of their leaves."""
     roots = list(nodes)
-    values: dict[Node, float] = {}
-    for n in postorder(roots):
+    values = {n: n.shadow for n in roots if n.shadow is not None}  # what is below a constant need not be visited
+    for n in postorder(n for n in roots if n not in values):
         if n.shadow is not None:
             values[n] = n.shadow
         elif n.args:
