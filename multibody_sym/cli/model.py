@@ -6,25 +6,25 @@ import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from multibody_sym.errors import InputError, Where
+from multibody_sym.errors import MultibodyError, Where
 from multibody_sym.formats.reader import load_with_places
 from multibody_sym.model.slots import at
 from multibody_sym.model.system import System
-from multibody_sym.simulation.overrides import with_values
+from multibody_sym.simulation.overrides import with_settings, with_values
 
 
 @contextmanager
 def model(options: argparse.Namespace) -> Iterator[System]:
-    """Give the system of a command, with the parameter values that `--set` changes.
+    """Give the system of a command, with the parameter values that `--set` changes, and `--project`.
 
     Errors about the model that are raised inside name their place in the file, or the option they come from.
     """
     system, places = load_with_places(options.file)
     with at("--set"):
-        changed = with_values(system, options.set)
+        changed = with_settings(with_values(system, options.set), {"project": options.project or None})
     try:
         yield changed
-    except InputError as error:
+    except MultibodyError as error:
         option = _option(error.where.path, options)
         if option is not None:
             error.where = Where(path=(option,))

@@ -92,10 +92,12 @@ def _parser() -> tuple[argparse.ArgumentParser, Mapping[str, argparse.ArgumentPa
 def _add_common(parser: argparse.ArgumentParser) -> None:
     as_json = "print one JSON object, also for an error; text goes to standard error"
     value = "give a parameter another value, such as m1='500 g'"
+    project = "let all start values change, known ones too, as little as constraints need"
     route = "the route to the equations of motion; default: the cheapest"
     parser.add_argument("--json", action="store_true", help=as_json)
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help=value)
     parser.add_argument("--formalism", metavar="NAME", help=route)
+    parser.add_argument("--project", action="store_true", help=project)
 
 
 def _assignments(texts: Sequence[str]) -> Mapping[str, str]:

@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.dynamics.assembly import Rows, moved
+from multibody_sym.dynamics.closing import Rows, moved
 from multibody_sym.dynamics.dependence import constraint_jacobian, contradiction
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.model.mechanism import Mechanism

@@ -12,8 +12,8 @@ of Constrained Multibody Systems (2015), done in numbers.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Final
 
@@ -48,7 +48,8 @@ _KNOWN: Final = 1e-3
 class Linearization:
     """x' = A x + B w for small changes x of `states` (m) and w of `inputs` (k): `A` (m x m), `B` (m x k).
 
-    `accelerations` (by speed) at the state itself: zero in an equilibrium or a steady motion.
+    `accelerations` (by speed) at the state itself: zero in an equilibrium or a steady motion; `shifts`: by how much
+    given start values changed to satisfy the constraints.
     """
 
     states: tuple[str, ...]
@@ -56,6 +57,7 @@ class Linearization:
     A: Floats
     B: Floats
     accelerations: dict[str, float]
+    shifts: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
     def eigenvalues(self) -> npt.NDArray[np.complex128]:
@@ -72,6 +74,7 @@ class Linearization:
             "B": self.B.tolist(),
             "eigenvalues": [[float(x.real), float(x.imag)] for x in self.eigenvalues],
             "accelerations": self.accelerations,
+            "shifts": dict(self.shifts),
         }
 
 
@@ -81,8 +84,8 @@ def linearize(system: System, *, formalism: str | None = None) -> Linearization:
     Raises InputError, and NoSolutionError where there is no start.
     """
     resolved = mechanism(system)
-    begin = start(resolved)
-    return Flow(resolved, begin.parameters, formalism).linearized(begin.q, begin.u)
+    begin = start(resolved, project=system.simulation.project)
+    return replace(Flow(resolved, begin.parameters, formalism).linearized(begin.q, begin.u), shifts=begin.shifts)
 
 
 @dataclass(frozen=True)

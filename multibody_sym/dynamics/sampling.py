@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.dynamics.assembly import Rows, closed_near, moved
+from multibody_sym.dynamics.closing import Rows, closed_near, moved
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED, verify_inertia
 from multibody_sym.dynamics.start import Start
 from multibody_sym.errors import MultibodyError

@@ -12,7 +12,8 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.dynamics.assembly import Rows, assembled_position, assembled_speeds, closed_near, moved, normalize
+from multibody_sym.dynamics.assembly import assembled_position, assembled_speeds
+from multibody_sym.dynamics.closing import Rows, closed_near, moved, normalize
 from multibody_sym.dynamics.composite_body import composite_body
 from multibody_sym.dynamics.contradiction import contradictions_named, verify_consistent
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED, verify_inertia
@@ -40,7 +41,7 @@ class Start:
     """The state at t = 0: parameter vector (np), q (nq), u (nu).
 
     `held` names the coordinates and speeds that kept their declared values while constraints were closed, `assembled`
-    those that were found; `shift` is the largest change of a value that was given.
+    those that were found; `shifts` tells by how much values that were given changed.
     """
 
     parameters: tuple[float, ...]
@@ -48,15 +49,21 @@ class Start:
     u: tuple[float, ...]
     held: tuple[str, ...]
     assembled: tuple[str, ...]
-    shift: float
+    shifts: Mapping[str, float]
+
+    @property
+    def shift(self) -> float:
+        """The largest change of a value that was given."""
+        return max(map(abs, self.shifts.values()), default=0.0)
 
 
-def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None) -> Start:
+def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None, *, project: bool = False) -> Start:
     """Return the state at t = 0: declared values, with what the constraints need of the others.
 
     Joints marked `known` keep their values and the others are assembled; without marks those with an `initial` are
-    held in their order as long as the rest can close; if all are given and miss the constraints by less than 1e-6, they
-    change as little as possible. Ropes without a length are measured in the assembled position.
+    held in their order as long as the rest can close. If all are given, none marked, and miss the constraints by less
+    than 1e-6, and whenever `project` asks for it, all change as little as possible, in the norm of the mass matrix.
+    Ropes without a length are measured in the assembled position.
     Raises NoSolutionError (constraints that contradict each other, by name, or do not close, with residuals by name; a
     speed that no inertia resists) and ModelError (values that are not finite or not positive).
     """
@@ -67,12 +74,12 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None) ->
     rows = Rows(mechanism, declared, [k for k in range(len(mechanism.rows)) if k not in measured])
     _verify_inertia(rows, q, u)
     with contradictions_named(rows, q, u):
-        position = assembled_position(rows, q)
+        position = assembled_position(rows, q, project=project)
     _verify_directions(rows.motion(position.values, np.zeros(len(u))))
     parameters = _with_lengths(rows, position.values, measured)
     every = Rows(mechanism, parameters, range(len(mechanism.rows)))
     with contradictions_named(every, position.values, u):
-        speeds = assembled_speeds(every, position.values, u)
+        speeds = assembled_speeds(every, position.values, u, project=project)
     if mechanism.rows:
         rank = _generic_rank(every, position.values)
         parameters[-3] = float(rank)
@@ -84,7 +91,7 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None) ->
         tuple(speeds.values.tolist()),
         (*position.held, *speeds.held),
         (*position.found, *speeds.found),
-        max(position.shift, speeds.shift),
+        {**position.shifts, **speeds.shifts},
     )
 
 

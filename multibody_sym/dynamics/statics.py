@@ -16,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.dynamics.assembly import Rows, closed_near, moved
+from multibody_sym.dynamics.closing import Rows, closed_near, moved
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED
 from multibody_sym.dynamics.linearization import Flow, Tangents
 from multibody_sym.dynamics.start import start
@@ -55,7 +55,7 @@ def equilibrium(system: System) -> Equilibrium:
     Raises InputError, and NoSolutionError where there is no start or none is found.
     """
     resolved = mechanism(system)
-    begin = start(resolved)
+    begin = start(resolved, project=system.simulation.project)
     rows = Rows(resolved, begin.parameters, range(len(resolved.rows)))
     search = _Search(resolved, Flow(resolved, begin.parameters), rows)
     found: list[Floats] = []

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from multibody_sym.errors import ExpressionError, InputError, Where
+from multibody_sym.errors import ExpressionError, InputError, MultibodyError, Where
 from multibody_sym.formats.yaml_tree import LARGEST_FILE, Place, Tree, read_bytes, read_text
 from multibody_sym.model.declaration import system_from_tree
 from multibody_sym.model.system import System
@@ -29,7 +29,7 @@ class Places:
         """Give errors about the model that are raised inside their file, line and column."""
         try:
             yield
-        except InputError as error:
+        except MultibodyError as error:
             raise located(error, self.tree, self.name) from None
 
 
@@ -90,7 +90,7 @@ def _with_places(tree: Tree, name: str) -> tuple[System, Places]:
         return system_from_tree(tree.data), places
 
 
-def located(error: InputError, tree: Tree, name: str) -> InputError:
+def located(error: MultibodyError, tree: Tree, name: str) -> MultibodyError:
     """Return `error` with the file, line and column of the nearest thing in the file that `where.path` names."""
     if error.where.file is not None:
         return error
@@ -99,7 +99,7 @@ def located(error: InputError, tree: Tree, name: str) -> InputError:
     return error
 
 
-def _place(error: InputError, tree: Tree) -> Place:
+def _place(error: MultibodyError, tree: Tree) -> Place:
     wanted = path = error.where.path
     while path not in tree.values:
         path = path[:-1]

@@ -479,7 +479,10 @@ class Stabilisation(Element):
 
 @dataclass(frozen=True)
 class Settings(Element):
-    """How a system is simulated, unless the call says otherwise."""
+    """How a system is simulated, unless the call says otherwise.
+
+    `project` lets every start value change, known ones too, as little as constraints need.
+    """
 
     t_end: Node = holds(Scalar("s"), 10)
     step: Node | None = holds(Scalar("s"), None)
@@ -488,6 +491,7 @@ class Settings(Element):
     method: str = holds(Text(), "dormand_prince")
     samples: Node = holds(Scalar(""), 1001)
     constraints: Stabilisation | None = holds(Record(Stabilisation), None)
+    project: bool = holds(Flag(), False)
 
 
 FORCES: Final = OneOf(

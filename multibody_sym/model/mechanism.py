@@ -356,6 +356,11 @@ class Mechanism:
         """The joints (and ground) that move as prescribed, and so do work on the system."""
         return tuple(body.joint_name for body in self.bodies if body.driven)
 
+    def row_path(self, row: int) -> tuple[str, str]:
+        """Return where the model declares a row: the joint that was cut, or the constraint."""
+        cut = next((cut.name for cut in self.cuts if row in cut.rows), None)
+        return ("constraints", self.rows[row].name.partition(".")[0]) if cut is None else ("joints", cut)
+
     def body_index(self, name: str) -> int:
         """Return the position of a body in tree order; ground at rest is -1. Raises ModelError for an unknown name."""
         for index, body in enumerate(self.bodies):

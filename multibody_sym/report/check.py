@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from multibody_sym.report.redundancy import redundancy_lines
+from multibody_sym.report.shifts import shifts_text
 from multibody_sym.simulation.check import CheckReport
 
 
@@ -24,7 +25,8 @@ def _freedom(found: CheckReport) -> list[str]:
 
 def _start(found: CheckReport) -> list[str]:
     lines = [f"held at the start: {_listed(found.held)}"] if found.held else []
-    return [*lines, f"assembled: {_listed(found.assembled)}"] if found.assembled else lines
+    assembled = [f"assembled: {_listed(found.assembled)}"] if found.assembled else []
+    return [*lines, *assembled, *shifts_text(found.shifts)]
 
 
 def _agreement(found: CheckReport) -> list[str]:

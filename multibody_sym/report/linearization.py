@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from multibody_sym.dynamics.linearization import Linearization
+from multibody_sym.report.shifts import shifts_text
 
 _ROUNDING: Final = 1e-9
 
@@ -14,7 +15,7 @@ _ROUNDING: Final = 1e-9
 def linearization_text(found: Linearization) -> str:
     """Return the linearisation for a person to read."""
     moving = {name: x for name, x in found.accelerations.items() if abs(x) > _ROUNDING}
-    lines = [f"linearised in {', '.join(found.states)}"]
+    lines = [f"linearised in {', '.join(found.states)}", *shifts_text(found.shifts)]
     if moving:
         rates = ", ".join(f"{name}' = {x:.6g}" for name, x in moving.items())
         lines.append(f"note: the state is no equilibrium and no steady motion: {rates}")

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from multibody_sym.report.redundancy import redundancy_lines
+from multibody_sym.report.shifts import shifts_text
 from multibody_sym.simulation.samples import mechanism_units
 from multibody_sym.simulation.trajectory import Trajectory, largest_change
 
@@ -14,7 +15,9 @@ _MOST: Final = 20
 
 def run_summary(run: Trajectory) -> str:
     """Return how the run was done, where it ended, and how well energy and constraints were kept."""
-    return "\n".join([_headline(run), *_stop(run), *_end(run), *_energy(run), *_constraints(run), *_events(run)])
+    started = shifts_text(run.ready.start.shifts)
+    kept = [*_energy(run), *_constraints(run)]
+    return "\n".join([_headline(run), *started, *_stop(run), *_end(run), *kept, *_events(run)])
 
 
 def _headline(run: Trajectory) -> str:

@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.dynamics.agreement import agreement, agrees
-from multibody_sym.dynamics.assembly import Rows, closed_near, moved
+from multibody_sym.dynamics.closing import Rows, closed_near, moved
 from multibody_sym.dynamics.composite_body import composite_body
 from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED, forward_dynamics
@@ -31,7 +31,6 @@ from multibody_sym.scalars.node import leaves, symbol
 from multibody_sym.simulation.limits import limits_passed
 
 _STATES: Final = 4
-_ROUNDING: Final = 1e-12
 _LARGE: Final = 200
 _MOST: Final[Mapping[str, int]] = {
     "lagrange": 12,
@@ -51,8 +50,8 @@ class CheckReport:
     determined; `dependencies`, for each redundant row the rows that follow from each other; `ambiguous`, elements whose
     forces are not determined, joints with the components; `agreement`: each formalism's worst scaled residual (rounding
     is below 10, with constraints below 100); `theorems`: relative residuals; `conserved` quantities; `held` and
-    `assembled` start values and their largest `shift`; `failure`: why there is no start, if there is none; `hints` for
-    the author.
+    `assembled` start values, by how much given ones changed (`shifts`), and the largest such `shift`; `failure`: why
+    there is no start, if there is none; `hints` for the author.
     """
 
     degrees_of_freedom: int
@@ -66,6 +65,7 @@ class CheckReport:
     conserved: tuple[str, ...] = ()
     held: tuple[str, ...] = ()
     assembled: tuple[str, ...] = ()
+    shifts: Mapping[str, float] = field(default_factory=dict)
     shift: float = 0.0
     agrees: bool = False
     failure: str | None = None
@@ -87,7 +87,7 @@ def check(system: System) -> CheckReport:
     resolved = mechanism(system)
     declared = _declared_hints(system)
     try:
-        begin = start(resolved)
+        begin = start(resolved, project=system.simulation.project)
     except NoSolutionError as error:
         count = len(resolved.speeds)
         return CheckReport(count, 0, (), (), failure=str(error), hints=(*declared, *_massless_hint(system, error)))
@@ -119,6 +119,7 @@ def _with_dynamics(system: System, resolved: Mechanism, begin: Start, declared: 
         conserved=tuple(conserved(instants)),
         held=begin.held,
         assembled=begin.assembled,
+        shifts=begin.shifts,
         shift=begin.shift,
         agrees=agrees(resolved, ratios) and all(x <= NEGLIGIBLE for x in residuals.values()),
         hints=(*hints, *_not_compared(resolved)),
@@ -197,10 +198,7 @@ def _physical_hints(motion: Motion) -> list[str]:
 
 
 def _start_hints(resolved: Mechanism, begin: Start, rank: Redundancy, states: Sequence[State]) -> list[str]:
-    hints = []
-    if begin.shift > _ROUNDING:
-        hints.append(f"given start values were changed by up to {begin.shift:.3g} to satisfy the constraints")
-    hints += _limit_hints(resolved, begin, states[0])
+    hints = _limit_hints(resolved, begin, states[0])
     nearby = _rank_nearby(resolved, begin)
     if nearby is not None and nearby > rank.rank:
         hints.append(

@@ -55,7 +55,7 @@ def export(
         valued = with_values(system, parameters)
     resolved = mechanism(valued)
     name = formalism_name(formalism, resolved)
-    begin = start(resolved)
+    begin = start(resolved, project=system.simulation.project)
     made = programs(resolved, FORMALISMS[name]).as_mapping()
     state = (0.0, begin.q, begin.u, begin.parameters)
     samples = _samples(made, state)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from multibody_sym.dynamics.assembly import Rows
+from multibody_sym.dynamics.closing import Rows
 from multibody_sym.dynamics.contradiction import Contradiction, contradiction_of
 from multibody_sym.errors import RunError
 from multibody_sym.integrators.flow import Status

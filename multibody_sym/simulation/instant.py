@@ -132,7 +132,7 @@ def solved_start(system: System, formalism: str | None = None) -> Solved:
     Raises InputError, and NoSolutionError where there is no start, no inertia, or constraints contradict each other.
     """
     resolved = mechanism(system)
-    begin = start(resolved)
+    begin = start(resolved, project=system.simulation.project)
     state = state_of(resolved, float, 0.0, begin.q, begin.u, begin.parameters)
     motion = motion_of(resolved, state)
     dynamics = FORMALISMS[formalism_name(formalism, resolved)](resolved, state)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.dynamics.start import start
+from multibody_sym.dynamics.start import Start, start
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System
@@ -21,15 +22,28 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Runnable:
-    """A system with its mechanism and compiled Programs; parameter vector (np,) and start q0 (nq,), u0 (nu,)."""
+    """A system with its mechanism, compiled Programs and start."""
 
     system: System
     mechanism: Mechanism
     formalism: str
     compiled: Compiled
-    parameters: Floats
-    q0: Floats
-    u0: Floats
+    start: Start
+
+    @cached_property
+    def parameters(self) -> Floats:
+        """The parameter vector (np,)."""
+        return np.array(self.start.parameters, dtype=float)
+
+    @cached_property
+    def q0(self) -> Floats:
+        """The coordinates (nq,) at t = 0."""
+        return np.array(self.start.q, dtype=float)
+
+    @cached_property
+    def u0(self) -> Floats:
+        """The speeds (nu,) at t = 0."""
+        return np.array(self.start.u, dtype=float)
 
     @property
     def parameter_values(self) -> dict[Node, float]:
@@ -48,8 +62,7 @@ def runnable(
     """
     resolved = mechanism(system)
     name = formalism_name(formalism, resolved)
-    begin = start(resolved)
+    begin = start(resolved, project=system.simulation.project)
     form = form_of(system.simulation, constrained=bool(resolved.rows))
     programs = compiled(system, resolved, name, form, native=native, backend=backend)
-    parameters, q0, u0 = (np.array(values, dtype=float) for values in (begin.parameters, begin.q, begin.u))
-    return Runnable(system, resolved, name, programs, parameters, q0, u0)
+    return Runnable(system, resolved, name, programs, begin)

@@ -31,6 +31,7 @@ def simulate(
     atol: Any = None,
     samples: Any = None,
     constraints: Any = None,
+    project: bool | None = None,
     parameters: Mapping[str, Any] | None = None,
     formalism: str | None = None,
     native: bool = False,
@@ -40,10 +41,10 @@ def simulate(
     """Return the motion of a system from its start at t = 0 to `t_end`.
 
     Arguments: the keys of `simulation:` in a model file, in whose place they stand (numbers, expressions of parameters,
-    or text such as `2 s`; `constraints` also the word `projection`, `baumgarte` or `index_2`); `parameters`, values by
-    name; `formalism` by name, None for the cheapest; `native` and `backend` ("c", "python") as for
-    `runtime.loading.load`; `on_progress`, called about ten times a second with the samples that are new and the part
-    of the time that is done.
+    or text such as `2 s`; `constraints` also the word `projection`, `baumgarte` or `index_2`; `project=True` lets known
+    start values change too, as little as constraints need); `parameters`, values by name; `formalism` by name, None for
+    the cheapest; `native` and `backend` ("c", "python") as for `runtime.loading.load`; `on_progress`, called about ten
+    times a second with the samples that are new and the part of the time that is done.
     Returns what was computed until then if Ctrl-C interrupts it.
     Raises InputError, NoSolutionError (no start, no inertia) and FailedRunError, which holds what was computed.
     """
@@ -52,6 +53,7 @@ def simulate(
     if isinstance(constraints, Baumgarte):
         named = {"baumgarte": constraints}
     settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
+    settings["project"] = project
     with at("parameters"):
         valued = with_values(system, parameters)
     asked = with_settings(valued, {**settings, "constraints": named})

@@ -141,6 +141,7 @@ class Trajectory(Samples):
             "drift": {name: x if math.isfinite(x) else None for name, x in self.drift.items()},
             "redundancy": {**asdict(self.redundancy), "rows": len(self.ready.mechanism.rows)},
             "statistics": self.statistics,
+            "start": {name: getattr(self.ready.start, name) for name in ("held", "assembled", "shifts")},
             "interrupted": self.interrupted,
         }
 

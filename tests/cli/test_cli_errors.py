@@ -146,3 +146,44 @@ def test_help_and_version_are_answers() -> None:
         assert done.stderr == ""
     assert "exit codes" in command("--help").stdout
     assert "multibody-sym" in answer(command("simulate", "--help", "--json"))["text"]
+
+
+LOOP = """multibody_sym: 1
+name: loop
+bodies:
+  ground: {points: {pivot: [0.5, 0, 0]}}
+  crank: {shape: {rod: 0.2, mass: 1}, points: {end: [0.2, 0, 0]}}
+  coupler: {shape: {rod: 0.5, mass: 1}, points: {end: [0.5, 0, 0]}}
+  rocker: {shape: {rod: 0.4, mass: 1}, points: {end: [0.4, 0, 0]}}
+joints:
+  A: {type: revolute, parent: ground, child: crank, axis: z, q: a, initial: {q: 1, known: true}}
+  B: {type: revolute, parent: crank.end, child: coupler, axis: z, q: b, initial: {q: -0.5, known: true}}
+  D: {type: revolute, parent: ground.pivot, child: rocker, axis: z, q: d, initial: {q: 1.7, known: true}}
+  C: {type: revolute, parent: coupler.end, child: rocker.end, axis: z, cut: true}
+simulation: {t_end: 0.1}
+"""
+
+
+@pytest.mark.parametrize("name", ["simulate", "linearize", "equilibrium", "solve", "export"])
+def test_start_that_misses_is_told_with_its_line(capsys, tmp_path: Path, name: str) -> None:
+    model = tmp_path / "loop.yaml"
+    model.write_text(LOOP)
+    words = (name, str(model), *(("--to", "c", "-o", str(tmp_path / "out")) if name == "export" else ()))
+    code, printed, text = outcome(capsys, *words)
+    assert (code, printed["error"]["code"]) == (3, "no_solution")
+    assert (printed["error"]["where"]["line"], printed["error"]["where"]["path"]) == (12, "joints.C")
+    assert f"{model}:12" in text
+    assert "C.x misses by" in printed["error"]["message"]
+
+
+def test_project_puts_known_values_back_and_tells_the_shift(capsys, tmp_path: Path) -> None:
+    model = tmp_path / "loop.yaml"
+    model.write_text(LOOP)
+    code, printed, text = outcome(capsys, "simulate", str(model), "--project")
+    assert code == 0
+    assert set(printed["start"]["shifts"]) == {"a", "b", "d"}
+    assert "given start values were changed to satisfy the constraints: " in text
+    assert printed["drift"]["position"] < 1e-12
+    _, checked, text = outcome(capsys, "check", str(model), "--project")
+    assert checked["shifts"] == pytest.approx(printed["start"]["shifts"])
+    assert "given start values were changed" in text

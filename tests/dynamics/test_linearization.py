@@ -9,7 +9,7 @@ import pytest
 from mechanisms import random_case, random_state
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.assembly import Rows, closed_near
+from multibody_sym.dynamics.closing import Rows, closed_near
 from multibody_sym.dynamics.linearization import Flow
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.rows import row_motions

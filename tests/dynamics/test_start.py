@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from mechanisms import random_case
 
+from multibody_sym.dynamics.composite_body import mass_matrix
 from multibody_sym.dynamics.start import Start, parameter_values, start
 from multibody_sym.errors import InputError, ModelError, NoSolutionError
 from multibody_sym.kinematics.motion import motion_of
@@ -197,11 +198,21 @@ def test_all_given_and_near_is_projected_with_least_change() -> None:
     assert begin.held == ()
 
 
-def test_all_given_and_far_is_an_error_with_residuals_by_name() -> None:
+def test_all_given_and_far_are_guesses_but_for_the_first() -> None:
+    resolved = mechanism(four_bar(a=Initial(q=1), b=Initial(q=-0.5), d=Initial(q=2)))
+    begin = start(resolved)
+    assert max(residuals(resolved, begin)) < 1e-12
+    assert begin.held == ("a",)
+    assert set(begin.shifts) == {"b", "d"}
+    assert begin.shifts["b"] == begin.q[1] + 0.5
+
+
+def test_all_known_and_far_is_an_error_with_residuals_by_name() -> None:
     with pytest.raises(NoSolutionError) as caught:
-        start(mechanism(four_bar(a=Initial(q=0), b=Initial(q=0), d=Initial(q=0))))
-    assert caught.value.message == "the start values do not satisfy the constraints: x misses by 1.5"
-    assert caught.value.where.path == ("constraints",)
+        start(mechanism(four_bar(**{name: Initial(q=0, known=True) for name in "abd"})))
+    assert "the start values do not satisfy the constraints: x misses by 1.5; " in caught.value.message
+    assert "--project" in caught.value.message
+    assert caught.value.where.path == ("constraints", "x")
 
 
 def test_loop_that_cannot_close_is_an_error() -> None:
@@ -215,11 +226,26 @@ def test_loop_that_cannot_close_is_an_error() -> None:
         start(mechanism(system))
 
 
-def test_speeds_that_contradict_are_named() -> None:
+def test_known_speeds_that_contradict_are_named() -> None:
     closed = start(mechanism(four_bar(a=Initial(q=1, known=True)))).q
-    initial = {name: Initial(q=x, u=1) for name, x in zip("abd", closed, strict=True)}
+    initial = {name: Initial(q=x, u=1, known=True) for name, x in zip("abd", closed, strict=True)}
     with pytest.raises(NoSolutionError, match="initial speeds do not satisfy the constraints: x misses by"):
         start(mechanism(four_bar(**initial)))
+
+
+def test_least_change_is_that_of_gauss() -> None:
+    """To first order M (q - q0) = H^T lambda: the change does no work on what the rows allow."""
+    exact = start(mechanism(four_bar(a=Initial(q=1, u=2, known=True))))
+    near = {name: x + 1e-5 * k for k, (name, x) in enumerate(zip("abd", exact.q, strict=True))}
+    initial = {name: Initial(q=x, u=k + 1, known=True) for k, (name, x) in enumerate(near.items())}
+    resolved = mechanism(four_bar(**initial))
+    begin = start(resolved, project=True)
+    motion = motion_of(resolved, state_of(resolved, float, 0.0, begin.q, begin.u, begin.parameters))
+    allowed = np.linalg.svd([row.jacobian for row in row_motions(motion)])[2][-1]
+    matrix = np.array(mass_matrix(motion), dtype=float)
+    for values, given in ((begin.q, list(near.values())), (begin.u, [1, 2, 3])):
+        change = np.subtract(values, given)
+        assert abs(allowed @ matrix @ change) < 1e-4 * np.linalg.norm(matrix @ change)
 
 
 def test_moving_constraint_moves_the_speeds() -> None:

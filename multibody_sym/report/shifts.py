@@ -1,0 +1,18 @@
+"""What constraints changed of the start values that were given, as text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+_MOST: Final = 6
+
+
+def shifts_text(shifts: Mapping[str, float]) -> list[str]:
+    """Return one line with the largest changes in SI units, none where nothing changed."""
+    if not shifts:
+        return []
+    largest = sorted(shifts.items(), key=lambda item: -abs(item[1]))
+    named = ", ".join(f"{name} by {change:.3g}" for name, change in largest[:_MOST])
+    more = f" and {len(shifts) - _MOST} more by less" if len(shifts) > _MOST else ""
+    return [f"given start values were changed to satisfy the constraints: {named}{more}"]
