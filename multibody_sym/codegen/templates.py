@@ -10,7 +10,7 @@ RUNTIME_SOURCES: Final = (
     *("solve.c", "calls.c", "constraints.c", "events.c", "explicit.c", "stages.c", "implicit.c"),
     *("pairing.c", "multistep.c", "runtime.c"),
 )
-RUNTIME_HEADERS: Final = ("pairing.h", "runtime.h", "stages.h", "stepper.h", "vectors.h")
+RUNTIME_HEADERS: Final = ("in_order.h", "pairing.h", "runtime.h", "stages.h", "stepper.h", "vectors.h")
 _PACKAGE = Path(__file__).resolve().parents[1]
 
 

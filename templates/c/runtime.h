@@ -39,13 +39,17 @@ typedef struct {
 #define MBS_FACTORS(rows, columns) ((rows) * ((columns) + 6) + 3)
 
 /* Factorise A, of which `matrix` holds the elements within the spans, row after row. At most `most` rows are taken for
-   independent. */
+   independent. The _pivoted ones do not try first whether the rows are independent as they come; in in_order.h are some
+   for small patterns. */
 void mbs_factorise(const mbs_pattern *pattern, const double *matrix, double most, double *factors);
+void mbs_factorise_pivoted(const mbs_pattern *pattern, const double *matrix, double most, double *factors);
 
 /* Minimum-norm x with A x = r, and the multipliers with x = A^T multipliers.
    report: rank; smallest kept |R_kk| / |R_11|; largest scaled residual of a dependent row. */
 void mbs_substitute(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
                     double *multipliers, double *report);
+void mbs_substitute_pivoted(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
+                            double *multipliers, double *report);
 
 /* independent[j] = 1 for each row j of A that was taken for independent, 0 for the others. */
 void mbs_independent(const mbs_pattern *pattern, double *factors, double *independent);

@@ -1,0 +1,111 @@
+"""The four-bar's constrained accelerations: generated C against Pinocchio's constraint dynamics, time per evaluation.
+
+    python benchmarks/four_bar.py
+
+Ours: all of the state derivative (rates, accelerations, multipliers, report) of `examples/four_bar.yaml` without its
+motor, values folded, `--native`, called for the states of a motion in turn by a loop in C. Theirs: the same bodies, and
+the pin between coupler and rocker as a CONTACT_3D constraint (point on point: the least that holds a planar loop), the
+settings of the proximal iteration their defaults; `pin.constraintDynamics` called from Python for the same states, less
+the cost of the call, measured as that of a model without joints and constraints. CPU time of the thread, minimum of
+interleaved rounds. Needs the extra `peers`.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+import multibody_sym as mbs
+from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
+from multibody_sym.dynamics.programs import state_derivative
+from multibody_sym.dynamics.start import parameter_values
+from multibody_sym.kinematics.state import slot_state
+from multibody_sym.program.folding import folded
+from multibody_sym.program.measures import operation_count
+from multibody_sym.program.program import Program
+from multibody_sym.runtime.loading import load
+
+MODEL = Path(__file__).parent.parent / "examples" / "four_bar.yaml"
+STATES = 4000
+ROUNDS = 100
+LENGTHS = {"crank": 0.2, "coupler": 0.5, "rocker": 0.4}
+DENSITY, FRAME = 2.0, 0.5
+
+
+def our_program(system: mbs.System) -> Program:
+    """Return the state derivative with the values of all parameters folded."""
+    resolved = mbs.mechanism(system)
+    derivative = state_derivative(resolved, FORMALISMS[cheapest(resolved)](resolved, slot_state(resolved)))
+    return folded(derivative, "parameters", parameter_values(resolved, {}))
+
+
+def their_model() -> tuple[Any, Any]:
+    """Return Pinocchio's model and its constraints."""
+    model = pin.Model()
+    model.gravity.linear = np.array([0.0, -9.81, 0.0])
+    joints: dict[str, int] = {}
+    for name, parent, place in (("crank", None, 0.0), ("coupler", "crank", LENGTHS["crank"]), ("rocker", None, FRAME)):
+        placement = pin.SE3(np.eye(3), np.array([place, 0.0, 0.0]))
+        joints[name] = model.addJoint(joints.get(parent, 0), pin.JointModelRZ(), placement, name)
+        length = LENGTHS[name]
+        inertia = DENSITY * length**3 / 12 * np.diag([0.0, 1.0, 1.0])
+        rod = pin.Inertia(DENSITY * length, np.array([length / 2, 0.0, 0.0]), inertia)
+        model.appendBodyToJoint(joints[name], rod, pin.SE3.Identity())
+    ends = [pin.SE3(np.eye(3), np.array([LENGTHS[name], 0.0, 0.0])) for name in ("coupler", "rocker")]
+    constraints = pin.StdVec_RigidConstraintModel()
+    constraints.append(
+        pin.RigidConstraintModel(
+            pin.ContactType.CONTACT_3D, model, joints["coupler"], ends[0], joints["rocker"], ends[1], pin.LOCAL
+        )
+    )
+    return model, constraints
+
+
+def their_seconds(model: Any, constraints: Any, states: list[tuple[np.ndarray, ...]]) -> tuple[float, np.ndarray]:
+    """Return the CPU time of one call for each state, and the last accelerations."""
+    data, dynamics = model.createData(), pin.constraintDynamics
+    datas = pin.StdVec_RigidConstraintData()
+    for constraint in constraints:
+        datas.append(constraint.createData())
+    pin.initConstraintDynamics(model, data, constraints, datas)
+    settings = pin.ProximalSettings(1e-12, 1e-10, 10)
+    start = time.thread_time()
+    for q, v, tau in states:
+        dynamics(model, data, q, v, tau, constraints, datas, settings)
+    return time.thread_time() - start, data.ddq.copy()
+
+
+def main() -> None:
+    """Print both times and their ratio."""
+    system = replace(mbs.load(MODEL), forces={})
+    program = our_program(system)
+    motion = mbs.simulate(system, t_end=10, samples=STATES)
+    q, u = motion.q, motion.u
+    compiled = load({"state_derivative": program}, native=True, backend="c")
+    model, constraints = their_model()
+    theirs = [(a, b, np.zeros(3)) for a, b in zip(q, u, strict=True)]
+    empty = [(np.zeros(0),) * 3] * STATES
+    rounds = []
+    for _ in range(ROUNDS):
+        start = time.thread_time()
+        found = compiled.map("state_derivative", 0.0, q, u, np.zeros(program.inputs[3].size), [], [])
+        middle = time.thread_time()
+        full, accelerations = their_seconds(model, constraints, theirs)
+        rounds.append((middle - start, full, their_seconds(pin.Model(), pin.StdVec_RigidConstraintModel(), empty)[0]))
+    print(abs(found[1][-1] - accelerations).max(), found[1][-1])
+    own, full, call = (min(seconds) / STATES * 1e6 for seconds in zip(*rounds, strict=True))
+    count = operation_count(program)
+    print(f"multibody_sym {version('multibody-sym')}, Pinocchio {pin.__version__}")
+    print(f"{count.total} operations, {count.functions} functions, {count.solves} solves with one matrix of 2 x 3")
+    print(f"us per evaluation: ours native {own:.3f}, constraintDynamics {full - call:.2f} + call {call:.2f}")
+    print(f"ratio {(full - call) / own:.1f}")
+
+
+if __name__ == "__main__":
+    main()
