@@ -118,7 +118,7 @@ void mbs_factorise_pivoted(const mbs_pattern *pattern, const double *matrix, dou
 void mbs_independent(const mbs_pattern *pattern, double *factors, double *independent)
 {
     qr f = laid_out(pattern, factors);
-    int rank = (int)f.head[MBS_RANK];
+    double rank = f.head[MBS_RANK];
     mbs_fill(f.rows, rank == f.rows, independent);
     for (int k = 0; k < rank && rank < f.rows; ++k)
         independent[(int)f.part.order[k]] = 1.0;
