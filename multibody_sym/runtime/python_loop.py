@@ -225,7 +225,7 @@ class _Run:
         before = after = _largest(rows)
         previous = math.inf
         for _ in range(_ROUNDS):
-            if not (after > _ROUND_OFF * size and after < 0.5 * previous):
+            if not (after > _ROUND_OFF and after < 0.5 * previous):
                 break
             previous, tried = after, x.copy()
             tried[part] += correction

@@ -25,7 +25,7 @@ static int close_rows(mbs_run *r, const mbs_program *program, double t, double *
     double *part = x + first, *kept = r->stage;
     double size = 1.0 + mbs_largest(count, part), previous = HUGE_VAL;
     *before = *after = mbs_violation(r, program, t, x);
-    for (int round = 0; round < 20 && *after > 1e-14 * size && *after < 0.5 * previous; ++round) {
+    for (int round = 0; round < 20 && *after > 1e-14 && *after < 0.5 * previous; ++round) {
         previous = *after;
         mbs_copy(count, part, kept);
         for (int i = 0; i < count; ++i)
