@@ -9,7 +9,7 @@ depend on each other at one position only, a loop is at the end of its reach, an
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Final
@@ -76,7 +76,7 @@ def contradiction_of(rows: Rows, q: Floats, u: Floats, rank: int | None = None) 
         return None
     moving = rows.of(rows.motion(closest, u))
     jacobian = constraint_jacobian(moving)
-    if _rank(jacobian) < (_rank_nearby(rows, closest) if rank is None else rank):
+    if rank is not None and _rank(jacobian) < rank:
         return None
     levels = {
         "positions": (np.array([row.phi if row.holonomic else 0.0 for row in moving]), _ALLOWED_POSITION),
@@ -86,7 +86,7 @@ def contradiction_of(rows: Rows, q: Floats, u: Floats, rank: int | None = None) 
     for missing, (wanted, allowed) in levels.items():
         size = max(1.0, float(np.square(u).max(initial=0.0)), float(np.abs(wanted).max(initial=0.0)))
         found = contradiction(jacobian, wanted.astype(float), allowed * size)
-        if found:
+        if found and (rank is not None or _lasts(rows, closest, jacobian, found)):
             return Contradiction(tuple(rows.active[k] for k in found), missing)
     return None
 
@@ -114,11 +114,15 @@ def _rank(jacobian: Floats) -> int:
     return int(np.linalg.matrix_rank(scaled_rows(jacobian)[1], _DEPENDENT))
 
 
-def _rank_nearby(rows: Rows, q: Floats) -> int:
-    """Return the rank of the rows beside a position, where it is not by chance."""
+def _lasts(rows: Rows, q: Floats, jacobian: Floats, circuit: Sequence[int]) -> bool:
+    """Return whether rows that depend on each other at a position do beside it, or no more rows are independent there.
+
+    Rows do neither at the end of a reach. Rows that are each in the way of others may do one of both only.
+    """
     change = np.random.default_rng(_SEED).uniform(-_BESIDE, _BESIDE, len(rows.mechanism.speeds))
     near = rows.motion(moved(rows.mechanism, q, change), np.zeros(len(change)))
-    return _rank(constraint_jacobian(rows.of(near)))
+    beside = constraint_jacobian(rows.of(near))
+    return _rank(beside[list(circuit)]) < len(circuit) or _rank(beside) <= _rank(jacobian)
 
 
 def _least_missed(rows: Rows, q: Floats) -> Floats | None:

@@ -1,7 +1,4 @@
-"""Random trees closed by one more joint of any kind: routes agree, and rows planted twice are named.
-
-The frames of the joint are computed at a random state of the tree, so that it is closed there.
-"""
+"""Random trees closed by one more joint of any kind: routes agree, and joints planted twice are named."""
 
 from __future__ import annotations
 
@@ -10,7 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mechanisms import Case, random_case, random_state
+from mechanisms import Case
+from random_loops import closed
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.agreement import LARGEST_WITH_ROWS, agreement
@@ -21,94 +19,16 @@ from multibody_sym.dynamics.massless import massless_speeds
 from multibody_sym.dynamics.redundancy import redundancy
 from multibody_sym.dynamics.start import parameter_values
 from multibody_sym.kinematics.motion import motion_of
-from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
-from multibody_sym.model.joints import Joint
 from multibody_sym.model.mechanism import TIME
 from multibody_sym.model.slots import Names
 
 NUMERIC = {name: route for name, route in FORMALISMS.items() if name not in ("lagrange", "multipliers")}
-CLOSING = [
-    lambda *ends: mbs.Revolute(*ends, axis="z", cut=True),
-    lambda *ends: mbs.Revolute(*ends, axis=[1, 2, -2], cut=True),
-    lambda *ends: mbs.Prismatic(*ends, axis="x", cut=True),
-    lambda *ends: mbs.Cylindrical(*ends, axis="y", cut=True),
-    lambda *ends: mbs.Universal(*ends, axes=["x", "y"], cut=True),
-    lambda *ends: mbs.Planar(*ends, cut=True),
-    lambda *ends: mbs.Spherical(*ends, cut=True),
-    lambda *ends: mbs.Fixed(*ends, cut=True),
-]
 
 
 def blocks(count: int, *, quick: int) -> list[Any]:
     """Return the numbers of blocks of seeds, all but the `quick` ones marked as long."""
     return [k if k < quick else pytest.param(k, marks=pytest.mark.long) for k in range(count)]
-
-
-def frame(rotation: np.ndarray, position: np.ndarray) -> mbs.Frame:
-    """Return a frame at a position, turned about a fixed axis."""
-    angle = float(np.arccos(np.clip((np.trace(rotation) - 1) / 2, -1, 1)))
-    axis = np.array([rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]])
-    turn = mbs.Turn([float(x) for x in axis / np.linalg.norm(axis)], angle)
-    return mbs.Frame(position=[float(x) for x in position], rotate=[turn])
-
-
-def rotation(rng: np.random.Generator) -> np.ndarray:
-    found, _ = np.linalg.qr(rng.normal(size=(3, 3)))
-    return found * np.linalg.det(found)
-
-
-def closed(seed: int, *, times: int = 1) -> tuple[Case, State]:
-    """Return a random tree with `times` equal joints more between two of its bodies, and a state that they allow.
-
-    Where prescribed motions of the tree contradict one, another is drawn.
-    """
-    draws = (drawn(seed, draw, times) for draw in range(50))
-    return next(found for found in draws if found is not None)
-
-
-def drawn(seed: int, draw: int, times: int) -> tuple[Case, State] | None:
-    """Return a closed tree and its state, None where its rows contradict each other there."""
-    rng = np.random.default_rng([seed, draw])
-    tree = random_case(20_000 + seed + 1000 * draw, bodies=(2, 7))
-    t, q, u = random_state(rng, tree)
-    motion = tree.motion(t, q, u)
-    poses = {"ground": (np.eye(3), np.zeros(3))}  # unless its motion is prescribed
-    for body, (R, p) in zip(tree.mechanism.bodies, motion.poses, strict=True):
-        poses[body.name] = np.array(R, dtype=float), np.array(p, dtype=float)
-    first, second = sorted(rng.permutation(list(poses))[:2].tolist(), key=list(poses).index)
-    place, axes = rng.uniform(-1, 1, 3), rotation(rng)
-    bodies = dict(tree.system.bodies)
-    for name in (first, second):
-        R, p = poses[name]
-        known = bodies[name]
-        frames = Names({**known.frames, "loop": frame(R.T @ axes, R.T @ (place - p))})
-        bodies[name] = replace(known, frames=frames)
-    close = CLOSING[seed % len(CLOSING)]
-    extra: dict[str, Joint] = {f"L{k}": close(f"{first}.loop", f"{second}.loop") for k in range(times)}
-    joints = Names({**tree.system.joints, **extra})
-    system = replace(tree.system, bodies=Names(bodies), joints=joints)
-    resolved = mbs.mechanism(system)
-    assert resolved.speeds == tree.mechanism.speeds
-    case = Case(seed, system, resolved, parameter_values(resolved, {}))
-    allowed = admissible(case, t, q, u)
-    return None if allowed is None else (case, case.state(t, q, allowed))
-
-
-def admissible(case: Case, t: float, q: list[float], u: list[float]) -> list[float] | None:
-    """Return the speeds nearest to u that the rows allow, None where there are none, or no accelerations."""
-    rows = row_motions(case.motion(t, q, u))
-    assert max(abs(row.phi) for row in rows) < 1e-12, "the loop is closed"
-    jacobian = np.array([row.jacobian for row in rows], dtype=float)
-    change, *_ = np.linalg.lstsq(jacobian, [-float(row.phidot) for row in rows], rcond=1e-10)
-    allowed = [float(x) if abs(x) > 1e-12 else 0.0 for x in np.array(u) + change]  # what is held is at rest
-    rows = row_motions(case.motion(t, q, allowed))
-    gamma = np.array([row.gamma for row in rows], dtype=float)
-    missed = jacobian @ np.linalg.lstsq(jacobian, gamma, rcond=1e-10)[0] - gamma
-    size = float(np.abs(gamma).max())
-    contradicts = max(abs(row.phidot) for row in rows) > 1e-9 or np.abs(missed).max() > 1e-8 * (1 + size)
-    is_rounding = 0 < size < 1e-12  # in a loop held by prescribed motions there is no size to measure residuals by
-    return None if contradicts or is_rounding else allowed
 
 
 @pytest.mark.parametrize("block", blocks(10, quick=3))
