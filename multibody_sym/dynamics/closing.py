@@ -14,6 +14,7 @@ from multibody_sym.dynamics.composite_body import mass_matrix
 from multibody_sym.dynamics.equations import MassFactors
 from multibody_sym.dynamics.factorization import factorized
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED
+from multibody_sym.dynamics.laws import Equality, solved
 from multibody_sym.dynamics.massless import completed_matrix, massless_speeds
 from multibody_sym.errors import ModelError, Where
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
@@ -22,7 +23,6 @@ from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism import AngleRow, ExpressionRow, Mechanism, is_holonomic
-from multibody_sym.program.solve import solve
 from multibody_sym.scalars.vectors import dot
 
 Floats = npt.NDArray[np.float64]
@@ -229,7 +229,7 @@ def least_change(
 
 def exactly(matrix: Floats, wanted: Floats) -> Floats:
     """Return the smallest x with A x = r over rows that are independent to rounding."""
-    return solve(matrix, wanted).solution
+    return solved(matrix, wanted, [Equality()] * len(wanted)).solution
 
 
 def damped(matrix: Floats, wanted: Floats) -> Floats:

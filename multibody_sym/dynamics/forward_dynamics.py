@@ -17,11 +17,12 @@ import numpy.typing as npt
 from multibody_sym.dynamics.block_ldl import tree_factors
 from multibody_sym.dynamics.composite_body import mass_diagonal, mass_matrix
 from multibody_sym.dynamics.equations import TreeDynamics
+from multibody_sym.dynamics.laws import Equality, shared, solved
 from multibody_sym.dynamics.massless import completed_matrix, massless_speeds
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.program.solve import EPSILON, solve
+from multibody_sym.program.solve import EPSILON
 
 Floats = npt.NDArray[np.float64]
 
@@ -39,21 +40,26 @@ class Accelerations:
     report: Floats
 
 
-def forward_dynamics(dynamics: TreeDynamics) -> Accelerations:
+def forward_dynamics(dynamics: TreeDynamics, *, minimum_norm: bool = False) -> Accelerations:
     """Return udot and the multipliers at a state over floats.
 
-    M udot = Q - c + H^T lambda, H udot = gamma. Multipliers of dependent rows are zero.
+    M udot = Q - c + H^T lambda, H udot = gamma. Multipliers of dependent rows are zero, unless those of `minimum_norm`
+    are asked for (`laws.shared`).
     """
     if not dynamics.rows:
         return Accelerations(np.array(dynamics.bias_acceleration, dtype=float), np.zeros(0), np.zeros(3))
     factors, gamma = dynamics.factors, np.array(dynamics.constraint_forcing, dtype=float)
     free = np.array(factors.weighted(dynamics.forcing), dtype=float)
     matrix = np.array([factors.weighted(row.jacobian) for row in dynamics.rows], dtype=float)
-    first = solve(matrix, gamma - matrix @ free)
+    laws = [Equality()] * len(matrix)
+    first = solved(matrix, gamma - matrix @ free, laws)
     near = np.array(factors.unweighted((free + first.solution).tolist()), dtype=float)
-    second = solve(matrix, gamma - np.array(dynamics.constraint_jacobian, dtype=float) @ near)
+    second = solved(matrix, gamma - np.array(dynamics.constraint_jacobian, dtype=float) @ near, laws)
     udot = near + np.array(factors.unweighted(second.solution.tolist()), dtype=float)
-    return Accelerations(udot, first.multipliers + second.multipliers, first.report)
+    multipliers = first.multipliers + second.multipliers
+    if minimum_norm:
+        multipliers = shared(matrix, first.solution + second.solution)
+    return Accelerations(udot, multipliers, first.report)
 
 
 def verify_inertia(motion: Motion) -> None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import reduce
 
 from multibody_sym.dynamics.block_ldl import block_ldl
 from multibody_sym.dynamics.equations import Formalism, TreeDynamics
 from multibody_sym.dynamics.events import events
 from multibody_sym.dynamics.index_2 import index_2_programs
+from multibody_sym.dynamics.laws import SHORTEST
 from multibody_sym.dynamics.quantities import Sources, answered
 from multibody_sym.dynamics.scanned import scanned_normalize, scanned_sources, worth_scanning
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
@@ -19,7 +21,7 @@ from multibody_sym.program.derivatives import total_jacobian
 from multibody_sym.program.program import Program
 from multibody_sym.program.programs import Form, Programs
 from multibody_sym.program.trace import Trace
-from multibody_sym.scalars.functions import maximum
+from multibody_sym.scalars.functions import maximum, sqrt
 from multibody_sym.scalars.node import ZERO, Node, as_node
 from multibody_sym.scalars.rotations import unit_quaternion
 
@@ -67,7 +69,7 @@ def _programs(
 def state_derivative(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
     """Return (t, q, u, ...) -> qdot, udot, multipliers, report.
 
-    Without rows udot = M^-1 f, written out. Multipliers of dependent rows are zero.
+    Without rows udot = M^-1 f, written out. Multipliers of dependent rows are zero, or of minimum norm.
     """
     trace = Trace("state_derivative", arrays(mechanism))
     rows = len(dynamics.rows)
@@ -105,8 +107,22 @@ def _constrained(
     near = factors.unweighted([x + d for x, d in zip(free, first.solution, strict=True)])
     second = trace.solve(matrix, _missing(wanted, [row.jacobian for row in rows], near), len(free), most)
     udot = [x + d for x, d in zip(near, factors.unweighted(second.solution), strict=True)]
-    sums = [a + b for a, b in zip(first.multipliers, second.multipliers, strict=True)]
-    return udot, _placed(sums, acting, len(dynamics.rows)), first.report
+    if mechanism.minimum_norm:
+        x = [a + b for a, b in zip(first.solution, second.solution, strict=True)]
+        multipliers = _shared(trace, matrix, x, most)
+    else:
+        multipliers = [a + b for a, b in zip(first.multipliers, second.multipliers, strict=True)]
+    return udot, _placed(multipliers, acting, len(dynamics.rows)), first.report
+
+
+def _shared(trace: Trace, matrix: Sequence[Sequence[Node]], x: Sequence[Node], most: Node) -> list[Node]:
+    """Return the multipliers with A^T lambda = x that `laws.shared` does."""
+    lengths = [sqrt(sum((a * a for a in row), ZERO)) for row in matrix]
+    shortest = as_node(SHORTEST) * reduce(maximum, lengths)
+    bounded = [maximum(length, shortest) for length in lengths]
+    transposed = [[row[i] / length for row, length in zip(matrix, bounded, strict=True)] for i in range(len(x))]
+    solution = trace.solve(transposed, x, len(matrix), most).solution
+    return [value / length for value, length in zip(solution, bounded, strict=True)]
 
 
 def _acting(rows: Sequence[RowMotion]) -> list[int]:

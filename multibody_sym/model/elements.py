@@ -477,11 +477,16 @@ class Stabilisation(Element):
             raise ModelError(f"choose {' or '.join(names)}, not {'both' if len(names) == 2 else 'all of them'}")
 
 
+MULTIPLIERS: Final = ("basic", "minimum_norm")
+"""Those of redundant rows are zero; or those of all rows, times the rows' lengths, have the least norm."""
+
+
 @dataclass(frozen=True)
 class Settings(Element):
     """How a system is simulated, unless the call says otherwise.
 
     `project` lets every start value change, known ones too, as little as constraints need.
+    `multipliers` says which are taken where rows are redundant and others serve equally well.
     """
 
     t_end: Node = holds(Scalar("s"), 10)
@@ -492,6 +497,7 @@ class Settings(Element):
     samples: Node = holds(Scalar(""), 1001)
     constraints: Stabilisation | None = holds(Record(Stabilisation), None)
     project: bool = holds(Flag(), False)
+    multipliers: str = holds(Choice(MULTIPLIERS), MULTIPLIERS[0])
 
 
 FORCES: Final = OneOf(

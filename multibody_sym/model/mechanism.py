@@ -332,6 +332,7 @@ class Mechanism:
 
     `symbols` gives the slot of each name that expressions may use; `markers` every named point and frame. `stops` are
     functions that become positive where the run ends, `kinks` functions at whose zeros forces or inputs bend or jump.
+    `minimum_norm`: where rows are redundant, multipliers of least norm are asked for.
     """
 
     name: str
@@ -350,6 +351,7 @@ class Mechanism:
     limits: tuple[Limit, ...]
     cuts: tuple[CutJoint, ...]
     symbols: Mapping[Node, Node]
+    minimum_norm: bool
 
     @property
     def drives(self) -> tuple[str, ...]:

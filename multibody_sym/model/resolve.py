@@ -83,6 +83,7 @@ def mechanism(system: System) -> Mechanism:
         limits=tuple(_limits(resolved, slots)),
         cuts=tuple(cuts),
         symbols=slots,
+        minimum_norm=system.simulation.multipliers == "minimum_norm",
     )
 
 

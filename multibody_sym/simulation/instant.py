@@ -136,7 +136,7 @@ def solved_start(system: System, formalism: str | None = None) -> Solved:
     state = state_of(resolved, float, 0.0, begin.q, begin.u, begin.parameters)
     motion = motion_of(resolved, state)
     dynamics = FORMALISMS[formalism_name(formalism, resolved)](resolved, state)
-    found = forward_dynamics(dynamics)
+    found = forward_dynamics(dynamics, minimum_norm=resolved.minimum_norm)
     _verify(resolved, found)
     numbers = Instant(motion, found.udot.tolist(), found.multipliers.tolist())
     others = tuple(

@@ -58,12 +58,13 @@ def compiled(
 
 
 def structure_key(system: System, formalism: str, form: Form = "explicit") -> str:
-    """Return a hash of what a system's Programs follow from: all but its name, its numbers, its start and settings."""
+    """Return a hash of what a system's Programs follow from: all but its name, its numbers, its start and most
+    settings."""
     tree = tree_from_system(system)
     tree["parameters"] = [(name, parameter.positive) for name, parameter in system.parameters.items()]
     tree["joints"] = {name: _without_start(joint) for name, joint in tree.get("joints", {}).items()}
     structure = json.dumps({key: x for key, x in tree.items() if key not in _NOT_STRUCTURE})
-    return digest("system", formalism, form, structure)
+    return digest("system", formalism, form, system.simulation.multipliers, structure)
 
 
 def _without_start(joint: Mapping[str, Any]) -> dict[str, Any]:
