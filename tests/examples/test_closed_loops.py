@@ -160,3 +160,29 @@ def test_stewart_platform_settles_where_its_energy_is_least_and_carries_its_weig
     lowest = minimize_scalar(energy, bounds=(0.5, 0.8), method="bounded", options={"xatol": 1e-12})
     assert run["height"][-1] == pytest.approx(lowest.x, abs=1e-6)
     assert run["carried"][-1] == pytest.approx((M + 6 * (lower + upper)) * G, rel=1e-5)
+
+
+def test_a_stiff_rod_moves_like_a_rigid_one_in_steps_a_hundred_times_longer_than_explicit_ones() -> None:
+    """Rigid, with the rod's angle psi(phi): (I phidot)' - I' phidot^2 / 2 + V' = 0; derivatives by complex steps."""
+    system = from_file("elastic_rod")
+    fastest = np.abs(mbs.linearize(system).eigenvalues).max()
+    assert 1e8 / fastest**2 == pytest.approx(0.01, rel=0.1)  # the reduced mass
+    r, l, m1, m2, m3 = 0.1, 0.3, 1.0, 0.1, 0.006
+
+    def inertia_and_potential(phi: complex) -> tuple[complex, complex]:
+        psi = np.arcsin(-r / l * np.sin(phi))
+        turn = -r * np.cos(phi) / (l * np.cos(psi))
+        rod = (-r * np.sin(phi) - l / 2 * np.sin(psi) * turn) ** 2 + (r * np.cos(phi) / 2) ** 2
+        slider = (-r * np.sin(phi) - l * np.sin(psi) * turn) ** 2
+        inertia = m1 * r**2 / 3 + m2 * (rod + l**2 / 12 * turn**2) + m3 * slider
+        return inertia, G * (m1 + m2) * r / 2 * np.sin(phi)
+
+    def acceleration(t: float, q: np.ndarray, u: np.ndarray) -> list[float]:
+        inertia, potential = inertia_and_potential(q[0] + 1e-30j)
+        return [-(inertia.imag * u[0] ** 2 / 2 + potential.imag) / 1e-30 / inertia.real]
+
+    run = mbs.simulate(system, samples=41)
+    (phi,) = by_hand(acceleration, [-np.pi / 3], run.t, [0.0])
+    assert np.abs(run["phi"] - phi).max() < 1e-6
+    explicit = mbs.simulate(system, t_end=0.05, method="dormand_prince", constraints="projection", samples=2)
+    assert run.statistics["mean_step"] > 100 * explicit.statistics["mean_step"]
