@@ -6,6 +6,7 @@ import argparse
 from typing import Final
 
 from multibody_sym.cli.answer import Answer
+from multibody_sym.cli.coordinates import add_coordinates
 
 HELP: Final = "check a model: degrees of freedom, redundancy, formalisms against each other, hints"
 _DISAGREES: Final = 3
@@ -14,6 +15,7 @@ _DISAGREES: Final = 3
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
+    add_coordinates(parser)
 
 
 def run(options: argparse.Namespace) -> Answer:

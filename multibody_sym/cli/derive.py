@@ -7,6 +7,7 @@ import json
 from typing import TYPE_CHECKING, Final
 
 from multibody_sym.cli.answer import Answer
+from multibody_sym.cli.coordinates import add_coordinates
 
 if TYPE_CHECKING:
     from multibody_sym.dynamics.symbolic_equations import SymbolicEquations
@@ -18,6 +19,7 @@ _FORMATS: Final = ("text", "latex", "json")
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
+    add_coordinates(parser)
     route = "lagrange, multipliers, newton_euler or composite_body; default: the first that fits (or --formalism M)"
     parser.add_argument("--method", metavar="M", help=route)
     parser.add_argument("--steps", action="store_true", help="show every step of the derivation")

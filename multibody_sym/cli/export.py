@@ -6,6 +6,7 @@ import argparse
 from typing import Final
 
 from multibody_sym.cli.answer import Answer
+from multibody_sym.cli.coordinates import add_coordinates
 
 HELP: Final = "write source code of the equations of motion, with a self-test"
 _NEXT: Final = {
@@ -17,6 +18,7 @@ _NEXT: Final = {
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
+    add_coordinates(parser)
     parser.add_argument("--to", required=True, choices=sorted(_NEXT), help="the language")
     parser.add_argument("-o", "--output", required=True, metavar="DIR", help="the folder to write to")
     parser.add_argument("--fold", action="store_true", help="put the values of all parameters into the code")

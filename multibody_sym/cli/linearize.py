@@ -6,6 +6,7 @@ import argparse
 from typing import Final
 
 from multibody_sym.cli.answer import Answer
+from multibody_sym.cli.coordinates import add_coordinates
 
 HELP: Final = "linearise about the start: A, B in independent coordinates, eigenvalues"
 
@@ -13,6 +14,7 @@ HELP: Final = "linearise about the start: A, B in independent coordinates, eigen
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
+    add_coordinates(parser)
 
 
 def run(options: argparse.Namespace) -> Answer:

@@ -15,7 +15,7 @@ from multibody_sym.simulation.overrides import with_settings, with_values
 
 @contextmanager
 def model(options: argparse.Namespace) -> Iterator[System]:
-    """Give the system of a command, with the parameter values that `--set` changes, and `--project`.
+    """Give the system of a command, with the values, start and coordinates that its options change.
 
     Errors about the model that are raised inside name their place in the file, or the option they come from.
     """
@@ -23,7 +23,7 @@ def model(options: argparse.Namespace) -> Iterator[System]:
     with at("--set"):
         changed = with_settings(with_values(system, options.set), {"project": options.project or None})
     try:
-        yield changed
+        yield with_settings(changed, {"coordinates": getattr(options, "coordinates", None)})
     except MultibodyError as error:
         option = _option(error.where.path, options)
         if option is not None:

@@ -9,6 +9,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Final
 
 from multibody_sym.cli.answer import Answer
+from multibody_sym.cli.coordinates import add_coordinates
 from multibody_sym.errors import InputError, Where
 from multibody_sym.integrators.methods import SUMMARIES
 
@@ -33,6 +34,7 @@ _SETTINGS: Final = {
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
+    add_coordinates(parser)
     parser.add_argument("-o", "--output", metavar="OUT", help="the table: .csv, .npz or .parquet")
     figure = "a figure (.png, .svg, .pdf); default: FILE.png"
     parser.add_argument("--plot", metavar="PNG", nargs="?", const="", help=figure)

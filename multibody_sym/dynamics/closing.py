@@ -155,9 +155,10 @@ def _turned_over(rows: Rows, q: Floats) -> bool:
 
 
 def closed_near(rows: Rows, q: Floats) -> Floats | None:
-    """Return coordinates with phi = 0 near q, None where Newton's method finds none."""
+    """Return coordinates with phi = 0 near q, None where Newton's method finds none, or joints turned over."""
     rows = rows.holonomic()
-    return _newton(rows, q, range(len(rows.mechanism.speeds)), weighted=False) if rows.active else q
+    found = _newton(rows, q, range(len(rows.mechanism.speeds)), weighted=False) if rows.active else q
+    return None if found is None or _turned_over(rows, found) else found
 
 
 def _newton(rows: Rows, q: Floats, free: Sequence[int], weighted: bool) -> Floats | None:

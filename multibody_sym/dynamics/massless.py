@@ -54,7 +54,7 @@ def _without_inertia(mechanism: Mechanism, body: TreeBody) -> list[int]:
 
     Judged where nothing vanishes by chance: at drawn coordinates and parameters; none where that has no value.
     """
-    if ZERO not in body.mass.inertia[:3]:
+    if ZERO not in (body.mass.mass, *body.mass.inertia[:3]):
         return []
     try:
         momenta = _momenta(body, _generic_state(mechanism))

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from multibody_sym.dynamics.inverse_dynamics import joint_wrenches
-from multibody_sym.kinematics.loads import applied
+from multibody_sym.kinematics.loads import add_drive, applied
 from multibody_sym.kinematics.motion import Motion, pose
 from multibody_sym.kinematics.rows import RowMotion
-from multibody_sym.kinematics.wrenches import Wrench
+from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench
 from multibody_sym.model.mechanism import COMPONENTS, CutJoint
 from multibody_sym.scalars.vectors import (
-    ZERO_VECTOR,
     S,
     add,
     apply,
@@ -48,9 +47,9 @@ def reactions(
 def _cut_reaction(
     motion: Motion, cut: CutJoint, rows: Sequence[RowMotion], multipliers: Sequence[S]
 ) -> tuple[S, ...]:
-    """Return what a cut joint's rows exert on its child, about the joint's point, in the parent's joint frame."""
+    """Return what a cut joint exerts on its child, about the joint's point, in the parent's joint frame."""
     frame, point = cut.frames
-    force, moment = ZERO_VECTOR, ZERO_VECTOR
+    force, moment = _driven(motion, cut, multipliers)
     for k in cut.rows:
         on_child = rows[k].of_body[point.body]
         force = add(force, scale(multipliers[k], on_child[0]))
@@ -59,6 +58,25 @@ def _cut_reaction(
     R_WF = product(motion.rotation(frame.body), pose(motion.state, frame.pose)[0])
     in_frame = [apply_transposed(R_WF, apply(motion.rotation(point.body), v)) for v in (force, about_joint)]
     return (*in_frame[0], *in_frame[1])
+
+
+def _driven(motion: Motion, cut: CutJoint, multipliers: Sequence[S]) -> Wrench:
+    """Return what loads and rows exert on the child along a cut joint's freedoms (body axes, about its origin).
+
+    The child is carried freely from ground, so that its generalised forces are a force and a moment.
+    """
+    loads = [load for load in motion.mechanism.loads if getattr(load, "joint", None) == cut.name]
+    if not loads and not cut.drives:
+        return NO_WRENCH
+    of_speed = applied(motion, loads, weight=False).of_speed
+    for drive, factor in zip(cut.drives, motion.state.values([drive.factor for drive in cut.drives]), strict=True):
+        add_drive(motion, drive.rate, multipliers[drive.row] * factor, of_speed)
+    index = cut.frames[1].body
+    child = motion.mechanism.bodies[index]
+    Q = [of_speed[k] for k in child.u]
+    along, about = (Q[:3], Q[3:]) if child.ball else ((*Q[:2], 0), (0, 0, Q[2]))
+    force = apply_transposed(motion.bodies[index].R_PB, along)
+    return force, add(about, cross(motion.masses[index].com, force))
 
 
 def acting(motion: Motion, rows: Sequence[RowMotion], multipliers: Sequence[S]) -> list[Wrench]:

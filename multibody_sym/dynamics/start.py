@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
+from multibody_sym.dynamics.absolute_state import absolute_state
 from multibody_sym.dynamics.assembly import assembled_position, assembled_speeds
 from multibody_sym.dynamics.closing import Rows, closed_near, moved, normalize
 from multibody_sym.dynamics.composite_body import composite_body
@@ -67,6 +68,8 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None, *,
     Raises NoSolutionError (constraints that contradict each other, by name, or do not close, with residuals by name; a
     speed that no inertia resists) and ModelError (values that are not finite or not positive).
     """
+    if mechanism.relative is not None:
+        return _in_absolute_coordinates(mechanism, start(mechanism.relative, overrides, project=project))
     declared = parameter_values(mechanism, overrides or {})
     _verify_motions(mechanism, declared)
     q, u = _declared_state(mechanism, declared)
@@ -93,6 +96,20 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None, *,
         (*position.found, *speeds.found),
         {**position.shifts, **speeds.shifts},
     )
+
+
+def _in_absolute_coordinates(mechanism: Mechanism, joints: Start) -> Start:
+    """Return the start that is known in the coordinates of the joints, in which it is declared."""
+    assert mechanism.relative is not None
+    entries = zip(mechanism.relative.parameters, joints.parameters, strict=True)
+    values = {entry.name: value for entry, value in entries}
+    parameters = [values.get(entry.name, 0.0) for entry in mechanism.parameters]
+    relative = Rows(mechanism.relative, joints.parameters, [])
+    motion = relative.motion(np.array(joints.q, dtype=float), np.array(joints.u, dtype=float))
+    q, u = absolute_state(mechanism, motion, parameters)
+    if mechanism.rows:
+        parameters[-3] = float(_generic_rank(Rows(mechanism, parameters, range(len(mechanism.rows))), q))
+    return replace(joints, parameters=tuple(parameters), q=tuple(q.tolist()), u=tuple(u.tolist()))
 
 
 def _generic_rank(rows: Rows, q: Floats) -> int:

@@ -83,17 +83,17 @@ def _(load: BodyTorque, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -
 
 @exert.register
 def _(load: JointForce, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
-    _drive(motion, load.rate, motion.state.values([load.value])[0], of_speed)
+    add_drive(motion, load.rate, motion.state.values([load.value])[0], of_speed)
 
 
 @exert.register
 def _(load: JointSpring, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
     stiffness, damping, rest = motion.state.values([load.stiffness, load.damping, load.rest])
     coordinate, rate = motion.state.values([load.coordinate, load.rate])
-    _drive(motion, load.rate, -(stiffness * (coordinate - rest) + damping * rate), of_speed)
+    add_drive(motion, load.rate, -(stiffness * (coordinate - rest) + damping * rate), of_speed)
 
 
-def _drive(motion: Motion, rate: Node, force: S, of_speed: list[S]) -> None:
+def add_drive(motion: Motion, rate: Node, force: S, of_speed: list[S]) -> None:
     """Add a generalised force on a rate that is linear in the speeds: force d(rate)/du_k on each of them."""
     speeds = [leaf for leaf in leaves([rate], "slot") if leaf.data[0] == "u"]
     for leaf, slope in zip(speeds, motion.state.values(gradient(rate, speeds)), strict=True):

@@ -33,10 +33,12 @@ from multibody_sym.model.mechanism import (
     Row,
     VelocityRow,
 )
+from multibody_sym.model.plane import rows_in_plane
 from multibody_sym.model.references import References
 from multibody_sym.model.slots import Element, at, suggestion
 from multibody_sym.model.system import System
 from multibody_sym.scalars.derivatives import tangents
+from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ONE, ZERO, Node, leaves, negate, slot
 
 
@@ -47,7 +49,7 @@ def declared_rows(references: References) -> list[Row]:
     for name, element in references.system.constraints.items():
         with at("constraints", name):
             made += _rows(element, name, known)
-    return made
+    return rows_in_plane(made) if references.plane else made
 
 
 def cut_joints(references: References, cut: Iterable[str], doubled: Sequence[str], rows: list[Row]) -> list[CutJoint]:
@@ -55,12 +57,15 @@ def cut_joints(references: References, cut: Iterable[str], doubled: Sequence[str
     made = []
     for name in cut:
         found = cut_rows(name, references.system.joints[name], references.frames(name))
-        made.append(CutJoint(name, references.frames(name), range(len(rows), len(rows) + len(found))))
+        found = rows_in_plane(found) if references.plane else found
+        places = range(len(rows), len(rows) + len(found))
+        made.append(CutJoint(name, references.frames(name), places, references.drives(name, rows)))
         rows += found
     first = max(references.numbers.values()) + 1
     for number, name in enumerate(doubled, first):
         on_body = references.frames(name)[1]
-        rows += welded_rows(name, (replace(on_body, body=number), on_body))
+        welded = welded_rows(name, (replace(on_body, body=number), on_body))
+        rows += rows_in_plane(welded) if references.plane else welded
     return made
 
 
@@ -107,7 +112,7 @@ def _(element: Coupler, name: str, references: References) -> list[Row]:
 @_rows.register
 def _(element: VelocityConstraint, name: str, references: References) -> list[Row]:
     with at("zero"):
-        _verify_linear(element.zero)
+        _verify_linear(evaluate([element.zero], lambda leaf: references.measured.get(leaf, leaf))[0])
     return [VelocityRow(name, element.zero)]
 
 

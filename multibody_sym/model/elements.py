@@ -479,6 +479,8 @@ class Stabilisation(Element):
 
 MULTIPLIERS: Final = ("basic", "minimum_norm")
 """Those of redundant rows are zero; or those of all rows, times the rows' lengths, have the least norm."""
+COORDINATES: Final = ("relative", "absolute")
+"""Coordinates of the joints from body to body, or of each body on its own, which every joint restricts."""
 
 
 @dataclass(frozen=True)
@@ -495,6 +497,7 @@ class Settings(Element):
     atol: Node | None = holds(Scalar(""), None)
     method: str = holds(Text(), "dormand_prince")
     samples: Node = holds(Scalar(""), 1001)
+    coordinates: str = holds(Choice(COORDINATES), COORDINATES[0])
     constraints: Stabilisation | None = holds(Record(Stabilisation), None)
     project: bool = holds(Flag(), False)
     multipliers: str = holds(Choice(MULTIPLIERS), MULTIPLIERS[0])

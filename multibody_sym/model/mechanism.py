@@ -306,12 +306,25 @@ def is_holonomic(row: Row) -> bool:
 
 
 @dataclass(frozen=True)
+class Drive:
+    """What row number `row` exerts on a freedom of a joint for a unit multiplier: a force `factor` on its `rate`."""
+
+    row: int
+    rate: Node
+    factor: Node
+
+
+@dataclass(frozen=True)
 class CutJoint:
-    """A joint that closes a loop: its frames on parent and child, and which of the mechanism's rows stand for it."""
+    """A joint without coordinates of its own: its frames on parent and child, and which rows stand for it.
+
+    `drives` are what rows that name coordinates exert on its freedoms.
+    """
 
     name: str
     frames: tuple[Marker, Marker]
     rows: range
+    drives: tuple[Drive, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -330,9 +343,10 @@ class ParameterEntry:
 class Mechanism:
     """A system resolved: bodies in tree order (parents first), coordinates, speeds, parameters, inputs, loads, rows.
 
-    `symbols` gives the slot of each name that expressions may use; `markers` every named point and frame. `stops` are
-    functions that become positive where the run ends, `kinks` functions at whose zeros forces or inputs bend or jump.
-    `minimum_norm`: where rows are redundant, multipliers of least norm are asked for.
+    `symbols` gives the slot of each name that expressions may use, or what it measures; `markers` every named point and
+    frame. `stops` are functions that become positive where the run ends, `kinks` functions at whose zeros forces or
+    inputs bend or jump. In absolute coordinates `relative` is the same system in those of its joints, in which its
+    start is declared. `minimum_norm`: where rows are redundant, multipliers of least norm are asked for.
     """
 
     name: str
@@ -352,6 +366,13 @@ class Mechanism:
     cuts: tuple[CutJoint, ...]
     symbols: Mapping[Node, Node]
     minimum_norm: bool
+    relative: Mechanism | None = None
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The declared joints, and a ground that moves: those of the tree in their order, then the cut ones."""
+        own = (*(body.joint_name for body in self.bodies), *(cut.name for cut in self.cuts))
+        return own if self.relative is None else tuple(name for name in own if name in self.relative.joint_names)
 
     @property
     def drives(self) -> tuple[str, ...]:

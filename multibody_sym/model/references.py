@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
 from multibody_sym.errors import ModelError
 from multibody_sym.model.bodies import GROUND, ORIGIN, Pose, pose_of
 from multibody_sym.model.elements import Body, Surface
-from multibody_sym.model.mechanism import Bend, Marker
+from multibody_sym.model.mechanism import Bend, Drive, ExpressionRow, Marker, Row, VelocityRow
 from multibody_sym.model.slots import at, suggestion
 from multibody_sym.model.system import System
 from multibody_sym.model.tree import body_part, coordinate_names, speed_names
-from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.scalars.derivatives import derivative
+from multibody_sym.scalars.node import ZERO, Node, symbol
 
 BARE: Final = Body()
 
@@ -29,11 +30,17 @@ class Freedom:
 
 @dataclass(frozen=True)
 class References:
-    """A system whose expressions are written in slots, and the numbers of its bodies; later its pulleys too."""
+    """A system whose expressions are written in slots, and the numbers of its bodies; later its pulleys too.
+
+    In the `plane` rows that restrict what never leaves it are left out. What is `measured` of joints without
+    coordinates of their own still stands as symbols, so that one sees on which joint something acts.
+    """
 
     system: System
     numbers: Mapping[str, int]
     slots: Mapping[Node, Node]
+    plane: bool = False
+    measured: Mapping[Node, Node] = field(default_factory=dict)
     pulleys: Mapping[str, Bend] = field(default_factory=dict)
 
     def marker(self, reference: str) -> Marker:
@@ -118,10 +125,25 @@ class References:
         if joint not in self.system.joints:
             raise ModelError(f"no joint is called {joint!r}{suggestion(joint, self.system.joints)}")
         speeds = speed_names(joint, self.system.joints[joint])
-        found = {u: Freedom(joint, None, self.slots[symbol(u)]) for u in speeds}
+        found = {u: Freedom(joint, None, self._named(u)) for u in speeds}
         for q, u in zip(self._coordinate_names(joint), speeds, strict=False):
-            found[u] = Freedom(joint, self.slots[symbol(q)], self.slots[symbol(u)])
+            found[u] = Freedom(joint, self._named(q), self._named(u))
         return found
+
+    def _named(self, name: str) -> Node:
+        """Return the slot of a name, or its symbol where it is yet to be measured."""
+        return self.slots.get(symbol(name), symbol(name))
+
+    def drives(self, joint: str, rows: Sequence[Row]) -> tuple[Drive, ...]:
+        """Return what rows with expressions exert on the freedoms of a joint that is cut, as far as these are named."""
+        found = []
+        for freedom in self._freedoms(joint).values():
+            for k, row in enumerate(rows):
+                named = {ExpressionRow: freedom.coordinate, VelocityRow: freedom.rate}.get(type(row))
+                if named is not None and isinstance(row, (ExpressionRow, VelocityRow)):
+                    factor = derivative(row.zero, named)
+                    found += [Drive(k, freedom.rate, factor)] if factor is not ZERO else []
+        return tuple(found)
 
     def _coordinate_names(self, joint: str) -> tuple[str, ...]:
         """Return the names of those of a joint's coordinates whose rates are speeds."""

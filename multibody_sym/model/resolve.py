@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any, Final
 
 from multibody_sym.errors import ModelError
+from multibody_sym.model.absolute import FreeBodies, free_bodies
 from multibody_sym.model.bodies import GROUND
 from multibody_sym.model.cuts import has_rows
 from multibody_sym.model.declared_loads import loads
@@ -14,6 +15,7 @@ from multibody_sym.model.declared_rows import cut_joints, declared_rows, unmeasu
 from multibody_sym.model.elements import Pull
 from multibody_sym.model.joints import Joint, MovingJoint
 from multibody_sym.model.lookup import Table, bends, interpolated
+from multibody_sym.model.measured import measured
 from multibody_sym.model.mechanism import (
     TIME,
     Coordinate,
@@ -49,40 +51,52 @@ def mechanism(system: System) -> Mechanism:
     whatever else contradicts itself.
     """
     verify_system(system)
+    relative = _resolved(system)
+    if system.simulation.coordinates == "relative":
+        return relative
+    freed = free_bodies(system)
+    return replace(_resolved(freed.system, freed), relative=relative)
+
+
+def _resolved(system: System, freed: FreeBodies | None = None) -> Mechanism:
+    """Return the mechanism of a system as declared, or with its bodies freed.
+
+    The coordinates of joints that are cut there are measured, as far as poses tell them.
+    """
     tree = spanning_tree(system)
-    doubled = _doubled(system, tree)
-    joints = [(name, system.joints[name]) for name in (*tree.carrying, *doubled)]
-    coordinates = tuple(c for name, joint in joints for c in _coordinates(name, joint))
-    speeds = tuple(s for name, joint in joints for s in _speeds(name, joint))
-    names = meanings(system, coordinates, speeds)
+    doubled = _doubled(system, tree) if freed is None else [name for name in tree.cut if name in freed.doubled]
+    measuring = [] if freed is None else [name for name in tree.cut if name in freed.measured]
+    named = (*tree.carrying, *doubled)
+    coordinates, speeds = _coordinates(system, named), _speeds(system, named)
+    more = _coordinates(system, measuring), _speeds(system, measuring)
+    names = meanings(system, (*coordinates, *more[0]), (*speeds, *more[1]))
     spanned = _with_spans(system, names)
     verify_expressions(spanned, names)
     slots = _slots(system, coordinates, speeds)
-
-    def in_slots(part: Any) -> Any:
-        return with_expressions(part, lambda node: _in(slots, node))
-
-    resolved = in_slots(spanned)
-    references = References(resolved, _body_numbers(tree, system), slots)
+    references = References(_in_slots(slots, spanned), _body_numbers(tree, system), slots, bool(freed and freed.plane))
+    bodies = tree_bodies(references, tree.carrying, doubled)
+    told = measured(references, bodies[: len(bodies) - len(doubled)], measuring) if measuring else {}
+    references = replace(references, measured=told)
     rows = declared_rows(references)
     cuts = cut_joints(references, [name for name in tree.cut if name not in doubled], doubled, rows)
+    resolved = _in_slots(told, references.system)
     return Mechanism(
         name=system.name,
         gravity=resolved.gravity,
-        bodies=tree_bodies(references, tree.carrying, doubled),
+        bodies=bodies,
         markers=references.markers(),
         coordinates=tuple(replace(c, initial=_in(slots, c.initial)) for c in coordinates),
         speeds=tuple(replace(s, initial=_in(slots, s.initial)) for s in speeds),
         parameters=_parameter_entries(system, slots, len(rows)),
         inputs={name: interpolated(x) if isinstance(x, Table) else x for name, x in resolved.inputs.items()},
-        outputs=resolved.outputs,
+        outputs={**{name.data: node for name, node in told.items()}, **resolved.outputs},
         stops={name: switching_function(condition) for name, condition in resolved.stop.items()},
         kinks=_kinks(resolved),
-        loads=tuple(loads(references)),
-        rows=tuple(rows),
-        limits=tuple(_limits(resolved, slots)),
-        cuts=tuple(cuts),
-        symbols=slots,
+        loads=_in_slots(told, tuple(loads(references))),
+        rows=_in_slots(told, tuple(rows)),
+        limits=tuple(_limits(resolved, {**slots, **told})),
+        cuts=_in_slots(told, tuple(cuts)),
+        symbols={**slots, **told},
         minimum_norm=system.simulation.multipliers == "minimum_norm",
     )
 
@@ -117,6 +131,11 @@ def _with_span(name: str, pull: Pull, names: Mapping[str, str]) -> Pull:
     return replace(pull, value=evaluate([pull.value], lambda leaf: spans.get(leaf, leaf))[0])
 
 
+def _in_slots(slots: Mapping[Node, Node], part: Any) -> Any:
+    """Return a system, or parts of a mechanism, with names replaced by slots or what they measure."""
+    return with_expressions(part, lambda node: _in(slots, node)) if slots else part
+
+
 def _in(slots: Mapping[Node, Node], node: Node) -> Node:
     if not node.args:
         return slots.get(node, node)
@@ -149,7 +168,15 @@ def _body_numbers(tree: SpanningTree, system: System) -> dict[str, int]:
 # --- names ---------------------------------------------------------------------------------------------------------
 
 
-def _coordinates(name: str, joint: Joint) -> list[Coordinate]:
+def _coordinates(system: System, joints: Iterable[str]) -> tuple[Coordinate, ...]:
+    return tuple(c for name in joints for c in _coordinates_of(name, system.joints[name]))
+
+
+def _speeds(system: System, joints: Iterable[str]) -> tuple[Speed, ...]:
+    return tuple(s for name in joints for s in _speeds_of(name, system.joints[name]))
+
+
+def _coordinates_of(name: str, joint: Joint) -> list[Coordinate]:
     initial = joint.initial if isinstance(joint, MovingJoint) else None
     values = initial.q if initial and initial.q else None
     start = values or tuple(as_node(x) for x in joint.zero_coordinates)
@@ -161,7 +188,7 @@ def _coordinates(name: str, joint: Joint) -> list[Coordinate]:
     ]
 
 
-def _speeds(name: str, joint: Joint) -> list[Speed]:
+def _speeds_of(name: str, joint: Joint) -> list[Speed]:
     initial = joint.initial if isinstance(joint, MovingJoint) else None
     values = initial.u if initial and initial.u else None
     names = speed_names(name, joint)

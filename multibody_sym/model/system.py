@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, Final, NamedTuple
 
 from multibody_sym.errors import ModelError
@@ -134,12 +134,12 @@ def expressions(part: Any, path: tuple[str, ...] = (), unit: str | None = None) 
 
 
 def with_expressions(part: Any, change: Callable[[Node], Node]) -> Any:
-    """Return a system, element, map or tuple with every expression but constants replaced by `change` of it."""
+    """Return a system, record, map or tuple with every expression but constants replaced by `change` of it."""
     if isinstance(part, Node):
         return change(part) if part.shadow is None else part
     if isinstance(part, Names):
         return Names({name: with_expressions(x, change) for name, x in part.items()})
-    if isinstance(part, Element):
+    if is_dataclass(part) and not isinstance(part, type):
         new = {f.name: with_expressions(getattr(part, f.name), change) for f in fields(part)}
         changed = {name: x for name, x in new.items() if x is not getattr(part, name)}
         return replace(part, **changed) if changed else part

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from multibody_sym.scalars.functions import absolute, cos, sin, sqrt
-from multibody_sym.scalars.vectors import Mat, S, Vec
+from multibody_sym.scalars.vectors import Mat, S, Vec, add, cross, dot, scale
 
 
 def turned(axis: Vec, angle: S) -> Mat:
@@ -48,3 +48,14 @@ def quaternion_rates(q: Sequence[S], w: Sequence[S]) -> tuple[S, ...]:
         (q0 * b + z * a - x * c) / 2,
         (q0 * c + x * b - y * a) / 2,
     )
+
+
+def quaternion_product(a: Sequence[S], b: Sequence[S]) -> tuple[S, S, S, S]:
+    """Return a b: the rotation b followed, in the axes in which a is given, by a."""
+    v = add(add(scale(a[0], b[1:]), scale(b[0], a[1:])), cross(a[1:], b[1:]))
+    return (a[0] * b[0] - dot(a[1:], b[1:]), *v)
+
+
+def conjugate(q: Sequence[S]) -> tuple[S, S, S, S]:
+    """Return the quaternion of the opposite rotation."""
+    return q[0], -q[1], -q[2], -q[3]

@@ -15,18 +15,13 @@ from multibody_sym.runtime.loading import Backend, Compiled, load
 def reaction_program(mechanism: Mechanism, backend: Backend) -> Compiled:
     """Return `reactions`: (t, q, u, parameters, inputs, modes, udot (nu), multipliers (ns)) -> values (joints, 6).
 
-    The joints are those of the tree, then the cut ones (`joint_names`).
+    The joints are those of the tree, then the cut ones (`Mechanism.joint_names`).
     """
     unknown = (Array("udot", (len(mechanism.speeds),)), Array("multipliers", (len(mechanism.rows),)))
     trace = Trace("reactions", (*arrays(mechanism), *unknown))
     motion = motion_of(mechanism, slot_state(mechanism))
     found = reactions(motion, trace["udot"], row_motions(motion), trace["multipliers"])
-    names = joint_names(mechanism)
+    names = mechanism.joint_names
     values = [found[name][component] for name in names for component in COMPONENTS]
     program = trace.finish({"values": ((len(names), len(COMPONENTS)), values)})
     return load({"reactions": program}, backend=backend)
-
-
-def joint_names(mechanism: Mechanism) -> list[str]:
-    """Return the names of the joints that transmit forces: those of the tree in their order, then the cut ones."""
-    return [*(body.joint_name for body in mechanism.bodies), *(cut.name for cut in mechanism.cuts)]

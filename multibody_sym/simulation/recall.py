@@ -63,6 +63,7 @@ def structure_key(system: System, formalism: str, form: Form = "explicit") -> st
     tree = tree_from_system(system)
     tree["parameters"] = [(name, parameter.positive) for name, parameter in system.parameters.items()]
     tree["joints"] = {name: _without_start(joint) for name, joint in tree.get("joints", {}).items()}
+    tree["coordinates"] = system.simulation.coordinates
     structure = json.dumps({key: x for key, x in tree.items() if key not in _NOT_STRUCTURE})
     return digest("system", formalism, form, system.simulation.multipliers, structure)
 

@@ -96,11 +96,11 @@ class Samples:
         About the joint's point on the child, in the axes of the joint's frame on the parent; components along free
         directions are those of motors and springs in the joint.
         """
-        from multibody_sym.simulation.reactions import joint_names, reaction_program
+        from multibody_sym.simulation.reactions import reaction_program
 
         program = reaction_program(self.ready.mechanism, self.ready.compiled.backend)
         (values,) = program.map("reactions", *self._arguments, self._derivative[1], self._derivative[2])
-        names = joint_names(self.ready.mechanism)
+        names = self.ready.mechanism.joint_names
         return {name: dict(zip(COMPONENTS, values[:, k].T, strict=True)) for k, name in enumerate(names)}
 
     def table(self) -> Table:

@@ -32,6 +32,7 @@ def simulate(
     samples: Any = None,
     constraints: Any = None,
     project: bool | None = None,
+    coordinates: str | None = None,
     parameters: Mapping[str, Any] | None = None,
     formalism: str | None = None,
     native: bool = False,
@@ -56,7 +57,7 @@ def simulate(
     settings["project"] = project
     with at("parameters"):
         valued = with_values(system, parameters)
-    asked = with_settings(valued, {**settings, "constraints": named})
+    asked = with_settings(valued, {**settings, "constraints": named, "coordinates": coordinates})
     ready = runnable(asked, formalism, native=native, backend=backend)
     problem = problem_of(ready, settings_of(ready))
 

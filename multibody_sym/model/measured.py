@@ -1,0 +1,243 @@
+"""What joints' coordinates and speeds are in absolute coordinates: expressions of the poses of the bodies they join.
+
+Translations are components of the way from frame F on the parent to frame M on the child, angles those of M's axes
+from F's. Rates are exact derivatives, and of a ball or a single turn components of the relative angular velocity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from multibody_sym.model.bodies import unit_vector
+from multibody_sym.model.elements import Point, Turn
+from multibody_sym.model.joints import Joint
+from multibody_sym.model.mechanism import Marker, TreeBody
+from multibody_sym.model.references import BARE, References
+from multibody_sym.model.tree import body_part, coordinate_names, speed_names
+from multibody_sym.scalars.derivatives import tangents
+from multibody_sym.scalars.functions import acos, asin, atan2, cos, sin
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, slot, symbol
+from multibody_sym.scalars.rotations import (
+    conjugate,
+    quaternion_product,
+    quaternion_rates,
+    quaternion_rotation,
+    turned,
+)
+from multibody_sym.scalars.vectors import (
+    UNIT_MATRIX,
+    ZERO_VECTOR,
+    Mat,
+    Vec,
+    add,
+    apply,
+    apply_transposed,
+    cross,
+    dot,
+    negate,
+    product,
+    scale,
+    subtract,
+    transpose,
+)
+
+_UP = (ZERO, ZERO, ONE)
+
+
+def has_formula(joint: Joint) -> bool:
+    """Return whether a joint's coordinates follow from the poses of its bodies, one by one.
+
+    They do where its translations are along axes normal to each other, and three turns about axes of which neighbours
+    are.
+    """
+    moves = [step.axis for step in joint.steps if step.kind == "translate"]
+    turns = [step.axis for step in joint.steps if step.kind == "rotate"]
+    pairs = [(a, b) for i, a in enumerate(moves) for b in moves[:i]]
+    if len(turns) == 3:
+        pairs += [(turns[0], turns[1]), (turns[1], turns[2])]
+        if not _normal(turns[0], turns[2]) and not _parallel(turns[0], turns[2]):
+            return False
+    return all(_normal(a, b) for a, b in pairs)
+
+
+def measured(references: References, bodies: Sequence[TreeBody], joints: Iterable[str]) -> dict[Node, Node]:
+    """Return the expression of each coordinate and speed of joints, by its symbol; `bodies` are free, or a ground."""
+    poses = [_Pose(body) if body.q else None for body in bodies]  # a ground that moves has no coordinates
+    rates = {place: rate for pose in poses if pose for place, rate in pose.rates.items()}
+    found: dict[Node, Node] = {}
+    for name in joints:
+        joint = references.system.joints[name]
+        F, M = (
+            _Attached(poses[marker.body] if marker.body >= 0 else None, marker, _turns(references, marker))
+            for marker in references.frames(name)
+        )
+        between = _Between(F, M)
+        coordinates = between.coordinates(joint)
+        speeds = between.speeds(joint, tangents(coordinates, rates))
+        found.update(zip(map(symbol, coordinate_names(name, joint)), coordinates, strict=True))
+        found.update(zip(map(symbol, speed_names(name, joint)), speeds, strict=True))
+    return found
+
+
+def _turns(references: References, marker: Marker) -> tuple[Turn, ...]:
+    """Return the turns of a frame on its body."""
+    name, part = body_part(marker.name, references.system.bodies)
+    frames = references.system.bodies.get(name, BARE).frames
+    return frames[part].rotate if part in frames else ()
+
+
+@dataclass(frozen=True)
+class _Pose:
+    """The pose of a body that is carried freely from ground, relative to it."""
+
+    body: TreeBody
+
+    @cached_property
+    def q(self) -> list[Node]:
+        return [slot("q", k) for k in self.body.q]
+
+    @cached_property
+    def u(self) -> list[Node]:
+        return [slot("u", k) for k in self.body.u]
+
+    @cached_property
+    def centre(self) -> Vec:
+        """The position of the centre of mass, in ground's axes."""
+        return (*self.q[:3],) if self.body.ball else (*self.q[:2], ZERO)  # type: ignore[return-value]
+
+    @cached_property
+    def rotation(self) -> Mat:
+        """R_GB."""
+        return quaternion_rotation(self.q[3:]) if self.body.ball else turned(_UP, self.q[2])
+
+    @property
+    def rates(self) -> dict[Node, Node]:
+        """The rate of each coordinate."""
+        turning = quaternion_rates(self.q[3:], self.u[3:]) if self.body.ball else self.u[2:]
+        count = len(self.q) - len(turning)
+        return dict(zip(self.q, (*self.u[:count], *turning), strict=True))
+
+
+@dataclass(frozen=True)
+class _Attached:
+    """A joint's frame on a body, or on ground (None)."""
+
+    pose: _Pose | None
+    marker: Marker
+    turns: tuple[Turn, ...]
+
+    @cached_property
+    def position(self) -> Vec:
+        """The frame's origin, in ground's axes."""
+        point = self.marker.pose.position
+        if self.pose is None:
+            return point
+        return add(self.pose.centre, apply(self.pose.rotation, subtract(point, self.pose.body.frame_on_body.position)))
+
+    @cached_property
+    def rotation(self) -> Mat:
+        """The frame's axes, in ground's."""
+        return product(self.pose.rotation if self.pose else UNIT_MATRIX, self.marker.pose.rotation)
+
+    @cached_property
+    def angle(self) -> Node:
+        """The angle of the frame's axes from ground's, in the plane."""
+        own = self.pose.q[2] if self.pose else ZERO
+        return sum((turn.angle * unit_vector(turn.axis)[2] for turn in self.turns), own)
+
+    @cached_property
+    def quaternion(self) -> Sequence[Node]:
+        """The unit quaternion of the frame's axes from ground's."""
+        found: Sequence[Node] = self.pose.q[3:] if self.pose else (ONE, ZERO, ZERO, ZERO)
+        for turn in self.turns:
+            half = turn.angle / 2
+            x, y, z = (as_node(sin(half)) * x for x in unit_vector(turn.axis))
+            found = quaternion_product(found, (as_node(cos(half)), x, y, z))
+        return found
+
+    @cached_property
+    def turning(self) -> Vec:
+        """The frame's angular velocity relative to ground, in its own axes."""
+        if self.pose is None:
+            return ZERO_VECTOR
+        own = self.pose.u[3:] if self.pose.body.ball else (ZERO, ZERO, self.pose.u[2])
+        return apply_transposed(self.marker.pose.rotation, own)
+
+
+@dataclass(frozen=True)
+class _Between:
+    """Frame M of a joint's child relative to frame F of its parent."""
+
+    F: _Attached
+    M: _Attached
+
+    @property
+    def in_space(self) -> bool:
+        """Whether the bodies turn in space."""
+        return any(end.pose is not None and end.pose.body.ball for end in (self.F, self.M))
+
+    def coordinates(self, joint: Joint) -> list[Node]:
+        """Return the joint's coordinates."""
+        axes = [unit_vector(step.axis) for step in joint.steps if step.kind == "translate"]
+        way = subtract(self.M.position, self.F.position)
+        found = [as_node(dot(apply(self.F.rotation, axis), way)) for axis in axes]
+        if joint.ball:
+            return [*found, *self.quaternion]
+        return [*found, *self._angles([unit_vector(step.axis) for step in joint.steps if step.kind == "rotate"])]
+
+    def speeds(self, joint: Joint, rates: Sequence[Node]) -> list[Node]:
+        """Return the joint's speeds, given the rates of its coordinates."""
+        moves = sum(step.kind == "translate" for step in joint.steps)
+        if joint.ball:
+            turning = subtract(self.M.turning, apply_transposed(self.rotation, self.F.turning))
+            return [*rates[:moves], *map(as_node, turning)]
+        if len(joint.steps) == moves + 1 and self.in_space:
+            axis = unit_vector(joint.steps[-1].axis)
+            return [*rates[:moves], as_node(dot(axis, subtract(self.M.turning, self.F.turning)))]
+        return list(rates)
+
+    @cached_property
+    def rotation(self) -> Mat:
+        """R_FM."""
+        return product(transpose(self.F.rotation), self.M.rotation)
+
+    @cached_property
+    def quaternion(self) -> Sequence[Node]:
+        """The unit quaternion of R_FM."""
+        return quaternion_product(conjugate(self.F.quaternion), self.M.quaternion)
+
+    def _angles(self, axes: Sequence[Point]) -> list[Node]:
+        """Return the angles by which M has turned about axes, each of which the turns before it have carried along."""
+        if not axes:
+            return []
+        if not self.in_space:
+            return [(self.M.angle - self.F.angle) * axes[0][2]]
+        if len(axes) == 1:
+            w, *v = self.quaternion
+            return [as_node(2 * atan2(dot(v, axes[0]), w))]
+        first, last = axes[0], axes[-1]
+        carried = apply(self.rotation, last)  # by the turns about all axes but the last
+        brought = apply_transposed(self.rotation, first)
+        if not _parallel(first, last) or len(axes) == 2:
+            outer = _angle(first, last, carried), _angle(last, brought, first)
+            middle = [asin(dot(cross(first, axes[1]), last) * dot(first, carried))] if len(axes) == 3 else []
+        else:
+            same, zero = dot(first, last), cross(axes[1], first)  # 1 or -1; where the first turn starts
+            outer = _angle(first, zero, scale(same, carried)), _angle(last, brought, negate(zero))
+            middle = [acos(same * dot(first, carried))]
+        return [outer[0], *map(as_node, middle), outer[1]]
+
+
+def _angle(axis: Vec, a: Vec, b: Vec) -> Node:
+    """Return the angle about an axis from the plane through it and a to that through it and b."""
+    return as_node(atan2(dot(axis, cross(a, b)), dot(a, b) - dot(axis, a) * dot(axis, b)))
+
+
+def _normal(a: Point, b: Point) -> bool:
+    return as_node(dot(unit_vector(a), unit_vector(b))).shadow == 0
+
+
+def _parallel(a: Point, b: Point) -> bool:
+    return all(as_node(x).shadow == 0 for x in cross(unit_vector(a), unit_vector(b)))
