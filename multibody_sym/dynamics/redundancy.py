@@ -19,6 +19,7 @@ from multibody_sym.program.solve import scaled_rows
 Floats = npt.NDArray[np.float64]
 
 _APPROXIMATE: Final = 1e-6
+_SHARE: Final = 0.1
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,13 @@ def redundancy(motion: Motion, dynamics: TreeDynamics) -> Redundancy:
         tuple(tuple(names[k] for k in support(circuit)) for circuit in found.circuits),
         {**{names[k]: () for k in sorted(shared - of_joints)}, **loaded},
     )
+
+
+def nearly_dependent(dynamics: TreeDynamics, rank: int) -> tuple[str, ...]:
+    """Return the names of the rows that come nearest to dependence, or to vanishing, of which `rank` are independent."""
+    matrix = np.array([dynamics.factors.weighted(row.jacobian) for row in dynamics.rows], dtype=float)
+    shares = np.abs(np.linalg.svd(matrix)[0][:, rank - 1])
+    return tuple(name for name, share in zip(dynamics.row_names, shares, strict=True) if share > _SHARE)
 
 
 def approximate_rank(dynamics: TreeDynamics) -> int:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.integrators.flow import Events, Floats, Flow, Status, Step, StepError
+from multibody_sym.integrators.singular import strays
 
 BEYOND: Final = 1e-6  # part of a step by which its extension is followed beyond its end
 SHORT_OF: Final = 1e-7  # part of the way to the crossing by which the repeated step stays away from it, ...
@@ -156,7 +157,8 @@ class Watch:
     def _within(self, step: Step, theta: float) -> Step:
         x, t = step.value(theta), step.t + theta * step.h
         values = self.values(t, x)
-        return self._at_event(step, t, x if self.flow.settle_sample is None else self.flow.settle_sample(t, x), values)
+        settled = x if self.flow.settle_sample is None else self.flow.settle_sample(t, x)
+        return self._at_event(step, t, x if strays(step, x, settled) else settled, values)
 
     def _at_event(self, step: Step, t: float, x: Floats, values: Floats) -> Step:
         """Return `step` ended at (t, x), by which event, stops first."""

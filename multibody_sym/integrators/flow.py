@@ -33,6 +33,7 @@ class Status(IntEnum):
     NOT_CLOSED = 6
     STOPPED = 7
     NOT_CONVERGED = 8
+    SINGULAR = 9
     INTERRUPTED = -1
 
 
@@ -73,6 +74,19 @@ class Events:
     terminal: tuple[bool, ...]
 
 
+@dataclass(frozen=True)
+class Rows:
+    """What a step over a singular position needs to know of the constraint rows.
+
+    `latest()`: the rows' independence at the latest derivative, at most 1 and 0 where they depend on each other;
+    `independence(t, x)`: that at any state; `closed(t, x)`: the state put onto the constraints; may raise StepError.
+    """
+
+    latest: Callable[[], float]
+    independence: Callable[[float, Floats], float]
+    closed: Settle
+
+
 @dataclass
 class Counts:
     """What implicit methods cost beyond evaluations of the derivative."""
@@ -88,7 +102,8 @@ class Flow:
     `settle(t, x)` returns the state from which to go on after an accepted step (put back onto constraints,
     normalised), or x itself; it may raise StepError, as may the derivative. `settle_sample` does so for states between
     steps and raises nothing. `step`: fixed, or None: adaptive by `rtol`, `atol`. `pairs`: which speeds in x = (q, u)
-    are rates of which coordinates. `stages`: what the stages of implicit methods solve; these add to `counts`.
+    are rates of which coordinates. `stages`: what the stages of implicit methods solve; these add to `counts`. `rows`:
+    of a constrained system.
     """
 
     method: Method
@@ -102,6 +117,7 @@ class Flow:
     atol: float = 1e-8
     settle_sample: Settle | None = None
     events: Events | None = None
+    rows: Rows | None = None
     pairs: Pairing | None = None
     stages: StageEquations | None = None
     counts: Counts = field(default_factory=Counts)
@@ -149,8 +165,9 @@ class Step:
     """An accepted step from (t, x) over h to (t_new, x_new), where the slope is slope_new.
 
     `value(theta)` is the state at t + theta h. `event`: the switching function that ended the step at (t_new, x_new),
-    nearly at h; the slope from there on is another one. `h_next` is the step to try next and `error` the scaled error
-    norm that control remembers (adaptive steps); `rejected` counts the trials that failed since the step before.
+    nearly at h; the slope from there on is another one. `singular`: when it passed singular positions. `h_next` is the
+    step to try next and `error` the scaled error norm that control remembers (adaptive steps); `rejected` counts the
+    trials that failed since the step before.
     """
 
     t: float
@@ -164,6 +181,7 @@ class Step:
     error: float = LEAST_ERROR
     rejected: int = 0
     event: int | None = None
+    singular: tuple[float, ...] = ()
 
 
 class Stepper(Protocol):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from sys import float_info
 from typing import Final
 
@@ -30,14 +30,14 @@ from multibody_sym.integrators.flow import (
     scaled_norm,
 )
 from multibody_sym.integrators.library import LibraryMethod, library_steps
+from multibody_sym.integrators.singular import Approach, moved_far
 from multibody_sym.integrators.steppers import stepper
 
 SAFETY: Final = 0.9
 GROWTH: Final = 10.0
 SHRINKAGE: Final = 5.0
 RETREAT: Final = 0.25  # of the step, when a trial step could not be evaluated at all
-FAR: Final = 0.1  # of the whole step, by which its end may move when it is settled
-FAR_BEYOND_ROUND_OFF: Final = 1e-10
+LEAST_PART: Final = 1e-3  # of a fixed step, into which one near a singular position may be divided
 LEAST_AT_KINK: Final = 1e-9  # of the time of the run: what is still a kink in so short a step is a jump
 
 
@@ -50,18 +50,33 @@ def steps(flow: Flow) -> Iterator[Step]:
     """
     if isinstance(flow.method, LibraryMethod):
         return library_steps(flow)
+    approach = Approach(flow)
+    flow = replace(flow, derivative=approach.slope)
     watch = None if flow.events is None else Watch(flow, flow.events)
     taking = stepper(flow.method, flow if watch is None else watch.watched())
+    course = _Course(flow, taking, watch, approach)
     taking.restart()
     slope = flow.slope(flow.t0, flow.x0)
+    approach.restart(flow.t0)
     start = Step(flow.t0, flow.x0, 0.0, flow.t0, flow.x0, slope, lambda _: flow.x0)
     if flow.step is None:
-        return _adaptive_steps(flow, taking, watch, replace(start, h_next=first_step(flow, slope)))
-    return _fixed_steps(flow, taking, watch, start, flow.step)
+        return _adaptive_steps(course, replace(start, h_next=first_step(flow, slope)))
+    return _fixed_steps(course, start, flow.step)
 
 
-def _fixed_steps(flow: Flow, taking: Stepper, watch: Watch | None, done: Step, step: float) -> Iterator[Step]:
-    """Yield whole steps and what events have left of them."""
+@dataclass(frozen=True)
+class _Course:
+    """What takes the steps of a flow and watches over them."""
+
+    flow: Flow
+    taking: Stepper
+    watch: Watch | None
+    approach: Approach
+
+
+def _fixed_steps(course: _Course, done: Step, step: float) -> Iterator[Step]:
+    """Yield whole steps and what events and singular positions have left of them."""
+    flow = course.flow
     count, grid = step_count(flow.t0, flow.t_end, step), 0
 
     def grid_time(number: int) -> float:
@@ -73,60 +88,78 @@ def _fixed_steps(flow: Flow, taking: Stepper, watch: Watch | None, done: Step, s
             grid += 1
             t_new = grid_time(grid + 1)
         h = step if whole and t_new < flow.t_end else t_new - t
-        done = _taken(flow, taking, watch, done, h, t_new)
+        done = course.approach.passed(_taken(course, done, h, t_new))
         if done.t_new >= t_new:
             grid += 1
         yield done
         if _stopped(flow, done):
             return
-        done = _moved_on(flow, taking, watch, done)
+        done = _moved_on(course, done)
 
 
-def _attempt(taking: Stepper, watch: Watch | None, before: Step, h: float, t_new: float) -> Trial:
-    if watch is not None:
-        watch.beyond = False
-    return taking.attempt(before.t_new, before.x_new, before.slope_new, h, t_new)
+def _attempt(course: _Course, before: Step, h: float, t_new: float) -> Trial:
+    if course.watch is not None:
+        course.watch.beyond = False
+    course.approach.begin(before.x_new)
+    trial = course.taking.attempt(before.t_new, before.x_new, before.slope_new, h, t_new)
+    course.approach.verify(t_new)
+    return trial
 
 
-def _taken(flow: Flow, taking: Stepper, watch: Watch | None, before: Step, h: float, t_new: float) -> Step:
-    """Return the step over h, or as far as the first event in it."""
+def _taken(course: _Course, before: Step, whole: float, t_end: float) -> Step:
+    """Return the step over `whole`, or as far as the first event in it; near a singular position perhaps less of it."""
+    h, t_new, rejected = whole, t_end, 0
+    while True:
+        try:
+            return replace(_stuck_or_taken(course, before, h, t_new), rejected=rejected)
+        except StepError as met:
+            part = course.approach.retreat(h, 0.0)
+            h, t_new, rejected = h * part, t_new if part == 1.0 else before.t_new + h * part, rejected + 1
+            if h < LEAST_PART * whole:
+                raise course.approach.failure(met, before.t_new) from None
+
+
+def _stuck_or_taken(course: _Course, before: Step, h: float, t_new: float) -> Step:
+    """Return the step over h, shortened to the first event in it; one that is stuck at a kink ends there."""
     try:
-        done, problem = _closed(flow, taking, _attempt(taking, watch, before, h, t_new)), None
+        done, problem = _closed(course, _attempt(course, before, h, t_new)), None
     except StepError as met:
-        if watch is None or not watch.stuck(met):
+        if course.watch is None or not course.watch.stuck(met):
             raise
         done, problem = replace(before, t=before.t_new, x=before.x_new, h=h, t_new=t_new), met
-    return _ended(flow, taking, watch, done, before, problem)
+    return _ended(course, done, before, problem)
 
 
-def _ended(
-    flow: Flow, taking: Stepper, watch: Watch | None, done: Step, before: Step, problem: StepError | None = None
-) -> Step:
+def _ended(course: _Course, done: Step, before: Step, problem: StepError | None = None) -> Step:
     """Return a step shortened to the first event in it."""
-    if watch is None:
+    if course.watch is None:
         return done
 
     def take(h: float, t_new: float) -> Step:
-        return _closed(flow, taking, _attempt(taking, watch, before, h, t_new))
+        return _closed(course, _attempt(course, before, h, t_new))
 
-    return watch.ended(done, before.slope_new, take, problem)
+    return course.watch.ended(done, before.slope_new, take, problem)
 
 
 def _stopped(flow: Flow, done: Step) -> bool:
     return done.event is not None and flow.events is not None and flow.events.terminal[done.event]
 
 
-def _moved_on(flow: Flow, taking: Stepper, watch: Watch | None, done: Step) -> Step:
+def _moved_on(course: _Course, done: Step) -> Step:
     """Make the end of the step the start of the next, afresh after an event."""
-    if watch is not None:
-        watch.origin = done.event
+    if course.watch is not None:
+        course.watch.origin = done.event
     if done.event is None:
-        taking.advance(done)
+        course.taking.advance(done)
+        course.approach.advance(done)
         return done
-    if not done.t_new < flow.t_end:
+    if not done.t_new < course.flow.t_end:
         return done
-    taking.restart()
-    return replace(done, slope_new=flow.slope(done.t_new, done.x_new))
+    course.taking.restart()
+    course.approach.near = False
+    slope = course.flow.slope(done.t_new, done.x_new)
+    course.approach.restart(done.t_new)
+    return replace(done, slope_new=slope)
 
 
 def step_count(t0: float, t_end: float, step: float) -> int:
@@ -137,16 +170,17 @@ def step_count(t0: float, t_end: float, step: float) -> int:
     return max(1, nearest if whole else math.ceil(ratio))
 
 
-def _adaptive_steps(flow: Flow, taking: Stepper, watch: Watch | None, done: Step) -> Iterator[Step]:
-    while done.t_new < flow.t_end:
-        done = _accepted_step(flow, taking, watch, done)
+def _adaptive_steps(course: _Course, done: Step) -> Iterator[Step]:
+    while done.t_new < course.flow.t_end:
+        done = course.approach.passed(_accepted_step(course, done))
         yield done
-        if _stopped(flow, done):
+        if _stopped(course.flow, done):
             return
-        done = _moved_on(flow, taking, watch, done)
+        done = _moved_on(course, done)
 
 
-def _accepted_step(flow: Flow, taking: Stepper, watch: Watch | None, before: Step) -> Step:
+def _accepted_step(course: _Course, before: Step) -> Step:
+    flow, approach = course.flow, course.approach
     t, x, proposed, rejected = before.t_new, before.x_new, before.h_next, 0
     failure = StepError(Status.STEP_UNDERFLOW, t, 0)
     while proposed >= _least_step(flow, t):
@@ -154,14 +188,14 @@ def _accepted_step(flow: Flow, taking: Stepper, watch: Watch | None, before: Ste
         t_new = flow.t_end if last else t + proposed
         h = flow.t_end - t if last else proposed
         try:
-            trial = _attempt(taking, watch, before, h, t_new)
-            error, worst = _error_norm(flow, trial)
+            trial = _attempt(course, before, h, t_new)
+            error, worst = _error_norm(course, trial)
             shrink, change = _changes(flow, error, before.error)
             if error <= 1.0:
-                done = _closed(flow, taking, trial)
-                far = _moved_far(x, trial.x_new, done.x_new)
+                done = _closed(course, trial)
+                far = moved_far(x, trial.x_new, done.x_new)
                 if far is None:
-                    done = _ended(flow, taking, watch, done, before)
+                    done = _ended(course, done, before)
                     h_next = h / change
                     if rejected or h_next < trial.least_growth * h:
                         h_next = min(h_next, h)
@@ -171,20 +205,9 @@ def _accepted_step(flow: Flow, taking: Stepper, watch: Watch | None, before: Ste
             else:
                 failure, proposed = StepError(Status.STEP_UNDERFLOW, t, worst), h / shrink
         except StepError as problem:
-            failure, proposed = problem, h * RETREAT
+            failure, proposed = problem, h * approach.retreat(h, RETREAT)
         rejected += 1
-    raise StepError(failure.status, failure.time, failure.component, rejected)
-
-
-def _moved_far(x: Floats, x_new: Floats, settled: Floats) -> int | None:
-    """Return the component that settling moved most, if by over a tenth of the whole step and round-off; else None.
-
-    Such a step has gone over a kink in the constraints, of which the error estimate knows nothing.
-    """
-    moved, step = np.abs(settled - x_new), float(np.max(np.abs(x_new - x)))
-    most = float(np.max(moved))
-    far = most > FAR * step and most > FAR_BEYOND_ROUND_OFF * (1.0 + float(np.max(np.abs(settled))))
-    return int(np.argmax(moved)) if far else None
+    raise approach.failure(failure, t, rejected)
 
 
 def _least_step(flow: Flow, t: float) -> float:
@@ -205,19 +228,24 @@ def _changes(flow: Flow, error: float, remembered: float) -> tuple[float, float]
     return min(SHRINKAGE, proportional / SAFETY), max(1.0 / GROWTH, min(SHRINKAGE, change))
 
 
-def _closed(flow: Flow, taking: Stepper, trial: Trial) -> Step:
-    x_new = trial.x_new if flow.settle is None else flow.settle(trial.t_new, trial.x_new)
-    return taking.finish(trial, x_new)
+def _closed(course: _Course, trial: Trial) -> Step:
+    settle, approach = course.flow.settle, course.approach
+    x_new = trial.x_new if settle is None else settle(trial.t_new, trial.x_new)
+    done = course.taking.finish(trial, approach.closed(trial.t_new, x_new))
+    approach.verify_end(trial, done)
+    return done
 
 
-def _error_norm(flow: Flow, trial: Trial) -> tuple[float, int]:
+def _error_norm(course: _Course, trial: Trial) -> tuple[float, int]:
     """Return the mean-square error in units of atol + rtol max(|x|, |x_new|), and the component with most of it.
+
+    Near a singular position what round-off does there counts as allowed.
 
     Of two estimates the finer, e5, counts as e5^2 / sqrt(e5^2 + 0.01 e3^2), with the coarser, e3: an error of the power
     of the step that their orders together make (Hairer, Norsett, Wanner, section II.10).
     """
     assert trial.error is not None
-    scales = flow.scales(trial.x, trial.x_new)
+    scales = course.flow.scales(trial.x, trial.x_new) + course.approach.noise() * float(np.max(np.abs(trial.x_new)))
     fine, worst = scaled_norm(trial.error, scales), int(np.argmax(np.abs(trial.error / scales)))
     if trial.coarse is None or fine == 0.0:
         return fine, worst

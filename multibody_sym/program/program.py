@@ -85,8 +85,8 @@ class Solve:
     """Find the minimum-norm x with A x = r, and lambda with x = A^T lambda, as `multibody_sym.program.solve` does.
 
     `matrix` holds the s rows of A, `right` r (s); the targets are `solution` x (n), `multipliers` lambda (s, zero for
-    dependent rows) and `report` (rank, smallest |R_kk|/|R_11|, relative residual of the dependent rows). No more rows
-    are kept than `most`.
+    dependent rows) and `report` (rank, smallest part of a kept row, relative residual of the dependent rows). No more
+    rows are kept than `most`.
     """
 
     matrix: tuple[tuple[Node, ...], ...]

@@ -59,9 +59,9 @@ def solve(matrix: Floats, right: Floats, most: float = math.inf) -> Solution:
     on each other only in positions that satisfy them are independent beside such a position, by rounding.
 
     Arguments: matrix A (s, n), right r (s,). Returns x (n,), lambda (s,) and the report (3,): the rank; the smallest
-    |R_kk| / |R_11| among the kept rows (0 if there is none); the largest |A x - r| of a dependent row relative to the
-    largest |r|, both in rows of unit length (a zero row is as long as the longest). Everything is nan if A or r is not
-    finite.
+    part of a kept row that those before it leave, relative to the longest row (0 if there is none): it vanishes with a
+    row, and where one becomes dependent; the largest |A x - r| of a dependent row relative to the largest |r|, both in
+    rows of unit length (a zero row is as long as the longest). Everything is nan if A or r is not finite.
     Source: Businger, Golub, Linear least squares solutions by Householder transformations, Numer. Math. 7 (1965).
     """
     count, size = matrix.shape
@@ -74,7 +74,7 @@ def solve(matrix: Floats, right: Floats, most: float = math.inf) -> Solution:
     scaled_right = right / scale
     halfway = _forward(factors, scaled_right)
     multipliers = _backward(factors, halfway) / scale
-    return Solution(_rotated(factors, halfway, size), multipliers, _report(factors, scaled_right, halfway))
+    return Solution(_rotated(factors, halfway, size), multipliers, _report(factors, scale, scaled_right, halfway))
 
 
 def independent_rows(matrix: Floats, most: float = math.inf) -> list[int]:
@@ -167,12 +167,13 @@ def _rotated(factors: _Factors, y: Floats, size: int) -> Floats:
     return x
 
 
-def _report(factors: _Factors, right: Floats, y: Floats) -> Floats:
+def _report(factors: _Factors, lengths: Floats, right: Floats, y: Floats) -> Floats:
     rank = factors.rank
-    diagonal = [abs(d) for d in factors.diagonal]
+    parts = [abs(d) * float(lengths[row]) for d, row in zip(factors.diagonal, factors.order, strict=False)]
+    least = min(parts) / float(lengths.max()) if rank else 0.0
     largest = float(np.abs(right).max(initial=0.0))
     residual = max((abs(right[j] - factors.rows[j, :rank] @ y) for j in factors.order[rank:]), default=0.0)
-    return np.array([float(rank), min(diagonal) / diagonal[0] if rank else 0.0, residual / largest if largest else 0.0])
+    return np.array([float(rank), least, residual / largest if largest else 0.0])
 
 
 def solve_lists(

@@ -11,6 +11,7 @@ from multibody_sym.simulation.samples import mechanism_units
 from multibody_sym.simulation.trajectory import Trajectory, largest_change
 
 _MOST: Final = 20
+_SINGULAR: Final = "singular position"
 
 
 def run_summary(run: Trajectory) -> str:
@@ -74,7 +75,17 @@ def _constraints(run: Trajectory) -> list[str]:
 
 
 def _events(run: Trajectory) -> list[str]:
-    return [_warning(event["kind"], event["element"], event["t"]) for event in run.events if event != run.stop]
+    told = [event for event in run.events if event != run.stop and event["kind"] != _SINGULAR]
+    return [*_singular(run), *(_warning(event["kind"], event["element"], event["t"]) for event in told)]
+
+
+def _singular(run: Trajectory) -> list[str]:
+    times = [f"{t:.6g}" for t in run.integration.singular]
+    if not times:
+        return []
+    shown = ", ".join(times if len(times) <= _MOST else [*times[:_MOST], "..."])
+    named = f"{len(times)} singular positions" if len(times) > 1 else "a singular position"
+    return [f"passed {named}, in which constraints depend on each other, at t = {shown} s"]
 
 
 def _warning(kind: str, element: str, t: float) -> str:

@@ -22,6 +22,7 @@ class Integration:
     """Samples t (m,), q (m, nq), u (m, nu) as far as the run got, the state (q_final, u_final) at t_final, statistics.
 
     A run that stops at an event has its last sample there. `failure` is None for it, and for one that reached t_end.
+    `singular`: when the run passed singular positions.
     """
 
     t: Floats
@@ -33,6 +34,7 @@ class Integration:
     statistics: Statistics
     failure: RunFailure | None
     events: tuple[Event, ...] = ()
+    singular: tuple[float, ...] = ()
 
     @property
     def status(self) -> Status:
@@ -99,4 +101,5 @@ def _integration(problem: Problem, times: Floats, samples: Floats, progress: Pro
         statistics=progress.statistics,
         failure=progress.failure,
         events=progress.events,
+        singular=progress.singular,
     )

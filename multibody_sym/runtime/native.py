@@ -81,7 +81,8 @@ class ProblemStruct(ctypes.Structure):
     _fields_ = (
         ("method", ctypes.POINTER(MethodStruct)),
         ("system", ctypes.POINTER(SystemStruct)),
-        *((name, ctypes.c_double) for name in ("t0", "t_end", "step", "rtol", "atol", "contradiction", "closure")),
+        *((name, ctypes.c_double) for name in ("t0", "t_end", "step", "rtol", "atol", "contradiction")),
+        *((name, ctypes.c_double) for name in ("closure", "independent")),
         ("max_steps", ctypes.c_longlong),
         ("samples", ctypes.c_longlong),
         ("project", ctypes.c_int),
@@ -97,9 +98,13 @@ class StateStruct(ctypes.Structure):
         *((name, ctypes.c_double) for name in ("removed_position", "removed_velocity", "quaternion_deviation")),
         *((name, ctypes.c_double) for name in ("least_rank", "greatest_rank")),
         *((name, ctypes.c_double) for name in ("conditioning", "conditioning_time")),
+        *((name, ctypes.c_double) for name in ("before", "start", "latest", "end")),
+        *((name, ctypes.c_double) for name in ("least", "greatest", "peak", "rate")),
+        ("singular", ctypes.c_double * 8),
         *((name, ctypes.c_longlong) for name in ("steps", "rejected", "evaluations")),
         *((name, ctypes.c_longlong) for name in ("jacobians", "factorisations", "sample", "grid")),
         *((name, ctypes.c_int) for name in ("status", "component", "event", "phase", "crossing", "origin", "extended")),
+        *((name, ctypes.c_int) for name in ("passed", "near")),
         ("pace", ctypes.c_longlong),
         ("pace_time", ctypes.c_double),
     )

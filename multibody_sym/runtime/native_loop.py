@@ -46,6 +46,7 @@ def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     x0 = problem.x0
     state, steps, done = StateStruct(), _FIRST_PIECE, False
     events: list[Event] = []
+    singular: list[float] = []
     derivative = problem.compiled["state_derivative"]
     assert isinstance(derivative, NativeFunction)
     library, handles = derivative.library, [ctypes.byref(s) for s in (structure, state)]
@@ -62,9 +63,10 @@ def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
             left = before + steps - state.steps
             if state.event >= 0:
                 events.append(Event(state.t, state.event, problem.terminal[state.event]))
+            singular += state.singular[: state.passed]
         seconds = max(time.perf_counter() - begin, 1e-6)
         steps = max(1, min(10 * steps, int(steps * _SECONDS / seconds), _LARGEST_PIECE))
-        yield replace(_progress(problem, state, work[: len(x0)]), events=tuple(events))
+        yield replace(_progress(problem, state, work[: len(x0)]), events=tuple(events), singular=tuple(singular))
 
 
 def _whole_numbers(problem: Problem) -> dict[str, Integers]:
@@ -104,7 +106,10 @@ def _problem(problem: Problem, method: MethodStruct, system: SystemStruct) -> Pr
         project=problem.project,
         **{
             name: getattr(problem, name)
-            for name in ("t0", "t_end", "rtol", "atol", "contradiction", "closure", "max_steps", "samples")
+            for name in (
+                *("t0", "t_end", "rtol", "atol"),
+                *("contradiction", "closure", "independent", "max_steps", "samples"),
+            )
         },
     )
 

@@ -25,9 +25,10 @@ class Problem:
     `atol`; `samples` evenly spaced from t0 to t_end, both among them; `project`: each accepted step and each sample is
     put back onto the constraints. `contradiction`: rows contradict each other if both the scaled residual of dependent
     ones and max |phidot| / (1 + max |u|) exceed it; `closure`: the largest |phi| / (1 + max |q|), and the like for u,
-    that a projection may leave. `terminal`: for each switching function of the program `events` whether the run stops
-    where it becomes positive; where another one changes sign, a step ends and the next starts afresh. `pairs`: which
-    speeds are rates of which coordinates; None where each is that of the coordinate in its place.
+    that a projection may leave; as many rows as `independent` are so but in singular positions. `terminal`: for each
+    switching function of the program `events` whether the run stops where it becomes positive; where another one changes
+    sign, a step ends and the next starts afresh. `pairs`: which speeds are rates of which coordinates; None where each
+    is that of the coordinate in its place.
     Raises ValueError.
     """
 
@@ -47,6 +48,7 @@ class Problem:
     max_steps: int = 10_000_000
     contradiction: float = 1e-3
     closure: float = 1e-8
+    independent: float = 0.0
     terminal: tuple[bool, ...] = ()
     pairs: Pairing | None = None
 
@@ -108,8 +110,8 @@ class Statistics:
     `drift_position`, `drift_velocity`: largest |phi|, |phidot| of the integrated state; with projection after it at
     each step, without at the steps in which a sample falls. `removed_position`, `removed_velocity`: largest |phi|,
     |phidot| that projection found after a step. `quaternion_deviation`: of a quaternion's length from 1 after a step,
-    before it was normalised. `least_rank`, `greatest_rank` of the rows; `conditioning`: smallest kept |R_kk| / |R_11|,
-    seen at `conditioning_time`. Without rows the ranks are 0 and conditioning is 1.
+    before it was normalised. `least_rank`, `greatest_rank` of the rows; `conditioning`: smallest part of a kept
+    row that others leave, relative to the longest row, seen at `conditioning_time`. Without rows the ranks are 0 and conditioning is 1.
     """
 
     steps: int = 0
@@ -135,7 +137,8 @@ class RunFailure:
 
     NOT_FINITE, STEP_UNDERFLOW, NOT_CONVERGED: component of (q, u) whose derivative is not finite, whose error does not
     get small, or that Newton's iteration moves most;
-    NOT_CLOSED, CONTRADICTION: the row that is broken; None for STEP_LIMIT and INTERRUPTED.
+    NOT_CLOSED, CONTRADICTION: the row that is broken; None for STEP_LIMIT, INTERRUPTED and
+    SINGULAR: rows become dependent there.
     """
 
     status: Status
@@ -165,7 +168,10 @@ class Chunk:
 
 @dataclass(frozen=True)
 class Progress:
-    """Where a loop stands: samples written, time and state reached, statistics, failure and the events so far."""
+    """Where a loop stands: samples written, time and state reached, statistics, failure.
+
+    And the events so far, and when singular positions, in which rows depend on each other, were passed.
+    """
 
     written: int
     time: float
@@ -173,6 +179,7 @@ class Progress:
     statistics: Statistics
     failure: RunFailure | None
     events: tuple[Event, ...] = ()
+    singular: tuple[float, ...] = ()
 
 
 Loop = Callable[[Problem, Floats], Iterator[Progress]]

@@ -11,8 +11,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.integrators.flow import Counts, Events, Flow, Status, Step, StepError
+from multibody_sym.integrators.flow import Counts, Events, Flow, Rows, Status, Step, StepError
 from multibody_sym.integrators.reference import at_end, reaches, sampled, steps
+from multibody_sym.integrators.singular import strays
 from multibody_sym.integrators.stages import StageEquations
 from multibody_sym.runtime.problem import Event, Problem, Progress, RunFailure, Statistics
 
@@ -31,6 +32,7 @@ def python_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     x = samples[0] = problem.x0
     written, reached, failure, shown = 1, problem.t0, None, time.perf_counter()
     events: list[Event] = []
+    singular: list[float] = []
     try:
         for done in run.steps(x):
             run.accept(done, written)
@@ -40,17 +42,18 @@ def python_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
             reached, x = done.t_new, done.x_new
             if done.event is not None:
                 events.append(Event(reached, done.event, problem.terminal[done.event]))
+            singular += done.singular
             if run.stops_between_samples(done, written):
                 samples[written] = x
                 written += 1
             if time.perf_counter() - shown > _SECONDS:
-                yield Progress(written, reached, x, run.statistics(reached), None, tuple(events))
+                yield Progress(written, reached, x, run.statistics(reached), None, tuple(events), tuple(singular))
                 shown = time.perf_counter()
     except StepError as problem_met:
         run.rejected += problem_met.rejected
         component = problem_met.component if problem_met.component >= 0 else None
         failure = RunFailure(problem_met.status, problem_met.time, component)
-    yield Progress(written, reached, x, run.statistics(reached), failure, tuple(events))
+    yield Progress(written, reached, x, run.statistics(reached), failure, tuple(events), tuple(singular))
 
 
 @dataclass
@@ -80,6 +83,7 @@ class _Run:
     conditioning_time: float = 0.0
     pace: int = 0
     pace_time: float = 0.0
+    independence: float = math.inf  # of the rows at the latest slope
     residual: float = 0.0  # of dependent rows in the step on trial
     trial: _Trial = field(default_factory=_Trial)
     largest: _Trial = field(default_factory=_Trial)
@@ -101,6 +105,7 @@ class _Run:
             stages=self.stages(),
             counts=self.counts,
             events=Events(self.switching, p.terminal) if p.terminal else None,
+            rows=Rows(lambda: self.independence, self.independence_at, self.closed) if p.rows else None,
             pairs=p.pairing,
         )
         for number, done in enumerate(steps(flow), 1):
@@ -136,7 +141,16 @@ class _Run:
             self._note(t, *report.tolist())
         return slope
 
+    def independence_at(self, t: float, x: Floats) -> float:
+        """Return the independence of the rows at (t, x)."""
+        report = self.call("state_derivative", t, x)[3]
+        return self._independence(*report[:2].tolist())
+
+    def _independence(self, rank: float, conditioning: float) -> float:
+        return conditioning if rank >= self.problem.independent else 0.0
+
     def _note(self, t: float, rank: float, conditioning: float, residual: float) -> None:
+        self.independence = self._independence(rank, conditioning)
         self.least_rank = min(self.least_rank, rank)
         self.greatest_rank = max(self.greatest_rank, rank)
         if conditioning < self.conditioning:
@@ -146,13 +160,17 @@ class _Run:
     def settle(self, t: float, x: Floats) -> Floats:
         """Return the end of a step on trial, normalised and put back onto the constraints."""
         x = self._normalized(t, x)
-        return self._projected(t, x) if self.problem.project else x
+        return self._projected(t, x, self.trial) if self.problem.project else x
+
+    def closed(self, t: float, x: Floats) -> Floats:
+        """Return a state within a step put onto the constraints as far as round-off lets it be."""
+        return self._projected(t, x, _Trial(), 0.0)
 
     def settle_sample(self, t: float, x: Floats) -> Floats:
         """Return a state between steps, normalised and put back onto the constraints; where that fails as it is."""
         x = self._normalized(t, x)
         try:
-            return self._projected(t, x) if self.problem.project or self.problem.index_2 else x
+            return self._projected(t, x, _Trial()) if self.problem.project or self.problem.index_2 else x
         except StepError:
             return x
 
@@ -209,23 +227,23 @@ class _Run:
         self.trial.quaternion_deviation = float(deviation)
         return np.concatenate([q, x[len(q) :]])
 
-    def _projected(self, t: float, x: Floats) -> Floats:
+    def _projected(self, t: float, x: Floats, trial: _Trial, goal: float = _ROUND_OFF) -> Floats:
         if "project_position" in self.problem.compiled:
             part = slice(0, len(self.problem.q0))
-            x, self.trial.removed_position, self.trial.drift_position = self._closed("project_position", t, x, part)
+            x, trial.removed_position, trial.drift_position = self._closed("project_position", t, x, part, goal)
         if "project_velocity" in self.problem.compiled:
             part = slice(len(self.problem.q0), len(x))
-            x, self.trial.removed_velocity, self.trial.drift_velocity = self._closed("project_velocity", t, x, part)
+            x, trial.removed_velocity, trial.drift_velocity = self._closed("project_velocity", t, x, part, goal)
         return x
 
-    def _closed(self, program: str, t: float, x: Floats, part: slice) -> tuple[Floats, float, float]:
+    def _closed(self, program: str, t: float, x: Floats, part: slice, goal: float) -> tuple[Floats, float, float]:
         """Correct `part` of x until the rows hold or get no better; return x, the largest |row| before and after."""
         size = 1.0 + _largest(x[part])
         rows, correction = self.call(program, t, x)
         before = after = _largest(rows)
         previous = math.inf
         for _ in range(_ROUNDS):
-            if not (after > _ROUND_OFF and after < 0.5 * previous):
+            if not (after > goal and after < 0.5 * previous):
                 break
             previous, tried = after, x.copy()
             tried[part] += correction
@@ -247,7 +265,10 @@ class _Run:
         """Return sample `index`, settled if it lies between steps."""
         at = self.times[index]
         x = sampled(done, at)
-        return x if x is done.x_new else self.settle_sample(at, x)
+        if x is done.x_new:
+            return x
+        settled = self.settle_sample(at, x)
+        return x if strays(done, x, settled) else settled
 
     def stops_between_samples(self, done: Step, index: int) -> bool:
         """Tell whether the step ends the run at an event, not at the sample before `index`."""

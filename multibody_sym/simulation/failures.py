@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from multibody_sym.dynamics.closing import Rows
+from multibody_sym.dynamics.composite_body import composite_body
 from multibody_sym.dynamics.contradiction import Contradiction, contradiction_of
+from multibody_sym.dynamics.redundancy import nearly_dependent
 from multibody_sym.errors import RunError
 from multibody_sym.integrators.flow import Status
 from multibody_sym.model.mechanism import Mechanism
@@ -37,11 +39,31 @@ def failure_message(run: Trajectory, failure: RunFailure) -> str:
     if failure.status is Status.STEP_LIMIT:
         advice = "a jump in a force (sign, where) keeps steps short; else ask for less accuracy or a shorter time"
         return f"the run took its largest number of steps and got no further than t = {failure.time:.6g} s: {advice}"
+    if failure.status is Status.SINGULAR:
+        return _singular(run, failure.time)
     assert failure.status in (Status.NOT_CLOSED, Status.CONTRADICTION)
     found = _contradiction(run, failure.time)
     if found is not None:
         return found.message(mechanism, when)
     return f"constraint {what} cannot be satisfied {when}: the mechanism comes to a position that it cannot pass"
+
+
+def _singular(run: Trajectory, time: float) -> str:
+    """Return that rows become dependent at a time near the end of a run, and which."""
+    mechanism, parameters = run.ready.mechanism, run.parameters.tolist()
+    motion = Rows(mechanism, parameters, range(len(mechanism.rows)), time).motion(
+        run.integration.q_final, run.integration.u_final
+    )
+    names = ", ".join(nearly_dependent(composite_body(mechanism, motion.state), int(parameters[-3])))
+    if time == run.problem.t0:
+        return (
+            f"the start is a singular position: {names} depends on the other constraints there, or holds nothing, and the "
+            "motion may go on along more than one way; start beside it"
+        )
+    return (
+        f"singular position at t = {time:.6g} s: {names} comes to depend on the other constraints, or to hold nothing, "
+        "forces grow without bound there, and no step leads across; take other steps or tolerances, or another method"
+    )
 
 
 def _contradiction(run: Trajectory, time: float) -> Contradiction | None:

@@ -50,6 +50,7 @@ def problem_of(ready: Runnable, settings: RunSettings) -> Problem:
         samples=settings.samples,
         project=constrained and settings.project,
         max_steps=_MOST_STEPS,
+        independent=float(ready.parameters[-3]) if constrained else 0.0,
         terminal=(True,) * len(ready.mechanism.stops) + (False,) * len(ready.mechanism.kinks),
         pairs=_pairing(ready.mechanism),
     )

@@ -59,12 +59,16 @@ static void note_report(mbs_run *r, double t)
 int mbs_derivative(mbs_run *r, double t, const double *x, double *slope)
 {
     double *out[4] = {slope, slope + r->system->nq, r->multipliers, r->report};
-    mbs_call(r, r->system->state_derivative, t, x, out);
+    int status = MBS_RUNNING, near = r->state->near && r->stepper->settles;
+    if (near && (status = mbs_closed(r, t, x, r->settled)) != MBS_RUNNING)
+        return status;
+    mbs_call(r, r->system->state_derivative, t, near ? r->settled : x, out);
     ++r->state->evaluations;
     if (r->watching && !r->beyond)
         r->beyond = mbs_beyond_kink(r, t, x);
-    int status = mbs_all_finite(r, t, slope);
-    if (status == MBS_RUNNING && r->system->ns > 0)
+    if ((status = mbs_all_finite(r, t, slope)) == MBS_RUNNING && r->system->ns > 0) {
         note_report(r, t);
+        mbs_note_independence(r);
+    }
     return status;
 }

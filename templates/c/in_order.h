@@ -68,7 +68,7 @@ MBS_INLINE void mbs_reflection(const mbs_parts *parts, int k, double length, dou
 MBS_INLINE int mbs_keep_in_order(const mbs_pattern *pattern, const double *matrix, double most, double *space)
 {
     mbs_parts parts = mbs_parts_of(pattern, space);
-    double longest = 0.0, shortest = 1e200, least = 1.0;
+    double longest = 0.0, shortest = 1e200, least = HUGE_VAL;
     int rows = pattern->rows, columns = pattern->columns;
     if (!pattern->spans || rows == 0 || rows > columns || most < rows)
         return 0;
@@ -87,17 +87,17 @@ MBS_INLINE int mbs_keep_in_order(const mbs_pattern *pattern, const double *matri
             int size = pattern->spans[k].high - k;
             mbs_subtract(size, parts.factors[k] * mbs_dot(size, v, row + k), v, row + k);
         }
-        double rest = mbs_dot(span->high - j, row + j, row + j), part = rest / whole;
+        double rest = mbs_dot(span->high - j, row + j, row + j);
         if (!(rest > MBS_CLEAR * MBS_CLEAR * whole))
             return 0;
         mbs_reflection(&parts, j, sqrt(rest), row + j);
         longest = whole > longest ? whole : longest;
         shortest = whole < shortest ? whole : shortest;
-        least = part < least ? part : least;
+        least = rest < least ? rest : least;
         matrix += count;
     }
     space[MBS_RANK] = rows;
-    space[MBS_CONDITIONING] = sqrt(least);
+    space[MBS_CONDITIONING] = sqrt(least / longest);
     space[MBS_PIVOTED] = 0.0;
     return longest < 1e200 && shortest > 1e-200 && shortest > MBS_ALIKE * MBS_ALIKE * longest;
 }

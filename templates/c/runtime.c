@@ -1,6 +1,8 @@
 /* The integration loop: steps, their control, samples. Allocates nothing, keeps no state of its own. */
 #include "stepper.h"
 
+#define LEAST_PART 1e-3 /* of a fixed step, into which one near a singular position may be divided */
+
 enum { STARTING, STEPPING, SAMPLING };
 
 static const mbs_stepper *stepper_of(const mbs_method *method)
@@ -12,7 +14,7 @@ static const mbs_stepper *stepper_of(const mbs_method *method)
 long long mbs_work(const mbs_problem *problem)
 {
     const mbs_system *s = problem->system;
-    return 10LL * (s->nq + s->nu) + 2LL * (s->ns + s->ng) + s->nw + 3 + stepper_of(problem->method)->work(problem);
+    return 12LL * (s->nq + s->nu) + 2LL * (s->ns + s->ng) + s->nw + 3 + stepper_of(problem->method)->work(problem);
 }
 
 /* x stands first, as runtime.h promises. */
@@ -22,9 +24,9 @@ static mbs_run unpacked(const mbs_problem *problem, mbs_state *state, double *wo
     int n = system->nq + system->nu;
     mbs_run r = {.problem = problem, .method = problem->method, .system = system, .state = state, .n = n};
     double **const vectors[] = {&r.x,     &r.x_new, &r.slope_new,  &r.error,  &r.coarse,
-                                &r.stage, &r.spare, &r.correction, &r.event_x};
+                                &r.stage, &r.spare, &r.correction, &r.event_x, &r.settled, &r.kept};
     r.stepper = stepper_of(problem->method);
-    for (int i = 0; i < 9; ++i, work += n)
+    for (int i = 0; i < 11; ++i, work += n)
         *vectors[i] = work;
     r.values = work;
     r.sides = r.values + system->ng;
@@ -119,21 +121,27 @@ static int close_step(mbs_run *r, double t_new)
     mbs_copy(r->n, r->x_new, r->spare);
     mbs_normalize(r, t_new, r->x_new, &r->deviation);
     if (r->problem->project)
-        status = mbs_project(r, t_new, r->x_new);
+        status = mbs_project(r, t_new, r->x_new, MBS_ROUND_OFF);
+    if (status == MBS_RUNNING && r->state->near && (status = mbs_closed(r, t_new, r->x_new, r->settled)) == MBS_RUNNING)
+        mbs_copy(r->n, r->settled, r->x_new);
     for (int i = 0; i < r->n; ++i)
         changed |= r->x_new[i] != r->spare[i];
-    return status == MBS_RUNNING ? r->stepper->finish(r, t_new, changed) : status;
+    if (status == MBS_RUNNING)
+        status = r->stepper->finish(r, t_new, changed);
+    return status == MBS_RUNNING ? mbs_verify_end(r, t_new) : status;
 }
 
 static int attempt(mbs_run *r, double h, double t_new)
 {
-    r->residual = 0.0;
+    r->residual = r->noise = 0.0;
     r->beyond = 0;
     r->state->crossing = -1;
     r->state->extended = 0;
     r->state->h = h;
     r->state->t_new = t_new;
-    return r->stepper->attempt(r, h, t_new);
+    mbs_begin_approach(r);
+    int status = r->stepper->attempt(r, h, t_new);
+    return status == MBS_RUNNING ? mbs_verify_approach(r, t_new) : status;
 }
 
 int mbs_take(mbs_run *r, double h, double t_new)
@@ -185,6 +193,7 @@ static int accept(mbs_run *r, int status)
     keep_largest(&s->removed_velocity, r->removed_velocity);
     keep_largest(&s->quaternion_deviation, r->deviation);
     s->phase = SAMPLING;
+    mbs_find_singular(r);
     return contradiction(r);
 }
 
@@ -207,7 +216,27 @@ static double least_step(const mbs_run *r)
     return by_time > by_span ? by_time : by_span;
 }
 
-/* A whole step, or what an event has left of one. */
+/* Try a step over h; near a singular position perhaps shorter parts of it. */
+static int fixed_trial(mbs_run *r, double whole, double t_new)
+{
+    mbs_state *s = r->state;
+    double h = whole;
+    for (;;) {
+        int status = mbs_take(r, h, t_new);
+        if (status == MBS_RUNNING || mbs_stuck_at_kink(r, status))
+            status = accept(r, status);
+        if (s->phase == SAMPLING)
+            return status;
+        double part = mbs_retreat(r, h, 0.0);
+        if (h * part < LEAST_PART * whole)
+            return s->near ? mbs_failed(r, MBS_SINGULAR, s->t, -1) : status;
+        h *= part;
+        t_new = part < 1.0 ? s->t + h : t_new;
+        ++s->rejected;
+    }
+}
+
+/* A whole step, or what an event or a singular position has left of one. */
 static int fixed_step(mbs_run *r)
 {
     const mbs_problem *p = r->problem;
@@ -216,9 +245,8 @@ static int fixed_step(mbs_run *r)
     int whole = s->t == grid_time(p, s->grid, count), status;
     if (!whole && next < p->t_end && next - s->t < least_step(r))
         next = grid_time(p, ++s->grid + 1, count);
-    status = mbs_take(r, whole && next < p->t_end ? p->step : next - s->t, next);
-    if (status == MBS_RUNNING || mbs_stuck_at_kink(r, status))
-        status = accept(r, status);
+    double whole_step = whole && next < p->t_end ? p->step : next - s->t;
+    status = fixed_trial(r, whole_step, next);
     if (s->phase == SAMPLING && s->t_new >= next)
         ++s->grid;
     return status;
@@ -227,7 +255,7 @@ static int fixed_step(mbs_run *r)
 static double scale(const mbs_run *r, double before, double after)
 {
     double size = fabs(before) > fabs(after) ? fabs(before) : fabs(after);
-    return r->problem->atol + r->problem->rtol * size;
+    return r->problem->atol + r->problem->rtol * size + r->noise;
 }
 
 double mbs_scaled_norm(const mbs_run *r, const double *y, const double *x, const double *x_new, int *worst)
@@ -244,9 +272,10 @@ double mbs_scaled_norm(const mbs_run *r, const double *y, const double *x, const
     return sqrt(sum / r->n);
 }
 
-/* The error of a trial. Of two estimates the finer, e5, counts as e5^2 / sqrt(e5^2 + 0.01 e3^2), with the coarser, e3. */
-static double trial_error(const mbs_run *r, int *worst)
+/* The error of a trial; near a singular position what round-off does there counts as allowed. Of two estimates the finer, e5, counts as e5^2 / sqrt(e5^2 + 0.01 e3^2), with the coarser, e3. */
+static double trial_error(mbs_run *r, int *worst)
 {
+    r->noise = mbs_noise(r) * mbs_largest(r->n, r->x_new);
     double fine = mbs_scaled_norm(r, r->error, r->x, r->x_new, worst);
     int ignored;
     if (!r->method->coarse_error || fine == 0.0)
@@ -258,24 +287,6 @@ static double trial_error(const mbs_run *r, int *worst)
 static double control_power(const mbs_method *m)
 {
     return 1.0 / ((m->order < m->error_order ? m->order : m->error_order) + 1.0);
-}
-
-/* The component that settling the end of a step moved most, if by more than a tenth of the whole step and round-off;
-   else -1. Such a step has gone over a kink in the constraints, of which the error estimate knows nothing. */
-static int moved_far(const mbs_run *r, const double *before)
-{
-    double moved = 0.0, step = 0.0;
-    int component = 0;
-    for (int i = 0; i < r->n; ++i) {
-        double change = fabs(r->x_new[i] - before[i]), whole = fabs(before[i] - r->x[i]);
-        if (change > moved) {
-            moved = change;
-            component = i;
-        }
-        if (whole > step)
-            step = whole;
-    }
-    return moved > 0.1 * step && moved > 1e-10 * (1.0 + mbs_largest(r->n, r->x_new)) ? component : -1;
 }
 
 /* Try one step; on success record it, else shorten h_next. */
@@ -295,7 +306,7 @@ static int adaptive_trial(mbs_run *r, int rejected)
             return mbs_failed(r, MBS_STEP_UNDERFLOW, t, worst);
         }
         status = close_step(r, t_new);
-        if (status == MBS_RUNNING && (worst = moved_far(r, r->spare)) >= 0) {
+        if (status == MBS_RUNNING && (worst = mbs_moved_far(r, r->spare, r->x_new)) >= 0) {
             s->h_next = h > 1e-9 * (t_end - r->problem->t0) ? h * 0.25 : 0.0; /* a jump stays one in any step */
             return mbs_failed(r, MBS_STEP_UNDERFLOW, t, worst);
         }
@@ -312,7 +323,7 @@ static int adaptive_trial(mbs_run *r, int rejected)
             }
         }
     }
-    s->h_next = h * 0.25;
+    s->h_next = h * mbs_retreat(r, h, 0.25);
     return status;
 }
 
@@ -326,7 +337,7 @@ static int adaptive_step(mbs_run *r)
             break;
         ++s->rejected;
     }
-    return status;
+    return s->phase != SAMPLING && s->near ? mbs_failed(r, MBS_SINGULAR, s->t, -1) : status;
 }
 
 /* A first step for which an explicit Euler step and the second derivative stay small. */
@@ -365,7 +376,9 @@ static int start(mbs_run *r, double *samples)
     r->stepper->restart(r);
     if (r->system->ng > 0)
         mbs_start_events(r);
-    if ((status = mbs_derivative(r, r->state->t, r->x, r->slope)) == MBS_RUNNING && !(r->problem->step > 0.0))
+    if ((status = mbs_derivative(r, r->state->t, r->x, r->slope)) == MBS_RUNNING)
+        status = mbs_restart_approach(r);
+    if (status == MBS_RUNNING && !(r->problem->step > 0.0))
         r->state->h_next = first_step(r);
     return status;
 }
@@ -400,8 +413,10 @@ static int move_on(mbs_run *r)
 {
     mbs_state *s = r->state;
     s->event = s->origin = s->crossing;
-    if (s->event < 0)
+    if (s->event < 0) {
         r->stepper->advance(r);
+        mbs_advance_approach(r);
+    }
     mbs_copy(r->n, end_of(r), r->x);
     mbs_copy(r->n, r->slope_new, r->slope);
     s->t = s->t_new;
@@ -414,7 +429,9 @@ static int move_on(mbs_run *r)
     if (s->event < 0 || status != MBS_RUNNING)
         return status;
     r->stepper->restart(r);
-    return mbs_derivative(r, s->t, r->x, r->slope);
+    s->near = 0;
+    status = mbs_derivative(r, s->t, r->x, r->slope);
+    return status == MBS_RUNNING ? mbs_restart_approach(r) : status;
 }
 
 void mbs_start(const mbs_problem *problem, const double *x0, mbs_state *state, double *work)
@@ -426,6 +443,9 @@ void mbs_start(const mbs_problem *problem, const double *x0, mbs_state *state, d
                              .least_rank = HUGE_VAL,
                              .greatest_rank = 0.0,
                              .conditioning = HUGE_VAL,
+                             .start = HUGE_VAL,
+                             .latest = HUGE_VAL,
+                             .peak = 0.01,
                              .event = -1,
                              .phase = STARTING,
                              .crossing = -1,
@@ -441,6 +461,7 @@ long long mbs_integrate(const mbs_problem *problem, mbs_state *state, double *wo
     mbs_run r = unpacked(problem, state, work);
     long long written = 0;
     state->event = -1;
+    state->passed = 0;
     while (state->status == MBS_RUNNING && steps > 0) {
         if (state->phase == STARTING) {
             if (rows == 0)
@@ -463,7 +484,7 @@ long long mbs_integrate(const mbs_problem *problem, mbs_state *state, double *wo
                 ++state->sample;
             }
             state->status = move_on(&r);
-            steps = state->event < 0 ? steps - 1 : 0;
+            steps = state->event < 0 && !state->passed ? steps - 1 : 0;
         }
     }
     return written;

@@ -45,7 +45,8 @@ void mbs_factorise(const mbs_pattern *pattern, const double *matrix, double most
 void mbs_factorise_pivoted(const mbs_pattern *pattern, const double *matrix, double most, double *factors);
 
 /* Minimum-norm x with A x = r, and the multipliers with x = A^T multipliers.
-   report: rank; smallest kept |R_kk| / |R_11|; largest scaled residual of a dependent row. */
+   report: rank; smallest part of a kept row that is left by others, relative to the longest row; largest scaled
+   residual of a dependent row. */
 void mbs_substitute(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
                     double *multipliers, double *report);
 void mbs_substitute_pivoted(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
@@ -131,6 +132,7 @@ typedef struct {
     double contradiction; /* largest scaled residual of dependent rows and largest |phidot| / (1 + |u|), of which at
                              least one must hold for rows to count as consistent */
     double closure;       /* largest |phi| / (1 + |q|) that a projection may leave */
+    double independent;   /* rows that are so but for singular positions */
     long long max_steps;
     long long samples;    /* evenly spaced from t0 to t_end, both among them */
     int project;          /* not 0: each accepted step and each sample is put back onto the constraints */
@@ -145,8 +147,11 @@ enum {
     MBS_CONTRADICTION = 5,  /* row that is broken because dependent rows ask for different accelerations */
     MBS_NOT_CLOSED = 6,     /* row that projection cannot satisfy */
     MBS_STOPPED = 7,        /* a stop was met: t and x are those of the event */
-    MBS_NOT_CONVERGED = 8   /* component of (q, u) that moved most in Newton's iteration */
+    MBS_NOT_CONVERGED = 8,  /* component of (q, u) that moved most in Newton's iteration */
+    MBS_SINGULAR = 9        /* rows become dependent, and no step leads across */
 };
+
+#define MBS_PASSED 8 /* singular positions that are told of a step */
 
 /* Where a run stands. The first entries of the work space hold x at time t. */
 typedef struct {
@@ -156,13 +161,20 @@ typedef struct {
     double removed_position, removed_velocity; /* largest |phi|, |phidot| that projection found after a step */
     double quaternion_deviation;               /* largest deviation of a quaternion's length from 1 after a step */
     double least_rank, greatest_rank;
-    double conditioning, conditioning_time;    /* smallest kept |R_kk| / |R_11| and when */
+    double conditioning, conditioning_time;    /* smallest part of a kept row that others leave, and when */
+    double before, start, latest, end;         /* independence of the rows at the start of the step before, of this one, at
+                                                  the latest slope, at the end, */
+    double least, greatest, peak, rate;        /* of all slopes in the trial, the largest at the start of a step, and the
+                                                  rate at which it went down in the step before */
+    double singular[MBS_PASSED];               /* when the last step of this call passed singular positions, ... */
     long long steps, rejected, evaluations, jacobians, factorisations;
     long long sample;                          /* samples written so far */
     long long grid;                            /* fixed steps: the whole ones until t, or until before t */
     int status, component;
     int event; /* the switching function whose event ended the last step of this call, -1 for none */
     int phase, crossing, origin, extended;
+    int passed; /* ... and how many */
+    int near;   /* the step is near one */
     long long pace;   /* steps ... */
     double pace_time; /* ... since then, a thousandth of the whole time ago at most */
 } mbs_state;
@@ -173,7 +185,7 @@ long long mbs_work(const mbs_problem *problem);
 void mbs_start(const mbs_problem *problem, const double *x0, mbs_state *state, double *work);
 
 /* Go on for at most `steps` steps and `rows` samples, written as rows (q, u); returns how many were written.
-   Call again while state->status is MBS_RUNNING: an event ends a call as well. */
+   Call again while state->status is MBS_RUNNING: an event ends a call as well, and a singular position. */
 long long mbs_integrate(const mbs_problem *problem, mbs_state *state, double *work, long long steps, long long rows,
                         double *samples);
 

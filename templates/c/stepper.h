@@ -5,6 +5,8 @@
 #include "runtime.h"
 #include "vectors.h"
 
+#define MBS_ROUND_OFF 1e-14 /* rows that small hold */
+
 typedef struct mbs_run mbs_run;
 
 /* A family of methods. A step goes from (t, x), where the slope is `slope`, to (t_new, x_new) over h. The loop calls
@@ -28,6 +30,8 @@ typedef struct {
     void (*value)(const mbs_run *r, double theta, double *x);
     /* A step that could grow, but by less than this factor, stays as it is. */
     double least_growth;
+    /* Not 0: near singular positions slopes are taken at states put onto the constraints. */
+    int settles;
 } mbs_stepper;
 
 extern const mbs_stepper mbs_explicit, mbs_implicit, mbs_adams, mbs_stoermer, mbs_verlet;
@@ -43,12 +47,14 @@ struct mbs_run {
     double *x, *x_new, *slope_new, *error, *coarse;
     double *event_x;        /* the state at the event that ends the step, where state->crossing >= 0 */
     double *values, *sides; /* of the switching functions: signs of the sides on which they were last seen */
+    double *settled, *kept; /* for the states of slopes that are put onto constraints, and for those put there */
     double *stage, *spare, *correction; /* for whoever needs them: nothing stays in them from one call to the next */
     double *slope, *own;                /* own follows slope: a first stage at x is row 0 of an array from slope on */
     double *inputs, *multipliers, *rows, *report;
     const double *further; /* the input that some programs have beyond those of all */
     double drift_position, drift_velocity, removed_position, removed_velocity, deviation; /* of the step on trial */
     double residual; /* largest scaled residual of dependent rows in it */
+    double noise;    /* allowed besides tolerances */
     int watching;    /* there are kinks to look out for */
     int beyond;      /* a slope of the step on trial was taken beyond one */
 };
@@ -74,8 +80,45 @@ int mbs_worst_row(const mbs_run *r);
 /* Quaternions of x to unit length; `deviation` receives how far the worst was from it. */
 void mbs_normalize(mbs_run *r, double t, double *x, double *deviation);
 
-/* Put x back onto the constraints; fills removed_ and drift_ of both levels. */
-int mbs_project(mbs_run *r, double t, double *x);
+/* Put x back onto the constraints, until |row| is below `goal` or gets no better; fills removed_ and drift_ of
+   both levels. */
+int mbs_project(mbs_run *r, double t, double *x, double goal);
+
+/* The component that settling has moved most, if by more than a tenth of the way from r->x and round-off; else -1. Such a
+   step has gone over a kink in the constraints, of which the error estimate knows nothing, or settled on another branch
+   of the motion. */
+int mbs_moved_far(const mbs_run *r, const double *before, const double *settled);
+
+/* `closed` receives x put onto the constraints as far as round-off lets it be, if it is not moved far. */
+int mbs_closed(mbs_run *r, double t, const double *x, double *closed);
+
+/* How near the rows come to dependence: a trial begins; */
+void mbs_begin_approach(mbs_run *r);
+
+/* a slope has been evaluated; */
+void mbs_note_independence(mbs_run *r);
+
+/* nothing before the latest slope counts, which is no singular position; */
+int mbs_restart_approach(mbs_run *r);
+
+/* the step is accepted; */
+void mbs_advance_approach(mbs_run *r);
+
+/* the trial comes neither near unforeseen nor too near; */
+int mbs_verify_approach(mbs_run *r, double t);
+
+/* nor does its end, which is on the branch it came by. */
+int mbs_verify_end(mbs_run *r, double t);
+
+/* The part of the speeds by which round-off may falsify the step on trial: rows that hold to eps let speeds off the
+   constraints be eps/s, and accelerations eps/s^2, at the distance s. */
+double mbs_noise(const mbs_run *r);
+
+/* Over which part of a step over h, that failed, to make the next: `otherwise` far from singular positions. */
+double mbs_retreat(mbs_run *r, double h, double otherwise);
+
+/* Note which singular positions the step that is finished has passed. */
+void mbs_find_singular(mbs_run *r);
 
 /* The state at t + theta h in the step that is finished, as interpolated. */
 int mbs_value(mbs_run *r, double theta, double *x);

@@ -1,0 +1,221 @@
+/* Steps over singular positions, in which constraint rows become dependent.
+
+   On one side of such a position and on the other the motion is smooth, but an acceleration off the constraints by e, at
+   the distance s from it, is wrong by e/s, and by round-off/s^2 on them. So a step that comes near one is made with its
+   slopes taken at states put back onto the constraints, and with another length if one of them falls too near to it or
+   onto another branch of the motion: it steps across, and goes on where the way it came by leads. */
+#include "stepper.h"
+
+#define NEAR 0.5      /* of the largest independence about a step: with less in it the step is near one, ... */
+#define NEAR_BY 0.1   /* ... as with less than this part of the largest in the run */
+#define USUAL 0.01    /* what counts as the largest at least */
+#define MARGIN 0.05   /* of the largest about a step: nothing in it may be nearer than that, ... */
+#define LEAST 1e-8    /* ... nor than this */
+#define NOISE 2e-15   /* what round-off leaves of rows that are closed */
+#define GOLDEN 0.618033988749895 /* a step made again that much shorter meets no node of the one before, nor its end */
+#define SHORTER 0.8   /* at most, where it is known what lies ahead */
+#define LOOKS 16      /* how often the independence is looked at within a step */
+
+static double smaller(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static double larger(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+static double independence(const mbs_run *r)
+{
+    return r->report[0] >= r->problem->independent ? r->report[1] : 0.0;
+}
+
+static double most(const mbs_state *s)
+{
+    return s->start < HUGE_VAL ? larger(larger(s->before, s->start), s->greatest) : 0.0;
+}
+
+static double least(const mbs_state *s)
+{
+    return smaller(s->least, s->start);
+}
+
+static int comes_near(const mbs_state *s)
+{
+    return least(s) < larger(NEAR * most(s), NEAR_BY * s->peak);
+}
+
+static int singular(mbs_run *r, double t)
+{
+    return mbs_failed(r, MBS_SINGULAR, t, -1);
+}
+
+void mbs_begin_approach(mbs_run *r)
+{
+    r->state->least = HUGE_VAL;
+    r->state->greatest = 0.0;
+}
+
+void mbs_note_independence(mbs_run *r)
+{
+    mbs_state *s = r->state;
+    s->latest = independence(r);
+    s->least = smaller(s->least, s->latest);
+    s->greatest = larger(s->greatest, s->latest);
+}
+
+int mbs_moved_far(const mbs_run *r, const double *before, const double *settled)
+{
+    double moved = 0.0, step = 0.0;
+    int component = 0;
+    for (int i = 0; i < r->n; ++i) {
+        double change = fabs(settled[i] - before[i]), whole = fabs(before[i] - r->x[i]);
+        if (change > moved) {
+            moved = change;
+            component = i;
+        }
+        if (whole > step)
+            step = whole;
+    }
+    return moved > 0.1 * step && moved > 1e-10 * (1.0 + mbs_largest(r->n, settled)) ? component : -1;
+}
+
+int mbs_closed(mbs_run *r, double t, const double *x, double *closed)
+{
+    double kept[] = {r->removed_position, r->drift_position, r->removed_velocity, r->drift_velocity};
+    mbs_copy(r->n, x, closed);
+    int status = mbs_project(r, t, closed, 0.0);
+    r->removed_position = kept[0];
+    r->drift_position = kept[1];
+    r->removed_velocity = kept[2];
+    r->drift_velocity = kept[3];
+    return status == MBS_RUNNING && mbs_moved_far(r, x, closed) >= 0 ? singular(r, t) : status;
+}
+
+int mbs_restart_approach(mbs_run *r)
+{
+    mbs_state *s = r->state;
+    s->near = 0;
+    s->before = s->rate = 0.0;
+    s->start = s->latest;
+    return s->start < LEAST ? singular(r, s->t) : MBS_RUNNING;
+}
+
+void mbs_advance_approach(mbs_run *r)
+{
+    mbs_state *s = r->state;
+    s->rate = (s->start - s->end) / (s->t_new - s->t);
+    s->near = s->near && comes_near(s);
+    s->before = s->start;
+    s->start = s->end;
+    s->peak = larger(s->peak, s->start);
+}
+
+int mbs_verify_approach(mbs_run *r, double t)
+{
+    const mbs_state *s = r->state;
+    if (comes_near(s) && (!s->near || s->least < larger(LEAST, MARGIN * most(s))))
+        return singular(r, t);
+    return MBS_RUNNING;
+}
+
+int mbs_verify_end(mbs_run *r, double t)
+{
+    mbs_state *s = r->state;
+    s->end = s->latest;
+    int status = mbs_verify_approach(r, t);
+    return status == MBS_RUNNING && s->near && mbs_moved_far(r, r->spare, r->x_new) >= 0 ? singular(r, t) : status;
+}
+
+double mbs_noise(const mbs_run *r)
+{
+    const mbs_state *s = r->state;
+    return s->near ? NOISE * (most(s) - least(s)) / (least(s) * least(s)) : 0.0;
+}
+
+/* The middle of the widest gap between the nodes of a step, as a part of it. */
+static double widest_gap(const mbs_method *m)
+{
+    const double *nodes = m->collocation ? m->collocation->c : m->c;
+    int count = m->collocation ? m->collocation->stages : m->family == MBS_EXPLICIT ? m->stages : 0;
+    double from = 0.0, widest = 0.0, middle = 0.5;
+    while (from < 1.0) {
+        double to = 1.0;
+        for (int i = 0; i < count; ++i)
+            if (nodes[i] > from && nodes[i] < to)
+                to = nodes[i];
+        if (to - from > widest) {
+            widest = to - from;
+            middle = 0.5 * (from + to);
+        }
+        from = to;
+    }
+    return middle;
+}
+
+/* The next trial is to have the singular position in its widest gap between nodes; else the step after it will. */
+double mbs_retreat(mbs_run *r, double h, double otherwise)
+{
+    mbs_state *s = r->state;
+    if (comes_near(s) && !s->near) {
+        s->near = 1;
+        return 1.0;
+    }
+    if (!s->near)
+        return otherwise;
+    if (!(s->rate > 0.0))
+        return GOLDEN;
+    double way = s->start / (s->rate * h), gap = widest_gap(r->method);
+    return way <= SHORTER * gap ? way / gap : smaller(way - SHORTER * SHORTER * gap, SHORTER);
+}
+
+/* ---- when they were passed ---- */
+
+/* The independence at t + theta h in the step that is finished. */
+static double within(mbs_run *r, double theta)
+{
+    double t = r->state->t + theta * r->state->h, *x = r->settled;
+    double *out[4] = {r->stage, r->stage + r->system->nq, r->multipliers, r->report};
+    if (mbs_value(r, theta, x) != MBS_RUNNING)
+        return NAN;
+    mbs_call(r, r->system->state_derivative, t, x, out);
+    return independence(r);
+}
+
+/* Where between two places the independence goes down to zero and up again as steeply; its value beside it. */
+static double dip(mbs_run *r, const double *places, const double *values, double *left)
+{
+    double low = places[0], high = places[1], at_low = values[0], at_high = values[1], theta = low;
+    for (int round = 0; round < 5; ++round) {
+        double width = 0.125 * (high - low);
+        theta = low + (high - low) * (at_low / (at_low + at_high));
+        low = larger(theta - width, places[0]);
+        high = smaller(theta + width, places[1]);
+        at_low = within(r, low);
+        at_high = within(r, high);
+    }
+    *left = smaller(at_low, at_high);
+    return theta;
+}
+
+/* Beside a singular position the independence goes down, and up again, in proportion to the distance. */
+void mbs_find_singular(mbs_run *r)
+{
+    mbs_state *s = r->state;
+    double looks[LOOKS + 1], largest = 0.0, end = (s->t_new - s->t) / s->h;
+    s->passed = 0;
+    for (int k = 0; s->near && k <= LOOKS; ++k) {
+        looks[k] = within(r, end * k / LOOKS);
+        largest = larger(largest, looks[k]);
+    }
+    for (int k = 0; s->near && k <= LOOKS; ++k) {
+        int low = k > 0 ? k - 1 : 0, high = k < LOOKS ? k + 1 : LOOKS;
+        if (!((k == 0 || looks[k] < looks[low]) && (k == LOOKS || looks[k] <= looks[high])))
+            continue;
+        double places[] = {end * low / LOOKS, end * high / LOOKS}, values[] = {looks[low], looks[high]}, left;
+        double theta = dip(r, places, values, &left);
+        if (left < 0.5 * smaller(looks[low], looks[high]) && left < MARGIN * largest && s->passed < MBS_PASSED)
+            s->singular[s->passed++] = s->t + theta * s->h;
+    }
+}
