@@ -63,7 +63,7 @@ def redundancy(motion: Motion, dynamics: TreeDynamics) -> Redundancy:
 
 
 def nearly_dependent(dynamics: TreeDynamics, rank: int) -> tuple[str, ...]:
-    """Return the names of the rows that come nearest to dependence, or to vanishing, of which `rank` are independent."""
+    """Return the rows that come nearest to dependence, or to vanishing, where `rank` of all are independent."""
     matrix = np.array([dynamics.factors.weighted(row.jacobian) for row in dynamics.rows], dtype=float)
     shares = np.abs(np.linalg.svd(matrix)[0][:, rank - 1])
     return tuple(name for name, share in zip(dynamics.row_names, shares, strict=True) if share > _SHARE)

@@ -59,8 +59,8 @@ def solve(matrix: Floats, right: Floats, most: float = math.inf) -> Solution:
     on each other only in positions that satisfy them are independent beside such a position, by rounding.
 
     Arguments: matrix A (s, n), right r (s,). Returns x (n,), lambda (s,) and the report (3,): the rank; the smallest
-    part of a kept row that those before it leave, relative to the longest row (0 if there is none): it vanishes with a
-    row, and where one becomes dependent; the largest |A x - r| of a dependent row relative to the largest |r|, both in
+    part of a kept row that those before it leave, relative to the longest of them (0 if there is none): it vanishes with
+    a row, and where one becomes dependent; the largest |A x - r| of a dependent row relative to the largest |r|, both in
     rows of unit length (a zero row is as long as the longest). Everything is nan if A or r is not finite.
     Source: Businger, Golub, Linear least squares solutions by Householder transformations, Numer. Math. 7 (1965).
     """
@@ -169,8 +169,8 @@ def _rotated(factors: _Factors, y: Floats, size: int) -> Floats:
 
 def _report(factors: _Factors, lengths: Floats, right: Floats, y: Floats) -> Floats:
     rank = factors.rank
-    parts = [abs(d) * float(lengths[row]) for d, row in zip(factors.diagonal, factors.order, strict=False)]
-    least = min(parts) / float(lengths.max()) if rank else 0.0
+    kept = lengths[factors.order[:rank]].tolist()
+    least = min(abs(d) * length for d, length in zip(factors.diagonal, kept, strict=True)) / max(kept) if rank else 0.0
     largest = float(np.abs(right).max(initial=0.0))
     residual = max((abs(right[j] - factors.rows[j, :rank] @ y) for j in factors.order[rank:]), default=0.0)
     return np.array([float(rank), least, residual / largest if largest else 0.0])

@@ -25,10 +25,10 @@ class Problem:
     `atol`; `samples` evenly spaced from t0 to t_end, both among them; `project`: each accepted step and each sample is
     put back onto the constraints. `contradiction`: rows contradict each other if both the scaled residual of dependent
     ones and max |phidot| / (1 + max |u|) exceed it; `closure`: the largest |phi| / (1 + max |q|), and the like for u,
-    that a projection may leave; as many rows as `independent` are so but in singular positions. `terminal`: for each
-    switching function of the program `events` whether the run stops where it becomes positive; where another one changes
-    sign, a step ends and the next starts afresh. `pairs`: which speeds are rates of which coordinates; None where each
-    is that of the coordinate in its place.
+    that a projection may leave; `independent`: how many rows are so but in singular positions. `terminal`: for each
+    switching function of the program `events` whether the run stops where it becomes positive; where another one
+    changes sign, a step ends and the next starts afresh. `pairs`: which speeds are rates of which coordinates; None
+    where each is that of the coordinate in its place.
     Raises ValueError.
     """
 
@@ -111,7 +111,8 @@ class Statistics:
     each step, without at the steps in which a sample falls. `removed_position`, `removed_velocity`: largest |phi|,
     |phidot| that projection found after a step. `quaternion_deviation`: of a quaternion's length from 1 after a step,
     before it was normalised. `least_rank`, `greatest_rank` of the rows; `conditioning`: smallest part of a kept
-    row that others leave, relative to the longest row, seen at `conditioning_time`. Without rows the ranks are 0 and conditioning is 1.
+    row that others leave, relative to the longest, seen at `conditioning_time`. Without rows the ranks are 0 and
+    conditioning is 1.
     """
 
     steps: int = 0

@@ -147,7 +147,9 @@ class _Run:
         return self._independence(*report[:2].tolist())
 
     def _independence(self, rank: float, conditioning: float) -> float:
-        return conditioning if rank >= self.problem.independent else 0.0
+        if rank < self.problem.independent:
+            return 0.0
+        return conditioning if rank else 1.0
 
     def _note(self, t: float, rank: float, conditioning: float, residual: float) -> None:
         self.independence = self._independence(rank, conditioning)

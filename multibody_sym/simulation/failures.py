@@ -57,8 +57,8 @@ def _singular(run: Trajectory, time: float) -> str:
     names = ", ".join(nearly_dependent(composite_body(mechanism, motion.state), int(parameters[-3])))
     if time == run.problem.t0:
         return (
-            f"the start is a singular position: {names} depends on the other constraints there, or holds nothing, and the "
-            "motion may go on along more than one way; start beside it"
+            f"the start is a singular position: {names} depends on the other constraints there, or holds nothing, and "
+            "the motion may go on along more than one way; start beside it"
         )
     return (
         f"singular position at t = {time:.6g} s: {names} comes to depend on the other constraints, or to hold nothing, "

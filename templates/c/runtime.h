@@ -45,7 +45,7 @@ void mbs_factorise(const mbs_pattern *pattern, const double *matrix, double most
 void mbs_factorise_pivoted(const mbs_pattern *pattern, const double *matrix, double most, double *factors);
 
 /* Minimum-norm x with A x = r, and the multipliers with x = A^T multipliers.
-   report: rank; smallest part of a kept row that is left by others, relative to the longest row; largest scaled
+   report: rank; smallest part of a kept row that others leave, relative to the longest of them; largest scaled
    residual of a dependent row. */
 void mbs_substitute(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
                     double *multipliers, double *report);

@@ -28,7 +28,9 @@ static double larger(double a, double b)
 
 static double independence(const mbs_run *r)
 {
-    return r->report[0] >= r->problem->independent ? r->report[1] : 0.0;
+    if (r->report[0] < r->problem->independent)
+        return 0.0;
+    return r->report[0] > 0.0 ? r->report[1] : 1.0;
 }
 
 static double most(const mbs_state *s)
