@@ -59,9 +59,9 @@ def solve(matrix: Floats, right: Floats, most: float = math.inf) -> Solution:
     on each other only in positions that satisfy them are independent beside such a position, by rounding.
 
     Arguments: matrix A (s, n), right r (s,). Returns x (n,), lambda (s,) and the report (3,): the rank; the smallest
-    part of a kept row that those before it leave, relative to the longest of them (0 if there is none): it vanishes with
-    a row, and where one becomes dependent; the largest |A x - r| of a dependent row relative to the largest |r|, both in
-    rows of unit length (a zero row is as long as the longest). Everything is nan if A or r is not finite.
+    part of a kept row that those before it leave, relative to the longest of them (0 if there is none), which vanishes
+    with a row, and where one becomes dependent; the largest |A x - r| of a dependent row relative to the largest |r|,
+    both in rows of unit length (a zero row is as long as the longest). Everything is nan if A or r is not finite.
     Source: Businger, Golub, Linear least squares solutions by Householder transformations, Numer. Math. 7 (1965).
     """
     count, size = matrix.shape
