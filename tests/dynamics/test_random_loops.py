@@ -15,13 +15,17 @@ from multibody_sym.dynamics.agreement import LARGEST_WITH_ROWS, agreement
 from multibody_sym.dynamics.composite_body import composite_body
 from multibody_sym.dynamics.dalembert import dalembert
 from multibody_sym.dynamics.formalisms import FORMALISMS
+from multibody_sym.dynamics.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.massless import massless_speeds
+from multibody_sym.dynamics.programs import programs
 from multibody_sym.dynamics.redundancy import redundancy
 from multibody_sym.dynamics.start import parameter_values
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism import TIME
 from multibody_sym.model.slots import Names
+from multibody_sym.runtime.loading import Backend, load
+from multibody_sym.scalars.node import slot
 
 NUMERIC = {name: route for name, route in FORMALISMS.items() if name not in ("lagrange", "multipliers")}
 
@@ -67,6 +71,22 @@ def test_routes_agree_where_only_rows_hold_what_has_no_inertia(block: int) -> No
     for case, state in singular:
         found = agreement(case.mechanism, [state], routes)
         assert max(found.values()) <= LARGEST_WITH_ROWS, f"seed {case.seed}: {found}"
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_programs_agree_where_only_rows_hold_what_has_no_inertia(backend: Backend) -> None:
+    case, state = next(found for seed in range(30) if (found := lightened(*closed(seed))) is not None)
+    expected = forward_dynamics(composite_body(case.mechanism, state))
+    program = programs(case.mechanism, composite_body).state_derivative
+    values = [slot("inputs", k) for k in range(len(case.mechanism.inputs))]
+    inputs = np.array([float(state.slots[x]) for x in values])
+    t, q, u = float(state.slots[TIME]), np.array(state.q), np.array(state.u)
+    compiled = load({"state_derivative": program}, backend=backend)
+    parameters = np.array([*case.parameters[:-3], len(case.mechanism.rows), 0.0, 0.0])
+    _, udot, multipliers, _ = compiled["state_derivative"](t, q, u, parameters, inputs, np.empty(0))
+    np.testing.assert_allclose(udot, expected.udot, rtol=1e-9, atol=1e-9 * np.abs(expected.udot).max())
+    size = np.abs(expected.multipliers).max()
+    np.testing.assert_allclose(multipliers, expected.multipliers, rtol=1e-9, atol=1e-9 * size)
 
 
 @pytest.mark.parametrize("block", blocks(3, quick=1))
