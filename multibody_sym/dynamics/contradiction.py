@@ -132,6 +132,8 @@ def _least_missed(rows: Rows, q: Floats) -> Floats | None:
         return None
     for _ in range(_STEPS):
         phi, jacobian = here
+        if np.abs(phi).max(initial=0.0) <= _ALLOWED_POSITION:
+            break
         square = jacobian.T @ jacobian
         step = np.linalg.solve(square + stiffness * np.eye(len(square)), -jacobian.T @ phi)
         ahead = moved(rows.mechanism, q, step.astype(float))

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import permutations
 from typing import Final
 
 import numpy as np
@@ -38,8 +37,7 @@ def dependence(matrix: Floats) -> Dependence:
     _, rows = scaled_rows(matrix)
     kept = solve(matrix, matrix @ _generic(matrix.shape[1])).multipliers != 0.0
     left_over: list[int] = np.flatnonzero(~kept).tolist()
-    circuits = [_circuit(rows, kept, row) for row in left_over]
-    return Dependence(int(kept.sum()), tuple(left_over), tuple(_sparser(circuits, left_over)))
+    return Dependence(int(kept.sum()), tuple(left_over), tuple(_sparser(_circuits(rows, kept), left_over)))
 
 
 def constraint_jacobian(rows: Sequence[RowMotion]) -> Floats:
@@ -75,12 +73,12 @@ def _generic(count: int) -> Floats:
     return np.random.default_rng(20).normal(size=count)
 
 
-def _circuit(rows: Floats, kept: npt.NDArray[np.bool_], row: int) -> Floats:
-    """Return the combination that makes a row left over vanish with those kept, its own share 1."""
-    combination = np.zeros(len(rows))
-    combination[kept] = -np.linalg.lstsq(rows[kept].T, rows[row], rcond=None)[0]
-    combination[row] = 1.0
-    return _cleaned(combination)
+def _circuits(rows: Floats, kept: npt.NDArray[np.bool_]) -> list[Floats]:
+    """Return the combinations that make each row left over vanish with those kept, its own share 1."""
+    combinations = np.zeros((len(rows) - int(kept.sum()), len(rows)))
+    combinations[:, kept] = -np.linalg.lstsq(rows[kept].T, rows[~kept].T, rcond=None)[0].T
+    combinations[:, ~kept] = np.eye(len(combinations))
+    return [_cleaned(combination) for combination in combinations]
 
 
 def _cleaned(combination: Floats) -> Floats:
@@ -92,13 +90,18 @@ def _cleaned(combination: Floats) -> Floats:
 def _sparser(circuits: Sequence[Floats], own: Sequence[int]) -> list[Floats]:
     """Return circuits in fewer rows: what each shares with another is eliminated as long as its own row remains."""
     found = list(circuits)
-    improved = True
-    while improved:
-        improved = False
-        for (i, row), (j, _) in permutations(enumerate(own), 2):
-            for k in set(support(found[i])) & set(support(found[j])) - {row}:
-                trial = _cleaned(found[i] - found[i][k] / found[j][k] * found[j])
-                if trial[row] != 0.0 and len(support(trial)) < len(support(found[i])):
-                    found[i], improved = trial, True
-                    break
+    larger = [i for i, circuit in enumerate(found) if len(support(circuit)) > 2]
+    while any(_made_sparser(found, i, j, own[i]) for i in larger for j in range(len(found)) if j != i):
+        pass
     return found
+
+
+def _made_sparser(circuits: list[Floats], i: int, j: int, row: int) -> bool:
+    """Put circuit i less some of circuit j in its place if that has fewer rows, `row` among them."""
+    one, other = circuits[i], circuits[j]
+    for k in np.flatnonzero((one != 0.0) & (other != 0.0)):
+        trial = _cleaned(one - one[k] / other[k] * other)
+        if trial[row] != 0.0 and np.count_nonzero(trial) < np.count_nonzero(one):
+            circuits[i] = trial
+            return True
+    return False

@@ -71,10 +71,11 @@ def verify_inertia(motion: Motion) -> None:
     index = speed_without_inertia(completed_matrix(motion, mass_matrix(motion), rows))
     if index is not None:
         speed = motion.mechanism.speeds[index]
+        body = next(body.name for body in motion.mechanism.bodies if index in body.u)
         raise NoSolutionError(
-            f"no inertia resists the speed {speed.name}: what joint {speed.joint!r} moves has neither mass nor inertia "
-            "in that direction, or its own freedoms depend on each other in this position; give the body an inertia, "
-            "hold the direction, or start from another position",
+            f"no inertia resists the speed {speed.name}: body {body} and what joint {speed.joint!r} moves with it have "
+            "neither mass nor inertia in that direction, or its own freedoms depend on each other in this position; "
+            "give the body an inertia, hold the direction, or start from another position",
             where=Where(path=("joints", speed.joint)),
         )
 
