@@ -107,7 +107,7 @@ def _constrained(
     near = factors.unweighted([x + d for x, d in zip(free, first.solution, strict=True)])
     second = trace.solve(matrix, _missing(wanted, [row.jacobian for row in rows], near), len(free), most)
     udot = [x + d for x, d in zip(near, factors.unweighted(second.solution), strict=True)]
-    if mechanism.minimum_norm:
+    if mechanism.minimum_norm and rows:
         x = [a + b for a, b in zip(first.solution, second.solution, strict=True)]
         multipliers = _shared(trace, matrix, x, most)
     else:
