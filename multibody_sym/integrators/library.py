@@ -1,11 +1,13 @@
 """Methods of other libraries by their names: scipy's, and SUNDIALS' through the package scikit-sundae.
 
-They take their steps with a memory of their own: nothing is put back onto constraints while they run. The libraries are
+They take their steps with a memory of their own: nothing is put back onto constraints while they run. To IDA they are
+part of the equations. The libraries are
 imported when a run asks for them.
 """
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -15,10 +17,13 @@ from typing import Any, Final, Protocol
 import numpy as np
 
 from multibody_sym.errors import OutputError
-from multibody_sym.integrators.flow import Events, Floats, Flow, Status, Step, StepError
+from multibody_sym.integrators.flow import Events, Floats, Flow, Method, Status, Step, StepError, require_finite
 
 SCIPY: Final = "scipy"
 SUNDIALS: Final = "scikit-sundae"
+IDA: Final = "ida"
+"""The one method that takes rows as part of its equations, and the Jacobian."""
+_UNCONTROLLED: Final = 1e30  # tolerance of multipliers: the error of the motion alone chooses the steps
 
 
 class MissingPackageError(OutputError):
@@ -49,6 +54,7 @@ LIBRARY: Final[Mapping[str, Callable[[], LibraryMethod]]] = MappingProxyType(
             ("LSODA", 12, 11, SCIPY),
             ("cvode_adams", 12, 11, SUNDIALS),
             ("cvode_bdf", 5, 4, SUNDIALS),
+            (IDA, 5, 4, SUNDIALS),
         )
     }
 )
@@ -88,14 +94,18 @@ class _Scipy:
         return np.array(self.dense(t))
 
 
-class _Sundials:
+def _sundials(module: str, method: Method) -> Any:
+    try:
+        return importlib.import_module(f"sksundae.{module}")
+    except ImportError:
+        raise MissingPackageError(
+            f"method {method.name} needs SUNDIALS: pip install 'multibody-sym[sundials]'"
+        ) from None
+
+
+class _Cvode:
     def __init__(self, flow: Flow, t: float, x: Floats) -> None:
-        try:
-            from sksundae.cvode import CVODE
-        except ImportError:
-            raise MissingPackageError(
-                f"method {flow.method.name} needs SUNDIALS: pip install 'multibody-sym[sundials]'"
-            ) from None
+        CVODE = _sundials("cvode", flow.method).CVODE
         self.flow = flow
         family = flow.method.name.removeprefix("cvode_")
         self.solver = CVODE(
@@ -117,9 +127,60 @@ class _Sundials:
         return np.array(self.solver.step(t).y)
 
 
+class _Ida:
+    """E y' = f(t, y) of `StageEquations`, with those rows and multipliers that are independent at the start."""
+
+    def __init__(self, flow: Flow, t: float, x: Floats) -> None:
+        assert flow.stages is not None
+        IDA = _sundials("ida", flow.method).IDA
+        self.equations, self.flow, self.size = flow.stages, flow, len(x)
+        self.whole = np.concatenate([x, self.equations.multipliers(t, x)])
+        kept = self.equations.kept(self.equations.jacobian(t, self.whole))
+        self.active = [*range(self.size), *(self.size + k for k in kept)]
+        y = self.whole[self.active]
+        self.solver = IDA(
+            self.residual,
+            jacfn=self.jacobian,
+            algebraic_idx=[*range(self.size, len(y))] or None,
+            rtol=flow.rtol,
+            atol=np.array([flow.atol] * self.size + [_UNCONTROLLED] * len(kept)),
+        )
+        rates = self.values(t, y)
+        rates[self.size :] = 0.0
+        self.solver.init_step(t, y, rates)
+        self.t, self.x = t, x
+
+    def values(self, t: float, y: Floats) -> Floats:
+        self.whole[self.active] = y
+        values = self.equations.values(t, self.whole)[self.active]
+        require_finite(values, t)
+        return values
+
+    def residual(self, t: float, y: Floats, rates: Floats, into: Floats) -> None:
+        into[:] = self.values(t, y)
+        into[: self.size] -= rates[: self.size]
+
+    def jacobian(self, t: float, y: Floats, rates: Floats, residual: Floats, cj: float, into: Floats) -> None:
+        self.flow.counts.jacobians += 1
+        self.whole[self.active] = y
+        into[:] = self.equations.jacobian(t, self.whole)[np.ix_(self.active, self.active)]
+        into[range(self.size), range(self.size)] -= cj
+
+    def advance(self) -> None:
+        done = self.solver.step(self.flow.t_end, method="onestep", tstop=self.flow.t_end)
+        if not done.success:
+            raise StepError(Status.STEP_UNDERFLOW, self.t, 0)
+        self.t, self.x = float(done.t), np.array(done.y[: self.size])
+
+    def value(self, t: float) -> Floats:
+        return np.array(self.solver.step(t).y[: self.size])
+
+
 def _open(flow: Flow, t: float, x: Floats) -> _Solver:
     package: str = getattr(flow.method, "package", SCIPY)
-    return _Scipy(flow, t, x) if package == SCIPY else _Sundials(flow, t, x)
+    if package == SCIPY:
+        return _Scipy(flow, t, x)
+    return _Ida(flow, t, x) if flow.method.name == IDA else _Cvode(flow, t, x)
 
 
 def library_steps(flow: Flow) -> Iterator[Step]:

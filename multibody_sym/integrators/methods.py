@@ -34,6 +34,7 @@ SUMMARIES: Final[Mapping[str, str]] = {
     "LSODA": "scipy's, Adams and BDF by turns, adaptive",
     "cvode_adams": "SUNDIALS', order 1 to 12, adaptive; needs multibody-sym[sundials]",
     "cvode_bdf": "SUNDIALS', order 1 to 5, adaptive, implicit; needs multibody-sym[sundials]",
+    "ida": "SUNDIALS', order 1 to 5, adaptive, implicit, for equations of index 2; needs multibody-sym[sundials]",
 }
 """What each method is; the names are those that a model file and `--method` take."""
 

@@ -31,6 +31,14 @@ class StageEquations:
     kept: Callable[[Floats], Sequence[int]]
 
 
+def ordinary(
+    derivative: Callable[[float, Floats], Floats], jacobian: Callable[[float, Floats], Floats]
+) -> StageEquations:
+    """Return x' = derivative(t, x) as equations without rows."""
+    none = np.zeros(0)
+    return StageEquations(derivative, jacobian, lambda t, x: none, lambda J: ())
+
+
 class StageMatrices:
     """The factors of gamma E - h J and of [alpha E - h J, -beta E; beta E, alpha E - h J] for the kept rows."""
 

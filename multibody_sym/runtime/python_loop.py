@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from multibody_sym.integrators.flow import Counts, Events, Flow, Rows, Status, Step, StepError
 from multibody_sym.integrators.reference import at_end, reaches, sampled, steps
 from multibody_sym.integrators.singular import strays
-from multibody_sym.integrators.stages import StageEquations
+from multibody_sym.integrators.stages import StageEquations, ordinary
 from multibody_sym.runtime.problem import Event, Problem, Progress, RunFailure, Statistics
 
 Floats = NDArray[np.float64]
@@ -181,10 +181,7 @@ class _Run:
         if "index_2" in self.problem.compiled:
             return StageEquations(self._values, self._derivatives, self._multipliers, self._kept)
         if "jacobian" in self.problem.compiled:
-            none = np.zeros(0)
-            return StageEquations(
-                self.derivative, lambda t, x: self.call("jacobian", t, x)[0], lambda t, x: none, lambda J: ()
-            )
+            return ordinary(self.derivative, lambda t, x: self.call("jacobian", t, x)[0])
         return None
 
     def _values(self, t: float, y: Floats) -> Floats:

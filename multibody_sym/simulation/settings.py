@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from multibody_sym.errors import ModelError
 from multibody_sym.integrators.collocation import IMPLICIT, INDEX_2
 from multibody_sym.integrators.flow import Method
-from multibody_sym.integrators.library import LibraryMethod
+from multibody_sym.integrators.library import IDA, LibraryMethod
 from multibody_sym.integrators.methods import METHODS
 from multibody_sym.model.elements import Baumgarte, Settings, Stabilisation
 from multibody_sym.model.slots import at, suggestion
@@ -56,26 +56,30 @@ def run_settings(settings: Settings, values: Mapping[Node, float]) -> RunSetting
         t_end = _number("t_end", settings.t_end, values)
         assert t_end is not None
         samples, baumgarte = _samples(settings.samples, values), _baumgarte(settings, method, values)
-        project = baumgarte is None and _projection_is_wanted(settings.constraints)
+        project = baumgarte is None and _puts_back(method, settings.constraints)
         return RunSettings(method, t_end, step, rtol, atol, samples, project, baumgarte)
 
 
-def _projection_is_wanted(constraints: Stabilisation | None) -> bool:
-    return constraints is None or not (constraints.projection is False or constraints.index_2)
+def _puts_back(method: Method, constraints: Stabilisation | None) -> bool:
+    unwanted = constraints is not None and (constraints.projection is False or constraints.index_2)
+    return not unwanted and not isinstance(method, LibraryMethod)
 
 
 def form_of(settings: Settings, *, constrained: bool) -> Form:
     """Return what the method asks the system for, which may be `constrained`; raises ModelError where it cannot.
 
     Only a method that ends its steps with its last stage, an implicit one, keeps rows that are part of its equations.
+    IDA always takes them so unless Baumgarte's terms are asked for.
     """
-    implicit = settings.method in IMPLICIT
+    if settings.method == IDA and not (settings.constraints and settings.constraints.baumgarte):
+        return "index_2" if constrained else "implicit"
+    implicit = settings.method in (*IMPLICIT, IDA)
     if settings.constraints is None or not settings.constraints.index_2:
         return "implicit" if implicit else "explicit"
     with at("simulation", "constraints", "index_2"):
         if settings.method not in INDEX_2:
             losing = " (Gauss methods lose order there)" if implicit else ""
-            able = ", ".join(INDEX_2)
+            able = ", ".join([*INDEX_2, IDA])
             raise ModelError(f"{settings.method} cannot solve equations of index 2{losing}: take {able}, or projection")
         if not constrained:
             raise ModelError("there are no constraints to be kept: leave it out")
@@ -134,7 +138,8 @@ def _baumgarte(settings: Settings, method: Method, values: Mapping[Node, float])
     asked = settings.constraints.baumgarte if settings.constraints else None
     if asked is None and isinstance(method, LibraryMethod):
         _verify_no_projection(settings, method)
-        return Coefficients(None, None) if settings.constraints is None else None
+        own = settings.constraints is None and method.name != IDA
+        return Coefficients(None, None) if own else None
     if asked is None:
         return None
     with at("constraints", "baumgarte"):

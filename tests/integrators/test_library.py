@@ -12,6 +12,7 @@ from multibody_sym.integrators.flow import Events, Flow, Status, StepError
 from multibody_sym.integrators.library import LIBRARY, SUNDIALS, MissingPackageError
 from multibody_sym.integrators.methods import METHODS
 from multibody_sym.integrators.reference import steps
+from multibody_sym.integrators.stages import ordinary
 
 
 @pytest.fixture(params=LIBRARY)
@@ -23,7 +24,13 @@ def method(request):
 
 
 def flow(method, derivative=pendulum, t_end=5.0, **options):
-    return Flow(method, derivative, 0.0, t_end, np.array([AMPLITUDE, 0.0]), rtol=1e-8, atol=1e-8, **options)
+    start = np.array([AMPLITUDE, 0.0])
+    stages = ordinary(derivative, pendulum_jacobian if derivative is pendulum else lambda t, x: np.zeros((2, 2)))
+    return Flow(method, derivative, 0.0, t_end, start, rtol=1e-8, atol=1e-8, stages=stages, **options)
+
+
+def pendulum_jacobian(t, x):
+    return np.array([[0.0, 1.0], [-np.cos(x[0]), 0.0]])
 
 
 def test_a_pendulum_swings_as_elliptic_functions_say(method) -> None:
@@ -61,7 +68,8 @@ def test_what_is_not_finite_is_met(method) -> None:
     assert met.value.time <= 1.0
 
 
-def test_a_missing_package_is_named(monkeypatch) -> None:
-    monkeypatch.setitem(sys.modules, "sksundae.cvode", None)
+@pytest.mark.parametrize(("name", "module"), [("cvode_bdf", "cvode"), ("ida", "ida")])
+def test_a_missing_package_is_named(name, module, monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, f"sksundae.{module}", None)
     with pytest.raises(MissingPackageError, match=r"pip install 'multibody-sym\[sundials\]'"):
-        list(steps(flow(METHODS["cvode_bdf"])))
+        list(steps(flow(METHODS[name])))

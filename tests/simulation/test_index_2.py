@@ -147,3 +147,13 @@ def test_a_file_may_ask_for_it() -> None:
     system = mbs.loads(text)
     assert mbs.loads(mbs.dumps(system)) == system
     assert mbs.simulate(system).statistics["index_2"]
+
+
+def test_ida_takes_the_rows_as_equations_too() -> None:
+    """Dependent ones as well; its multistep formulas make larger errors than Radau's at the same tolerance."""
+    pytest.importorskip("sksundae")
+    system = example("three_cranks")
+    runs = [mbs.simulate(system, t_end=0.5, method=method, samples=11) for method in ("ida", "dormand_prince")]
+    np.testing.assert_allclose(runs[0].q, runs[1].q, atol=1e-7)
+    assert runs[0].statistics["index_2"]
+    assert max(runs[0].drift["position"], runs[0].drift["velocity"]) < 1e-8
