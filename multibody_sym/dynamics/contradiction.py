@@ -43,7 +43,7 @@ class Contradiction:
 
     def error(self, mechanism: Mechanism, when: str) -> NoSolutionError:
         """Return the error that names the rows."""
-        return NoSolutionError(self.message(mechanism, when), where=place(mechanism, self.rows[-1]))
+        return NoSolutionError(self.message(mechanism, when), where=Where(path=mechanism.row_path(self.rows[-1])))
 
     def message(self, mechanism: Mechanism, when: str) -> str:
         """Return which rows contradict each other and what to do."""
@@ -55,15 +55,6 @@ class Contradiction:
             f"constraints contradict each other {when}: no {self.missing} satisfy {listed} together, though they do "
             "without any one of them; correct one, or leave it out"
         )
-
-
-def place(mechanism: Mechanism, row: int) -> Where:
-    """Return where a row is declared: as a cut joint or a constraint."""
-    for cut in mechanism.cuts:
-        if row in cut.rows:
-            return Where(path=("joints", cut.name))
-    name = mechanism.rows[row].name
-    return Where(path=("constraints", name.rpartition(".")[0] or name))
 
 
 def contradiction_of(rows: Rows, q: Floats, u: Floats, rank: int | None = None) -> Contradiction | None:

@@ -58,16 +58,17 @@ def acceleration_names(resolved: Mechanism) -> list[str]:
 
 
 def _reactions(solved: Solved) -> dict[str, dict[str, Value]]:
-    """Return the reactions of joints, and the multipliers of constraints: tensions of ropes and rods."""
+    """Return the reactions of joints, cut ones too, and the multipliers of constraints: tensions of ropes and rods."""
     found: dict[str, dict[str, Value]] = {}
-    for body in solved.mechanism.bodies:
-        name = body.joint_name
+    for name in solved.mechanism.joint_names:
 
         def of_joint(instant: Instant, name: str = name) -> Mapping[str, Any]:
             return instant.reactions[name]
 
         found[name] = solved.values(of_joint, _UNITS)
     for k, row in enumerate(solved.mechanism.rows):
+        if row.name.rpartition(".")[0] in solved.mechanism.joint_names:
+            continue
         component = "multiplier" if isinstance(row, ExpressionRow) else "tension"
 
         def of_row(instant: Instant, component: str = component, k: int = k) -> Mapping[str, Any]:

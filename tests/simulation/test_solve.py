@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import math
 import re
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -290,3 +292,17 @@ def test_a_rope_without_direction_says_what_to_do() -> None:
     with pytest.raises(mbs.ModelError, match="left and right are at the same place") as raised:
         mbs.solve(problem(TWO_BLOCKS.replace(", initial: {q: 0.5 m}", "")))
     assert raised.value.where.path == ("constraints", "string")
+
+
+@pytest.mark.parametrize("coordinates", ["relative", "absolute"])
+def test_the_joint_that_closes_a_loop_has_a_reaction_like_the_others(coordinates: str) -> None:
+    model = mbs.load(Path(__file__).parents[2] / "examples" / "four_bar.yaml")
+    settings = replace(model.simulation, coordinates=coordinates)
+    system = replace(model, simulation=settings)
+    solution, run = mbs.solve(system), mbs.simulate(model, t_end=0.01, samples=2)
+    largest = max(float(np.abs(x).max()) for parts in run.reactions.values() for x in parts.values())
+    for name in model.joints:
+        expected = {component: float(values[0]) for component, values in run.reactions[name].items()}
+        found = {component: value.value for component, value in solution.reactions[name].items()}
+        for component in ("fx", "fy", "mz"):
+            assert found[component] == pytest.approx(expected[component], rel=1e-9, abs=1e-10 * largest)
