@@ -70,11 +70,14 @@ def generalized_forces(motion: Motion, of_body: Sequence[Wrench]) -> list[S]:
 
 
 def carried(motion: Motion, of_body: Sequence[Wrench]) -> list[Wrench]:
-    """Return, for each body, the sum of the wrenches on it and on all bodies it carries, about its origin."""
+    """Return, for each body, the sum of the wrenches on it and on all bodies it carries, about its origin.
+
+    Rows act on few bodies: where none is carried it stays NO_WRENCH.
+    """
     total = list(of_body)
     for index in range(len(total) - 1, -1, -1):
         parent = motion.mechanism.bodies[index].parent
-        if parent >= 0:
+        if parent >= 0 and total[index] is not NO_WRENCH:
             force, moment = to_parent(motion.bodies[index], total[index])
             total[parent] = (add(total[parent][0], force), add(total[parent][1], moment))
     return total
@@ -89,7 +92,11 @@ def to_parent(moved: BodyMotion, wrench: Wrench) -> Wrench:
 def joint_projection(motion: Motion, wrenches: Sequence[Wrench]) -> list[S]:
     """Return A^T R: the components of each body's wrench along the free directions of its joint."""
     projected: list[S] = []
-    for moved, (force, moment) in zip(motion.bodies, wrenches, strict=True):
+    for moved, wrench in zip(motion.bodies, wrenches, strict=True):
+        if wrench is NO_WRENCH:
+            projected += [0] * len(moved.linear)
+            continue
+        force, moment = wrench
         for linear, angular in zip(moved.linear, moved.angular, strict=True):
             projected.append(dot(linear, force) + dot(angular, moment))
     return projected
