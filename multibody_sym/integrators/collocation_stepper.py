@@ -179,6 +179,8 @@ class CollocationStepper:
                 return z
             growths += round_ > 0 and contraction >= 1.0
             if not size < math.inf or growths > (GROWTHS if self.flow.step is not None else 0):
+                if self._rounded(x, z, change):
+                    return z
                 break
             before = size
         raise StepError(Status.NOT_CONVERGED, t, worst)
@@ -228,6 +230,11 @@ class CollocationStepper:
             return size <= float_info.epsilon or rest <= 0.25 * float_info.epsilon or at_rest
         wanted = max(10.0 * float_info.epsilon / self.flow.rtol, KAPPA) if self.flow.rtol > 0.0 else KAPPA
         return 10.0 * size <= wanted or rest <= wanted
+
+    def _rounded(self, x: Floats, z: Floats, change: Floats) -> bool:
+        """Tell whether what keeps moving is rounding of the largest components, which stiff forces show."""
+        most = float(np.abs(change[:, : self.size]).max())
+        return self.flow.step is not None and most <= ROUND_OFF * float(self._scales(x, z[:, : self.size]).max())
 
     def _error(self, t: float, x: Floats, slope: Floats, h: float, z: Floats, x_new: Floats) -> Floats:
         """Return the error; where a start that is not smooth yet makes the step fail, with the slope it leads to."""

@@ -147,6 +147,18 @@ static int converged(const mbs_run *r, double size, double before, double contra
     return 10.0 * size <= wanted || (contraction < 1.0 && rest <= wanted);
 }
 
+/* Tell whether what keeps moving is rounding of the largest components, which stiff forces show. */
+static int rounded(mbs_run *r, const mbs_stages *p)
+{
+    double most = 0.0;
+    find_scales(r, p, r->stage);
+    for (int i = 0; i < p->s; ++i) {
+        double size = mbs_largest(p->n, p->residual + i * p->size);
+        most = size <= most ? most : size;
+    }
+    return r->problem->step > 0.0 && most <= ROUND_OFF * mbs_largest(p->n, r->stage);
+}
+
 static int iterate(mbs_run *r, const mbs_stages *p, double h)
 {
     int rounds = r->problem->step > 0.0 ? FIXED_ROUNDS : ADAPTIVE_ROUNDS, growths = 0, worst = 0, status;
@@ -165,8 +177,11 @@ static int iterate(mbs_run *r, const mbs_stages *p, double h)
         if (converged(r, size, before, round == 0 && r->problem->step > 0.0 ? 1.0 : contraction))
             return MBS_RUNNING;
         growths += round > 0 && contraction >= 1.0;
-        if (!(size < HUGE_VAL) || growths > (r->problem->step > 0.0 ? GROWTHS : 0))
+        if (!(size < HUGE_VAL) || growths > (r->problem->step > 0.0 ? GROWTHS : 0)) {
+            if (rounded(r, p))
+                return MBS_RUNNING;
             break;
+        }
         before = size;
     }
     return mbs_failed(r, MBS_NOT_CONVERGED, r->state->t, worst);

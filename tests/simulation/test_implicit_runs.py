@@ -39,3 +39,23 @@ forces: {push: {type: force, on: cart, value: [3*x^2, 0, 0]}}
 """
     with pytest.raises(mbs.RunError, match=r"Newton's iteration .* on account of (u_)?x: take shorter steps"):
         mbs.simulate(mbs.loads(text), t_end=8, method="gauss_4", step=4)
+
+
+@pytest.mark.parametrize(
+    ("method", "constraints", "error"),
+    [
+        ("implicit_euler", "index_2", 1e-2),
+        ("trapezoid", "index_2", 1e-4),
+        ("implicit_midpoint", "projection", 1e-4),
+        ("radau_3", "index_2", 1e-6),
+        ("gauss_4", "projection", 1e-8),
+        ("radau_5", "index_2", 1e-8),
+        ("gauss_6", "projection", 1e-8),
+    ],
+)
+def test_stiff_forces_in_a_loop_and_steps_a_hundred_times_theirs(method, constraints, error):
+    """Iterated to the rounding of what is stiff, which stands far over that of the motion."""
+    system = mbs.load(EXAMPLES / "elastic_rod.yaml")
+    wanted = mbs.simulate(system, t_end=0.1, samples=11, method="dormand_prince", constraints="projection")
+    run = mbs.simulate(system, t_end=0.1, samples=11, method=method, step=0.002, constraints=constraints)
+    assert np.abs(run["phi"] - wanted["phi"]).max() < error
