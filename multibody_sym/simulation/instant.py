@@ -127,11 +127,12 @@ class Solved:
 
 
 def solved_start(system: System, formalism: str | None = None) -> Solved:
-    """Return the system solved at its start, the numbers by a formalism.
+    """Return the system solved at its start, the numbers by a formalism, in coordinates of its joints.
 
     Raises InputError, and NoSolutionError where there is no start, no inertia, or constraints contradict each other.
     """
-    resolved = mechanism(system)
+    declared = mechanism(system)
+    resolved = declared.relative or declared
     begin = start(resolved, project=system.simulation.project)
     state = state_of(resolved, float, 0.0, begin.q, begin.u, begin.parameters)
     motion = motion_of(resolved, state)

@@ -26,14 +26,22 @@ SQUEEZER = {
 
 
 @pytest.mark.parametrize(
-    ("method", "constraints"),
-    [("dormand_prince", None), ("dormand_prince_8", None), ("radau_5", None), ("radau_5", "index_2")],
+    ("method", "constraints", "coordinates"),
+    [
+        ("dormand_prince", None, "relative"),
+        ("dormand_prince_8", None, "relative"),
+        ("radau_5", None, "relative"),
+        ("radau_5", "index_2", "relative"),
+        ("dormand_prince", None, "absolute"),
+        ("dormand_prince_8", None, "absolute"),
+    ],
 )
 def test_squeezer_ends_where_published(
-    method: str, constraints: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    method: str, constraints: str | None, coordinates: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    run = mbs.simulate(from_file("andrews_squeezer"), method=method, constraints=constraints, samples=2)
+    settings = {"method": method, "constraints": constraints, "coordinates": coordinates}
+    run = mbs.simulate(from_file("andrews_squeezer"), samples=2, **settings)
     assert {name: run[name][-1] for name in SQUEEZER} == pytest.approx(SQUEEZER, rel=0, abs=2e-9)
     assert run.drift["position"] < 1e-13
 
