@@ -31,7 +31,7 @@ from multibody_sym.integrators.flow import (
 from multibody_sym.integrators.stages import StageMatrices
 
 KAPPA: Final = 0.01  # of the tolerance: how far Newton's iteration is from its limit when it ends
-SLOW: Final = 1e-3  # contraction from which on a new Jacobian is worth its price in the next step
+SLOW: Final = 1e-2  # contraction from which on a new Jacobian is worth its price in the next step
 ADAPTIVE_ROUNDS: Final = 10
 FIXED_ROUNDS: Final = 50
 GROWTHS: Final = 3  # of the change, under fixed steps: what was at rest may be moved by what moves, a round later

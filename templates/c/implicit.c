@@ -5,7 +5,7 @@
 #include "stages.h"
 
 #define KAPPA 0.01        /* of the tolerance: how far Newton's iteration is from its limit when it ends */
-#define SLOW 1e-3         /* contraction from which on a new J is worth its price in the next step */
+#define SLOW 1e-2         /* contraction from which on a new J is worth its price in the next step */
 #define ADAPTIVE_ROUNDS 10
 #define FIXED_ROUNDS 50
 #define GROWTHS 3         /* of the change, under fixed steps: what was at rest may be moved by what moves, a round later */
