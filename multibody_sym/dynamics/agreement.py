@@ -54,10 +54,13 @@ def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Seq
 
         |D r| / (eps n (|D M D| |udot / D| + |D Q| + |D c| + |D H^T| |lambda|)),   norms: largest row sums,
 
-    where |Q|, |c| are sums of absolute contributions; and |H_j udot - gamma_j| / (eps n (|H_j D|_1 |udot / D| +
-    |gamma_j|)) for each row; one that is zero but for rounding counts as long as the longest. 0/0 is 0; nan is returned
-    where anything is not finite. In equilibrium udot is what the forces round to: it counts as sqrt(eps) of them at
-    least.
+    where |Q|, |c|, |gamma_j| are sums of absolute contributions; and for each row
+
+        |H_j udot - gamma_j| / (eps n (|H_j D|_1 |udot / D| + |H_j| |v| + |gamma_j|)),
+
+    where |v| is the largest that terms of one row's gamma make of udot: D^2 H_k^T |gamma_k| / |H_k D|^2.
+    A row H_j that is zero but for rounding counts as long as the longest. 0/0 is 0; nan is returned where anything is
+    not finite. In equilibrium udot is what the forces round to: it counts as sqrt(eps) of them at least.
     """
     x, multiplier = np.asarray(udot, dtype=float), np.asarray(multipliers, dtype=float)
     matrix, jacobian = reference.mass_matrix, reference.constraint_jacobian
@@ -67,13 +70,23 @@ def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Seq
     forces += _row_norm(scale[:, None] * jacobian.T) * _norm(multiplier)
     size = _norm(x / scale)
     ratios = [_quotient(_norm(scale * residual), _row_norm(scale[:, None] * matrix * scale) * size + forces)]
-    least = max(size, math.sqrt(EPSILON) * forces)
     sizes = np.abs(jacobian * scale).sum(axis=1)
     sizes[sizes <= ROUNDING * sizes.max(initial=0.0)] = sizes.max(initial=0.0)
-    for row, gamma, length in zip(jacobian, reference.constraint_forcing, sizes.tolist(), strict=True):
-        row_size = length * least + abs(gamma)
-        ratios.append(_quotient(abs(float(row @ x) - gamma), row_size))
+    terms = reference.absolute_constraint_forcing + np.abs(jacobian) @ _answers(reference, scale)
+    least = max(size, math.sqrt(EPSILON) * forces)
+    missed = np.abs(jacobian @ x - reference.constraint_forcing)
+    ratios += map(_quotient, missed.tolist(), (sizes * least + terms).tolist())
     return float(np.max(ratios)) / (EPSILON * max(len(x), 1))
+
+
+def _answers(reference: Reference, scale: Floats) -> Floats:
+    """Return the largest udot (n) that terms of one row's gamma ask for alone: what it may be rounded by."""
+    weighted = np.abs(reference.constraint_jacobian) * scale * scale
+    squares = (weighted * np.abs(reference.constraint_jacobian)).sum(axis=1)
+    there = squares > ROUNDING**2 * squares.max(initial=0.0)
+    asked = np.divide(reference.absolute_constraint_forcing, squares, out=np.zeros(len(squares)), where=there)
+    found: Floats = (weighted * asked[:, None]).max(axis=0, initial=0.0)
+    return found
 
 
 def _inertia(reference: Reference) -> Floats:

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from multibody_sym.dynamics.row_terms import row_terms
 from multibody_sym.kinematics.loads import applied, span
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.points import velocity
@@ -28,7 +29,7 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Reference:
-    """M (n x n), Q (n), c (n), H (s x n), gamma (s), and the sums of absolute contributions to Q and c."""
+    """M (n x n), Q (n), c (n), H (s x n), gamma (s), and the sums of absolute contributions to Q, c and gamma."""
 
     mass_matrix: Floats
     applied: Floats
@@ -37,6 +38,7 @@ class Reference:
     constraint_forcing: Floats
     absolute_applied: Floats
     absolute_velocity_terms: Floats
+    absolute_constraint_forcing: Floats
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,8 @@ def dalembert(motion: Motion) -> Reference:
     jacobian = np.array([row.jacobian for row in rows], dtype=float).reshape(len(rows), count)
     gamma = np.array([row.gamma for row in rows], dtype=float)
     matrix = np.vstack(velocities).T @ np.vstack(momenta)
-    return Reference(matrix, forces, terms, jacobian, gamma, absolute_forces, absolute_terms)
+    absolute_gamma = np.array(row_terms(motion), dtype=float)
+    return Reference(matrix, forces, terms, jacobian, gamma, absolute_forces, absolute_terms, absolute_gamma)
 
 
 def partial_velocities(motion: Motion) -> list[Partials]:

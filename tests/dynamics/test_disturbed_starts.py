@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mechanisms import Case
-from test_random_loops import blocks, closed
+from random_loops import closed
+from test_random_loops import blocks
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.start import Start, start

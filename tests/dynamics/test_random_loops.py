@@ -11,7 +11,7 @@ from mechanisms import Case
 from random_loops import closed
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.agreement import LARGEST_WITH_ROWS, agreement
+from multibody_sym.dynamics.agreement import LARGEST_WITH_ROWS, agreement, ratio
 from multibody_sym.dynamics.composite_body import composite_body
 from multibody_sym.dynamics.dalembert import dalembert
 from multibody_sym.dynamics.formalisms import FORMALISMS
@@ -27,6 +27,7 @@ from multibody_sym.model.slots import Names
 from multibody_sym.runtime.loading import Backend, load
 from multibody_sym.scalars.node import slot
 
+LARGEST = {False: LARGEST_WITH_ROWS, True: 10 * LARGEST_WITH_ROWS}
 NUMERIC = {name: route for name, route in FORMALISMS.items() if name not in ("lagrange", "multipliers")}
 
 
@@ -35,12 +36,33 @@ def blocks(count: int, *, quick: int) -> list[Any]:
     return [k if k < quick else pytest.param(k, marks=pytest.mark.long) for k in range(count)]
 
 
-@pytest.mark.parametrize("block", blocks(10, quick=3))
-def test_routes_agree_on_random_loops(block: int) -> None:
+@pytest.mark.parametrize("extreme", [False, True])
+@pytest.mark.parametrize("block", blocks(10, quick=5))
+def test_routes_agree_on_random_loops(block: int, extreme: bool) -> None:
+    """Masses are 1e-3 to 1e3, extreme ones 1e-6 to 1e6, with links of none; 150 loops of either kind, 300 if long."""
     for seed in range(30 * block, 30 * block + 30):
-        case, state = closed(seed)
+        case, state = closed(seed, extreme=extreme)
         found = agreement(case.mechanism, [state], NUMERIC)
-        assert max(found.values()) <= LARGEST_WITH_ROWS, f"seed {seed}: {found}"
+        assert max(found.values()) <= LARGEST[extreme], f"seed {seed}: {found}"
+
+
+def test_measure_sees_a_part_in_a_billion_of_gamma() -> None:
+    """Sums of absolute contributions hide no error of 1e-9 in a gamma that shows beside |gamma| itself."""
+    seen = 0
+    for seed in range(100):
+        extreme = bool(seed % 2)
+        case, state = closed(seed, extreme=extreme)
+        right = dalembert(motion_of(case.mechanism, state))
+        exact = forward_dynamics(NUMERIC["composite_body"](case.mechanism, state))
+        for k in np.flatnonzero(np.abs(right.constraint_forcing) > 0.01 * right.absolute_constraint_forcing):
+            gamma = right.constraint_forcing.copy()
+            gamma[k] *= 1 + 1e-9
+            wrong = replace(right, constraint_forcing=gamma)
+            by_value = replace(wrong, absolute_constraint_forcing=np.abs(gamma))
+            if ratio(by_value, exact.udot, exact.multipliers) > 10 * LARGEST[extreme]:
+                assert ratio(wrong, exact.udot, exact.multipliers) > LARGEST[extreme], f"seed {seed}, row {k}"
+                seen += 1
+    assert seen > 20
 
 
 def lightened(case: Case, state: State) -> tuple[Case, State] | None:

@@ -1,0 +1,149 @@
+"""How large the terms are whose sum is gamma of a row: the scale that tells its value from rounding, in floats.
+
+Along a chain lengths of terms add up, whatever their directions, with sums in place of |v|, |w|, |a|, |alpha|:
+
+    V = sum |w| |p| + |v'|,   W = sum |w'|,   A = sum (L + W^2) |p| + |a'|,   L = sum |alpha'|
+
+p leads from the parent's origin to the body's; primes mark what a joint adds (for udot = 0).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import singledispatch
+from itertools import pairwise
+from math import hypot
+
+from multibody_sym.kinematics.loads import span
+from multibody_sym.kinematics.motion import BodyMotion, Motion, coordinate_rates
+from multibody_sym.kinematics.points import position
+from multibody_sym.kinematics.relative import direction
+from multibody_sym.model.mechanism import (
+    TIME,
+    AngleRow,
+    DistanceRow,
+    ExpressionRow,
+    Marker,
+    PositionRow,
+    RollingRow,
+    RopeRow,
+    Row,
+    VelocityRow,
+)
+from multibody_sym.scalars.derivatives import tangents
+from multibody_sym.scalars.node import ONE, Node, slot
+from multibody_sym.scalars.vectors import dot, subtract
+
+
+@dataclass(frozen=True)
+class Terms:
+    """Sums of the lengths of all terms of a point's velocity `V` and acceleration `A`, of its body's `W` and `L`."""
+
+    V: float = 0.0
+    W: float = 0.0
+    A: float = 0.0
+    L: float = 0.0
+
+    @property
+    def turning(self) -> float:
+        """What makes a point accelerate beside another, per distance."""
+        return self.L + self.W * self.W
+
+    def at(self, distance: float) -> Terms:
+        """Return the terms of a point of the same body, some distance away."""
+        return Terms(self.V + self.W * distance, self.W, self.A + self.turning * distance, self.L)
+
+
+def row_terms(motion: Motion) -> list[float]:
+    """Return for each row of a mechanism the sum of the lengths of all terms of gamma."""
+    bodies: list[Terms] = []
+    for body, moved in zip(motion.mechanism.bodies, motion.bodies, strict=True):
+        parent = bodies[body.parent] if body.parent >= 0 else Terms()
+        bodies.append(_carried(moved, parent.at(hypot(*moved.p_PB)), [motion.state.u[k] for k in body.u]))
+    return [_terms(row, motion, bodies) for row in motion.mechanism.rows]
+
+
+def _carried(moved: BodyMotion, parent: Terms, speeds: Sequence[float]) -> Terms:
+    linear = sum(hypot(*v) * abs(x) for v, x in zip(moved.linear, speeds, strict=True)) + hypot(*moved.given_linear)
+    angular = sum(hypot(*w) * abs(x) for w, x in zip(moved.angular, speeds, strict=True)) + hypot(*moved.given_angular)
+    bias = hypot(*moved.linear_bias), hypot(*moved.angular_bias)
+    return Terms(parent.V + linear, parent.W + angular, parent.A + bias[0], parent.L + bias[1])
+
+
+def _of(motion: Motion, bodies: Sequence[Terms], marker: Marker) -> Terms:
+    return bodies[marker.body].at(hypot(*motion.point(marker))) if marker.body >= 0 else Terms()
+
+
+@singledispatch
+def _terms(row: Row, motion: Motion, bodies: Sequence[Terms]) -> float:
+    raise TypeError(f"the terms of {type(row).__name__} are unknown")
+
+
+@_terms.register
+def _(row: PositionRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+    frame, point = (_of(motion, bodies, marker) for marker in row.frames)
+    apart = sum(hypot(*position(motion, marker)) for marker in row.frames)
+    relative = point.V + frame.V + frame.W * apart
+    return point.A + frame.A + frame.turning * apart + 2.0 * frame.W * relative
+
+
+@_terms.register
+def _(row: AngleRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+    frame, other = (_of(motion, bodies, marker) for marker in row.frames)
+    return frame.L + other.L + (frame.W + other.W) ** 2
+
+
+@_terms.register
+def _(row: DistanceRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+    return _of_expression(motion, row.value, holonomic=True) + _stretching(motion, bodies, row.ends)
+
+
+@_terms.register
+def _(row: RopeRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+    markers = [bend.at for bend in row.path]
+    pieces = sum(_stretching(motion, bodies, ends) for ends in pairwise(markers))
+    return _of_expression(motion, row.length, holonomic=True) + pieces
+
+
+def _stretching(motion: Motion, bodies: Sequence[Terms], ends: Sequence[Marker]) -> float:
+    first, second = (_of(motion, bodies, marker) for marker in ends)
+    length = float(span(motion, (ends[0], ends[1]))[0])
+    return first.A + second.A + (first.V + second.V) ** 2 / length
+
+
+@_terms.register
+def _(row: RollingRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+    wheel, plane = (_of(motion, bodies, marker) for marker in (row.wheel, row.plane))
+    radius = abs(float(motion.state.values([row.radius])[0]))
+    turning = plane.W
+    if row.axis is not None:
+        normal, axis = direction(motion, row.plane, row.normal), direction(motion, row.wheel, row.axis)
+        tilt = dot(normal, axis)
+        steep = hypot(*subtract(normal, tuple(tilt * x for x in axis)))
+        turning = 2.0 * (plane.W + wheel.W) / steep
+    place = sum(hypot(*position(motion, marker)) for marker in (row.wheel, row.plane)) + radius
+    slip = wheel.V + plane.V + wheel.W * radius + plane.W * place
+    carried = wheel.A + plane.A + wheel.L * radius + plane.L * place
+    return carried + (wheel.W + plane.W) * radius * turning + plane.W * (slip + wheel.V + plane.V)
+
+
+@_terms.register
+def _(row: ExpressionRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+    return _of_expression(motion, row.zero, holonomic=True)
+
+
+@_terms.register
+def _(row: VelocityRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+    return _of_expression(motion, row.zero, holonomic=False)
+
+
+def _of_expression(motion: Motion, zero: Node, *, holonomic: bool) -> float:
+    """Return sum |d(psi)/dq_i qdot_i| + |d(psi)/dt|, where psi is the rate of a holonomic row's expression."""
+    mechanism = motion.mechanism
+    q = [slot("q", i) for i in range(len(mechanism.coordinates))]
+    qdot = coordinate_rates(mechanism, q, [slot("u", k) for k in range(len(mechanism.speeds))])
+    ways: list[tuple[Node, Node]] = [(TIME, ONE), *zip(q, qdot, strict=True)]
+    rates = [tangents([zero], {x: rate})[0] for x, rate in ways] if holonomic else [zero]
+    parts = [tangents([psi], {x: rate})[0] for psi in rates for x, rate in ways]
+    return float(sum(map(abs, motion.state.values(parts))))
