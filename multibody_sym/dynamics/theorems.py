@@ -99,7 +99,7 @@ class Instant:
     `kinetic` T; `energy` the terms of dT/dt + dV/dt but `given`, which is dV/dt from springs that change in time;
     `powers` those of the loads outside V, of the rows and of prescribed motion. First momentum, then angular momentum:
     `momenta` and `changes` (2 x bodies x 3), and what acts from outside, besides pairs that cancel: `causes`
-    (2 x terms x 3).
+    (2 x terms x 3); `levers` are bounds of |r| |F| in moments r x F (terms x 3), in which components cancel.
     """
 
     kinetic: float
@@ -109,6 +109,7 @@ class Instant:
     momenta: Floats
     changes: Floats
     causes: Floats
+    levers: Floats
 
 
 def instant_of(mechanism: Mechanism, rates: Rates, state: State, found: Accelerations) -> Instant:
@@ -121,8 +122,10 @@ def instant_of(mechanism: Mechanism, rates: Rates, state: State, found: Accelera
     kinetic, potential, given, *momenta = np.split(values, np.cumsum([len(part) for part in parts])[:-1])
     now, changes = (x.reshape(-1, 2, 3).transpose(1, 0, 2) for x in momenta)
     powers, causes = _powers(motion, found), _from_outside(motion, found)
+    far = max((float(np.linalg.norm(np.array(p, dtype=float))) for _, p in motion.poses), default=0.0)
     rates_of_energy = np.concatenate([kinetic, potential])
-    return Instant(float(kinetic_energy(motion)), rates_of_energy, float(given[0]), powers, now, changes, causes)
+    about = float(kinetic_energy(motion)), rates_of_energy, float(given[0]), powers
+    return Instant(*about, now, changes, causes, far * np.abs(causes[0]))
 
 
 def theorems(instants: Iterable[Instant]) -> dict[str, float]:
@@ -132,7 +135,7 @@ def theorems(instants: Iterable[Instant]) -> dict[str, float]:
         residuals = (
             _unbalanced(at.energy[:, None], at.powers[:, None], np.array(at.kinetic)),
             _unbalanced(at.changes[0], at.causes[0], at.momenta[0]),
-            _unbalanced(at.changes[1], at.causes[1], at.momenta[1]),
+            _unbalanced(at.changes[1], at.causes[1], np.concatenate([at.momenta[1], at.levers])),
         )
         worst = {name: max(x, y) for (name, x), y in zip(worst.items(), residuals, strict=True)}
     return worst
@@ -164,7 +167,7 @@ def _unbalanced(left: Floats, right: Floats, content: Floats) -> float:
     """Return |sum left - sum right| relative to the largest component of the terms' absolute values; 0/0 is 0.
 
     Where all rates cancel, as of a body that only turns or a bicycle that rolls on, they are compared with the
-    `content` that changes, momenta or energy, itself.
+    `content` that changes, momenta or energy, itself, and moments with forces times the farthest body's distance.
     """
     size = float((np.abs(left).sum(axis=0) + np.abs(right).sum(axis=0)).max())
     size += float(np.abs(content).sum())

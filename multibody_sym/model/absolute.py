@@ -29,7 +29,7 @@ _IN_SPACE: Final = ("x", "y", "z", "qw", "qx", "qy", "qz")
 
 
 @dataclass(frozen=True)
-class FreeBodies:
+class Freed:
     """A system whose bodies are carried by joints from ground that leave them free, all its own joints being cut.
 
     Of these the `measured` ones have coordinates that follow from the poses of the bodies; `doubled` ones keep their
@@ -42,7 +42,7 @@ class FreeBodies:
     measured: frozenset[str]
 
 
-def free_bodies(system: System) -> FreeBodies:
+def freed_bodies(system: System) -> Freed:
     """Return a system with its bodies freed; `_free` follows a body's name where its coordinates' would be taken."""
     plane = in_plane(system)
     bodies = {name: _with_centre(body) if name != GROUND else body for name, body in system.bodies.items()}
@@ -58,7 +58,7 @@ def free_bodies(system: System) -> FreeBodies:
     told = {name for name, joint in system.joints.items() if has_rows(joint) and has_formula(joint)}
     told = {name for name in told if plane or _told_by_poses(system, name, system.joints[name])}
     untold = {name for name, joint in system.joints.items() if not has_rows(joint)} | used_joints(system) - told
-    return FreeBodies(freed, plane, frozenset(untold), frozenset(told))
+    return Freed(freed, plane, frozenset(untold), frozenset(told))
 
 
 def _with_centre(body: Body) -> Body:

@@ -480,13 +480,13 @@ class Stabilisation(Element):
 MULTIPLIERS: Final = ("basic", "minimum_norm")
 """Those of redundant rows are zero; or those of all rows, times the rows' lengths, have the least norm."""
 COORDINATES: Final = ("relative", "absolute")
-"""Coordinates of the joints from body to body, or of each body on its own, which every joint restricts."""
 
 
 @dataclass(frozen=True)
 class Settings(Element):
     """How a system is simulated, unless the call says otherwise.
 
+    `coordinates` are those of joints from body to body, or of each body, which every joint restricts.
     `project` lets every start value change, known ones too, as little as constraints need.
     `multipliers` says which are taken where rows are redundant and others serve equally well.
     """

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any, Final
 
 from multibody_sym.errors import ModelError
-from multibody_sym.model.absolute import FreeBodies, free_bodies
+from multibody_sym.model.absolute import Freed, freed_bodies
 from multibody_sym.model.bodies import GROUND
 from multibody_sym.model.cuts import has_rows
 from multibody_sym.model.declared_loads import loads
@@ -54,11 +54,11 @@ def mechanism(system: System) -> Mechanism:
     relative = _resolved(system)
     if system.simulation.coordinates == "relative":
         return relative
-    freed = free_bodies(system)
+    freed = freed_bodies(system)
     return replace(_resolved(freed.system, freed), relative=relative)
 
 
-def _resolved(system: System, freed: FreeBodies | None = None) -> Mechanism:
+def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
     """Return the mechanism of a system as declared, or with its bodies freed.
 
     The coordinates of joints that are cut there are measured, as far as poses tell them.

@@ -149,6 +149,7 @@ class Samples:
 
 
 def mechanism_units(mechanism: Mechanism) -> dict[str, str]:
-    """Return the unit of each coordinate and speed by name; a quaternion's is empty."""
+    """Return the unit of each coordinate and speed by name, measured ones too; a quaternion's is empty."""
+    measured = {} if mechanism.relative is None else mechanism_units(mechanism.relative)
     coordinates = {c.name: c.unit for c in mechanism.coordinates}
-    return {**coordinates, **{s.name: s.unit for s in mechanism.speeds}}
+    return {**measured, **coordinates, **{s.name: s.unit for s in mechanism.speeds}}
