@@ -51,7 +51,7 @@ def steps(flow: Flow) -> Iterator[Step]:
     if isinstance(flow.method, LibraryMethod):
         return library_steps(flow)
     approach = Approach(flow)
-    flow = replace(flow, derivative=approach.slope)
+    flow = approach.watched()
     watch = None if flow.events is None else Watch(flow, flow.events)
     taking = stepper(flow.method, flow if watch is None else watch.watched())
     course = _Course(flow, taking, watch, approach)
@@ -107,16 +107,24 @@ def _attempt(course: _Course, before: Step, h: float, t_new: float) -> Trial:
 
 
 def _taken(course: _Course, before: Step, whole: float, t_end: float) -> Step:
-    """Return the step over `whole`, or as far as the first event in it; near a singular position perhaps less of it."""
-    h, t_new, rejected = whole, t_end, 0
+    """Return the step over `whole`, or as far as the first event in it.
+
+    Near a singular position it may be another part of a whole step: the rest of one may end too near to it.
+    """
+    h, t_new, rejected, flow = whole, t_end, 0, course.flow
+    longest = flow.step if flow.step is not None and before.t_new + flow.step < flow.t_end else whole
     while True:
         try:
             return replace(_stuck_or_taken(course, before, h, t_new), rejected=rejected)
         except StepError as met:
-            part = course.approach.retreat(h, 0.0)
-            h, t_new, rejected = h * part, t_new if part == 1.0 else before.t_new + h * part, rejected + 1
+            if course.approach.comes_unforeseen():
+                course.approach.foresee(course.taking)
+            else:
+                h = longest = longest * course.approach.retreat(longest, 0.0)
+                t_new = before.t_new + h
             if h < LEAST_PART * whole:
                 raise course.approach.failure(met, before.t_new) from None
+            rejected += 1
 
 
 def _stuck_or_taken(course: _Course, before: Step, h: float, t_new: float) -> Step:
@@ -182,7 +190,7 @@ def _adaptive_steps(course: _Course, done: Step) -> Iterator[Step]:
 def _accepted_step(course: _Course, before: Step) -> Step:
     flow, approach = course.flow, course.approach
     t, x, proposed, rejected = before.t_new, before.x_new, before.h_next, 0
-    failure = StepError(Status.STEP_UNDERFLOW, t, 0)
+    failure, wished = StepError(Status.STEP_UNDERFLOW, t, 0), 0.0
     while proposed >= _least_step(flow, t):
         last = t + 1.01 * proposed >= flow.t_end
         t_new = flow.t_end if last else t + proposed
@@ -199,13 +207,18 @@ def _accepted_step(course: _Course, before: Step) -> Step:
                     h_next = h / change
                     if rejected or h_next < trial.least_growth * h:
                         h_next = min(h_next, h)
-                    return replace(done, h_next=h_next, error=max(error, LEAST_ERROR), rejected=rejected)
+                    return replace(done, h_next=max(h_next, wished), error=max(error, LEAST_ERROR), rejected=rejected)
                 jump = h <= LEAST_AT_KINK * (flow.t_end - flow.t0)
                 failure, proposed = StepError(Status.STEP_UNDERFLOW, t, far), 0.0 if jump else h * RETREAT
             else:
-                failure, proposed = StepError(Status.STEP_UNDERFLOW, t, worst), h / shrink
+                failure, proposed, wished = StepError(Status.STEP_UNDERFLOW, t, worst), h / shrink, 0.0
         except StepError as problem:
-            failure, proposed = problem, h * approach.retreat(h, RETREAT)
+            failure = problem
+            if approach.comes_unforeseen():
+                approach.foresee(course.taking)
+            else:
+                proposed = h * approach.retreat(h, RETREAT)
+                wished = max(wished, h) if approach.near else 0.0  # but for a singular position
         rejected += 1
     raise approach.failure(failure, t, rejected)
 

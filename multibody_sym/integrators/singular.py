@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.integrators.collocation import Collocation
-from multibody_sym.integrators.flow import Floats, Flow, Method, Status, Step, StepError, Trial
+from multibody_sym.integrators.flow import Floats, Flow, Method, Status, Step, StepError, Stepper, Trial
 from multibody_sym.integrators.runge_kutta import RungeKutta
 
 NEAR: Final = 0.5  # of the largest independence about a step: with less in it the step is near a singular position, ...
@@ -24,7 +24,7 @@ NEAR_BY: Final = 0.1  # ... as with less than this part of the largest in the ru
 USUAL: Final = 0.01  # what counts as the largest at least
 MARGIN: Final = 0.05  # of the largest about a step: nothing in it may be nearer than that, ...
 LEAST: Final = 1e-8  # ... nor than this
-NOISE: Final = 2e-15  # what round-off leaves of rows that are closed
+NOISE: Final = 1e-16  # what round-off leaves of rows that are closed
 GOLDEN: Final = 0.618033988749895  # a step made again that much shorter meets no node of the one before, nor its end
 SHORTER: Final = 0.8  # at most, where it is known what lies ahead
 FAR: Final = 0.1  # of the whole step, by which its end may move when it is settled
@@ -40,8 +40,7 @@ class Approach:
     """
 
     def __init__(self, flow: Flow) -> None:
-        self.derivative, self.rows = flow.derivative, flow.rows
-        self.settles = not isinstance(flow.method, Collocation)
+        self.flow, self.rows = flow, flow.rows
         self.near = False
         self.x = flow.x0  # where the trial starts
         self.before = 0.0  # the independence at the start of the step before, ...
@@ -51,11 +50,26 @@ class Approach:
         self.gap = widest_gap(flow.method)
         self.peak = USUAL  # and the largest at the start of a step
 
+    def watched(self) -> Flow:
+        """Return the flow with these slopes.
+
+        Slopes at states put onto the constraints hardly change with what is off them: the Jacobian of an implicit
+        method, which tells the contrary, is left out near a singular position, and its stages are found by iteration.
+        """
+        flow, stages = self.flow, self.flow.stages
+        if stages is None or stages.values != flow.derivative:
+            return replace(flow, derivative=self.slope)
+
+        def jacobian(t: float, x: Floats) -> Floats:
+            return np.zeros((len(x), len(x))) if self.near else stages.jacobian(t, x)
+
+        return replace(flow, derivative=self.slope, stages=replace(stages, values=self.slope, jacobian=jacobian))
+
     def slope(self, t: float, x: Floats) -> Floats:
         """Return the derivative at (t, x), near a singular position at x put onto the constraints."""
         if self.rows is None:
-            return self.derivative(t, x)
-        slope = self.derivative(t, self.closed(t, x) if self.settles else x)
+            return self.flow.derivative(t, x)
+        slope = self.flow.derivative(t, self.closed(t, x))
         self.latest = self.rows.latest()
         self.least, self.greatest = min(self.least, self.latest), max(self.greatest, self.latest)
         return slope
@@ -65,7 +79,7 @@ class Approach:
         if self.rows is None or not self.near:
             return x
         closed = self.rows.closed(t, x)
-        if moved_far(self.x, x, closed) is not None:
+        if self._strays(x, closed):
             raise StepError(Status.SINGULAR, t, -1)
         return closed
 
@@ -88,32 +102,43 @@ class Approach:
 
     def verify(self, t: float) -> None:
         """Raise StepError if the trial comes near unforeseen, or too near."""
-        if self._comes_near() and (not self.near or self.least < max(LEAST, MARGIN * self._most())):
+        if self.comes_unforeseen() or (self._comes_near() and self.least < max(LEAST, MARGIN * self._most())):
             raise StepError(Status.SINGULAR, t, -1)
 
     def verify_end(self, trial: Trial, done: Step) -> None:
         """Raise StepError if the end comes near unforeseen, too near, or is on another branch of the motion."""
         self.end = self.latest
         self.verify(done.t_new)
-        if self.near and moved_far(trial.x, trial.x_new, done.x_new) is not None:
+        if self.near and self._strays(trial.x_new, done.x_new):
             raise StepError(Status.SINGULAR, done.t_new, -1)
 
     def noise(self) -> float:
         """Return the part of the speeds by which round-off may falsify a step.
 
-        Rows that hold to eps let speeds off the constraints be eps/s, and accelerations eps/s^2, at the distance s.
+        Rows that hold to eps let coordinates be off them by eps/s at the distance s, speeds by eps/s^2, and
+        accelerations by eps/s^3.
         """
-        least = min(self.least, self.start)
-        return NOISE * (self._most() - least) / (least * least) if self.near else 0.0
+        return self._round_off() * (self._most() - self._least()) / self._least() if self.near else 0.0
+
+    def _round_off(self) -> float:
+        """Return the part of the speeds by which round-off may falsify a state."""
+        return NOISE / self._least() ** 2
+
+    def comes_unforeseen(self) -> bool:
+        """Tell whether the trial comes near a singular position and was not made for that."""
+        return self._comes_near() and not self.near
+
+    def foresee(self, taking: Stepper) -> None:
+        """Let the next trial be made for that; what an implicit method knows of other slopes does not count."""
+        self.near = True
+        if isinstance(self.flow.method, Collocation):
+            taking.restart()
 
     def retreat(self, h: float, otherwise: float) -> float:
         """Return over which part of a step over h, that failed, to make the next: `otherwise` far from all that.
 
         It is to have the singular position in its widest gap between nodes; else the step after it will.
         """
-        if self._comes_near() and not self.near:
-            self.near = True
-            return 1.0
         if not self.near:
             return otherwise
         if not self.rate > 0.0:
@@ -135,11 +160,18 @@ class Approach:
             return step
         return replace(step, singular=singular_times(step, self.rows.independence))
 
+    def _strays(self, x: Floats, closed: Floats) -> bool:
+        """Tell whether a state has been put onto another branch of the motion."""
+        return moved_far(self.x, x, closed, self._round_off() * float(np.max(np.abs(x)))) is not None
+
+    def _least(self) -> float:
+        return min(self.least, self.start)
+
     def _most(self) -> float:
         return max(self.before, self.start, self.greatest) if math.isfinite(self.start) else 0.0
 
     def _comes_near(self) -> bool:
-        return min(self.least, self.start) < max(NEAR * self._most(), NEAR_BY * self.peak)
+        return self._least() < max(NEAR * self._most(), NEAR_BY * self.peak)
 
 
 def widest_gap(method: Method) -> float:
@@ -156,7 +188,7 @@ def _nodes(method: Method) -> list[float]:
     return method.scheme.c.tolist() if isinstance(method, Collocation) else []
 
 
-def moved_far(x: Floats, x_new: Floats, settled: Floats) -> int | None:
+def moved_far(x: Floats, x_new: Floats, settled: Floats, round_off: float = 0.0) -> int | None:
     """Return the component that settling moved most, if by over a tenth of the way from x and round-off; else None.
 
     Such a step has gone over a kink in the constraints, of which the error estimate knows nothing, or settled on
@@ -164,7 +196,7 @@ def moved_far(x: Floats, x_new: Floats, settled: Floats) -> int | None:
     """
     moved, step = np.abs(settled - x_new), float(np.max(np.abs(x_new - x)))
     most = float(np.max(moved))
-    far = most > FAR * step and most > FAR_BEYOND_ROUND_OFF * (1.0 + float(np.max(np.abs(settled))))
+    far = most > FAR * step + round_off and most > FAR_BEYOND_ROUND_OFF * (1.0 + float(np.max(np.abs(settled))))
     return int(np.argmax(moved)) if far else None
 
 

@@ -59,7 +59,7 @@ static void note_report(mbs_run *r, double t)
 int mbs_derivative(mbs_run *r, double t, const double *x, double *slope)
 {
     double *out[4] = {slope, slope + r->system->nq, r->multipliers, r->report};
-    int status = MBS_RUNNING, near = r->state->near && r->stepper->settles;
+    int status = MBS_RUNNING, near = r->state->near;
     if (near && (status = mbs_closed(r, t, x, r->settled)) != MBS_RUNNING)
         return status;
     mbs_call(r, r->system->state_derivative, t, near ? r->settled : x, out);

@@ -122,4 +122,4 @@ static void value(const mbs_run *r, double theta, double *x)
         x[i] = r->x[i] + r->state->h * x[i];
 }
 
-const mbs_stepper mbs_explicit = {own_work, restart, attempt, finish, advance, extend, value, 1.0, 1};
+const mbs_stepper mbs_explicit = {own_work, restart, attempt, finish, advance, extend, value, 1.0};

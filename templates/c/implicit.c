@@ -305,4 +305,4 @@ static void value(const mbs_run *r, double theta, double *x)
         x[k] += r->x[k];
 }
 
-const mbs_stepper mbs_implicit = {own_work, restart, attempt, finish, advance, extend, value, 1.2, 0};
+const mbs_stepper mbs_implicit = {own_work, restart, attempt, finish, advance, extend, value, 1.2};

@@ -163,7 +163,7 @@ static int attempt_adams(mbs_run *r, double h, double t_new)
     return ready(r, t_new);
 }
 
-const mbs_stepper mbs_adams = {work, forget, attempt_adams, finish, add_point, extend, value, 1.0, 1};
+const mbs_stepper mbs_adams = {work, forget, attempt_adams, finish, add_point, extend, value, 1.0};
 
 /* ---- Stoermer-Verlet ---- */
 
@@ -187,7 +187,7 @@ static int attempt_verlet(mbs_run *r, double h, double t_new)
     return ready(r, t_new);
 }
 
-const mbs_stepper mbs_verlet = {work, nothing, attempt_verlet, finish, nothing, extend, value, 1.0, 1};
+const mbs_stepper mbs_verlet = {work, nothing, attempt_verlet, finish, nothing, extend, value, 1.0};
 
 /* ---- Stoermer ---- */
 
@@ -265,4 +265,4 @@ static int finish_stoermer(mbs_run *r, double t_new, int changed)
     return finish(r, t_new, changed);
 }
 
-const mbs_stepper mbs_stoermer = {work, forget, attempt_stoermer, finish_stoermer, add_point, extend, value, 1.0, 1};
+const mbs_stepper mbs_stoermer = {work, forget, attempt_stoermer, finish_stoermer, add_point, extend, value, 1.0};

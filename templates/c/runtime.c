@@ -216,22 +216,27 @@ static double least_step(const mbs_run *r)
     return by_time > by_span ? by_time : by_span;
 }
 
-/* Try a step over h; near a singular position perhaps shorter parts of it. */
+/* Try the step over `whole`. Near a singular position it may be another part of a whole step: the rest of one may end too
+   near to it. */
 static int fixed_trial(mbs_run *r, double whole, double t_new)
 {
+    const mbs_problem *p = r->problem;
     mbs_state *s = r->state;
-    double h = whole;
+    double h = whole, longest = s->t + p->step < p->t_end ? p->step : whole;
     for (;;) {
         int status = mbs_take(r, h, t_new);
         if (status == MBS_RUNNING || mbs_stuck_at_kink(r, status))
             status = accept(r, status);
         if (s->phase == SAMPLING)
             return status;
-        double part = mbs_retreat(r, h, 0.0);
-        if (h * part < LEAST_PART * whole)
+        if (mbs_comes_unforeseen(r)) {
+            mbs_foresee(r);
+        } else {
+            h = longest *= mbs_retreat(r, longest, 0.0);
+            t_new = s->t + h;
+        }
+        if (h < LEAST_PART * whole)
             return s->near ? mbs_failed(r, MBS_SINGULAR, s->t, -1) : status;
-        h *= part;
-        t_new = part < 1.0 ? s->t + h : t_new;
         ++s->rejected;
     }
 }
@@ -289,8 +294,8 @@ static double control_power(const mbs_method *m)
     return 1.0 / ((m->order < m->error_order ? m->order : m->error_order) + 1.0);
 }
 
-/* Try one step; on success record it, else shorten h_next. */
-static int adaptive_trial(mbs_run *r, int rejected)
+/* Try one step; on success record it, else shorten h_next. `wished`: its length but for a singular position. */
+static int adaptive_trial(mbs_run *r, int rejected, double *wished)
 {
     mbs_state *s = r->state;
     double t = s->t, t_end = r->problem->t_end;
@@ -303,10 +308,11 @@ static int adaptive_trial(mbs_run *r, int rejected)
         double change = proportional / pow(s->error, integral) / 0.9, shrink = proportional / 0.9;
         if (!(error <= 1.0)) {
             s->h_next = h / (shrink < 5.0 ? shrink : 5.0);
+            *wished = 0.0;
             return mbs_failed(r, MBS_STEP_UNDERFLOW, t, worst);
         }
         status = close_step(r, t_new);
-        if (status == MBS_RUNNING && (worst = mbs_moved_far(r, r->spare, r->x_new)) >= 0) {
+        if (status == MBS_RUNNING && (worst = mbs_moved_far(r, r->spare, r->x_new, 0.0)) >= 0) {
             s->h_next = h > 1e-9 * (t_end - r->problem->t0) ? h * 0.25 : 0.0; /* a jump stays one in any step */
             return mbs_failed(r, MBS_STEP_UNDERFLOW, t, worst);
         }
@@ -318,12 +324,18 @@ static int adaptive_trial(mbs_run *r, int rejected)
                 s->h_next = h / change;
                 if ((rejected || s->h_next < r->stepper->least_growth * h) && s->h_next > h)
                     s->h_next = h;
+                s->h_next = s->h_next > *wished ? s->h_next : *wished;
                 s->error = error > 1e-4 ? error : 1e-4;
                 return status;
             }
         }
     }
+    if (mbs_comes_unforeseen(r)) {
+        mbs_foresee(r);
+        return status;
+    }
     s->h_next = h * mbs_retreat(r, h, 0.25);
+    *wished = !s->near ? 0.0 : h > *wished ? h : *wished;
     return status;
 }
 
@@ -331,8 +343,9 @@ static int adaptive_step(mbs_run *r)
 {
     mbs_state *s = r->state;
     int status = mbs_failed(r, MBS_STEP_UNDERFLOW, s->t, 0);
+    double wished = 0.0;
     for (int rejected = 0; s->h_next >= least_step(r); rejected = 1) {
-        status = adaptive_trial(r, rejected);
+        status = adaptive_trial(r, rejected, &wished);
         if (s->phase == SAMPLING)
             break;
         ++s->rejected;

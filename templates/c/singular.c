@@ -11,7 +11,7 @@
 #define USUAL 0.01    /* what counts as the largest at least */
 #define MARGIN 0.05   /* of the largest about a step: nothing in it may be nearer than that, ... */
 #define LEAST 1e-8    /* ... nor than this */
-#define NOISE 2e-15   /* what round-off leaves of rows that are closed */
+#define NOISE 1e-16   /* what round-off leaves of rows that are closed */
 #define GOLDEN 0.618033988749895 /* a step made again that much shorter meets no node of the one before, nor its end */
 #define SHORTER 0.8   /* at most, where it is known what lies ahead */
 #define LOOKS 16      /* how often the independence is looked at within a step */
@@ -67,7 +67,7 @@ void mbs_note_independence(mbs_run *r)
     s->greatest = larger(s->greatest, s->latest);
 }
 
-int mbs_moved_far(const mbs_run *r, const double *before, const double *settled)
+int mbs_moved_far(const mbs_run *r, const double *before, const double *settled, double allowed)
 {
     double moved = 0.0, step = 0.0;
     int component = 0;
@@ -80,7 +80,19 @@ int mbs_moved_far(const mbs_run *r, const double *before, const double *settled)
         if (whole > step)
             step = whole;
     }
-    return moved > 0.1 * step && moved > 1e-10 * (1.0 + mbs_largest(r->n, settled)) ? component : -1;
+    return moved > 0.1 * step + allowed && moved > 1e-10 * (1.0 + mbs_largest(r->n, settled)) ? component : -1;
+}
+
+/* The part of the speeds by which round-off may falsify a state. */
+static double round_off(const mbs_state *s)
+{
+    return NOISE / (least(s) * least(s));
+}
+
+/* A state has been put onto another branch of the motion. */
+static int strays(const mbs_run *r, const double *x, const double *closed)
+{
+    return mbs_moved_far(r, x, closed, round_off(r->state) * mbs_largest(r->n, x)) >= 0;
 }
 
 int mbs_closed(mbs_run *r, double t, const double *x, double *closed)
@@ -92,7 +104,7 @@ int mbs_closed(mbs_run *r, double t, const double *x, double *closed)
     r->drift_position = kept[1];
     r->removed_velocity = kept[2];
     r->drift_velocity = kept[3];
-    return status == MBS_RUNNING && mbs_moved_far(r, x, closed) >= 0 ? singular(r, t) : status;
+    return status == MBS_RUNNING && strays(r, x, closed) ? singular(r, t) : status;
 }
 
 int mbs_restart_approach(mbs_run *r)
@@ -114,10 +126,22 @@ void mbs_advance_approach(mbs_run *r)
     s->peak = larger(s->peak, s->start);
 }
 
+int mbs_comes_unforeseen(const mbs_run *r)
+{
+    return comes_near(r->state) && !r->state->near;
+}
+
+void mbs_foresee(mbs_run *r)
+{
+    r->state->near = 1;
+    if (r->method->collocation)
+        r->stepper->restart(r);
+}
+
 int mbs_verify_approach(mbs_run *r, double t)
 {
     const mbs_state *s = r->state;
-    if (comes_near(s) && (!s->near || s->least < larger(LEAST, MARGIN * most(s))))
+    if (mbs_comes_unforeseen(r) || (comes_near(s) && s->least < larger(LEAST, MARGIN * most(s))))
         return singular(r, t);
     return MBS_RUNNING;
 }
@@ -127,13 +151,13 @@ int mbs_verify_end(mbs_run *r, double t)
     mbs_state *s = r->state;
     s->end = s->latest;
     int status = mbs_verify_approach(r, t);
-    return status == MBS_RUNNING && s->near && mbs_moved_far(r, r->spare, r->x_new) >= 0 ? singular(r, t) : status;
+    return status == MBS_RUNNING && s->near && strays(r, r->spare, r->x_new) ? singular(r, t) : status;
 }
 
 double mbs_noise(const mbs_run *r)
 {
     const mbs_state *s = r->state;
-    return s->near ? NOISE * (most(s) - least(s)) / (least(s) * least(s)) : 0.0;
+    return s->near ? round_off(s) * (most(s) - least(s)) / least(s) : 0.0;
 }
 
 /* The middle of the widest gap between the nodes of a step, as a part of it. */
@@ -159,11 +183,7 @@ static double widest_gap(const mbs_method *m)
 /* The next trial is to have the singular position in its widest gap between nodes; else the step after it will. */
 double mbs_retreat(mbs_run *r, double h, double otherwise)
 {
-    mbs_state *s = r->state;
-    if (comes_near(s) && !s->near) {
-        s->near = 1;
-        return 1.0;
-    }
+    const mbs_state *s = r->state;
     if (!s->near)
         return otherwise;
     if (!(s->rate > 0.0))

@@ -102,6 +102,8 @@ void mbs_stage_jacobian(mbs_run *r, const mbs_stages *p)
     r->further = p->multipliers;
     mbs_call(r, p->rows ? s->index_2_by_state : s->jacobian, r->state->t, r->x, out);
     ++r->state->jacobians;
+    if (r->state->near && !p->rows)
+        mbs_fill(p->n * p->n, 0.0, p->by_state);
     for (int k = 0; k < p->n; ++k)
         p->active[k] = k;
     p->active[p->size] = p->n;

@@ -30,8 +30,6 @@ typedef struct {
     void (*value)(const mbs_run *r, double theta, double *x);
     /* A step that could grow, but by less than this factor, stays as it is. */
     double least_growth;
-    /* Not 0: near singular positions slopes are taken at states put onto the constraints. */
-    int settles;
 } mbs_stepper;
 
 extern const mbs_stepper mbs_explicit, mbs_implicit, mbs_adams, mbs_stoermer, mbs_verlet;
@@ -84,10 +82,11 @@ void mbs_normalize(mbs_run *r, double t, double *x, double *deviation);
    both levels. */
 int mbs_project(mbs_run *r, double t, double *x, double goal);
 
-/* The component that settling has moved most, if by more than a tenth of the way from r->x and round-off; else -1. Such a
+/* The component that settling has moved most, if by more than a tenth of the way from r->x, round-off and what is
+   allowed; else -1. Such a
    step has gone over a kink in the constraints, of which the error estimate knows nothing, or settled on another branch
    of the motion. */
-int mbs_moved_far(const mbs_run *r, const double *before, const double *settled);
+int mbs_moved_far(const mbs_run *r, const double *before, const double *settled, double allowed);
 
 /* `closed` receives x put onto the constraints as far as round-off lets it be, if it is not moved far. */
 int mbs_closed(mbs_run *r, double t, const double *x, double *closed);
@@ -110,9 +109,17 @@ int mbs_verify_approach(mbs_run *r, double t);
 /* nor does its end, which is on the branch it came by. */
 int mbs_verify_end(mbs_run *r, double t);
 
-/* The part of the speeds by which round-off may falsify the step on trial: rows that hold to eps let speeds off the
-   constraints be eps/s, and accelerations eps/s^2, at the distance s. */
+/* The part of the speeds by which round-off may falsify the step on trial: rows that hold to eps let coordinates be off
+   them by eps/s at the distance s, speeds by eps/s^2, and accelerations by eps/s^3. */
 double mbs_noise(const mbs_run *r);
+
+/* The trial comes near a singular position and was not made for that. */
+int mbs_comes_unforeseen(const mbs_run *r);
+
+/* Let the next trial be made for that: slopes are taken at states put onto the constraints. They hardly change with what
+   is off them, so implicit methods do without the Jacobian, which tells the contrary, and find their stages by iteration;
+   what they know of other slopes does not count. */
+void mbs_foresee(mbs_run *r);
 
 /* Over which part of a step over h, that failed, to make the next: `otherwise` far from singular positions. */
 double mbs_retreat(mbs_run *r, double h, double otherwise);
