@@ -58,16 +58,16 @@ class Trajectory(Samples):
     def events(self) -> list[dict[str, Any]]:
         """What happened on the way, in the order of time.
 
-        The stop that ended the run; singular positions, where rows depend on each other, as they were passed, with the
-        rows that do; each rope's first sample at which it would push: a real one goes slack there; the
-        first sample at which a joint is beyond one of its limits.
+        The stop that ended the run; singular positions, in which rows depend on each other, that it passed; each rope's
+        first sample at which it would push: a real one goes slack there; the first sample at which a joint is beyond
+        one of its limits.
         """
         crossed = limits_passed(self.ready.mechanism, self.parameters, self.__getitem__)
         found: list[dict[str, Any]] = [
             {"t": float(self.t[at.sample]), "kind": f"{at.limit} limit", "element": at.joint} for at in crossed
         ]
         found += [] if self.stop is None else [self.stop]
-        found += [{"t": t, "kind": "singular position", "element": ""} for t in self.integration.singular]
+        found += [{"t": t, "kind": "singular position", "element": "constraints"} for t in self.integration.singular]
         for name, tension in self.tensions.items():
             pushing = np.flatnonzero(tension < -_ROUNDING * np.abs(tension).max(initial=0.0))
             if len(pushing):

@@ -65,7 +65,7 @@ class Mechanism:
     others: dict[str, Callable[[Any], Any]]
     crossing: Callable[[Any], Any]
 
-    def system(self, torque: str = "0", *, g: float = 0.0, start: float = 1.0, speed: float = 3.0) -> mbs.System:
+    def system(self, torque: str = "0", *, g: float = 0.0, start: object = 1.0, speed: float = 3.0) -> mbs.System:
         """Return the mechanism with a torque on the crank, in weight g."""
         values = f"parameters: {{start: {start}, speed: {speed}}}\n"
         head = f"multibody_sym: 1\nname: mechanism\ngravity: [0, {-g}, 0]\n{values}"
