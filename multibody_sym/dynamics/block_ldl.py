@@ -65,11 +65,11 @@ class TreeFactors:
     def weighted(self, right: Sequence[S]) -> list[S]:
         """Return D^-1/2 L^-T right (n)."""
         remaining = self._inward(right, [_NOTHING] * len(self.freedoms))
-        return [e / sqrt(d) for e, d in zip(remaining, self._pivots(), strict=True)]
+        return [e * (1 / sqrt(d)) for e, d in zip(remaining, self._pivots(), strict=True)]
 
     def unweighted(self, x: Sequence[S]) -> list[S]:
         """Return L^-1 D^-1/2 x (n)."""
-        return self._outward([value / sqrt(d) for value, d in zip(x, self._pivots(), strict=True)])
+        return self._outward([value * (1 / sqrt(d)) for value, d in zip(x, self._pivots(), strict=True)])
 
     def _pivots(self) -> list[S]:
         return [freedom.pivot for of_body in self.freedoms for freedom in of_body]

@@ -43,11 +43,11 @@ class Factors:
 
     def weighted(self, right: Sequence[S]) -> list[S]:
         """Return D^-1/2 L^-T right (n): forces in the coordinates in which the mass matrix is the unit matrix."""
-        return [x / sqrt(d) for x, d in zip(self.from_right(right), self.pivots, strict=True)]
+        return [x * (1 / sqrt(d)) for x, d in zip(self.from_right(right), self.pivots, strict=True)]
 
     def unweighted(self, x: Sequence[S]) -> list[S]:
         """Return L^-1 D^-1/2 x (n): accelerations from those coordinates."""
-        return self.to_left([value / sqrt(d) for value, d in zip(x, self.pivots, strict=True)])
+        return self.to_left([value * (1 / sqrt(d)) for value, d in zip(x, self.pivots, strict=True)])
 
 
 def factorized(matrix: Sequence[Sequence[S]]) -> Factors:

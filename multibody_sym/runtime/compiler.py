@@ -19,7 +19,7 @@ from multibody_sym.runtime import cache
 
 _NAMES: Final = ("cc", "gcc", "clang")
 _FLAGS: Final = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC")
-_NATIVE_FLAGS: Final = ("-std=c99", "-O2", "-march=native", "-ffp-contract=fast", "-fPIC")
+_NATIVE_FLAGS: Final = ("-std=c99", "-O2", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-fPIC")
 _SECONDS: Final = 60.0
 _BYTES_PER_SECOND: Final = 20_000.0  # more time for a large source: a slow compiler is not a hanging one
 
