@@ -14,7 +14,16 @@ from typing import Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.dynamics.closing import CLOSED, Missed, Rows, closed_from, exactly, generic_jacobian, least_change
+from multibody_sym.dynamics.closing import (
+    CLOSED,
+    Missed,
+    Rows,
+    closed_from,
+    exactly,
+    generic_jacobian,
+    guessed,
+    least_change,
+)
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.model.mechanism import Mechanism, TreeBody
 
@@ -62,10 +71,16 @@ def assembled_position(rows: Rows, q: Floats, *, project: bool = False) -> Assem
         return Assembled(q)
     missed = rows.missed(q)
 
-    def close(free: Sequence[int], weighted: bool) -> Floats | None:
-        return closed_from(rows, q, free, weighted)
+    items = _position_items(rows.mechanism)
+    unknown = [k for item in items if not item.given for k in item.speeds]
 
-    found = _chosen(_position_items(rows.mechanism), generic_jacobian(rows, q), missed, close, project)
+    def close(free: Sequence[int], weighted: bool) -> Floats | None:
+        found = closed_from(rows, q, free, weighted)
+        if found is None and unknown and len(unknown) < len(free):
+            found = closed_from(rows, guessed(rows, q, unknown), free, weighted)
+        return found
+
+    found = _chosen(items, generic_jacobian(rows, q), missed, close, project)
     if found is None:
         raise _failure(rows, "the start values do not satisfy the constraints", missed)
     return _compared(q, *found)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
@@ -39,6 +40,9 @@ _RESTARTS: Final = 12
 _SPREAD: Final = 0.2
 """By how much the guesses of each restart lie farther around the first than those before."""
 _LARGEST_STEP: Final = 1.0
+_TRIALS: Final = 200
+_SOFTEST: Final = 1e-3
+_STIFFEST: Final = 1e12
 _SEED: Final = 1
 _DAMPING: Final = 1e-2
 _DEPENDENT: Final = 1e-8
@@ -177,6 +181,45 @@ def _newton(rows: Rows, q: Floats, free: Sequence[int], weighted: bool) -> Float
             return q if missed is not None and missed.within(CLOSED) else None
         q, here = ahead
     return None
+
+
+def least_missed(rows: Rows, q: Floats, free: Sequence[int] | None = None) -> Floats | None:
+    """Return coordinates near q, moved by the free speeds (all), at which |phi| is least; None where it has no value.
+
+    Source: Levenberg, Marquardt.
+    """
+    here, stiffness = rows.at(q), _SOFTEST
+    places = slice(None) if free is None else list(free)
+    for _ in range(_TRIALS):
+        if here is None:
+            return None
+        phi, jacobian = here[0], here[1][:, places]
+        square = jacobian.T @ jacobian
+        step = np.zeros(len(rows.mechanism.speeds))
+        step[places] = np.linalg.solve(square + stiffness * np.eye(len(square)), -jacobian.T @ phi)
+        ahead = moved(rows.mechanism, q, step)
+        there = rows.at(ahead)
+        if there is not None and float(there[0] @ there[0]) < float(phi @ phi):
+            q, here, stiffness = ahead, there, 0.1 * stiffness
+        else:
+            stiffness *= 10.0
+        if stiffness > _STIFFEST:
+            break
+    return q
+
+
+def guessed(rows: Rows, q: Floats, unknown: Sequence[int]) -> Floats:
+    """Return q with what these speeds move where the rows are missed least, looked for from all around."""
+    rng, count = np.random.default_rng(_SEED), len(rows.mechanism.speeds)
+    found, least = q, math.inf
+    for number in range(_RESTARTS):
+        change = np.zeros(count)
+        change[list(unknown)] = (number > 0) * rng.uniform(-math.pi, math.pi, len(unknown))
+        near = least_missed(rows, moved(rows.mechanism, q, change), unknown)
+        here = None if near is None else rows.at(near)
+        if near is not None and here is not None and float(here[0] @ here[0]) < least:
+            found, least = near, float(here[0] @ here[0])
+    return found
 
 
 def _line_search(rows: Rows, q: Floats, step: Floats, size: float) -> tuple[Floats, tuple[Floats, Floats]] | None:

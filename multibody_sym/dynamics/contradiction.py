@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.dynamics.closing import Rows, moved
+from multibody_sym.dynamics.closing import Rows, least_missed, moved
 from multibody_sym.dynamics.dependence import constraint_jacobian, contradiction
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.model.mechanism import Mechanism
@@ -29,8 +29,6 @@ _ALLOWED: Final = 1e-8
 _ALLOWED_POSITION: Final = 1e-11
 _DEPENDENT: Final = 1e-6
 _BESIDE: Final = 0.01
-_STEPS: Final = 200
-_STIFFEST: Final = 1e12
 _SEED: Final = 5
 
 
@@ -62,7 +60,7 @@ def contradiction_of(rows: Rows, q: Floats, u: Floats, rank: int | None = None) 
 
     `rank`: that of the rows in positions that satisfy them, None where no such position is known.
     """
-    closest = _least_missed(rows.holonomic(), q)
+    closest = least_missed(rows.holonomic(), q)
     if closest is None:
         return None
     moving = rows.of(rows.motion(closest, u))
@@ -114,25 +112,3 @@ def _lasts(rows: Rows, q: Floats, jacobian: Floats, circuit: Sequence[int]) -> b
     near = rows.motion(moved(rows.mechanism, q, change), np.zeros(len(change)))
     beside = constraint_jacobian(rows.of(near))
     return _rank(beside[list(circuit)]) < len(circuit) or _rank(beside) <= _rank(jacobian)
-
-
-def _least_missed(rows: Rows, q: Floats) -> Floats | None:
-    """Return coordinates near q at which |phi| is least (Levenberg, Marquardt), None where phi has no value."""
-    here, stiffness = rows.at(q), 1e-3
-    if here is None:
-        return None
-    for _ in range(_STEPS):
-        phi, jacobian = here
-        if np.abs(phi).max(initial=0.0) <= _ALLOWED_POSITION:
-            break
-        square = jacobian.T @ jacobian
-        step = np.linalg.solve(square + stiffness * np.eye(len(square)), -jacobian.T @ phi)
-        ahead = moved(rows.mechanism, q, step.astype(float))
-        there = rows.at(ahead)
-        if there is not None and float(there[0] @ there[0]) < float(phi @ phi):
-            q, here, stiffness = ahead, there, 0.1 * stiffness
-        else:
-            stiffness *= 10.0
-        if stiffness > _STIFFEST:
-            break
-    return q

@@ -162,6 +162,35 @@ def test_guesses_choose_the_branch() -> None:
     assert math.sin(up.q[2]) > 0 > math.sin(down.q[2])
 
 
+def sarrus(**initial: Initial) -> System:
+    """A table on two folding legs in planes that cross, which let it rise and sink only; its own tilt has no guess."""
+    legs = {"x": ([1, 0, 0], "y"), "y": ([0, 1, 0], "x")}
+    bodies = {"ground": Body(points={"x": [0.5, 0, 0], "y": [0, 0.5, 0]})}
+    bodies["table"] = Body(mass=2, inertia={"Ixx": 1, "Iyy": 1, "Izz": 1}, points=bodies["ground"].points)
+    joints = {}
+    for name, (end, axis) in legs.items():
+        bar = Body(mass=1, inertia={"Ixx": 1, "Iyy": 1, "Izz": 1}, points={"end": end})
+        bodies |= {f"lower_{name}": bar, f"upper_{name}": bar}
+        for joint, parent, child in (
+            (f"foot_{name}", f"ground.{name}", f"lower_{name}"),
+            (f"knee_{name}", f"lower_{name}.end", f"upper_{name}"),
+            (f"top_{name}", f"upper_{name}.end", f"table.{name}"),
+        ):
+            joints[joint] = Revolute(parent, child, axis=axis, initial=initial.get(joint))
+    return System("sarrus", bodies=bodies, joints=joints)
+
+
+def test_joint_without_a_guess_may_be_anywhere() -> None:
+    """The table is level and above the ground, though at the angle zero of its joint it would hang upside down."""
+    folded = {"foot_y": Initial(q=0.7), "knee_y": Initial(q=1.6), "knee_x": Initial(q=-1.6)}
+    resolved = mechanism(sarrus(foot_x=Initial(q=-0.7, known=True), **folded))
+    begin = start(resolved)
+    found = dict(zip([c.name for c in resolved.coordinates], begin.q, strict=True))
+    wanted = {"foot_x": -0.7, "knee_x": 1.4 - math.pi, "top_x": math.pi - 0.7, "foot_y": 0.7, "knee_y": math.pi - 1.4}
+    assert {name: found[name] for name in wanted} == pytest.approx(wanted, abs=1e-12)
+    assert residuals(resolved, begin) == pytest.approx((0, 0), abs=1e-12)
+
+
 def test_given_values_are_held_in_their_order_as_long_as_the_rest_can_close() -> None:
     resolved = mechanism(four_bar(a=Initial(q=1.0, u=1.0), b=Initial(q=-0.3)))
     begin = start(resolved)
