@@ -86,12 +86,13 @@ def _names(joints: Mapping[str, Joint]) -> set[str]:
 def _told_by_poses(system: System, name: str, joint: Joint) -> bool:
     """Return whether what the system uses of a joint's coordinates and speeds follows from poses in space.
 
-    Angles follow up to whole turns only, so that no use may be made of them; rates follow, but of three angles only for
+    Angles follow up to whole turns only, so that no use may be made of them. Rates follow, but of three angles only for
     one of the two ways in which three turns lead to a pose.
     """
     turns = sum(step.kind == "rotate" for step in joint.steps)
-    ambiguous = set(coordinate_names(name, joint)) if turns else set()
-    ambiguous |= set(speed_names(name, joint)) if turns == 3 else set()
+    if turns == 0:
+        return True
+    ambiguous = {*coordinate_names(name, joint), *(speed_names(name, joint) if turns == 3 else ())}
     named = {leaf.data for leaf in leaves([written.node for written in expressions(system)], "symbol")}
     on_angles = (SpringDamper, PrescribedMotion, Gear, Coupler)
     acting = [
@@ -99,5 +100,5 @@ def _told_by_poses(system: System, name: str, joint: Joint) -> bool:
         for element in (*system.forces.values(), *system.constraints.values())
         if name in (getattr(element, "joint", None), *(getattr(element, "joints", None) or ()))
     ]
-    acts = any(turns == 3 or (turns and isinstance(element, on_angles)) for element in acting)
+    acts = any(turns == 3 or isinstance(element, on_angles) for element in acting)
     return named.isdisjoint(ambiguous) and not acts

@@ -139,9 +139,9 @@ def random_tree(seed: int, *, rows: bool = False) -> tuple[Case, State]:
     return case, case.state(*random_state(np.random.default_rng(seed), case))
 
 
-@pytest.mark.parametrize("block", blocks(30, quick=1))
+@pytest.mark.parametrize("block", blocks(60, quick=1))
 def test_random_loops_accelerate_alike_and_pull_alike(block: int) -> None:
-    for seed in range(10 * block, 10 * block + 10):
+    for seed in range(5 * block, 5 * block + 5):
         residual, of_reactions = disagreement(*closed(seed))
         assert residual <= LARGEST_WITH_ROWS, f"seed {seed}: {residual}"
         assert of_reactions <= 1e-6, f"seed {seed}: {of_reactions}"
@@ -155,16 +155,16 @@ def test_masses_may_be_far_apart(block: int) -> None:
         assert residual <= FAR_APART, f"seed {seed}: {residual}"
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_programs_agree_where_the_mass_matrix_is_singular_too(seed: int) -> None:
     assert by_program(*closed(seed)) <= LARGEST_WITH_ROWS
     assert by_program(*random_tree(seed, rows=True)) <= LARGEST_WITH_ROWS
 
 
 @pytest.mark.parametrize("rows", [False, True])
-@pytest.mark.parametrize("block", blocks(20, quick=1))
+@pytest.mark.parametrize("block", blocks(40, quick=1))
 def test_random_trees_accelerate_alike_and_pull_alike(block: int, rows: bool) -> None:
-    for seed in range(10 * block, 10 * block + 10):
+    for seed in range(5 * block, 5 * block + 5):
         residual, of_reactions = disagreement(*random_tree(seed, rows=rows))
         assert residual <= LARGEST_WITH_ROWS, f"seed {seed}: {residual}"
         assert of_reactions <= 1e-6, f"seed {seed}: {of_reactions}"
