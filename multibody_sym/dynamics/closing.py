@@ -43,6 +43,7 @@ _LARGEST_STEP: Final = 1.0
 _TRIALS: Final = 200
 _SOFTEST: Final = 1e-3
 _STIFFEST: Final = 1e12
+_TINY: Final = 1e-9
 _SEED: Final = 1
 _DAMPING: Final = 1e-2
 _DEPENDENT: Final = 1e-8
@@ -224,7 +225,8 @@ def guessed(rows: Rows, q: Floats, unknown: Sequence[int]) -> Floats:
 
 def _line_search(rows: Rows, q: Floats, step: Floats, size: float) -> tuple[Floats, tuple[Floats, Floats]] | None:
     """Return the farthest of ever smaller steps that brings phi down, None where none does."""
-    for halving in range(_HALVINGS):
+    is_rounding = float(np.abs(step).max(initial=0.0)) < _TINY  # where a part of the step is no better than the whole
+    for halving in range(1 if is_rounding else _HALVINGS):
         ahead = moved(rows.mechanism, q, step / 2**halving)
         there = rows.at(ahead)
         if there is not None and float(np.linalg.norm(there[0])) < size:
