@@ -12,6 +12,7 @@ import sympy
 from multibody_sym.dynamics.budget import Budget
 from multibody_sym.dynamics.composite_body import mass_matrix
 from multibody_sym.dynamics.derivation import Derivation, Equation, Step
+from multibody_sym.dynamics.formalisms import FORMALISMS
 from multibody_sym.dynamics.free_bodies import FreeBodies, free_bodies
 from multibody_sym.dynamics.inverse_dynamics import inverse_dynamics
 from multibody_sym.dynamics.lagrange import (
@@ -67,7 +68,8 @@ def derive(model: System | Mechanism, method: str | None = None, *, budget: Budg
     labels = labels_of(model) if isinstance(model, System) else {}
     chosen = method or ("multipliers" if mechanism.rows else "lagrange")
     if chosen not in METHODS:
-        raise InputError(f"{chosen!r} gives no closed form: choose {', '.join(METHODS)}")
+        what = f"{chosen!r} gives no closed form" if chosen in FORMALISMS else f"there is no method {chosen!r}"
+        raise InputError(f"{what}: choose {', '.join(METHODS)}")
     if chosen == "lagrange":
         verify_free(mechanism)
     limits = budget or Budget()

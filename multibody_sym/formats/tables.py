@@ -21,6 +21,8 @@ from multibody_sym.formats.files import open_new, output_errors, put_in_place, r
 Column = npt.NDArray[np.float64]
 PARTIAL: Final = ".partial"
 _METADATA: Final = "__metadata__"
+_FORMULA: Final = ("=", "+", "-", "@")
+"""A text that begins so is computed by spreadsheets; in CSV headers an apostrophe goes before it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +78,7 @@ def _write_csv(table: Table, file: BinaryIO) -> None:
 
 def _csv_header(names: Mapping[str, Any] | list[str]) -> bytes:
     line = io.StringIO()
-    csv.writer(line, lineterminator="\n").writerow(names)
+    csv.writer(line, lineterminator="\n").writerow([f"'{name}" if name[:1] in _FORMULA else name for name in names])
     return line.getvalue().encode("utf-8")
 
 
@@ -181,7 +183,8 @@ def _read_csv(file: BinaryIO) -> Table:
     whole = text[: text.rfind("\n") + 1]  # the last line of an interrupted run may be torn
     header, *lines = csv.reader(io.StringIO(whole, newline=""))
     rows = np.array([list(map(float, line)) for line in lines]).reshape(len(lines), len(header))
-    return Table(dict(zip(header, rows.T, strict=True)))
+    names = [name[1:] if name[:1] == "'" and name[1:2] in _FORMULA else name for name in header]
+    return Table(dict(zip(names, rows.T, strict=True)))
 
 
 def _read_npz(file: BinaryIO) -> Table:

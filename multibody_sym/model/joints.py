@@ -173,6 +173,8 @@ class MovingJoint(Joint):
             raise ModelError(f"limits are for joints with one freedom; a {self.kind} joint has more").under("limits")
         coordinates, speeds = len(self.coordinate_units), len(self.speed_units)
         if self.q is not None and len(self.q) != coordinates:
+            if coordinates == 0:
+                raise ModelError(f"{self._named} has no coordinate to give a name: leave it out").under("q")
             raise ModelError(f"{self._named} has {coordinates} coordinates, q names {len(self.q)}")
         if self.initial is None:
             return

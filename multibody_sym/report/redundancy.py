@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from multibody_sym.dynamics.redundancy import Redundancy
-from multibody_sym.simulation.check import CheckReport
+
+if TYPE_CHECKING:  # a run needs none of it
+    from multibody_sym.simulation.check import CheckReport
 
 
 def redundancy_lines(found: Redundancy | CheckReport) -> list[str]:

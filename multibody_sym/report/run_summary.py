@@ -24,6 +24,8 @@ def run_summary(run: Trajectory) -> str:
 def _headline(run: Trajectory) -> str:
     problem, taken, ready = run.problem, run.integration.statistics, run.ready
     accuracy = f"step {problem.step:g} s" if problem.step else f"rtol {problem.rtol:g}, atol {problem.atol:g}"
+    if problem.step and problem.step > problem.t_end - problem.t0:
+        accuracy += ", longer than the run"
     code = {"c": "C", "python": "Python"}[ready.compiled.backend]
     done = "interrupted" if run.interrupted else "done" if run.stop is None else f"stopped by {run.stop['element']!r}"
     jacobians = f", {taken.jacobians} Jacobians" if taken.jacobians else ""

@@ -13,6 +13,10 @@
 #define MBS_SCRATCH
 #endif
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 typedef void (*mbs_function)(const double *const *in, double *const *out);
 
 typedef struct {
@@ -188,5 +192,9 @@ void mbs_start(const mbs_problem *problem, const double *x0, mbs_state *state, d
    Call again while state->status is MBS_RUNNING: an event ends a call as well, and a singular position. */
 long long mbs_integrate(const mbs_problem *problem, mbs_state *state, double *work, long long steps, long long rows,
                         double *samples);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -225,3 +225,8 @@ def test_every_example_of_a_new_user_runs(tmp_path: Path) -> None:
     done = command("simulate", "pendulum.yaml", "--t-end", "0.5", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "pendulum.yaml").read_bytes() == (EXAMPLES / "pendulum.yaml").read_bytes()
+
+
+def test_step_longer_than_the_run_is_told() -> None:
+    done = command("simulate", PENDULUM, "--method", "rk4", "--step", "0.2", "--t-end", "0.1")
+    assert "step 0.2 s, longer than the run" in done.stdout

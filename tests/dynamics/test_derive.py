@@ -258,3 +258,10 @@ def test_long_equations_are_not_shown_in_a_notebook() -> None:
 def test_past_the_budget_comes_advice() -> None:
     with pytest.raises(NoSolutionError, match=r"stopped at the mass matrix.*choose a recursive formalism"):
         derive(long_chain(12), budget=Budget(operations=1500))
+
+
+def test_unknown_methods_are_told_apart_from_those_without_closed_form() -> None:
+    with pytest.raises(InputError, match="there is no method 'foo': choose lagrange, "):
+        derive(pendulum(), "foo")
+    with pytest.raises(InputError, match="'sweep' gives no closed form: choose lagrange, "):
+        derive(pendulum(), "sweep")

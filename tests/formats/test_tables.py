@@ -208,3 +208,12 @@ def test_after_kill_9_everything_appended_is_readable(tmp_path):
 def test_a_torn_last_line_is_left_out(tmp_path):
     (tmp_path / "run.csv.partial").write_text("t,x\n0.0,1.0\n0.1,2.5\n0.2,3.")
     assert list(read_table(tmp_path / "run.csv.partial").columns["x"]) == [1.0, 2.5]
+
+
+def test_names_are_no_formulas_for_spreadsheets(tmp_path):
+    names = ["=1+1", "+x", "-x", "@x", "x=1"]
+    table = Table({name: np.zeros(1) for name in names})
+    write_table(table, tmp_path / "run.csv")
+    header = next(csv.reader((tmp_path / "run.csv").read_text().splitlines()))
+    assert header == ["'=1+1", "'+x", "'-x", "'@x", "x=1"]
+    assert list(read_table(tmp_path / "run.csv").columns) == names

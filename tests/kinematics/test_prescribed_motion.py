@@ -177,7 +177,7 @@ def test_default_names_stay_when_a_freedom_is_prescribed() -> None:
         (lambda: Spherical("ground", "a", motion="t"), "angles: xyz", ("motion",)),
         (lambda: Free("ground", "a", motion=[0] * 6), "angles: xyz", ("motion",)),
         (lambda: Planar("ground", "a", motion="t"), "3 translations and rotations", ("motion",)),
-        (lambda: Revolute("ground", "a", motion="t", q="phi"), "is prescribed has 0 coordinates, q names 1", ()),
+        (lambda: Revolute("ground", "a", motion="t", q="phi"), "has no coordinate to give a name", ("q",)),
         (lambda: Revolute("ground", "a", motion="t", initial=Initial(q=1)), "needs 0 initial values", ("initial", "q")),
     ],
 )

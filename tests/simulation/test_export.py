@@ -36,6 +36,14 @@ def shell(line: str, folder: Path) -> str:
 
 
 @needs_compiler
+@pytest.mark.skipif(shutil.which("c++") is None, reason="no C++ compiler")
+def test_headers_serve_programs_in_cpp(tmp_path: Path) -> None:
+    mbs.export(mbs.loads(HELD), to="c", directory=tmp_path)
+    (tmp_path / "main.cpp").write_text('#include "model.h"\nint main() { return mbs_programs[0].n_in < 1; }\n')
+    shell(f"{COMPILER} -c model.c solve.c && c++ -Wall -Werror main.cpp model.o solve.o -lm && ./a.out", tmp_path)
+
+
+@needs_compiler
 @pytest.mark.parametrize("fold", [False, True])
 def test_c_compiles_as_its_head_says_and_tests_itself(tmp_path: Path, fold: bool) -> None:
     files = mbs.export(mbs.loads(HELD), to="c", directory=tmp_path / "out", fold=fold)
