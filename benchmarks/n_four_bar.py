@@ -93,7 +93,10 @@ def ours(problem: Problem, tolerance: float) -> Run:
 
 def as_good(runs: list[Run], error: float) -> Run:
     """Return the run with the largest tolerance whose error is no larger."""
-    return next(run for run in runs if run.error <= error)
+    found = next((run for run in runs if run.error <= error), None)
+    if found is None:
+        raise SystemExit(f"no tolerance reaches the error {error:.1e} J")
+    return found
 
 
 # --- Exudyn -------------------------------------------------------------------------------------------------------
