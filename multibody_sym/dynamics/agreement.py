@@ -59,8 +59,9 @@ def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Seq
         |H_j udot - gamma_j| / (eps n (|H_j D|_1 |udot / D| + |H_j| |v| + |gamma_j|)),
 
     where |v| is the largest that terms of one row's gamma make of udot: D^2 H_k^T |gamma_k| / |H_k D|^2.
-    A row H_j that is zero but for rounding counts as long as the longest. 0/0 is 0; nan is returned where anything is
-    not finite. In equilibrium udot is what the forces round to: it counts as sqrt(eps) of them at least.
+    A row H_j that is zero but for rounding counts as long as the longest, or as what it exerts. 0/0 is 0; nan is
+    returned where anything is not finite. In equilibrium udot is what the forces round to: it counts as sqrt(eps) of
+    them at least.
     """
     x, multiplier = np.asarray(udot, dtype=float), np.asarray(multipliers, dtype=float)
     matrix, jacobian = reference.mass_matrix, reference.constraint_jacobian
@@ -71,7 +72,8 @@ def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Seq
     size = _norm(x / scale)
     ratios = [_quotient(_norm(scale * residual), _row_norm(scale[:, None] * matrix * scale) * size + forces)]
     sizes = np.abs(jacobian * scale).sum(axis=1)
-    sizes[sizes <= ROUNDING * sizes.max(initial=0.0)] = sizes.max(initial=0.0)
+    natural = np.maximum(reference.exerted * scale.max(initial=0.0), sizes.max(initial=0.0))
+    sizes = np.where(sizes <= ROUNDING * natural, natural, sizes)
     terms = reference.absolute_constraint_forcing + np.abs(jacobian) @ _answers(reference, scale)
     least = max(size, math.sqrt(EPSILON) * forces)
     missed = np.abs(jacobian @ x - reference.constraint_forcing)

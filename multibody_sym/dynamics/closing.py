@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from multibody_sym.dynamics.block_ldl import tree_factors
 from multibody_sym.dynamics.composite_body import mass_matrix
+from multibody_sym.dynamics.dependence import constraint_jacobian
 from multibody_sym.dynamics.equations import MassFactors
 from multibody_sym.dynamics.factorization import factorized
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED
@@ -93,9 +94,9 @@ class Rows:
         phi, jacobian = np.array([row.phi for row in rows], dtype=float), self.jacobian(rows)
         return (phi, jacobian) if np.isfinite(phi).all() and np.isfinite(jacobian).all() else None
 
-    def jacobian(self, rows: Iterable[RowMotion]) -> Floats:
-        """Return H (s x n) of rows."""
-        return np.array([row.jacobian for row in rows], dtype=float).reshape(-1, len(self.mechanism.speeds))
+    def jacobian(self, rows: Sequence[RowMotion]) -> Floats:
+        """Return H (s x n) of rows, without what rounding leaves of rows that move nothing."""
+        return constraint_jacobian(rows).reshape(-1, len(self.mechanism.speeds))
 
     def missed(self, q: Floats) -> Missed | None:
         """Return phi of holonomic rows beside the model's length, or |H| by such lengths where rows are expressions.

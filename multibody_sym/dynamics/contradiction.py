@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.dynamics.closing import Rows, least_missed, moved
-from multibody_sym.dynamics.dependence import constraint_jacobian, contradiction
+from multibody_sym.dynamics.dependence import contradiction
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.program.solve import scaled_rows
@@ -64,7 +64,7 @@ def contradiction_of(rows: Rows, q: Floats, u: Floats, rank: int | None = None) 
     if closest is None:
         return None
     moving = rows.of(rows.motion(closest, u))
-    jacobian = constraint_jacobian(moving)
+    jacobian = rows.jacobian(moving)
     if rank is not None and _rank(jacobian) < rank:
         return None
     levels = {
@@ -110,5 +110,5 @@ def _lasts(rows: Rows, q: Floats, jacobian: Floats, circuit: Sequence[int]) -> b
     """
     change = np.random.default_rng(_SEED).uniform(-_BESIDE, _BESIDE, len(rows.mechanism.speeds))
     near = rows.motion(moved(rows.mechanism, q, change), np.zeros(len(change)))
-    beside = constraint_jacobian(rows.of(near))
+    beside = rows.jacobian(rows.of(near))
     return _rank(beside[list(circuit)]) < len(circuit) or _rank(beside) <= _rank(jacobian)

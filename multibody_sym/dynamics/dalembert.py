@@ -16,11 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from multibody_sym.dynamics.dependence import constraint_jacobian
 from multibody_sym.dynamics.row_terms import row_terms
 from multibody_sym.kinematics.loads import applied, span
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.points import velocity
-from multibody_sym.kinematics.rows import row_motions
+from multibody_sym.kinematics.rows import exerted, row_motions
 from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench
 from multibody_sym.model.mechanism import JointSpring, Load, PointSpring
 
@@ -29,7 +30,10 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Reference:
-    """M (n x n), Q (n), c (n), H (s x n), gamma (s), and the sums of absolute contributions to Q, c and gamma."""
+    """M (n x n), Q (n), c (n), H (s x n), gamma (s), and the sums of absolute contributions to Q, c and gamma.
+
+    `exerted` (s): the largest force or moment that a unit multiplier exerts on a body, which H may hold nothing of.
+    """
 
     mass_matrix: Floats
     applied: Floats
@@ -39,6 +43,7 @@ class Reference:
     absolute_applied: Floats
     absolute_velocity_terms: Floats
     absolute_constraint_forcing: Floats
+    exerted: Floats
 
 
 @dataclass(frozen=True)
@@ -75,11 +80,11 @@ def dalembert(motion: Motion) -> Reference:
         absolute_terms += absolute
     forces, absolute_forces = _applied(motion, partials)
     rows = row_motions(motion)
-    jacobian = np.array([row.jacobian for row in rows], dtype=float).reshape(len(rows), count)
+    jacobian = constraint_jacobian(rows).reshape(len(rows), count)
     gamma = np.array([row.gamma for row in rows], dtype=float)
     matrix = np.vstack(velocities).T @ np.vstack(momenta)
-    absolute_gamma = np.array(row_terms(motion), dtype=float)
-    return Reference(matrix, forces, terms, jacobian, gamma, absolute_forces, absolute_terms, absolute_gamma)
+    absolutes = absolute_forces, absolute_terms, np.array(row_terms(motion), dtype=float)
+    return Reference(matrix, forces, terms, jacobian, gamma, *absolutes, exerted(rows))
 
 
 def partial_velocities(motion: Motion) -> list[Partials]:

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.kinematics.rows import RowMotion
+from multibody_sym.kinematics.rows import RowMotion, exerted
 from multibody_sym.program.solve import scaled_rows, solve
 
 Floats = npt.NDArray[np.float64]
@@ -42,9 +42,9 @@ def dependence(matrix: Floats) -> Dependence:
 
 def constraint_jacobian(rows: Sequence[RowMotion]) -> Floats:
     """Return H (s x n) of rows over floats, zero where a row moves nothing but by rounding of the forces it exerts."""
-    jacobian = np.array([row.jacobian for row in rows], dtype=float).reshape(len(rows), -1)
-    exerted = [max((abs(x) for wrench in row.of_body for part in wrench for x in part), default=0.0) for row in rows]
-    vanishing = np.abs(jacobian).max(axis=1, initial=0.0) <= _ROUNDING * np.array(exerted)
+    size = len(rows[0].jacobian) if rows else 0
+    jacobian = np.array([row.jacobian for row in rows], dtype=float).reshape(len(rows), size)
+    vanishing = np.abs(jacobian).max(axis=1, initial=0.0) <= _ROUNDING * exerted(rows)
     return np.where(vanishing[:, None], 0.0, jacobian)
 
 

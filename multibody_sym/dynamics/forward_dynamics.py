@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from multibody_sym.dynamics.block_ldl import tree_factors
 from multibody_sym.dynamics.composite_body import mass_diagonal, mass_matrix
+from multibody_sym.dynamics.dependence import constraint_jacobian
 from multibody_sym.dynamics.equations import TreeDynamics
 from multibody_sym.dynamics.laws import Equality, shared, solved
 from multibody_sym.dynamics.massless import completed_matrix, massless_speeds
@@ -50,11 +51,12 @@ def forward_dynamics(dynamics: TreeDynamics, *, minimum_norm: bool = False) -> A
         return Accelerations(np.array(dynamics.bias_acceleration, dtype=float), np.zeros(0), np.zeros(3))
     factors, gamma = dynamics.factors, np.array(dynamics.constraint_forcing, dtype=float)
     free = np.array(factors.weighted(dynamics.forcing), dtype=float)
-    matrix = np.array([factors.weighted(row.jacobian) for row in dynamics.rows], dtype=float)
+    jacobian = constraint_jacobian(dynamics.rows)
+    matrix = np.array([factors.weighted(row) for row in jacobian.tolist()], dtype=float)
     laws = [Equality()] * len(matrix)
     first = solved(matrix, gamma - matrix @ free, laws)
     near = np.array(factors.unweighted((free + first.solution).tolist()), dtype=float)
-    second = solved(matrix, gamma - np.array(dynamics.constraint_jacobian, dtype=float) @ near, laws)
+    second = solved(matrix, gamma - jacobian @ near, laws)
     udot = near + np.array(factors.unweighted(second.solution.tolist()), dtype=float)
     multipliers = first.multipliers + second.multipliers
     if minimum_norm:

@@ -73,7 +73,7 @@ def approximate_rank(dynamics: TreeDynamics) -> int:
     """Return the rank of the rows at a state that satisfies them only nearly."""
     if not dynamics.rows:
         return 0
-    matrix = _weighted(dynamics, np.array(dynamics.constraint_jacobian, dtype=float))
+    matrix = _weighted(dynamics, constraint_jacobian(dynamics.rows))
     values = np.linalg.svd(scaled_rows(matrix)[1], compute_uv=False)
     return int((values > _APPROXIMATE).sum())
 

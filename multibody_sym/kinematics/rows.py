@@ -11,6 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import singledispatch
 
+import numpy as np
+import numpy.typing as npt
+
 from multibody_sym.kinematics.motion import Motion, accelerations, coordinate_rates
 from multibody_sym.kinematics.points import acceleration, position, velocity
 from multibody_sym.kinematics.relative import angular_acceleration, angular_velocity, direction, seen
@@ -73,6 +76,12 @@ def row_motions(motion: Motion) -> list[RowMotion]:
         with at("constraints", row.name):
             found.append(row_motion(row, motion, bias))
     return found
+
+
+def exerted(rows: Sequence[RowMotion]) -> npt.NDArray[np.float64]:
+    """Return the largest component (s) of the wrenches of each row's unit multiplier, over floats."""
+    largest = [max((abs(x) for wrench in row.of_body for part in wrench for x in part), default=0.0) for row in rows]
+    return np.array(largest, dtype=float)
 
 
 @singledispatch

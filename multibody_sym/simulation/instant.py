@@ -10,6 +10,7 @@ import numpy as np
 
 from multibody_sym.dynamics.book_form import book_form
 from multibody_sym.dynamics.closed_form import ClosedForms, closed_forms, unknowns
+from multibody_sym.dynamics.equations import TreeDynamics
 from multibody_sym.dynamics.formalisms import FORMALISMS
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED, Accelerations, forward_dynamics
 from multibody_sym.dynamics.quantities import Instant, quantities
@@ -138,7 +139,7 @@ def solved_start(system: System, formalism: str | None = None) -> Solved:
     motion = motion_of(resolved, state)
     dynamics = FORMALISMS[formalism_name(formalism, resolved)](resolved, state)
     found = forward_dynamics(dynamics, minimum_norm=resolved.minimum_norm)
-    _verify(resolved, found)
+    _verify(resolved, dynamics, found)
     numbers = Instant(motion, found.udot.tolist(), found.multipliers.tolist())
     others = tuple(
         Instant(motion, numbers.udot, (found.multipliers + change).tolist())
@@ -162,12 +163,15 @@ def _forms(resolved: Mechanism, symbolic: SymbolicState, reasons: dict[str, None
     return None
 
 
-def _verify(resolved: Mechanism, found: Accelerations) -> None:
+def _verify(resolved: Mechanism, dynamics: TreeDynamics, found: Accelerations) -> None:
     """Raise NoSolutionError where rows that depend on each other only here ask for different accelerations."""
-    rank, _, residual = found.report.tolist()
+    rank, gamma = found.report[0], np.array(dynamics.constraint_forcing, dtype=float)
+    jacobian = np.array(dynamics.constraint_jacobian, dtype=float).reshape(len(gamma), len(found.udot))
+    missed = float(np.abs(jacobian @ found.udot - gamma).max(initial=0.0))
     if not (np.isfinite(found.udot).all() and np.isfinite(found.report).all()):
         raise NoSolutionError("the accelerations are no finite numbers: values of the model are too large or too small")
-    if rank < len(resolved.rows) and residual > _CONTRADICTION:
+    size = max(1.0, float(np.abs(gamma).max(initial=0.0)), float(np.abs(found.udot).max(initial=0.0)))
+    if rank < len(resolved.rows) and missed > _CONTRADICTION * size:
         names = ", ".join(row.name for row in resolved.rows)
         raise NoSolutionError(
             f"the start is a singular position of {names}, and no acceleration satisfies them with these speeds; start "

@@ -11,9 +11,12 @@ from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.constraints import Distance, Expression
 from multibody_sym.model.elements import Body
-from multibody_sym.model.joints import Initial, Planar, Prismatic
+from multibody_sym.model.joints import Initial, Planar, Prismatic, Revolute
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System
+from multibody_sym.runtime.loading import Backend
+from multibody_sym.simulation.check import check
+from multibody_sym.simulation.simulate import simulate
 
 
 def found_in(system: System) -> Redundancy:
@@ -96,3 +99,22 @@ def test_rank_does_not_depend_on_units(factor: float) -> None:
         constraints={"one": Expression(f"{factor:.0e}*(x - y)"), "two": Expression(f"{factor:.0e}*(x + y)")},
     )
     assert found_in(system).rank == 2
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_a_second_hinge_about_an_oblique_axis_changes_nothing(backend: Backend) -> None:
+    """All that is left of its rows is rounding, which has directions but no meaning."""
+
+    def door(hinges: int) -> System:
+        points = {f"p{k}": [0.1 * (k + 1), 0.2 * (k + 1), 0.3 * (k + 1)] for k in range(hinges)}
+        leaf = Body(mass=20, com=[0.4, 0, 1], inertia={"Ixx": 7, "Iyy": 8, "Izz": 2}, points=points)
+        joints = {f"j{k}": Revolute(f"ground.p{k}", f"leaf.p{k}", axis=[1, 2, 3]) for k in range(hinges)}
+        return System("door", gravity=[0, 0, -10], bodies={"leaf": leaf, "ground": Body(points=points)}, joints=joints)
+
+    one, two = (simulate(door(hinges), t_end=1, samples=5, backend=backend) for hinges in (1, 2))
+    assert two["j0"] == pytest.approx(one["j0"], rel=1e-12)
+    assert two.redundancy.redundant == ("j1.x", "j1.y", "j1.z", "j1.r1", "j1.r2")
+    assert float(abs(two.reactions["j1"]["fz"]).max()) == 0.0
+    report = check(door(2))
+    assert report.agrees
+    assert not [hint for hint in report.hints if "singular" in hint]
