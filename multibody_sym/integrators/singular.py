@@ -1,7 +1,7 @@
 """Steps over singular positions, in which constraint rows become dependent; `singular.c` is the same in C.
 
 On one side of such a position and on the other the motion is smooth, but an acceleration off the constraints by e, at
-the distance s from it, is wrong by e/s, and by round-off/s on them. So a step that comes near one is made with its
+the distance s from it, is wrong by e/s, and by round-off/s^3 on them. So a step that comes near one is made with its
 slopes taken at states put back onto the constraints, and with another length if one of them falls too near to it or
 onto another branch of the motion: it steps across, and goes on where the way it came by leads.
 """
