@@ -6,8 +6,9 @@ Ours: accelerations and multipliers of `examples/four_bar.yaml` without its moto
 states of a motion in turn by a loop in C. Theirs: the same bodies, and the pin between coupler and rocker as a
 CONTACT_3D constraint (point on point: the least that holds a planar loop), regularised by mu = 1e-10 in 10 proximal
 iterations, as its three rows depend on each other in the plane and the default settings give nan;
-`pin.constraintDynamics` called from Python for the same states. From both the cost of the call is taken: ours is that for one state, theirs that of a model without joints and constraints, for each
-state. CPU time of the thread, minimum of interleaved rounds. Needs the extra `peers`.
+`pin.constraintDynamics` called from Python for the same states. From both the cost of the call is taken: ours is that
+for one state, theirs that of a model without joints and constraints, for each state. CPU time of
+the thread, minimum of interleaved rounds. Needs the extra `peers`.
 """
 
 from __future__ import annotations
