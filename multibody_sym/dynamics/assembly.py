@@ -24,6 +24,7 @@ from multibody_sym.dynamics.closing import (
     guessed,
     least_change,
 )
+from multibody_sym.dynamics.row_terms import power_terms
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.model.mechanism import Mechanism, TreeBody
 
@@ -110,13 +111,14 @@ def assembled_speeds(rows: Rows, q: Floats, u: Floats, *, project: bool = False)
     """Return speeds with H u = -phi_t, from declared ones. Raises NoSolutionError with the residuals by name."""
     if not rows.active:
         return Assembled(u)
-    moving = rows.of(rows.motion(q, u))
+    motion = rows.motion(q, u)
+    moving = rows.of(motion)
     phidot, jacobian = np.array([row.phidot for row in moving], dtype=float), rows.jacobian(moving)
-    given = np.abs(phidot - jacobian @ u)
+    terms = np.abs(phidot - jacobian @ u) + np.array(power_terms(motion, moving), dtype=float)
 
     def missed(values: Floats) -> Missed:
         sizes = np.abs(values) + _LEAST * np.abs(values).max()
-        return Missed(phidot + jacobian @ (values - u), np.abs(jacobian) @ sizes + given)
+        return Missed(phidot + jacobian @ (values - u), np.abs(jacobian) @ sizes + terms)
 
     def close(free: Sequence[int], weighted: bool) -> Floats | None:
         found: Floats = u + least_change(rows, q, jacobian, -phidot, free, weighted, exactly)

@@ -1,4 +1,4 @@
-"""How large the terms are whose sum is gamma of a row: the scale that tells its value from rounding, in floats.
+"""How large the terms are whose sum is phidot or gamma of a row: the scale that tells it from rounding, in floats.
 
 Along a chain lengths of terms add up, whatever their directions, with sums in place of |v|, |w|, |a|, |alpha|:
 
@@ -19,6 +19,7 @@ from multibody_sym.kinematics.loads import span
 from multibody_sym.kinematics.motion import BodyMotion, Motion, coordinate_rates
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.relative import direction
+from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.model.mechanism import (
     TIME,
     AngleRow,
@@ -57,11 +58,28 @@ class Terms:
 
 def row_terms(motion: Motion) -> list[float]:
     """Return for each row of a mechanism the sum of the lengths of all terms of gamma."""
+    bodies = _bodies(motion)
+    return [_terms(row, motion, bodies) for row in motion.mechanism.rows]
+
+
+def power_terms(motion: Motion, rows: Sequence[RowMotion]) -> list[float]:
+    """Return for each row of bodies sum |f| V + |m| W: phidot is the power of a unit multiplier's wrenches (f, m).
+
+    It does not vanish with H, where nothing can move a row: what bodies share of their motion cancels to rounding.
+    """
+    bodies = _bodies(motion)
+    return [
+        sum(hypot(*f) * body.V + hypot(*m) * body.W for body, (f, m) in zip(bodies, row.of_body, strict=True))
+        for row in rows
+    ]
+
+
+def _bodies(motion: Motion) -> list[Terms]:
     bodies: list[Terms] = []
     for body, moved in zip(motion.mechanism.bodies, motion.bodies, strict=True):
         parent = bodies[body.parent] if body.parent >= 0 else Terms()
         bodies.append(_carried(moved, parent.at(hypot(*moved.p_PB)), [motion.state.u[k] for k in body.u]))
-    return [_terms(row, motion, bodies) for row in motion.mechanism.rows]
+    return bodies
 
 
 def _carried(moved: BodyMotion, parent: Terms, speeds: Sequence[float]) -> Terms:

@@ -23,7 +23,8 @@ from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.joints import Initial
+from multibody_sym.model.elements import Body
+from multibody_sym.model.joints import Fixed, Initial, Prismatic, Revolute
 from multibody_sym.model.mechanism import Mechanism, PositionRow
 from multibody_sym.model.slots import Names
 from multibody_sym.model.system import System
@@ -109,6 +110,66 @@ def test_speeds_beside_those_that_a_loop_allows(size: float) -> None:
         motion = motion_of(resolved, state_of(resolved, float, 0.0, begin.q, begin.u, begin.parameters))
         assert max(abs(row.phidot) for row in row_motions(motion)) < 1e-13
         assert 0.1 * size < begin.shift < 100 * size
+
+
+def governor(rate: float, angle: float, **spindle: object) -> System:
+    """Watt's governor: a planar linkage on a spindle, whose rows C.y, C.rx and C.rz nothing in it can move."""
+    arm = {"points": {"e": [0, 0, -0.4]}}
+    return System(
+        "governor",
+        gravity=[0, 0, -9.81],
+        bodies={
+            "spindle": Body(inertia={"Izz": 1}),
+            "arm": Body(**arm),
+            "ball": Body(mass=1.5),
+            "rod": Body(**arm),
+            "sleeve": Body(mass=2),
+        },
+        joints={
+            "S": Revolute("ground", "spindle", axis="z", q=None if "motion" in spindle else "s", **spindle),
+            "A": Revolute("spindle", "arm", axis="y", q="th", initial={"q": angle, "u": rate, "known": True}),
+            "F": Fixed("arm.e", "ball"),
+            "B": Revolute("arm.e", "rod", axis="y", q="ps", initial={"q": 2}),
+            "D": Prismatic("spindle", "sleeve", axis="z", q="z", initial={"q": -0.5}),
+            "C": Revolute("rod.e", "sleeve", axis="y", cut=True),
+        },
+    )
+
+
+@pytest.mark.parametrize("coordinates", ["relative", "absolute"])
+@pytest.mark.parametrize(("w", "angle"), [(1, -1), (8, -0.7), (37, -1), (100, -0.7)])
+def test_speeds_of_a_linkage_on_a_turning_spindle(w: float, coordinates: str, angle: float) -> None:
+    """ps = -2 th, z = -0.8 cos(th), whatever the spindle does, free or driven."""
+    for spindle in ({"initial": {"u": w}}, {"motion": f"{w}*t"}):
+        system = governor(0.3, angle, **spindle)
+        run = mbs.simulate(
+            replace(system, simulation=replace(system.simulation, coordinates=coordinates)),
+            t_end=1e-3,
+            samples=2,
+            backend="python",
+        )
+        assert run["u_ps"][0] == pytest.approx(-0.6, abs=1e-12)
+        assert run["u_z"][0] == pytest.approx(0.24 * math.sin(angle), abs=1e-12)
+        assert run["ps"] == pytest.approx(-2 * run["th"], abs=1e-9)
+        assert run["z"] == pytest.approx(-0.8 * np.cos(run["th"]), abs=1e-9)
+
+
+def test_wrong_known_speeds_are_refused_on_a_turning_spindle() -> None:
+    """Parts of 1e-9 are no rounding of a motion that nothing makes large."""
+    system = governor(0.3, -1, initial={"q": 0, "u": 8, "known": True})
+    right = {"B": -0.6, "D": 0.24 * math.sin(-1)}
+    places = {"B": 2.0, "D": -0.8 * math.cos(1)}
+    for wrong in (None, "B", "D"):
+        joints = dict(system.joints)
+        for name, speed in right.items():
+            given = Initial(q=places[name], u=speed * (1 + 1e-9 * (name == wrong)), known=True)
+            joints[name] = replace(joints[name], initial=given)
+        resolved = mbs.mechanism(replace(system, joints=joints))
+        if wrong is None:
+            start(resolved)
+            continue
+        with pytest.raises(NoSolutionError, match=r"initial speeds .*C\.\w+ misses by"):
+            start(resolved)
 
 
 @pytest.mark.parametrize(
