@@ -25,6 +25,7 @@ from multibody_sym.dynamics.closing import (
     least_change,
 )
 from multibody_sym.dynamics.row_terms import power_terms
+from multibody_sym.dynamics.row_values import verify_values
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.model.mechanism import Mechanism, TreeBody
 
@@ -66,7 +67,10 @@ Close = Callable[[Sequence[int], bool], Floats | None]
 
 
 def assembled_position(rows: Rows, q: Floats, *, project: bool = False) -> Assembled:
-    """Return coordinates with phi = 0, from declared ones. Raises NoSolutionError with the residuals by name."""
+    """Return coordinates with phi = 0, from declared ones.
+
+    Raises NoSolutionError with the residuals by name, or ModelError naming a row without any where nothing closes.
+    """
     rows = rows.holonomic()
     if not rows.active:
         return Assembled(q)
@@ -82,6 +86,8 @@ def assembled_position(rows: Rows, q: Floats, *, project: bool = False) -> Assem
         return found
 
     found = _chosen(items, generic_jacobian(rows, q), missed, close, project)
+    if found is None and missed is None:
+        verify_values(rows.motion(q, np.zeros(len(rows.mechanism.speeds))))
     if found is None:
         raise _failure(rows, "the start values do not satisfy the constraints", missed)
     return _compared(q, *found)

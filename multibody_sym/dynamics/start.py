@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -19,10 +18,10 @@ from multibody_sym.dynamics.composite_body import composite_body
 from multibody_sym.dynamics.contradiction import contradictions_named, verify_consistent
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED, verify_inertia
 from multibody_sym.dynamics.redundancy import approximate_rank
+from multibody_sym.dynamics.row_values import verify_lengths, verify_values
 from multibody_sym.errors import ModelError, Where
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion
-from multibody_sym.kinematics.points import position as point_position
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.model.bodies import GROUND
 from multibody_sym.model.mechanism import TIME, Coordinate, Mechanism, RopeRow, Speed
@@ -76,9 +75,10 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None, *,
     measured = _measured_ropes(mechanism)
     rows = Rows(mechanism, declared, [k for k in range(len(mechanism.rows)) if k not in measured])
     _verify_inertia(rows, q, u)
+    verify_lengths(rows.motion(q, u))
     with contradictions_named(rows, q, u):
         position = assembled_position(rows, q, project=project)
-    _verify_directions(rows.motion(position.values, np.zeros(len(u))))
+    verify_values(rows.motion(position.values, u))
     parameters = _with_lengths(rows, position.values, measured)
     every = Rows(mechanism, parameters, range(len(mechanism.rows)))
     with contradictions_named(every, position.values, u):
@@ -139,21 +139,13 @@ def _verify_motions(mechanism: Mechanism, parameters: Sequence[float]) -> None:
 
 
 def _verify_inertia(rows: Rows, q: Floats, u: Floats) -> None:
-    with _valued():
-        verify_inertia(rows.motion(q, u))
-
-
-def _verify_directions(motion: Motion) -> None:
-    """Raise ModelError where the pieces of a rope or rod have no direction, because both ends are at one place."""
-    for row in motion.mechanism.rows:
-        markers = [bend.at for bend in row.path] if isinstance(row, RopeRow) else getattr(row, "ends", ())
-        for a, b in pairwise(markers):
-            if point_position(motion, a) == point_position(motion, b):
-                raise ModelError(
-                    f"{a.name} and {b.name} are at the same place at the start, and what joins them has no direction; "
-                    "give them different positions (initial: {q: ..})",
-                    where=Where(path=("constraints", row.name)),
-                )
+    motion = rows.motion(q, u)
+    try:
+        with _valued():
+            verify_inertia(motion)
+    except ModelError:
+        verify_values(motion)
+        raise
 
 
 def _verify_loads(motion: Motion) -> None:

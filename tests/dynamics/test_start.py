@@ -15,8 +15,8 @@ from multibody_sym.errors import InputError, ModelError, NoSolutionError
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.constraints import Distance, Expression, Rope
-from multibody_sym.model.elements import Body
+from multibody_sym.model.constraints import Distance, Expression, PrescribedMotion, Rope, VelocityConstraint
+from multibody_sym.model.elements import Body, Element
 from multibody_sym.model.joints import Free, Initial, Prismatic, Revolute, Spherical
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.resolve import mechanism
@@ -140,6 +140,42 @@ def test_force_without_value_at_the_start_is_named() -> None:
     with pytest.raises(ModelError, match="no finite value at the start") as caught:
         start(mechanism(system))
     assert caught.value.where.path == ("forces", "gravitation")
+
+
+@pytest.mark.parametrize(
+    ("constraint", "why"),
+    [
+        (PrescribedMotion("x", "1/t"), "no finite value at the start"),
+        (PrescribedMotion("x", "sqrt(t)"), "no finite value at the start"),
+        (Distance(("a", "ground"), -1), "its length is -1 m at the start, and no length is negative"),
+        (Distance(("a", "a"), 1), "a and a are at the same place always"),
+        (VelocityConstraint("u_a - 1/t"), "no finite value at the start"),
+    ],
+)
+def test_row_without_value_at_the_start_is_named(constraint: Element, why: str) -> None:
+    system = System(
+        "valueless",
+        bodies={"a": Body(mass=1), "b": Body(mass=1)},
+        joints={
+            "x": Prismatic("ground", "a", axis="x", q="a", initial={"q": 1}),
+            "y": Prismatic("ground", "b", axis="y", q="b", initial={"q": 1}),
+        },
+        constraints={"innocent": Distance(("a", "b"), 2), "wrong": constraint},
+    )
+    with pytest.raises(ModelError, match=why) as caught:
+        start(mechanism(system))
+    assert caught.value.where.path[:2] == ("constraints", "wrong")
+
+
+def test_rods_of_two_lengths_between_coinciding_points_have_no_direction() -> None:
+    system = System(
+        "coinciding",
+        bodies={"a": Body(mass=1)},
+        joints={"x": Free("ground", "a")},
+        constraints={"r": Distance(("a", "ground"), 1), "s": Distance(("a", "ground"), 2)},
+    )
+    with pytest.raises(ModelError, match=r"a and ground are at the same place at the start.*initial"):
+        start(mechanism(system))
 
 
 # --- assembly ------------------------------------------------------------------------------------------------------

@@ -1,0 +1,64 @@
+"""Rows that have no value at the start: which, and why."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+from multibody_sym.dynamics.forward_dynamics import UNDEFINED
+from multibody_sym.errors import ModelError
+from multibody_sym.kinematics.motion import Motion, accelerations
+from multibody_sym.kinematics.points import position
+from multibody_sym.kinematics.rows import row_motion
+from multibody_sym.model.mechanism import DistanceRow, Marker, RopeRow, Row
+from multibody_sym.model.slots import at
+from multibody_sym.scalars.node import leaves
+
+
+def verify_lengths(motion: Motion) -> None:
+    """Raise ModelError naming the first rod or rope whose declared length is negative wherever bodies are."""
+    for k, row in enumerate(motion.mechanism.rows):
+        declared = row.value if isinstance(row, DistanceRow) else row.length if isinstance(row, RopeRow) else None
+        if declared is None or any(leaf.data[0] == "q" for leaf in leaves([declared], "slot")):
+            continue
+        with at(*motion.mechanism.row_path(k)):
+            try:
+                length = float(motion.state.values([declared])[0])
+            except UNDEFINED:
+                continue
+            if length < 0.0:
+                raise ModelError(f"its length is {length:g} m at the start, and no length is negative")
+
+
+def verify_values(motion: Motion) -> None:
+    """Raise ModelError naming the first row that has no value at a state, and why it has none."""
+    bias = accelerations(motion, [0.0] * len(motion.state.u))
+    for k, row in enumerate(motion.mechanism.rows):
+        with at(*motion.mechanism.row_path(k)):
+            _verify_direction(row, motion)
+            try:
+                found = row_motion(row, motion, bias)
+                values = (found.phi or 0.0, found.phidot, found.gamma, *found.jacobian)
+                valued = all(math.isfinite(x) for x in values)
+            except UNDEFINED:
+                valued = False
+            if not valued:
+                raise ModelError(
+                    "it, its rate or its acceleration has no finite value at the start; correct the expression, or "
+                    "start from another position (initial: {q: ..})"
+                )
+
+
+def _verify_direction(row: Row, motion: Motion) -> None:
+    for a, b in pairwise(_joined(row)):
+        if position(motion, a) == position(motion, b):
+            same = a.body == b.body
+            advice = "join other points" if same else "give them different positions (initial: {q: ..})"
+            when = "always" if same else "at the start"
+            raise ModelError(
+                f"{a.name} and {b.name} are at the same place {when}, and what joins them has no direction; {advice}"
+            )
+
+
+def _joined(row: Row) -> list[Marker]:
+    return [bend.at for bend in row.path] if isinstance(row, RopeRow) else list(getattr(row, "ends", ()))
