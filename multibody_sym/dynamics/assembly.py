@@ -26,6 +26,7 @@ from multibody_sym.dynamics.closing import (
 )
 from multibody_sym.dynamics.row_terms import power_terms
 from multibody_sym.dynamics.row_values import verify_values
+from multibody_sym.dynamics.unclosable import unclosable
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.model.mechanism import Mechanism, TreeBody
 
@@ -89,8 +90,20 @@ def assembled_position(rows: Rows, q: Floats, *, project: bool = False) -> Assem
     if found is None and missed is None:
         verify_values(rows.motion(q, np.zeros(len(rows.mechanism.speeds))))
     if found is None:
-        raise _failure(rows, "the start values do not satisfy the constraints", missed)
+        raise _not_closed(rows, q)
     return _compared(q, *found)
+
+
+def _not_closed(rows: Rows, q: Floats) -> NoSolutionError:
+    """Return the error that names the fewest elements found that no positions satisfy, or all rows that are missed."""
+    known = any(c.known for c in rows.mechanism.coordinates)  # which may be all that keeps the rows from closing
+    fewest = (None if known else unclosable(rows, q)) or rows
+    names = list(dict.fromkeys(rows.mechanism.row_path(k)[1] for k in fewest.active))
+    what = "the start values do not satisfy the constraints"
+    if fewest is not rows and len(names) > 1:
+        listed = f"{', '.join(names[:-1])} and {names[-1]}"
+        what = f"no positions were found that satisfy {listed} together, though they were without any one of them"
+    return _failure(fewest, what, fewest.missed(q))
 
 
 def _position_items(mechanism: Mechanism) -> list[_Item]:

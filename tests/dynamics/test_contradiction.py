@@ -101,6 +101,32 @@ def reach() -> mbs.System:
     return mbs.System("reach", bodies={"ground": away, "crank": crank}, joints={"A": joint}, constraints={"rod": rod})
 
 
+def test_rods_too_short_to_meet_are_named_without_an_innocent_third() -> None:
+    """Pivots 1 m apart and rods of 0.3 m each; z hangs on the point where they would meet."""
+    round_body = {"mass": 1, "inertia": {"Izz": 1}}
+    system = mbs.System(
+        "short",
+        bodies={
+            "ground": mbs.Body(points={"p": [1, 0, 0]}),
+            "m": mbs.Body(**round_body),
+            "n": mbs.Body(**round_body),
+        },
+        joints={
+            "h": mbs.Planar("ground", "m", initial=mbs.Initial(q=[0.4, 0.1, 0])),
+            "k": mbs.Planar("ground", "n", initial=mbs.Initial(q=[0.4, 0.9, 0])),
+        },
+        constraints={
+            "z": mbs.Distance(["m", "n"], 0.5),
+            "a": mbs.Distance(["m", "ground"], 0.3),
+            "b": mbs.Distance(["m", "ground.p"], 0.3),
+        },
+    )
+    message, path = contradiction(system)
+    assert message.startswith("no positions were found that satisfy a and b together, though they were without any one")
+    assert "z misses" not in message
+    assert path == ("constraints", "a")
+
+
 def test_a_direction_without_inertia_is_another_message() -> None:
     message, path = contradiction(plate(PLANAR, mass=None, rod=mbs.Distance(**DISTANCE, value=1)))
     assert message.startswith("no inertia resists the speed u_j_theta: body plate and what joint 'j' moves with it")
