@@ -69,6 +69,18 @@ def nearly_dependent(dynamics: TreeDynamics, rank: int) -> tuple[str, ...]:
     return tuple(name for name, share in zip(dynamics.row_names, shares, strict=True) if share > _SHARE)
 
 
+def losing_rank(here: TreeDynamics, beside: TreeDynamics, rank: int) -> tuple[str, ...]:
+    """Return the rows that depend on each other, or vanish, here and do not beside, where the rank is the greater."""
+    found = dependence(_weighted(here, constraint_jacobian(here.rows)))
+    unit = scaled_rows(_weighted(beside, constraint_jacobian(beside.rows)))[1]
+    losing = {k for circuit in found.circuits if _independent(unit[list(support(circuit))]) for k in support(circuit)}
+    return tuple(here.row_names[k] for k in sorted(losing)) or nearly_dependent(here, rank)
+
+
+def _independent(rows: Floats) -> bool:
+    return bool(np.linalg.svd(rows, compute_uv=False)[-1] > _APPROXIMATE) and len(rows) <= rows.shape[1]
+
+
 def approximate_rank(dynamics: TreeDynamics) -> int:
     """Return the rank of the rows at a state that satisfies them only nearly."""
     if not dynamics.rows:

@@ -6,18 +6,16 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.dynamics.absolute_state import absolute_state
 from multibody_sym.dynamics.assembly import assembled_position, assembled_speeds
-from multibody_sym.dynamics.closing import Rows, closed_near, moved, normalize
-from multibody_sym.dynamics.composite_body import composite_body
+from multibody_sym.dynamics.closing import Rows, normalize
 from multibody_sym.dynamics.contradiction import contradictions_named, verify_consistent
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED, verify_inertia
-from multibody_sym.dynamics.redundancy import approximate_rank
+from multibody_sym.dynamics.regularity import generic_rank, verify_regular
 from multibody_sym.dynamics.row_values import verify_lengths, verify_values
 from multibody_sym.errors import ModelError, NoSolutionError, Where
 from multibody_sym.kinematics.loads import applied
@@ -31,17 +29,14 @@ from multibody_sym.scalars.node import Node, leaves, slot
 
 Floats = npt.NDArray[np.float64]
 
-_NEIGHBOURS: Final = 3
-_NEAR: Final = 0.1
-_SEED: Final = 7
-
 
 @dataclass(frozen=True)
 class Start:
     """The state at t = 0: parameter vector (np), q (nq), u (nu).
 
     `held` names the coordinates and speeds that kept their declared values while constraints were closed, `assembled`
-    those that were found; `shifts` tells by how much values that were given changed.
+    those that were found; `shifts` tells by how much values that were given changed. `rank` of the rows: where it is
+    less than the generic one, among the parameters, the start is a singular position.
     """
 
     parameters: tuple[float, ...]
@@ -50,6 +45,7 @@ class Start:
     held: tuple[str, ...]
     assembled: tuple[str, ...]
     shifts: Mapping[str, float]
+    rank: int
 
     @property
     def shift(self) -> float:
@@ -83,10 +79,11 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None, *,
     every = Rows(mechanism, parameters, range(len(mechanism.rows)))
     with contradictions_named(every, position.values, u):
         speeds = assembled_speeds(every, position.values, u, project=project)
+    rank = 0
     if mechanism.rows:
-        rank = _generic_rank(every, position.values)
-        parameters[-3] = float(rank)
-        verify_consistent(every, position.values, speeds.values, rank)
+        rank, generic = generic_rank(every, position.values)
+        parameters[-3] = float(generic)
+        verify_consistent(every, position.values, speeds.values, generic)
     _verify_loads(every.motion(position.values, speeds.values))
     return Start(
         tuple(parameters),
@@ -95,6 +92,7 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None, *,
         (*position.held, *speeds.held),
         (*position.found, *speeds.found),
         {**position.shifts, **speeds.shifts},
+        rank,
     )
 
 
@@ -107,25 +105,18 @@ def _in_absolute_coordinates(mechanism: Mechanism, joints: Start) -> Start:
     relative = Rows(mechanism.relative, joints.parameters, [])
     motion = relative.motion(np.array(joints.q, dtype=float), np.array(joints.u, dtype=float))
     q, u = absolute_state(mechanism, motion, parameters)
+    rank = 0
     if mechanism.rows:
-        parameters[-3] = float(_generic_rank(Rows(mechanism, parameters, range(len(mechanism.rows))), q))
-    return replace(joints, parameters=tuple(parameters), q=tuple(q.tolist()), u=tuple(u.tolist()))
+        rank, generic = generic_rank(Rows(mechanism, parameters, range(len(mechanism.rows))), q)
+        parameters[-3] = float(generic)
+    return replace(joints, parameters=tuple(parameters), q=tuple(q.tolist()), u=tuple(u.tolist()), rank=rank)
 
 
-def _generic_rank(rows: Rows, q: Floats) -> int:
-    """Return how many rows are independent in positions that satisfy them: at q, or around q where some depend there.
-
-    Rows may depend on each other only where they hold; beside such a position rounding makes all of them independent.
-    """
-    at_rest = np.zeros(len(rows.mechanism.speeds))
-    found = approximate_rank(composite_body(rows.mechanism, rows.motion(q, at_rest).state))
-    rng = np.random.default_rng(_SEED)
-    for _ in range(_NEIGHBOURS if found < len(rows.active) else 0):
-        near = closed_near(rows, moved(rows.mechanism, q, rng.uniform(-_NEAR, _NEAR, len(at_rest))))
-        if near is not None:
-            state = rows.motion(near, at_rest).state
-            found = max(found, approximate_rank(composite_body(rows.mechanism, state)))
-    return found
+def verify_regular_start(mechanism: Mechanism, begin: Start) -> None:
+    """Raise NoSolutionError where rows depend on each other at the start that are independent beside it, by name."""
+    if mechanism.rows:
+        rows = Rows(mechanism, begin.parameters, range(len(mechanism.rows)))
+        verify_regular(rows, np.array(begin.q, dtype=float), begin.rank, int(begin.parameters[-3]))
 
 
 def _verify_motions(mechanism: Mechanism, parameters: Sequence[float]) -> None:

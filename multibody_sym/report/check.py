@@ -12,7 +12,7 @@ from multibody_sym.simulation.check import CheckReport
 def check_text(found: CheckReport) -> str:
     """Return the report for a person to read."""
     if found.failure is not None:
-        return "\n".join([f"no start: {found.failure}", *_hints(found.hints)])
+        return "\n".join([f"no motion: {found.failure}", *_hints(found.hints)])
     return "\n".join([*_freedom(found), *_start(found), *_agreement(found), *_theorems(found), *_hints(found.hints)])
 
 

@@ -10,20 +10,20 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.dynamics.agreement import agreement, agrees
-from multibody_sym.dynamics.closing import Rows, closed_near, moved
-from multibody_sym.dynamics.composite_body import composite_body
+from multibody_sym.dynamics.closing import Rows
+from multibody_sym.dynamics.contradiction import contradiction_of
 from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
-from multibody_sym.dynamics.forward_dynamics import UNDEFINED, forward_dynamics
+from multibody_sym.dynamics.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.massless import massless_speeds
-from multibody_sym.dynamics.redundancy import Redundancy, approximate_rank, redundancy
+from multibody_sym.dynamics.redundancy import redundancy
 from multibody_sym.dynamics.sampling import sampled_states
-from multibody_sym.dynamics.start import Start, start
+from multibody_sym.dynamics.start import Start, start, verify_regular_start
 from multibody_sym.dynamics.theorems import NEGLIGIBLE, conserved, instant_of, rates_of, theorems
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.constraints import Rope
-from multibody_sym.model.mechanism import Mechanism, RopeRow
+from multibody_sym.model.mechanism import TIME, Mechanism, RopeRow
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System, expressions
 from multibody_sym.scalars.kinks import switching_functions
@@ -51,7 +51,7 @@ class CheckReport:
     forces are not determined, joints with the components; `agreement`: each formalism's worst scaled residual (rounding
     is below 10, with constraints below 100); `theorems`: relative residuals; `conserved` quantities; `held` and
     `assembled` start values, by how much given ones changed (`shifts`), and the largest such `shift`; `failure`: why
-    there is no start, if there is none; `hints` for the author.
+    there is no start to go on from, or no motion, if there is none; `hints` for the author.
     """
 
     degrees_of_freedom: int
@@ -88,6 +88,7 @@ def check(system: System) -> CheckReport:
     declared = _declared_hints(system)
     try:
         begin = start(resolved, project=system.simulation.project)
+        verify_regular_start(resolved, begin)
     except NoSolutionError as error:
         count = len(resolved.speeds)
         return CheckReport(count, 0, (), (), failure=str(error), hints=(*declared, *_massless_hint(system, error)))
@@ -106,7 +107,9 @@ def _with_dynamics(system: System, resolved: Mechanism, begin: Start, declared: 
     instants = [instant_of(resolved, rates, state, x) for state, x in zip(states, found, strict=True)]
     residuals = theorems(instants)
     tensions = _pushing(resolved, found[0].multipliers.tolist())
-    hints = (*declared, *_physical_hints(motion), *_start_hints(resolved, begin, rank, states), *tensions)
+    hints = (*declared, *_physical_hints(motion), *_start_hints(resolved, begin, states), *tensions)
+    agreed = agrees(resolved, ratios) and all(x <= NEGLIGIBLE for x in residuals.values())
+    failure = None if agreed else _contradiction(resolved, begin, states)
     return CheckReport(
         degrees_of_freedom=len(resolved.speeds) - rank.rank,
         rank=rank.rank,
@@ -121,9 +124,23 @@ def _with_dynamics(system: System, resolved: Mechanism, begin: Start, declared: 
         assembled=begin.assembled,
         shifts=begin.shifts,
         shift=begin.shift,
-        agrees=agrees(resolved, ratios) and all(x <= NEGLIGIBLE for x in residuals.values()),
+        agrees=agreed,
+        failure=failure,
         hints=(*hints, *_not_compared(resolved)),
     )
+
+
+def _contradiction(resolved: Mechanism, begin: Start, states: Sequence[State]) -> str | None:
+    """Return which constraints contradict each other at one of the states, so that no formalism has a solution."""
+    generic = int(begin.parameters[-3]) if resolved.rows else 0
+    for state in states if generic < len(resolved.rows) else ():
+        t = float(state.slots[TIME])
+        rows = Rows(resolved, begin.parameters, range(len(resolved.rows)), t)
+        q, u = (np.array(x, dtype=float) for x in (state.q, state.u))
+        found = contradiction_of(rows, q, u, generic)
+        if found is not None:
+            return found.message(resolved, f"at t = {t:.3g} s")
+    return None
 
 
 def _is_compared(name: str, resolved: Mechanism) -> bool:
@@ -197,13 +214,8 @@ def _physical_hints(motion: Motion) -> list[str]:
     return hints
 
 
-def _start_hints(resolved: Mechanism, begin: Start, rank: Redundancy, states: Sequence[State]) -> list[str]:
+def _start_hints(resolved: Mechanism, begin: Start, states: Sequence[State]) -> list[str]:
     hints = _limit_hints(resolved, begin, states[0])
-    nearby = _rank_nearby(resolved, begin)
-    if nearby is not None and nearby > rank.rank:
-        hints.append(
-            f"the start is a singular position: the rank of the constraints is {rank.rank} there and {nearby} nearby"
-        )
     if len(resolved.speeds) <= _LARGE and len(states) <= _STATES:
         hints.append("at most states near the start something declared has no value, or the mass matrix is singular")
     return hints
@@ -215,20 +227,6 @@ def _limit_hints(resolved: Mechanism, begin: Start, state: State) -> list[str]:
 
     crossed = limits_passed(resolved, begin.parameters, at_start)
     return [f"joint {at.joint} starts beyond its {at.limit} limit, {at.bound:g}" for at in crossed]
-
-
-def _rank_nearby(resolved: Mechanism, begin: Start) -> int | None:
-    """Return the rank of the constraints in a closed position near the start, None where none is found."""
-    rows = Rows(resolved, begin.parameters, range(len(resolved.rows)))
-    change = 0.01 * np.random.default_rng(0).uniform(-1.0, 1.0, len(resolved.speeds))
-    try:
-        q = closed_near(rows, moved(resolved, np.array(begin.q, dtype=float), change))
-        if q is None:
-            return None
-        motion = rows.motion(q, np.zeros(len(resolved.speeds)))
-        return approximate_rank(composite_body(resolved, motion.state))
-    except UNDEFINED:
-        return None
 
 
 def _pushing(resolved: Mechanism, multipliers: Sequence[float]) -> list[str]:

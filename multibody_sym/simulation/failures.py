@@ -54,15 +54,12 @@ def _singular(run: Trajectory, time: float) -> str:
     motion = Rows(mechanism, parameters, range(len(mechanism.rows)), time).motion(
         run.integration.q_final, run.integration.u_final
     )
-    names = ", ".join(nearly_dependent(composite_body(mechanism, motion.state), int(parameters[-3])))
-    if time == run.problem.t0:
-        return (
-            f"the start is a singular position: {names} depends on the other constraints there, or holds nothing, and "
-            "the motion may go on along more than one way; start beside it"
-        )
+    names = nearly_dependent(composite_body(mechanism, motion.state), int(parameters[-3]))
+    come = "come" if len(names) > 1 else "comes"
     return (
-        f"singular position at t = {time:.6g} s: {names} comes to depend on the other constraints, or to hold nothing, "
-        "forces grow without bound there, and no step leads across; take other steps or tolerances, or another method"
+        f"singular position at t = {time:.6g} s: {', '.join(names)} {come} to depend on the other constraints, or to "
+        "hold nothing, forces grow without bound there, and no step leads across; take other steps or tolerances, or "
+        "another method"
     )
 
 

@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.dynamics.start import verify_regular_start
 from multibody_sym.errors import ModelError
 from multibody_sym.integrators.flow import Status
 from multibody_sym.integrators.pairing import Pairing
@@ -31,9 +32,11 @@ def settings_of(ready: Runnable) -> RunSettings:
 def problem_of(ready: Runnable, settings: RunSettings) -> Problem:
     """Return the problem of a run; with rows it projects each step, or stabilises them (Baumgarte 1972) if asked.
 
-    Raises ModelError for more samples than memory holds, more steps than a life has time for, and where nothing moves.
+    Raises ModelError for more samples than memory holds, more steps than a life has time for, and where nothing moves;
+    NoSolutionError where the start is a singular position.
     """
     _verify_size(ready, settings)
+    verify_regular_start(ready.mechanism, ready.start)
     constrained = bool(ready.mechanism.rows)
     problem = Problem(
         compiled=ready.compiled,

@@ -8,7 +8,7 @@ import pytest
 
 from multibody_sym.dynamics.formalisms import FORMALISMS
 from multibody_sym.errors import ModelError
-from multibody_sym.model.constraints import Distance, Expression, Rope
+from multibody_sym.model.constraints import Distance, Expression, PrescribedMotion, Rope
 from multibody_sym.model.elements import Body, Pulley
 from multibody_sym.model.joints import Fixed, Initial, Planar, Prismatic, Revolute, Spherical
 from multibody_sym.model.system import System
@@ -100,7 +100,7 @@ def test_particle_that_may_turn_about_itself_has_no_start() -> None:
     assert "no inertia resists the speed ball_w" in (found.failure or "")
     assert not found.agrees
     assert any(hint.startswith("body bob has no inertia: it is a particle") for hint in found.hints)
-    assert check_text(found).startswith("no start: ")
+    assert check_text(found).startswith("no motion: ")
 
 
 def test_start_values_that_do_not_close_are_told_with_residuals() -> None:
@@ -154,9 +154,8 @@ def test_flat_four_bar_is_a_singular_position() -> None:
         "B": Revolute("crank.end", "bar", q="b", initial=Initial(q=0)),
     }
     found = check(system(bodies=bodies, joints=joints, constraints={"rocker": Distance(["ground.d", "bar.end"], 1)}))
-    assert (found.rank, found.redundant) == (0, ("rocker",))
-    singular = "the start is a singular position: the rank of the constraints is 0 there and 1 nearby"
-    assert singular in found.hints
+    singular = "the start is a singular position: rocker depends on the other constraints there, or holds nothing"
+    assert found.failure.startswith(f"{singular} (the rank of the constraints is 0 there and 1 nearby)")
 
 
 def test_rope_that_would_push_is_told() -> None:
@@ -188,3 +187,17 @@ def test_large_systems_are_not_derived_in_closed_form() -> None:
 def test_contradicting_declaration_is_an_error_not_a_report() -> None:
     with pytest.raises(ModelError):
         check(system(joints={"hinge": Revolute("ground", "rood")}))
+
+
+def test_constraints_that_contradict_each_other_later_on_are_the_failure() -> None:
+    """x = y = sin t, and x - y = t^3/10."""
+    bodies = {"a": Body(mass=1), "b": Body(mass=1)}
+    joints = {"j": Prismatic("ground", "a", axis="x", q="x"), "k": Prismatic("ground", "b", axis="y", q="y")}
+    constraints = {
+        "one": PrescribedMotion("j", "sin(t)"),
+        "other": PrescribedMotion("k", "sin(t)"),
+        "both": Expression("x - y - 0.1*t^3"),
+    }
+    found = check(system(bodies=bodies, joints=joints, constraints=constraints))
+    assert "satisfy one, other and both together" in found.failure
+    assert not found.agrees
