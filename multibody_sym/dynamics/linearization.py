@@ -12,7 +12,7 @@ of Constrained Multibody Systems (2015), done in numbers.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Final
@@ -23,7 +23,7 @@ from scipy.linalg import qr
 
 from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
 from multibody_sym.dynamics.programs import inputs_program, state_derivative
-from multibody_sym.dynamics.start import start
+from multibody_sym.dynamics.start import start, verify_regular_start
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import arrays, slot_state
@@ -40,8 +40,8 @@ Floats = npt.NDArray[np.float64]
 Function = Callable[..., tuple[Floats, ...]]
 
 _RANK: Final = 1e-9
-_KNOWN: Final = 1e-3
-"""The weight of a coordinate that is marked known: it is made dependent only where no other will do."""
+_WANTED: Final = 1e-3
+"""The weight of a component that is wanted as a state: it is made dependent only where no other will do."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,12 +79,14 @@ class Linearization:
 
 
 def linearize(system: System, *, formalism: str | None = None) -> Linearization:
-    """Return the linearisation of a system about its start.
+    """Return the linearisation of a system about its start, in coordinates of its joints.
 
-    Raises InputError, and NoSolutionError where there is no start.
+    Raises InputError, and NoSolutionError where there is no start, or it is a singular position.
     """
-    resolved = mechanism(system)
+    declared = mechanism(system)
+    resolved = declared.relative or declared
     begin = start(resolved, project=system.simulation.project)
+    verify_regular_start(resolved, begin)
     return replace(Flow(resolved, begin.parameters, formalism).linearized(begin.q, begin.u), shifts=begin.shifts)
 
 
@@ -138,19 +140,31 @@ class Flow:
         return np.hstack(columns), by["inputs"]
 
     def tangents(self, q: npt.ArrayLike, u: npt.ArrayLike) -> Tangents:
-        """Return the states that the constraints allow beside a state, parametrised by components as given first."""
+        """Return the states that the constraints allow beside a state, parametrised by components as given first.
+
+        Among them are, as far as may be, coordinates that are marked known, with their speeds, and those of whose
+        speeds are there.
+        """
         known = self.known(q, u)
         by_q, by_u = (self._by(self._restricted, ("positions", "speeds"), name, known) for name in ("q", "u"))
         count = len(by_q) - len(self.mechanism.rows)
         matrix, size = np.hstack([by_q, by_u]), len(self.mechanism.coordinates)
-        weights = np.array([_KNOWN if c.known else 1.0 for c in self.mechanism.coordinates])
-        dependent = [*_pivots(by_q[:count] * weights), *(size + k for k in _pivots(by_u[count:]))]
+        wanted = {k for k, c in enumerate(self.mechanism.coordinates) if c.known}
+        speeds = _pivots(by_u[count:], {u for k, u in self._pairs.items() if k in wanted})
+        wanted |= {k for k, u in self._pairs.items() if u not in speeds}
+        dependent = [*_pivots(by_q[:count], wanted), *(size + k for k in speeds)]
         places = [k for k in range(matrix.shape[1]) if k not in set(dependent)]
         X = np.zeros((matrix.shape[1], len(places)))
         X[places] = np.eye(len(places))
         if dependent:
             X[dependent] = np.linalg.lstsq(matrix[:, dependent], -matrix[:, places], rcond=_RANK)[0]
         return Tangents(places, X)
+
+    @cached_property
+    def _pairs(self) -> dict[int, int]:
+        """The speeds that are rates of coordinates, by these."""
+        bodies = [body for body in self.mechanism.bodies if not body.ball]
+        return {q: u for body in bodies for q, u in zip(body.q, body.u, strict=True)}
 
     def _by(self, program: Program, outputs: Sequence[str], name: str, known: Sequence[npt.ArrayLike]) -> Floats:
         """Return the derivatives of outputs, one below the other, with respect to an input."""
@@ -205,10 +219,11 @@ def _callable(program: Program) -> Function:
     return load({program.name: program}, backend="python")[program.name]
 
 
-def _pivots(matrix: Floats) -> list[int]:
-    """Return as many columns as the matrix has rank, which determine the others best."""
+def _pivots(matrix: Floats, wanted: Set[int]) -> list[int]:
+    """Return as many columns as the matrix has rank, which determine the others best, but `wanted` ones last."""
     if not matrix.size:
         return []
+    matrix = matrix * np.where([k in wanted for k in range(matrix.shape[1])], _WANTED, 1.0)
     lengths = np.linalg.norm(matrix, axis=1, keepdims=True)
     triangle, order = qr(matrix / np.where(lengths > 0.0, lengths, 1.0), mode="r", pivoting=True)
     sizes = np.abs(np.diag(triangle))

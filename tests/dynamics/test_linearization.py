@@ -96,3 +96,30 @@ def restricted(case, z: np.ndarray) -> np.ndarray:
     moving = row_motions(motion_of(case.mechanism, state))
     lengths = [sum(z[k] ** 2 for k in body.quaternion) for body in case.mechanism.bodies if body.ball]
     return np.array([*(r.phi for r in moving if r.holonomic), *lengths, *(r.phidot for r in moving)], dtype=float)
+
+
+def test_the_states_of_a_loop_are_a_coordinate_and_its_own_speed() -> None:
+    """A governor that turns steadily: two arms in a plane carry a sleeve, and xi' is u in the first row of A."""
+    system = mbs.loads("""
+multibody_sym: 1
+name: governor
+gravity: [0, 0, -9.81]
+bodies:
+  spindle: {}
+  arm: {points: {e: [0, 0, -0.4]}}
+  ball: {mass: 1.5}
+  rod: {points: {e: [0, 0, -0.4]}}
+  sleeve: {mass: 2}
+joints:
+  S: {type: revolute, parent: ground, child: spindle, axis: z, motion: 12*t}
+  A: {type: revolute, parent: spindle, child: arm, axis: y, q: th, initial: {q: -0.8963318164379938, known: true}}
+  F: {type: fixed, parent: arm.e, child: ball}
+  B: {type: revolute, parent: arm.e, child: rod, axis: y, q: ps, initial: {q: 2}}
+  D: {type: prismatic, parent: spindle, child: sleeve, axis: z, q: z, initial: {q: -0.5}}
+  C: {type: revolute, parent: rod.e, child: sleeve, axis: y, cut: true}
+simulation: {t_end: 3, coordinates: absolute}
+""")
+    found = mbs.linearize(system)
+    assert found.states == ("th", "u_th")
+    assert found.A[0] == pytest.approx([0, 1])
+    assert max(map(abs, found.accelerations.values())) < 1e-9
