@@ -40,7 +40,8 @@ def verify_regular(rows: Rows, q: Floats, here: int, generic: int) -> None:
     depend, hold = ("depend", "hold") if len(names) > 1 else ("depends", "holds")
     raise NoSolutionError(
         f"the start is a singular position: {', '.join(names)} {depend} on the other constraints there, or {hold} "
-        f"nothing (the rank of the constraints is {here} there and {generic} nearby), and the motion may go on along more than one way; start beside it"
+        f"nothing (the rank of the constraints is {here} there and {generic} nearby), and the motion may go on along "
+        "more than one way; start beside it"
     )
 
 

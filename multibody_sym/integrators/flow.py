@@ -35,6 +35,7 @@ class Status(IntEnum):
     NOT_CONVERGED = 8
     SINGULAR = 9
     INTERRUPTED = -1
+    LEFT = -2
 
 
 class StepError(Exception):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
+from multibody_sym.integrators.flow import Status
 from multibody_sym.report.redundancy import redundancy_lines
 from multibody_sym.report.shifts import shifts_text
 from multibody_sym.simulation.samples import mechanism_units
@@ -27,7 +28,9 @@ def _headline(run: Trajectory) -> str:
     if problem.step and problem.step > problem.t_end - problem.t0:
         accuracy += ", longer than the run"
     code = {"c": "C", "python": "Python"}[ready.compiled.backend]
-    done = "interrupted" if run.interrupted else "done" if run.stop is None else f"stopped by {run.stop['element']!r}"
+    done = "done" if run.stop is None else f"stopped by {run.stop['element']!r}"
+    if run.integration.failure is not None:
+        done = "interrupted" if run.interrupted else "failed"
     jacobians = f", {taken.jacobians} Jacobians" if taken.jacobians else ""
     return (
         f"{ready.mechanism.name}: {done} at t = {run.t_final:g} s of {problem.t_end:g} s, {len(run)} samples\n"
@@ -70,7 +73,8 @@ def _constraints(run: Trajectory) -> list[str]:
         if run.baumgarte is not None and any(run.baumgarte.values()):
             how = "Baumgarte with alpha = {alpha:.4g}/s, beta = {beta:.4g}/s".format(**run.baumgarte)
         reached = f"|phi| <= {drift['position']:.2g}, |phidot| <= {drift['velocity']:.2g}"
-        lines += [f"constraints kept by {how}: {reached}", *redundancy_lines(run.redundancy)]
+        kept = "left, not kept" if run.integration.status is Status.LEFT else "kept"
+        lines += [f"constraints {kept} by {how}: {reached}", *redundancy_lines(run.redundancy)]
     if drift["quaternion"]:
         lines.append(f"quaternions were within {drift['quaternion']:.2g} of unit length when they were normalised")
     return lines

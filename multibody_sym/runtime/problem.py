@@ -138,7 +138,7 @@ class RunFailure:
 
     NOT_FINITE, STEP_UNDERFLOW, NOT_CONVERGED: component of (q, u) whose derivative is not finite, whose error does not
     get small, or that Newton's iteration moves most;
-    NOT_CLOSED, CONTRADICTION: the row that is broken; None for STEP_LIMIT, INTERRUPTED and
+    NOT_CLOSED, CONTRADICTION, LEFT: the row that is broken; None for STEP_LIMIT, INTERRUPTED and
     SINGULAR: rows become dependent there.
     """
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from multibody_sym.dynamics.closing import Rows
 from multibody_sym.dynamics.composite_body import composite_body
@@ -15,6 +15,10 @@ from multibody_sym.runtime.problem import RunFailure
 
 if TYPE_CHECKING:
     from multibody_sym.simulation.trajectory import Trajectory
+
+
+_BROKEN: Final = (Status.NOT_CLOSED, Status.CONTRADICTION, Status.LEFT)
+"""A constraint row is broken."""
 
 
 class FailedRunError(RunError):
@@ -41,10 +45,15 @@ def failure_message(run: Trajectory, failure: RunFailure) -> str:
         return f"the run took its largest number of steps and got no further than t = {failure.time:.6g} s: {advice}"
     if failure.status is Status.SINGULAR:
         return _singular(run, failure.time)
-    assert failure.status in (Status.NOT_CLOSED, Status.CONTRADICTION)
+    assert failure.status in _BROKEN
     found = _contradiction(run, failure.time)
     if found is not None:
         return found.message(mechanism, when)
+    if failure.status is Status.LEFT:
+        return (
+            f"constraint {what} is missed {when} by more than a thousandth of the model's size: the method has lost "
+            "the motion; take shorter steps or tolerances, or projection with one of this package's methods"
+        )
     return f"constraint {what} cannot be satisfied {when}: the mechanism comes to a position that it cannot pass"
 
 
@@ -74,7 +83,7 @@ def _component(mechanism: Mechanism, failure: RunFailure) -> str:
     index = failure.component
     if index is None:
         return "the state"
-    if failure.status in (Status.NOT_CLOSED, Status.CONTRADICTION):
+    if failure.status in _BROKEN:
         return mechanism.rows[index].name
     coordinates = len(mechanism.coordinates)
     if failure.status is Status.NOT_FINITE:

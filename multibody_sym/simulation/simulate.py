@@ -12,6 +12,7 @@ from multibody_sym.model.system import System
 from multibody_sym.runtime.integration import Integration, integrate
 from multibody_sym.runtime.loading import Backend
 from multibody_sym.runtime.problem import Chunk, Problem
+from multibody_sym.simulation.departure import until_departure
 from multibody_sym.simulation.failures import FailedRunError, failure_message
 from multibody_sym.simulation.overrides import with_settings, with_values
 from multibody_sym.simulation.problem import problem_of, settings_of
@@ -67,7 +68,8 @@ def simulate(
             on_progress(new, chunk.time / problem.t_end)
 
     loop = None if held_at_start(problem) is None else end_at_once
-    return _trajectory(ready, problem, integrate(problem, on_chunk=report, loop=loop))
+    done = integrate(problem, on_chunk=report, loop=loop)
+    return _trajectory(ready, problem, until_departure(ready.mechanism, problem, done))
 
 
 def _trajectory(ready: Runnable, problem: Problem, done: Integration) -> Trajectory:

@@ -10,6 +10,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.runtime.loading import Backend
+from multibody_sym.simulation.failures import FailedRunError
 
 FOUR_BAR = Path(__file__).parents[2] / "examples" / "four_bar.yaml"
 LONGEST = 0.5
@@ -49,3 +50,27 @@ def test_both_loops_report_the_drift_of_the_integrated_state() -> None:
         run = drifted("baumgarte", 1.0, backend)
         assert 1e-13 < run.drift["position"] < 1e-8
         assert 0.2 * largest_gap(run) < run.drift["position"] < 2 * largest_gap(run)
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_a_run_that_leaves_its_constraints_has_failed(backend: str) -> None:
+    """Nothing stabilises a rod of 1 m under long steps: the run ends where it is a millimetre too long or short."""
+    system = mbs.loads("""
+multibody_sym: 1
+name: rod
+gravity: [0, -9.81, 0]
+bodies:
+  slide: {mass: 1}
+  bob: {mass: 1}
+joints:
+  X: {type: prismatic, parent: ground, child: slide, axis: x, q: x, initial: {q: 1}}
+  Y: {type: prismatic, parent: slide, child: bob, axis: y, q: y}
+constraints:
+  rod: {type: distance, between: [ground, bob], value: 1}
+simulation: {t_end: 1, method: explicit_euler, step: 0.01, constraints: {baumgarte: {alpha: 0, beta: 0}}}
+""")
+    with pytest.raises(FailedRunError, match=r"constraint rod is missed at t = .*thousandth") as failed:
+        mbs.simulate(system, backend=backend)
+    run = failed.value.trajectory
+    length = np.hypot(run["x"], run["y"])
+    assert abs(length[-1] - 1) > 1e-3 > 0.9 * np.abs(length[:-1] - 1).max()
