@@ -25,6 +25,7 @@ from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism import AngleRow, ExpressionRow, Mechanism, is_holonomic
+from multibody_sym.program.solve import EPSILON
 from multibody_sym.scalars.vectors import dot
 
 Floats = npt.NDArray[np.float64]
@@ -175,14 +176,24 @@ def _newton(rows: Rows, q: Floats, free: Sequence[int], weighted: bool) -> Float
         phi, jacobian = here
         size = float(np.linalg.norm(phi))
         step = least_change(rows, q, jacobian, -phi, free, weighted, damped)
+        if _is_rounding(step) and _closed(rows, q, EPSILON):  # a coordinate near zero could follow phi far below it
+            return q
         step *= min(1.0, _LARGEST_STEP / max(float(np.abs(step).max(initial=0.0)), _LARGEST_STEP))
         ahead = _line_search(rows, q, step, size)
         slow = slow + 1 if ahead is None or float(np.linalg.norm(ahead[1][0])) > _SLOW * size else 0
         if ahead is None or slow >= _SLOW_STEPS:
-            missed = rows.missed(q)
-            return q if missed is not None and missed.within(CLOSED) else None
+            break
         q, here = ahead
-    return None
+    return q if _closed(rows, q, CLOSED) else None
+
+
+def _closed(rows: Rows, q: Floats, part: float) -> bool:
+    missed = rows.missed(q)
+    return missed is not None and missed.within(part)
+
+
+def _is_rounding(step: Floats) -> bool:
+    return float(np.abs(step).max(initial=0.0)) < _TINY
 
 
 def least_missed(rows: Rows, q: Floats, free: Sequence[int] | None = None) -> Floats | None:
@@ -226,8 +237,7 @@ def guessed(rows: Rows, q: Floats, unknown: Sequence[int]) -> Floats:
 
 def _line_search(rows: Rows, q: Floats, step: Floats, size: float) -> tuple[Floats, tuple[Floats, Floats]] | None:
     """Return the farthest of ever smaller steps that brings phi down, None where none does."""
-    is_rounding = float(np.abs(step).max(initial=0.0)) < _TINY  # where a part of the step is no better than the whole
-    for halving in range(1 if is_rounding else _HALVINGS):
+    for halving in range(1 if _is_rounding(step) else _HALVINGS):  # a part of rounding is no better than the whole
         ahead = moved(rows.mechanism, q, step / 2**halving)
         there = rows.at(ahead)
         if there is not None and float(np.linalg.norm(there[0])) < size:

@@ -83,3 +83,42 @@ def test_nothing_to_rest_on_is_told() -> None:
     )
     with pytest.raises(mbs.NoSolutionError, match="no position of equilibrium was found near the start"):
         mbs.equilibrium(falling)
+
+
+LADDER = """
+multibody_sym: 1
+name: ladder
+gravity: [0, -9.81, 0]
+bodies:
+  sx: {mass: 1}
+  sy: {mass: 1}
+  rod: {shape: {rod: 2, mass: 3}, points: {e: [2, 0, 0]}}
+joints:
+  X: {type: prismatic, parent: ground, child: sx, axis: x, q: x, initial: {q: 0.1}}
+  A: {type: revolute, parent: sx, child: rod, axis: z, q: th, initial: {q: -93 deg}}
+"""
+GUIDED = LADDER.replace("  sy: {mass: 1}\n", "") + (
+    "constraints: {c: {type: point_on_line, point: rod.e, line: {through: ground, direction: y}}}"
+)
+LINKED = LADDER + """
+  Y: {type: prismatic, parent: ground, child: sy, axis: y, q: y, initial: {q: -2}}
+  B: {type: revolute, parent: rod.e, child: sy, axis: z, cut: true}
+"""
+
+
+@pytest.mark.parametrize("text", [GUIDED, LINKED], ids=["guided", "linked"])
+def test_a_ladder_rests_upright_and_hanging_where_a_length_vanishes(text: str) -> None:
+    """x = -2 cos(th) and V = m g sin(th): x = 0 in both, below zero stable; the one beside the start comes first."""
+    found = mbs.equilibrium(mbs.loads(text))
+    assert found.stable == (True, False)
+    assert [p["th"] for p in found.positions] == pytest.approx([-np.pi / 2, np.pi / 2], abs=1e-9)
+    assert [p["x"] for p in found.positions] == pytest.approx([0, 0], abs=1e-9)
+
+
+def test_a_pendulum_on_a_spring_is_longer_where_it_hangs() -> None:
+    """r = l +- m g/k."""
+    found = mbs.equilibrium(mbs.load(EXAMPLES / "elastic_pendulum.yaml"))
+    places = {bool(abs(p["theta"]) < 1): (p["r"], s) for p, s in zip(found.positions, found.stable, strict=True)}
+    assert len(found.positions) == 2
+    assert places[True] == (pytest.approx(1 + 0.5 * G / 40, abs=1e-9), True)
+    assert places[False] == (pytest.approx(1 - 0.5 * G / 40, abs=1e-9), False)
