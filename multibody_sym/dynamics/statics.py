@@ -9,12 +9,15 @@ speed to act against, is not considered.
 
 from __future__ import annotations
 
+import time
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
+from scipy.linalg import null_space
 
 from multibody_sym.dynamics.closing import Rows, closed_near, moved
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED
@@ -34,19 +37,33 @@ _LARGEST_STEP: Final = 0.5
 _CONVERGED: Final = 1e-11
 _SAME: Final = 1e-6
 _INDIFFERENT: Final = 1e-8
+_BESIDE: Final = 0.1
+_SECONDS: Final = 10.0
+"""CPU time after which no other guess is begun; that from the start always is."""
 _SEED: Final = 3
 
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """Positions of equilibrium, each with its coordinates by name, and whether they are stable (None: indifferent)."""
+    """Positions of equilibrium, each with its coordinates by name, and whether they are stable (None: indifferent).
+
+    `free`: for each position the coordinates along which the positions beside it are equilibria too. `complete`:
+    whether the search tried all its guesses before its time was up.
+    """
 
     positions: tuple[Mapping[str, float], ...]
     stable: tuple[bool | None, ...]
+    free: tuple[tuple[str, ...], ...]
+    complete: bool
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `equilibrium --json` prints."""
-        return {"positions": [dict(position) for position in self.positions], "stable": list(self.stable)}
+        return {
+            "positions": [dict(position) for position in self.positions],
+            "stable": list(self.stable),
+            "free": [list(names) for names in self.free],
+            "complete": self.complete,
+        }
 
 
 def equilibrium(system: System) -> Equilibrium:
@@ -58,28 +75,36 @@ def equilibrium(system: System) -> Equilibrium:
     begin = start(resolved, project=system.simulation.project)
     rows = Rows(resolved, begin.parameters, range(len(resolved.rows)))
     search = _Search(resolved, Flow(resolved, begin.parameters), rows)
-    found: list[Floats] = []
-    for guess in _guesses(search.rows, np.array(begin.q, dtype=float)):
-        q = search.root(guess)
-        if q is not None and not any(search.same(q, other) for other in found):
-            found.append(q)
+    found, complete = _found(search, np.array(begin.q, dtype=float))
     if not found:
         raise NoSolutionError("no position of equilibrium was found near the start; give other initial coordinates")
     names = [c.name for c in resolved.coordinates]
     positions = tuple(dict(zip(names, search.principal(q).tolist(), strict=True)) for q in found)
-    return Equilibrium(positions, tuple(search.stable(q) for q in found))
+    free = tuple(tuple(names[k] for k in np.flatnonzero(search.free(q))) for q in found)
+    return Equilibrium(positions, tuple(search.stable(q) for q in found), free, complete)
 
 
-def _guesses(rows: Rows, q: Floats) -> list[Floats]:
-    """Return the start and closed positions around it, ever farther away."""
+def _found(search: _Search, start: Floats) -> tuple[list[Floats], bool]:
+    """Return the positions found, that from the start first, and whether all guesses could be tried in time."""
+    found: list[Floats] = []
+    free: list[npt.NDArray[np.bool_]] = []
+    until = time.process_time() + _SECONDS
+    guesses = deque(_guesses(search.rows.mechanism, start))
+    while guesses and time.process_time() < until:
+        near = closed_near(search.rows, guesses.popleft())
+        q = None if near is None else search.root(near)
+        if q is not None and not any(search.same(q, *other) for other in zip(found, free, strict=True)):
+            found.append(q)
+            free.append(search.free(q))
+            guesses.extend(search.mirrored(q))
+    return found, not guesses
+
+
+def _guesses(mechanism: Mechanism, q: Floats) -> list[Floats]:
+    """Return the start and positions around it, ever farther away, whose rows may be open."""
     rng = np.random.default_rng(_SEED)
-    guesses = [q]
-    for k in range(_GUESSES):
-        change = rng.uniform(-1.0, 1.0, len(rows.mechanism.speeds)) * np.pi * (k + 1) / _GUESSES
-        near = closed_near(rows, moved(rows.mechanism, q, change))
-        if near is not None:
-            guesses.append(near)
-    return guesses
+    changes = [rng.uniform(-1.0, 1.0, len(mechanism.speeds)) * np.pi * (k + 1) / _GUESSES for k in range(_GUESSES)]
+    return [q, *(moved(mechanism, q, change) for change in changes)]
 
 
 @dataclass(frozen=True)
@@ -163,14 +188,38 @@ class _Search:
             return False
         return True if (values.real < -least).all() else None
 
+    def free(self, q: Floats) -> npt.NDArray[np.bool_]:
+        """Return the coordinates (nq) that change along those displacements on which all positions are equilibria."""
+        tangents, slope = self._slope(q)
+        columns = tangents.X[: len(q), : self._positions(tangents)]
+        found = np.zeros(len(q), dtype=bool)
+        for direction in (columns @ null_space(slope, rcond=_INDIFFERENT)).T:
+            step = direction / np.abs(direction).max()
+            if self._rests(self._unit(q + _BESIDE * step), _INDIFFERENT * (1.0 + float(np.abs(slope).max()))):
+                found |= np.abs(step) > _SAME
+        return found
+
+    def _rests(self, q: Floats, allowed: float) -> bool:
+        """Return whether no acceleration beside a position is larger than allowed."""
+        near = closed_near(self.rows, q)
+        try:
+            return near is not None and self._size(near) <= allowed
+        except UNDEFINED:
+            return False
+
+    def mirrored(self, q: Floats) -> list[Floats]:
+        """Return a position with its angles or its lengths turned about: mechanisms are often symmetric."""
+        units = [c.unit for c in self.mechanism.coordinates]
+        return [np.where([x == unit for x in units], -q, q) for unit in ("rad", "m") if unit in units]
+
     def principal(self, q: Floats) -> Floats:
         """Return coordinates with angles between -pi and pi."""
         angles = np.array([c.unit == "rad" for c in self.mechanism.coordinates], dtype=bool)
         turned = q - 2 * np.pi * np.round(q / (2 * np.pi))
         return np.where(angles, turned, q)
 
-    def same(self, a: Floats, b: Floats) -> bool:
-        """Return whether two positions are the same up to whole turns."""
+    def same(self, a: Floats, b: Floats, free: npt.NDArray[np.bool_]) -> bool:
+        """Return whether two positions are the same up to whole turns and to what is free in the second."""
         angles = np.array([c.unit == "rad" for c in self.mechanism.coordinates], dtype=bool)
-        difference = np.where(angles, 2 * np.sin((a - b) / 2), a - b)
+        difference = np.where(free, 0.0, np.where(angles, 2 * np.sin((a - b) / 2), a - b))
         return bool(np.abs(difference).max(initial=0.0) <= _SAME * (1.0 + np.abs(b).max(initial=0.0)))

@@ -122,3 +122,30 @@ def test_a_pendulum_on_a_spring_is_longer_where_it_hangs() -> None:
     assert len(found.positions) == 2
     assert places[True] == (pytest.approx(1 + 0.5 * G / 40, abs=1e-9), True)
     assert places[False] == (pytest.approx(1 - 0.5 * G / 40, abs=1e-9), False)
+
+
+def test_a_slider_crank_rests_in_mirror_images_too() -> None:
+    """The crank stands up or hangs down, the slider on either side: one stable position on each."""
+    found = mbs.equilibrium(mbs.load(EXAMPLES / "slider_crank.yaml"))
+    side = [(p["s"] > 0, p["phi"] > 0, s) for p, s in zip(found.positions, found.stable, strict=True)]
+    assert sorted(side) == [(False, False, True), (False, True, False), (True, False, True), (True, True, False)]
+
+
+def test_a_sleigh_rests_wherever_it_is_put() -> None:
+    found = mbs.equilibrium(mbs.load(EXAMPLES / "chaplygin_sleigh.yaml"))
+    assert found.stable == (None,)
+    assert found.free == (("x", "y", "theta"),)
+
+
+def test_an_indifferent_position_beside_which_forces_grow_leaves_nothing_free() -> None:
+    """V = x^4."""
+    found = mbs.equilibrium(
+        mbs.System(
+            "flat",
+            bodies={"bob": mbs.Body(mass=1)},
+            joints={"rail": mbs.Prismatic("ground", "bob", axis="x", q="x")},
+            forces={"spring": mbs.Force("bob", ["-4*x^3", 0, 0])},
+        )
+    )
+    assert found.stable[0] is None
+    assert found.free[0] == ()
