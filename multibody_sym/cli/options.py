@@ -10,6 +10,7 @@ from multibody_sym.cli import check, derive, equilibrium, export, import_, linea
 from multibody_sym.errors import InputError, Where
 
 COMMANDS: Final = (new, import_, check, derive, solve, equilibrium, linearize, simulate, export)
+_AS_JSON: Final = "print one JSON object, also for an error; text goes to standard error"
 _EXIT_CODES: Final = (
     "exit codes: 0 done; 2 wrong input; 3 no solution, failed run or disagreement; 4 output, compiler or memory; "
     "70 a defect of this program; 130 Ctrl-C, with what was computed kept"
@@ -62,7 +63,8 @@ def parsed(words: Sequence[str]) -> argparse.Namespace:
     if unknown:
         known = [option for action in commands[options.command]._actions for option in action.option_strings]
         raise UsageError(f"{options.command} has no option {unknown[0]!r}{_suggestion(unknown[0], known)}")
-    options.set = _assignments(options.set)
+    if "set" in options:
+        options.set = _assignments(options.set)
     return options
 
 
@@ -84,17 +86,18 @@ def _parser() -> tuple[argparse.ArgumentParser, Mapping[str, argparse.ArgumentPa
         described = f"{command.HELP[0].upper()}{command.HELP[1:]}."
         one = made[name] = commands.add_parser(name, help=command.HELP, description=described)
         command.add_options(one)
-        _add_common(one)
+        one.add_argument("--json", action="store_true", help=_AS_JSON)
+        if command not in (new, import_):
+            _add_changes(one)
         one.set_defaults(run=command.run)
     return parser, made
 
 
-def _add_common(parser: argparse.ArgumentParser) -> None:
-    as_json = "print one JSON object, also for an error; text goes to standard error"
+def _add_changes(parser: argparse.ArgumentParser) -> None:
+    """Declare what changes the model that a command takes, or how it is solved."""
     value = "give a parameter another value, such as m1='500 g'"
     project = "let all start values change, known ones too, as little as constraints need"
     route = "the route to the equations of motion; default: the cheapest"
-    parser.add_argument("--json", action="store_true", help=as_json)
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help=value)
     parser.add_argument("--formalism", metavar="NAME", help=route)
     parser.add_argument("--project", action="store_true", help=project)

@@ -30,3 +30,13 @@ def test_a_name_of_one_s_own(tmp_path: Path) -> None:
     assert command("new", "-o", "mine.yaml", cwd=tmp_path).returncode == 0
     assert (tmp_path / "mine.yaml").exists()
     assert command("new", "-o", "no/folder.yaml", cwd=tmp_path).returncode == 4
+
+
+def test_commands_without_a_model_offer_no_changes_of_one() -> None:
+    for name in ("new", "import"):
+        described = command(name, "--help").stdout
+        assert "--json" in described
+        assert all(option not in described for option in ("--set", "--formalism", "--project"))
+    refused = command("new", "--set", "m=1")
+    assert refused.returncode == 2
+    assert "new has no option '--set'" in refused.stderr
