@@ -96,7 +96,7 @@ class Trajectory(Samples):
         return {
             "position": statistics.drift_position,
             "velocity": statistics.drift_velocity,
-            "energy": math.nan if self.ready.mechanism.drives else largest_change(self.energy),
+            "energy": math.nan if self.ready.mechanism.drives else _largest_change(self.energy),
             "quaternion": statistics.quaternion_deviation,
         }
 
@@ -160,7 +160,7 @@ class Trajectory(Samples):
         return figure
 
 
-def largest_change(values: Floats) -> float:
+def _largest_change(values: Floats) -> float:
     """Return how far values (m,) go from the first."""
     return float(np.max(np.abs(values - values[0]))) if len(values) else 0.0
 
