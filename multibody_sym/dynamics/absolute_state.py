@@ -35,7 +35,7 @@ def absolute_state(mechanism: Mechanism, motion: Motion, parameters: Sequence[fl
     q = np.array([known.get(c.name, 0.0) for c in mechanism.coordinates], dtype=float)
     u = np.array([known.get(s.name, 0.0) for s in mechanism.speeds], dtype=float)
     places = {body.name: index for index, body in enumerate(motion.mechanism.bodies)}
-    free = {body.name: body for body in mechanism.bodies if body.name in places and body.q}
+    free = {body.name: body for body in mechanism.bodies if body.joint_name not in mechanism.joint_names}
     for body in free.values():
         q[list(body.q)], u[list(body.u)] = _placed(motion, places[body.name], body)
     for carried in motion.mechanism.bodies:  # parents first

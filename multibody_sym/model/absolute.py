@@ -2,26 +2,25 @@
 
 In the plane a body's coordinates are its centre of mass (x, y) and an angle, in space that and a unit quaternion. What
 a joint's own coordinates are called is measured then: an expression of the coordinates of the bodies that it joins.
+Quaternions tell no whole turns, though: in space a joint that turns about axes keeps its coordinates beside the others.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
 from multibody_sym.model.bodies import GROUND, mass_of
-from multibody_sym.model.constraints import Coupler, Gear, PrescribedMotion
 from multibody_sym.model.cuts import has_rows
-from multibody_sym.model.elements import Body, Frame, SpringDamper
+from multibody_sym.model.elements import Body, Frame
 from multibody_sym.model.joints import Free, Joint, Planar
 from multibody_sym.model.measured import has_formula
 from multibody_sym.model.plane import in_plane
 from multibody_sym.model.slots import Names
-from multibody_sym.model.system import System, expressions
-from multibody_sym.model.tree import coordinate_names, speed_names, used_joints
-from multibody_sym.scalars.node import leaves
+from multibody_sym.model.system import System
+from multibody_sym.model.tree import coordinate_names, speed_names
 
 _CENTRE: Final = "centre of mass"
 _IN_PLANE: Final = ("x", "y", "angle")
@@ -33,7 +32,7 @@ class Freed:
     """A system whose bodies are carried by joints from ground that leave them free, all its own joints being cut.
 
     Of these the `measured` ones have coordinates that follow from the poses of the bodies; `doubled` ones keep their
-    own, because no rows can stand for the joint, or something uses coordinates that poses do not tell.
+    own, which poses do not tell or no rows can stand for.
     """
 
     system: System
@@ -42,8 +41,11 @@ class Freed:
     measured: frozenset[str]
 
 
-def freed_bodies(system: System) -> Freed:
-    """Return a system with its bodies freed; `_free` follows a body's name where its coordinates' would be taken."""
+def freed_bodies(system: System, carrying: Iterable[str]) -> Freed:
+    """Return a system with its bodies freed, whose joints `carrying` bodies have coordinates of their own.
+
+    `_free` follows a body's name where its coordinates' would be taken.
+    """
     plane = in_plane(system)
     bodies = {name: _with_centre(body) if name != GROUND else body for name, body in system.bodies.items()}
     carriers: dict[str, Joint] = {}
@@ -55,10 +57,9 @@ def freed_bodies(system: System) -> Freed:
         carriers[word] = _carrier(name, word, plane)
     cut = {name: replace(joint, cut=True) for name, joint in system.joints.items()}
     freed = replace(system, bodies=Names(bodies), joints=Names({**carriers, **cut}))
-    told = {name for name, joint in system.joints.items() if has_rows(joint) and has_formula(joint)}
-    told = {name for name in told if plane or _told_by_poses(system, name, system.joints[name])}
-    untold = {name for name, joint in system.joints.items() if not has_rows(joint)} | used_joints(system) - told
-    return Freed(freed, plane, frozenset(untold), frozenset(told))
+    joints = system.joints.items()
+    told = frozenset(name for name, joint in joints if has_rows(joint) and has_formula(joint, plane=plane))
+    return Freed(freed, plane, frozenset(carrying) - told, told)
 
 
 def _with_centre(body: Body) -> Body:
@@ -81,24 +82,3 @@ def _names(joints: Mapping[str, Joint]) -> set[str]:
     """Return the names of all coordinates and speeds of joints."""
     pairs = joints.items()
     return {called for name, joint in pairs for called in (*coordinate_names(name, joint), *speed_names(name, joint))}
-
-
-def _told_by_poses(system: System, name: str, joint: Joint) -> bool:
-    """Return whether what the system uses of a joint's coordinates and speeds follows from poses in space.
-
-    Angles follow up to whole turns only, so that no use may be made of them. Rates follow, but of three angles only for
-    one of the two ways in which three turns lead to a pose.
-    """
-    turns = sum(step.kind == "rotate" for step in joint.steps)
-    if turns == 0:
-        return True
-    ambiguous = {*coordinate_names(name, joint), *(speed_names(name, joint) if turns == 3 else ())}
-    named = {leaf.data for leaf in leaves([written.node for written in expressions(system)], "symbol")}
-    on_angles = (SpringDamper, PrescribedMotion, Gear, Coupler)
-    acting = [
-        element
-        for element in (*system.forces.values(), *system.constraints.values())
-        if name in (getattr(element, "joint", None), *(getattr(element, "joints", None) or ()))
-    ]
-    acts = any(turns == 3 or isinstance(element, on_angles) for element in acting)
-    return named.isdisjoint(ambiguous) and not acts

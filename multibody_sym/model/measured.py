@@ -1,7 +1,7 @@
 """What joints' coordinates and speeds are in absolute coordinates: expressions of the poses of the bodies they join.
 
-Translations are components of the way from frame F on the parent to frame M on the child, angles those of M's axes
-from F's. Rates are exact derivatives, and of a ball or a single turn components of the relative angular velocity.
+Translations are components of the way from frame F on the parent to frame M on the child, an angle in the plane or a
+ball's quaternion that of M's axes from F's. Rates are exact derivatives, and a ball's the relative angular velocity.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from multibody_sym.model.mechanism import Marker, TreeBody
 from multibody_sym.model.references import BARE, References
 from multibody_sym.model.tree import body_part, coordinate_names, speed_names
 from multibody_sym.scalars.derivatives import tangents
-from multibody_sym.scalars.functions import acos, asin, atan2, cos, sin
+from multibody_sym.scalars.functions import cos, sin
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, slot, symbol
 from multibody_sym.scalars.rotations import (
     conjugate,
@@ -34,11 +34,8 @@ from multibody_sym.scalars.vectors import (
     add,
     apply,
     apply_transposed,
-    cross,
     dot,
-    negate,
     product,
-    scale,
     subtract,
     transpose,
 )
@@ -46,20 +43,15 @@ from multibody_sym.scalars.vectors import (
 _UP = (ZERO, ZERO, ONE)
 
 
-def has_formula(joint: Joint) -> bool:
+def has_formula(joint: Joint, *, plane: bool) -> bool:
     """Return whether a joint's coordinates follow from the poses of its bodies, one by one.
 
-    They do where its translations are along axes normal to each other, and three turns about axes of which neighbours
-    are.
+    They do where its translations are along axes normal to each other, and it turns as a ball or in the plane, where
+    bodies have angles: quaternions do not tell whole turns.
     """
     moves = [step.axis for step in joint.steps if step.kind == "translate"]
-    turns = [step.axis for step in joint.steps if step.kind == "rotate"]
-    pairs = [(a, b) for i, a in enumerate(moves) for b in moves[:i]]
-    if len(turns) == 3:
-        pairs += [(turns[0], turns[1]), (turns[1], turns[2])]
-        if not _normal(turns[0], turns[2]) and not _parallel(turns[0], turns[2]):
-            return False
-    return all(_normal(a, b) for a, b in pairs)
+    turns = any(step.kind == "rotate" for step in joint.steps)
+    return (plane or not turns) and all(_normal(a, b) for i, a in enumerate(moves) for b in moves[:i])
 
 
 def measured(references: References, bodies: Sequence[TreeBody], joints: Iterable[str]) -> dict[Node, Node]:
@@ -149,7 +141,7 @@ class _Attached:
 
     @cached_property
     def quaternion(self) -> Sequence[Node]:
-        """The unit quaternion of the frame's axes from ground's."""
+        """The unit quaternion of the frame's axes from ground's, in space."""
         found: Sequence[Node] = self.pose.q[3:] if self.pose else (ONE, ZERO, ZERO, ZERO)
         for turn in self.turns:
             half = turn.angle / 2
@@ -159,11 +151,10 @@ class _Attached:
 
     @cached_property
     def turning(self) -> Vec:
-        """The frame's angular velocity relative to ground, in its own axes."""
+        """The frame's angular velocity relative to ground in space, in its own axes."""
         if self.pose is None:
             return ZERO_VECTOR
-        own = self.pose.u[3:] if self.pose.body.ball else (ZERO, ZERO, self.pose.u[2])
-        return apply_transposed(self.marker.pose.rotation, own)
+        return apply_transposed(self.marker.pose.rotation, self.pose.u[3:])
 
 
 @dataclass(frozen=True)
@@ -173,11 +164,6 @@ class _Between:
     F: _Attached
     M: _Attached
 
-    @property
-    def in_space(self) -> bool:
-        """Whether the bodies turn in space."""
-        return any(end.pose is not None and end.pose.body.ball for end in (self.F, self.M))
-
     def coordinates(self, joint: Joint) -> list[Node]:
         """Return the joint's coordinates."""
         axes = [unit_vector(step.axis) for step in joint.steps if step.kind == "translate"]
@@ -185,7 +171,8 @@ class _Between:
         found = [as_node(dot(apply(self.F.rotation, axis), way)) for axis in axes]
         if joint.ball:
             return [*found, *self.quaternion]
-        return [*found, *self._angles([unit_vector(step.axis) for step in joint.steps if step.kind == "rotate"])]
+        turns = [unit_vector(step.axis)[2] for step in joint.steps if step.kind == "rotate"]
+        return [*found, *((self.M.angle - self.F.angle) * about for about in turns)]
 
     def speeds(self, joint: Joint, rates: Sequence[Node]) -> list[Node]:
         """Return the joint's speeds, given the rates of its coordinates."""
@@ -193,9 +180,6 @@ class _Between:
         if joint.ball:
             turning = subtract(self.M.turning, apply_transposed(self.rotation, self.F.turning))
             return [*rates[:moves], *map(as_node, turning)]
-        if len(joint.steps) == moves + 1 and self.in_space:
-            axis = unit_vector(joint.steps[-1].axis)
-            return [*rates[:moves], as_node(dot(axis, subtract(self.M.turning, self.F.turning)))]
         return list(rates)
 
     @cached_property
@@ -208,36 +192,6 @@ class _Between:
         """The unit quaternion of R_FM."""
         return quaternion_product(conjugate(self.F.quaternion), self.M.quaternion)
 
-    def _angles(self, axes: Sequence[Point]) -> list[Node]:
-        """Return the angles by which M has turned about axes, each of which the turns before it have carried along."""
-        if not axes:
-            return []
-        if not self.in_space:
-            return [(self.M.angle - self.F.angle) * axes[0][2]]
-        if len(axes) == 1:
-            w, *v = self.quaternion
-            return [as_node(2 * atan2(dot(v, axes[0]), w))]
-        first, last = axes[0], axes[-1]
-        carried = apply(self.rotation, last)  # by the turns about all axes but the last
-        brought = apply_transposed(self.rotation, first)
-        if not _parallel(first, last) or len(axes) == 2:
-            outer = _angle(first, last, carried), _angle(last, brought, first)
-            middle = [asin(dot(cross(first, axes[1]), last) * dot(first, carried))] if len(axes) == 3 else []
-        else:
-            same, zero = dot(first, last), cross(axes[1], first)  # 1 or -1; where the first turn starts
-            outer = _angle(first, zero, scale(same, carried)), _angle(last, brought, negate(zero))
-            middle = [acos(same * dot(first, carried))]
-        return [outer[0], *map(as_node, middle), outer[1]]
-
-
-def _angle(axis: Vec, a: Vec, b: Vec) -> Node:
-    """Return the angle about an axis from the plane through it and a to that through it and b."""
-    return as_node(atan2(dot(axis, cross(a, b)), dot(a, b) - dot(axis, a) * dot(axis, b)))
-
 
 def _normal(a: Point, b: Point) -> bool:
     return as_node(dot(unit_vector(a), unit_vector(b))).shadow == 0
-
-
-def _parallel(a: Point, b: Point) -> bool:
-    return all(as_node(x).shadow == 0 for x in cross(unit_vector(a), unit_vector(b)))

@@ -54,7 +54,7 @@ def mechanism(system: System) -> Mechanism:
     relative = _resolved(system)
     if system.simulation.coordinates == "relative":
         return relative
-    freed = freed_bodies(system)
+    freed = freed_bodies(system, [body.joint_name for body in relative.bodies])
     return replace(_resolved(freed.system, freed), relative=relative)
 
 
