@@ -54,7 +54,8 @@ def test_baumgarte_may_be_given_as_itself() -> None:
 
 
 def test_check_without_a_start_tells_no_numbers() -> None:
-    report = mbs.check(mbs.loads(TEXT.replace("value: 1", "value: -1")))
+    longer = "value: 1}, longer: {type: distance, between: [ground, a], value: 2}"
+    report = mbs.check(mbs.loads(TEXT.replace("value: 1}", longer)))
     found = report.as_json()
     assert report.failure
     assert [found[name] for name in ("degrees_of_freedom", "rank", "shift", "agreement")] == [None, None, None, {}]

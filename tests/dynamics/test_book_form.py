@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
 from multibody_sym.dynamics.book_form import book_form, comparison
@@ -80,7 +80,10 @@ def test_the_text_has_the_value_of_what_it_stands_for(steps: list[tuple[str, str
         expression = f"({expression}) {operation} ({a} + {b})"
     found = closed(expression)
     values = {leaf: SAMPLE[leaf.data] for leaf in leaves([parse(expression)], "symbol")}
-    again = parse(text(book_form(found)))
+    try:
+        again = parse(text(book_form(found)))
+    except NoClosedFormError:  # too long to be read
+        reject()
     value = evaluate_float([parse(expression)], values)[0]
     assert evaluate_float([again], values)[0] == pytest.approx(value, rel=1e-9, abs=1e-9)
 
