@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from mechanisms import Case, random_case, random_state
@@ -46,6 +47,7 @@ def turn_in_plane(rng: np.random.Generator) -> np.ndarray:
     return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
 
 
+@cache
 def closed(seed: int, *, times: int = 1, flat: bool = False, extreme: bool = False) -> tuple[Case, State]:
     """Return a random tree with `times` equal joints more between two of its bodies, and a state that they allow.
 
