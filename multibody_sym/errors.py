@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 
 @dataclass(frozen=True)
@@ -23,6 +23,19 @@ class Where:
     def as_json(self) -> dict[str, Any]:
         """Return the `where` object of the `--json` error."""
         return {"file": self.file, "line": self.line, "column": self.column, "path": ".".join(self.path)}
+
+
+_SHOWN: Final = 60
+
+
+def shown(value: object) -> str:
+    """Return what a wrong value is, in a line that is never long."""
+    try:
+        text = repr(value)
+    except Exception:  # a user's own class
+        text = f"<{type(value).__name__}>"
+    text = " ".join(text.split())
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
 
 
 class MultibodyError(Exception):
@@ -67,6 +80,14 @@ class ExpressionError(InputError):
     """An expression cannot be read, or has no real value; `where.column` counts from 1 within its text."""
 
     code = "expression"
+
+
+class ArgumentError(InputError, TypeError):
+    """A value is of a kind that is not taken there: text for a number, a list for a name."""
+
+
+class UndefinedValueError(ExpressionError, ArithmeticError):
+    """A function has no finite real value at the given numbers."""
 
 
 class ModelError(InputError):

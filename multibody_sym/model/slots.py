@@ -9,7 +9,7 @@ from dataclasses import MISSING, dataclass, field, fields
 from types import MappingProxyType
 from typing import Any, Protocol
 
-from multibody_sym.errors import InputError, ModelError
+from multibody_sym.errors import ArgumentError, InputError, ModelError
 from multibody_sym.expressions.parser import parse_scalar
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.units import DIMENSIONLESS, Dimension, parse_unit
@@ -56,7 +56,7 @@ def scalar(value: Any, unit: str | None) -> Node:
     if not isinstance(value, str):
         try:
             return node_of(value)
-        except TypeError:
+        except ArgumentError:
             raise ModelError(f"expected a number or an expression, got {described(value)}") from None
     node, dimension = parse_scalar(value)
     if dimension is not None and unit is not None and dimension != dimension_of_unit(unit):

@@ -2,37 +2,96 @@
 
 from __future__ import annotations
 
+import re
+import sys
 from collections.abc import Callable, Iterable, Mapping
+from fractions import Fraction
 from typing import Any, Final, TypeVar
 
+from multibody_sym.errors import ArgumentError, ExpressionError, UndefinedValueError, shown
 from multibody_sym.scalars import node as _node
-from multibody_sym.scalars.node import BUILD, FLOAT_OPERATIONS, Node, as_node, postorder
+from multibody_sym.scalars.node import BUILD, FLOAT_OPERATIONS, Node, as_node, leaves, postorder, unboxed
 
 S = TypeVar("S")
 """A scalar: float, Node or sympy.Expr. Plain integers are welcome among all three."""
 
+
 def node_of(value: object) -> Node:
-    """Return a number, Node or sympy expression as a Node; raises TypeError for everything else."""
-    if type(value).__module__.partition(".")[0] == "sympy" and hasattr(value, "free_symbols"):
-        from multibody_sym.scalars.sympy_bridge import from_sympy
+    """Return a number, Node or sympy expression as a Node.
 
-        return from_sympy(value)
-    return as_node(value)
+    Raises ArgumentError for everything else, ExpressionError for what has no counterpart in the expression language.
+    """
+    if not _is_sympy(value):
+        return as_node(value)
+    from multibody_sym.scalars.sympy_bridge import from_sympy
+
+    node = from_sympy(value)
+    for leaf in leaves([node], "symbol"):
+        if not _SYMBOL.fullmatch(leaf.data):
+            raise ExpressionError(f"the symbol {shown(leaf.data)} cannot stand in expressions: use letters, digits, _")
+    return node
 
 
+_SYMBOL: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _EXACT_AT_INTEGERS: Final = {("sin", 0): 0, ("cos", 0): 1, ("sqrt", 0): 0, ("sqrt", 1): 1}
 
 
 def apply(op: str, *values: Any) -> Any:
-    """Return the operation `op` (a Node's op) of the values, in the richest scalar among them."""
+    """Return the operation `op` (a Node's op) of the values, in the richest scalar among them.
+
+    Raises ArgumentError for what is no scalar, text above all, and UndefinedValueError where there is no real value.
+    """
     if any(isinstance(v, Node) for v in values):
-        return BUILD[op](*(as_node(v) for v in values))
+        try:
+            return BUILD[op](*(as_node(v) for v in values))
+        except ArgumentError:
+            return BUILD[op](*(node_of(_scalar(op, v)) for v in values))
     if all(isinstance(v, (int, float)) for v in values):
         exact = _EXACT_AT_INTEGERS.get((op, values[0])) if isinstance(values[0], int) else None
-        return exact if exact is not None else FLOAT_OPERATIONS[op](*values)
+        return exact if exact is not None else _of_floats(op, values)
+    scalars = [_scalar(op, v) for v in values]
+    if not any(map(_is_sympy, scalars)):
+        return _of_floats(op, scalars)
     from multibody_sym.scalars.sympy_bridge import SYMPY_OPERATIONS
 
-    return SYMPY_OPERATIONS[op](*values)
+    try:
+        return SYMPY_OPERATIONS[op](*scalars)
+    except (TypeError, ValueError) as problem:
+        raise UndefinedValueError(f"{op} has no real value here: {problem}") from None
+
+
+def _of_floats(op: str, values: Iterable[Any]) -> float:
+    try:
+        return FLOAT_OPERATIONS[op](*values)
+    except (ArithmeticError, ValueError):
+        listed = ", ".join(map(shown, values))
+        raise UndefinedValueError(f"{op}({listed}) is not a finite real number") from None
+
+
+def _is_sympy(value: object) -> bool:
+    """Return whether a value is a scalar or a condition of sympy's, which is not imported to find that out."""
+    if isinstance(value, (int, float, str, Node)) or "sympy" not in sys.modules:
+        return False
+    from sympy import Expr
+    from sympy.logic.boolalg import Boolean
+
+    return isinstance(value, (Expr, Boolean))
+
+
+def _scalar(op: str, value: Any) -> Any:
+    """Return a number as int, float or Fraction, and an expression as it is; raises ArgumentError for all else.
+
+    Nothing that sympy would turn into an expression by reading its text may come past here: reading is running.
+    """
+    if isinstance(value, Node) or _is_sympy(value):
+        return value
+    held = unboxed(value)
+    if isinstance(held, (int, float, Fraction)):
+        return held
+    text = ", no text" if isinstance(held, str) else ""
+    raise ArgumentError(
+        f"{op} takes numbers and expressions{text} (parameters(...) and variable(...) make symbols); got {shown(held)}"
+    )
 
 
 def sin(a: Any) -> Any:

@@ -13,7 +13,7 @@ from fractions import Fraction
 from sys import getrefcount
 from typing import Any, Final
 
-from multibody_sym.errors import ExpressionError
+from multibody_sym.errors import ArgumentError, ExpressionError, shown
 
 Exact = int | Fraction
 _NUMBERS: Final = frozenset({"number", "real"})
@@ -129,7 +129,7 @@ def _binary(operation: Callable[[Node, Node], Node], a: object, b: object) -> No
 def as_node(value: object) -> Node:
     """Return `value` as a Node: a Node, int, Fraction or float (read as the decimal it prints as).
 
-    Raises TypeError for everything else, strings and bools included, and ExpressionError for nan and inf.
+    Raises ArgumentError for everything else, strings and bools included, and ExpressionError for nan and inf.
     """
     if isinstance(value, Node):
         return value
@@ -141,10 +141,19 @@ def as_node(value: object) -> Node:
         if not math.isfinite(value):
             raise ExpressionError(f"{value} is not a finite number")
         return number(Fraction(repr(float(value))))
+    held = unboxed(value)
+    if held is not value:
+        return as_node(held)
+    raise ArgumentError(f"{shown(value)} is not a number or an expression")
+
+
+def unboxed(value: Any) -> Any:
+    """Return what an array without dimensions or a number of NumPy's holds, and everything else as it is."""
     item = getattr(value, "item", None)
-    if callable(item) and getattr(value, "ndim", None) == 0:
-        return as_node(item())
-    raise TypeError(f"{value!r} is not a number or an expression")
+    if not callable(item) or getattr(value, "ndim", None) != 0:
+        return value
+    held = item()
+    return float(held) if type(held) is type(value) and hasattr(held, "is_integer") else held  # a long double
 
 
 # --- leaves -----------------------------------------------------------------------------------------------------
