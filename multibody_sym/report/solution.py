@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Final
 
 from multibody_sym.model.mechanism import COMPONENTS
+from multibody_sym.report.shifts import shifts_text
 from multibody_sym.simulation.solution import Solution, Value
 
 _ROUNDING: Final = 1e-12
@@ -16,6 +17,7 @@ def solution_text(solution: Solution) -> str:
     """Return a solution for people to read."""
     primes = {name: "''" if name in solution.coordinates else "'" for name in solution.accelerations}
     sections: dict[str, Iterable[str]] = {
+        "start values that follow from the constraints": [f"{k} = {value}" for k, value in solution.assembled.items()],
         "accelerations": [f"{name + primes[name]} = {value}" for name, value in solution.accelerations.items()],
         "tensions": _constraint_lines(solution, "tension"),
         "multipliers": _constraint_lines(solution, "multiplier"),
@@ -26,7 +28,7 @@ def solution_text(solution: Solution) -> str:
         "notes": solution.notes,
     }
     parts = [f"{title}\n{_indented(lines)}" for title, lines in sections.items() if lines]
-    return "\n".join([f"{solution.name} at t = 0", *parts])
+    return "\n".join([f"{solution.name} at t = 0", *shifts_text(solution.shifts), *parts])
 
 
 def _indented(lines: Iterable[str]) -> str:

@@ -17,7 +17,8 @@ from multibody_sym.dynamics.quantities import Instant, quantities
 from multibody_sym.dynamics.quotient_field import NoClosedFormError, Quotient
 from multibody_sym.dynamics.quotient_functions import doubled
 from multibody_sym.dynamics.start import Start, start
-from multibody_sym.dynamics.symbolic_state import SymbolicState, declared_state
+from multibody_sym.dynamics.symbolic_start import declared_state
+from multibody_sym.dynamics.symbolic_state import SymbolicState
 from multibody_sym.errors import ExpressionError, NoSolutionError, Where
 from multibody_sym.expressions.parser import parse
 from multibody_sym.expressions.printer import text
@@ -66,7 +67,7 @@ class Solved:
         for name, number in numbers.items():
             unique = all(abs(other[name] - number) <= _NOT_UNIQUE * scale for other in others)
             closed = unique and name in nodes
-            known = self._value(as_node(nodes[name]), float(number), scale) if closed else Value(float(number))
+            known = self.value(as_node(nodes[name]), float(number), scale) if closed else Value(float(number))
             found[name] = replace(known, unique=unique, unit=units.get(name, ""))
         return found
 
@@ -78,7 +79,8 @@ class Solved:
             self.reasons[reason.message] = None
             return {}
 
-    def _value(self, node: Node, number: float, scale: float) -> Value:
+    def value(self, node: Node, number: float, scale: float = 0.0) -> Value:
+        """Return a number with the closed form of a Node, where they agree to rounding of what is the size `scale`."""
         closed = self.closed(lambda forms: forms.of([node])[0])
         if closed is None or abs(float(closed.sample) - number) > AGREEMENT * abs(number) + _ROUNDING * scale:
             return Value(number)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from multibody_sym.expressions.printer import text
@@ -43,7 +43,9 @@ class Solution:
     """The solved instant t = 0 of a system.
 
     `accelerations`: of each coordinate by its name; where the speeds are not the coordinates' rates (quaternions), of
-    each speed by its own. `reactions`: of a joint fx .. mz (on the child, about the joint's point, axes of its frame on
+    each speed by its own. `assembled`: the coordinates and speeds that follow from the constraints; those without an
+    expression stand in formulas by their names. `shifts`: by how much start values that were given were changed for
+    that, by name (SI). `reactions`: of a joint fx .. mz (on the child, about the joint's point, axes of its frame on
     the parent), of a rope or rod `tension`, of an expression `multiplier`. `conditions` under which all this holds;
     `answers` to `ask`; `notes`: what was left out, and why.
     """
@@ -56,6 +58,8 @@ class Solution:
     conditions: tuple[str, ...]
     answers: Mapping[str, Value]
     notes: tuple[str, ...] = ()
+    assembled: Mapping[str, Value] = field(default_factory=dict)
+    shifts: Mapping[str, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         found = ", ".join(f"{name}: {value}" for name, value in self.accelerations.items())
@@ -71,6 +75,8 @@ class Solution:
         return {
             "coordinates": dict(self.coordinates),
             "speeds": dict(self.speeds),
+            "assembled": _json(self.assembled),
+            "shifts": dict(self.shifts),
             "accelerations": _json(self.accelerations),
             "reactions": {name: _json(components) for name, components in self.reactions.items()},
             "states": {},

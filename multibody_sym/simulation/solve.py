@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Final
 
 from multibody_sym.dynamics.book_form import comparison
 from multibody_sym.dynamics.quantities import Instant
 from multibody_sym.dynamics.quotient_field import NoClosedFormError
 from multibody_sym.expressions.printer import text
-from multibody_sym.model.mechanism import COMPONENTS, ExpressionRow, Mechanism, RopeRow
+from multibody_sym.model.mechanism import COMPONENTS, Coordinate, ExpressionRow, Mechanism, RopeRow, Speed
 from multibody_sym.model.system import System
-from multibody_sym.scalars.node import quantity
+from multibody_sym.scalars.node import as_node, quantity, symbol
 from multibody_sym.simulation.instant import Solved, solved_start
 from multibody_sym.simulation.overrides import with_values
 from multibody_sym.simulation.questions import answered
@@ -45,7 +46,26 @@ def solve(system: System, parameters: Mapping[str, Any] | None = None, formalism
         conditions=(*_tension_conditions(solved, reactions), *_sign_conditions(solved), *remarks),
         answers=answers,
         notes=tuple(f"numbers only, where no closed form is given: {reason}" for reason in solved.reasons),
+        assembled=_assembled(solved),
+        shifts=dict(begin.shifts),
     )
+
+
+def _assembled(solved: Solved) -> dict[str, Value]:
+    """Return the start values that constraints determined, but for given ones that were right and speeds that vanish.
+
+    Those that formulas name have no expression of their own.
+    """
+    found: dict[str, Value] = {}
+    begin, state = solved.begin, solved.symbolic.state
+    declared: list[Coordinate | Speed] = [*solved.mechanism.coordinates, *solved.mechanism.speeds]
+    pairs = zip(declared, (*state.q, *state.u), (*begin.q, *begin.u), strict=True)
+    for each, node, number in pairs:
+        letter = as_node(node) is symbol(each.name)
+        if each.name in begin.assembled and (letter or each.name in begin.shifts or not (each.given or number == 0.0)):
+            value = Value(number) if letter else solved.value(as_node(node), number)
+            found[each.name] = replace(value, unit=each.unit)
+    return found
 
 
 def acceleration_names(resolved: Mechanism) -> list[str]:
