@@ -45,10 +45,13 @@ def digest(*parts: str | bytes) -> str:
 
 @functools.cache
 def toolkit() -> str:
-    """Return a hash of the toolkit's files by name, size and time of change: what others made may be outdated."""
+    """Return a hash of the toolkit's files by name, size and time of change: what others made may be outdated.
+
+    The templates that generated code is printed with are among them.
+    """
     package = Path(__file__).parent.parent
     places = [package, package / "templates", package.parent / "templates"]
-    files = sorted({file for place in places for kind in ("*.py", "*.[ch]") for file in place.rglob(kind)})
+    files = sorted({file for place in places for kind in ("*.py", "*.[ch]", "*.in") for file in place.rglob(kind)})
     status = ((file, file.stat()) for file in files)
     return digest(*(f"{file.relative_to(package.parent)} {s.st_size} {s.st_mtime_ns}" for file, s in status))
 

@@ -1,25 +1,32 @@
-"""Programs of a system, compiled: recalled from the cache by the system's structure, or derived once."""
+"""Programs of a mechanism, compiled: recalled from the cache by its structure, or derived once."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from dataclasses import fields, is_dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any, Final
 
 from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
 from multibody_sym.errors import InputError
-from multibody_sym.model.declaration import tree_from_system
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism import Coordinate, Limit, Mechanism, ParameterEntry, Speed
 from multibody_sym.model.slots import at, suggestion
-from multibody_sym.model.system import System
 from multibody_sym.runtime import loading
 from multibody_sym.runtime.cache import digest
 from multibody_sym.runtime.loading import Backend, Compiled
+from multibody_sym.scalars.node import Node
 
 if TYPE_CHECKING:
     from multibody_sym.program.programs import Form
 
-_NOT_STRUCTURE = ("name", "ask", "simulation")
+_NUMBERS: Final[Mapping[type, frozenset[str]]] = {
+    Mechanism: frozenset({"name"}),
+    ParameterEntry: frozenset({"value"}),
+    Coordinate: frozenset({"initial", "given", "known"}),
+    Speed: frozenset({"initial", "given"}),
+    Limit: frozenset({"lower", "upper", "velocity"}),
+}
+"""What no Program follows from: a title, what is handed over as numbers, what is looked at after a run."""
 
 
 def formalism_name(name: str | None, mechanism: Mechanism) -> str:
@@ -33,7 +40,6 @@ def formalism_name(name: str | None, mechanism: Mechanism) -> str:
 
 
 def compiled(
-    system: System,
     mechanism: Mechanism,
     formalism: str,
     form: Form = "explicit",
@@ -41,11 +47,11 @@ def compiled(
     native: bool = False,
     backend: Backend | None = None,
 ) -> Compiled:
-    """Return the system's Programs by a formalism, ready to be called, with those that a method needs for its `form`.
+    """Return a mechanism's Programs by a formalism, ready to be called, with those that a method needs for its `form`.
 
-    What was derived for a system of the same structure is recalled, whatever its parameters' values and start.
+    What was derived for a mechanism of the same structure is recalled, whatever its parameters' values and start.
     """
-    key = structure_key(system, formalism, form)
+    key = structure_key(mechanism, formalism, form)
     recalled = loading.recall(key, native=native, backend=backend)
     if recalled is not None:
         return recalled.compiled
@@ -57,16 +63,60 @@ def compiled(
     return made
 
 
-def structure_key(system: System, formalism: str, form: Form = "explicit") -> str:
-    """Return a hash of what a system's Programs follow from: all but its name, its numbers, its start and most
-    settings."""
-    tree = tree_from_system(system)
-    tree["parameters"] = [(name, parameter.positive) for name, parameter in system.parameters.items()]
-    tree["joints"] = {name: _without_start(joint) for name, joint in tree.get("joints", {}).items()}
-    tree["coordinates"] = system.simulation.coordinates
-    structure = json.dumps({key: x for key, x in tree.items() if key not in _NOT_STRUCTURE})
-    return digest("system", formalism, form, system.simulation.multipliers, structure)
+def structure_key(mechanism: Mechanism, formalism: str, form: Form = "explicit") -> str:
+    """Return a hash of what Programs follow from: the mechanism but for its numbers, the formalism and the form.
+
+    A declaration will not do: which joint a loop is cut at depends on starts, questions and whatever else names joints.
+    """
+    written = _Written()
+    written.add(mechanism)
+    return digest("mechanism", formalism, form, "\n".join(written.lines))
 
 
-def _without_start(joint: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: x for key, x in joint.items() if key != "initial"}
+class _Written:
+    """Parts of a mechanism as lines that tell it from every other; a Node is written once, then by its number."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        self._numbers: dict[Node, int] = {}
+
+    def add(self, part: Any) -> None:
+        """Write a part, with the sizes of what it holds, so that nothing moves from one part to the next unseen."""
+        if isinstance(part, Node):
+            self.lines.append(f"node {self._number(part)}")
+        elif is_dataclass(part):
+            kind: type[Any] = type(part)
+            self.lines.append(kind.__name__)
+            for name in _written_fields(kind):
+                self.add(getattr(part, name))
+        elif isinstance(part, Mapping):
+            self.lines.append(f"map {len(part)}")
+            for pair in part.items():
+                self.add(pair)
+        elif isinstance(part, tuple):
+            self.lines.append(f"tuple {len(part)}")
+            for x in part:
+                self.add(x)
+        else:
+            assert part is None or isinstance(part, (str, int, range)), part
+            self.lines.append(repr(part))
+
+    def _number(self, root: Node) -> int:
+        """Return the Node's number after those of its operands, writing what has none yet (no recursion)."""
+        stack = [root]
+        while stack:
+            node = stack[-1]
+            missing = [a for a in node.args if a not in self._numbers]
+            if not missing or node in self._numbers:
+                stack.pop()
+            stack.extend(missing)
+            if not missing and node not in self._numbers:
+                self.lines.append(f"{node.op} {node.data!r} {[self._numbers[a] for a in node.args]}")
+                self._numbers[node] = len(self._numbers)
+        return self._numbers[root]
+
+
+@cache
+def _written_fields(kind: type) -> tuple[str, ...]:
+    left_out = _NUMBERS.get(kind, frozenset())
+    return tuple(f.name for f in fields(kind) if f.name not in left_out)

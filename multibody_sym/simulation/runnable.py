@@ -64,5 +64,5 @@ def runnable(
     name = formalism_name(formalism, resolved)
     begin = start(resolved, project=system.simulation.project)
     form = form_of(system.simulation, constrained=bool(resolved.rows))
-    programs = compiled(system, resolved, name, form, native=native, backend=backend)
+    programs = compiled(resolved, name, form, native=native, backend=backend)
     return Runnable(system, resolved, name, programs, begin)

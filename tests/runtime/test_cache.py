@@ -1,9 +1,11 @@
 """The cache: where it is, who may use it, and that nothing damaged is ever taken from it."""
 
 import os
+import shutil
 import stat
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -159,3 +161,20 @@ def test_a_full_cache_loses_what_is_oldest(place, monkeypatch):
 
 def test_digests_tell_parts_apart():
     assert len({cache.digest("ab", "c"), cache.digest("a", "bc"), cache.digest("abc"), cache.digest("abc", "")}) == 4
+
+
+def test_an_edited_template_is_another_toolkit(tmp_path):
+    root = Path(cache.__file__).parents[2]
+    for folder in ("multibody_sym", "templates"):
+        shutil.copytree(root / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    code = "from multibody_sym.runtime import cache; print(cache.__file__, cache.toolkit())"
+    run = [sys.executable, "-c", code]
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    seen = [subprocess.run(run, env=environment, cwd=tmp_path, capture_output=True, text=True, check=True).stdout]
+    assert seen[0].startswith(str(tmp_path))
+    for template in ("c/model.c.in", "python/model.py.in", "c/runtime.c"):
+        with open(tmp_path / "templates" / template, "a") as file:
+            file.write("\n")
+        done = subprocess.run(run, env=environment, cwd=tmp_path, capture_output=True, text=True, check=True)
+        seen.append(done.stdout)
+    assert len(set(seen)) == 4

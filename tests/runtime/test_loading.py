@@ -193,6 +193,41 @@ def test_recall_gives_programs_and_metadata(fresh, monkeypatch, backend):
     assert recall("system 1", backend=backend) is None
 
 
+OLD_FORMATS = {
+    "truncated": lambda body: body[: len(body) // 2],
+    "no text": lambda _: b"\xff\xfe\x00",
+    "a list": lambda _: b"[1, 2]",
+    "nothing": lambda _: b"null",
+    "no file": lambda _: b'{"metadata": {}}',
+    "a file that is no name": lambda _: b'{"file": 3, "metadata": {}}',
+    "a folder": lambda _: b'{"file": ".", "metadata": {}}',
+    "a file that is gone": lambda body: body.replace(b'"file": "', b'"file": "0'),
+    "metadata that are no map": lambda body: body.replace(b'"metadata": {', b'"metadata": 1, "old": {'),
+    "no programs": lambda body: body.replace(b'"programs"', b'"functions"'),
+    "programs by number": lambda body: body.replace(b'"programs": [', b'"programs": [1, '),
+    "another kind of signature": lambda body: body.replace(b'"inputs"', b'"arguments"'),
+}
+
+
+@pytest.mark.parametrize("checked", [True, False], ids=["with its checksum", "without"])
+@pytest.mark.parametrize("written", OLD_FORMATS.values(), ids=OLD_FORMATS)
+def test_an_entry_in_the_format_of_another_version_is_replaced(fresh, written, checked):
+    first = load_python(OSCILLATOR.signatures(), "key", lambda: IN_PYTHON)
+    remember("system", first, {"a": 1})
+    version = cache.toolkit()
+    keys = [cache.digest("python", "key", version), cache.digest("recall", "system", "python", version)]
+    for file in fresh.glob("*.json"):
+        _, _, body = file.read_bytes().partition(b"\n")
+        key = next(k for k in keys if cache._key_name(k) == file.name)
+        changed = written(body)
+        file.write_bytes((cache.digest(key, changed).encode() + b"\n" if checked else b"") + changed)
+    assert recall("system", backend="python") is None
+    again = load_python(OSCILLATOR.signatures(), "key", lambda: IN_PYTHON)
+    assert again["state_derivative"](0, [1], [0], [3], [], [])[1] == -9.0
+    remember("system", again, {"a": 2})
+    assert recall("system", backend="python").metadata == {"a": 2}
+
+
 def test_a_warm_start_imports_nothing_heavy(fresh, monkeypatch):
     monkeypatch.setattr(cache, "toolkit", lambda: "this version")  # whatever is being edited meanwhile
     compiled = load_c(OSCILLATOR.signatures(), "key", OSCILLATOR.sources)
