@@ -33,9 +33,10 @@ from multibody_sym.model.mechanism import (
     Row,
     VelocityRow,
 )
-from multibody_sym.model.plane import rows_in_plane
+from multibody_sym.model.plane import in_plane, rows_in_plane
 from multibody_sym.model.references import References
 from multibody_sym.model.slots import Element, at, suggestion
+from multibody_sym.model.surface_tangents import surface_tangents
 from multibody_sym.model.system import System
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import evaluate
@@ -160,7 +161,8 @@ def _(element: Rolling, name: str, references: References) -> list[Row]:
     axis = None if rim.disc is None else unit_vector(rim.axis)
     radius = rim.sphere if rim.disc is None else rim.disc
     assert radius is not None
-    directions = (normal, *normals_of(normal))
+    flat = references.plane or in_plane(references.system)
+    directions = (normal, *surface_tangents(normal, flat=flat))
     return [
         RollingRow(row, wheel, axis, radius, ground, normal, along)
         for row, along in zip(row_names(name, element), directions, strict=True)
