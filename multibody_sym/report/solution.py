@@ -7,7 +7,7 @@ from typing import Final
 
 from multibody_sym.model.mechanism import COMPONENTS
 from multibody_sym.report.shifts import shifts_text
-from multibody_sym.simulation.solution import Solution, Value
+from multibody_sym.simulation.solution import RowKind, Solution, Value
 
 _ROUNDING: Final = 1e-12
 _JOINTS: Final = "reactions of joints, on the child, in the axes of the joint's frame on the parent (zeros left out)"
@@ -19,7 +19,8 @@ def solution_text(solution: Solution) -> str:
     sections: dict[str, Iterable[str]] = {
         "start values that follow from the constraints": [f"{k} = {value}" for k, value in solution.assembled.items()],
         "accelerations": [f"{name + primes[name]} = {value}" for name, value in solution.accelerations.items()],
-        "tensions": _constraint_lines(solution, "tension"),
+        "tensions": _constraint_lines(solution, "rope"),
+        "forces of constraints": _constraint_lines(solution, "rod", "force"),
         "multipliers": _constraint_lines(solution, "multiplier"),
         _JOINTS: _joint_lines(solution.reactions),
         "not unique, because constraints depend on each other": solution.not_unique,
@@ -35,9 +36,13 @@ def _indented(lines: Iterable[str]) -> str:
     return "\n".join(f"  {line}" for line in lines)
 
 
-def _constraint_lines(solution: Solution, component: str) -> list[str]:
-    found = ((name, values.get(component)) for name, values in solution.reactions.items())
-    return [f"{name} = {value}" for name, value in found if value is not None]
+def _constraint_lines(solution: Solution, *kinds: RowKind) -> list[str]:
+    return [
+        f"{name} = {value}{' (a tension)' if kind == 'rod' else ''}"
+        for name, kind in solution.kinds.items()
+        if kind in kinds
+        for value in solution.reactions[name].values()
+    ]
 
 
 def _joint_lines(reactions: Mapping[str, Mapping[str, Value]]) -> list[str]:

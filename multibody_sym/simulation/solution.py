@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 from multibody_sym.expressions.printer import text
 from multibody_sym.scalars.node import Node
+
+RowKind = Literal["rope", "rod", "force", "multiplier"]
+"""What a constraint's multiplier is: a tension of a rope or rod, a force (or moment), or that of an expression."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +49,8 @@ class Solution:
     each speed by its own. `assembled`: the coordinates and speeds that follow from the constraints; those without an
     expression stand in formulas by their names. `shifts`: by how much start values that were given were changed for
     that, by name (SI). `reactions`: of a joint fx .. mz (on the child, about the joint's point, axes of its frame on
-    the parent), of a rope or rod `tension`, of an expression `multiplier`. `conditions` under which all this holds;
-    `answers` to `ask`; `notes`: what was left out, and why.
+    the parent), of an expression `multiplier`, of any other constraint `tension`, which is one of ropes and rods (their
+    `kinds`). `conditions` under which all this holds; `answers` to `ask`; `notes`: what was left out, and why.
     """
 
     name: str
@@ -60,6 +63,7 @@ class Solution:
     notes: tuple[str, ...] = ()
     assembled: Mapping[str, Value] = field(default_factory=dict)
     shifts: Mapping[str, float] = field(default_factory=dict)
+    kinds: Mapping[str, RowKind] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         found = ", ".join(f"{name}: {value}" for name, value in self.accelerations.items())

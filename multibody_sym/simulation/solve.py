@@ -10,13 +10,23 @@ from multibody_sym.dynamics.book_form import comparison
 from multibody_sym.dynamics.quantities import Instant
 from multibody_sym.dynamics.quotient_field import NoClosedFormError
 from multibody_sym.expressions.printer import text
-from multibody_sym.model.mechanism import COMPONENTS, Coordinate, ExpressionRow, Mechanism, RopeRow, Speed
+from multibody_sym.model.mechanism import (
+    COMPONENTS,
+    Coordinate,
+    DistanceRow,
+    ExpressionRow,
+    Mechanism,
+    RopeRow,
+    Row,
+    Speed,
+    VelocityRow,
+)
 from multibody_sym.model.system import System
 from multibody_sym.scalars.node import as_node, quantity, symbol
 from multibody_sym.simulation.instant import Solved, solved_start
 from multibody_sym.simulation.overrides import with_values
 from multibody_sym.simulation.questions import answered
-from multibody_sym.simulation.solution import Solution, Value
+from multibody_sym.simulation.solution import RowKind, Solution, Value
 
 _ROUNDING: Final = 1e-12
 _UNITS: Final = {**dict.fromkeys(COMPONENTS[:3], "N"), **dict.fromkeys(COMPONENTS[3:], "N*m"), "tension": "N"}
@@ -43,6 +53,7 @@ def solve(system: System, parameters: Mapping[str, Any] | None = None, formalism
         speeds=dict(zip((s.name for s in resolved.speeds), begin.u, strict=True)),
         accelerations=accelerations,
         reactions=reactions,
+        kinds={row.name: _kind(row) for row in resolved.rows if row.name in reactions},
         conditions=(*_tension_conditions(solved, reactions), *_sign_conditions(solved), *remarks),
         answers=answers,
         notes=tuple(f"numbers only, where no closed form is given: {reason}" for reason in solved.reasons),
@@ -78,7 +89,7 @@ def acceleration_names(resolved: Mechanism) -> list[str]:
 
 
 def _reactions(solved: Solved) -> dict[str, dict[str, Value]]:
-    """Return the reactions of joints, cut ones too, and the multipliers of constraints: tensions of ropes and rods."""
+    """Return the reactions of joints, cut ones too, and the multipliers of constraints."""
     found: dict[str, dict[str, Value]] = {}
     for name in solved.mechanism.joint_names:
 
@@ -94,8 +105,15 @@ def _reactions(solved: Solved) -> dict[str, dict[str, Value]]:
         def of_row(instant: Instant, component: str = component, k: int = k) -> Mapping[str, Any]:
             return {component: instant.multipliers[k]}
 
-        found.setdefault(row.name, {})[component] = solved.values(of_row, _UNITS)[component]
+        units = {} if isinstance(row, VelocityRow) else _UNITS
+        found.setdefault(row.name, {})[component] = solved.values(of_row, units)[component]
     return found
+
+
+def _kind(row: Row) -> RowKind:
+    if isinstance(row, (ExpressionRow, VelocityRow)):
+        return "multiplier"
+    return "rope" if isinstance(row, RopeRow) else "rod" if isinstance(row, DistanceRow) else "force"
 
 
 def _tension_conditions(solved: Solved, reactions: Mapping[str, Mapping[str, Value]]) -> list[str]:
