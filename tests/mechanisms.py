@@ -454,7 +454,10 @@ def _motor(build: _Builder, inputs: Mapping[str, Any]) -> Motor | Drag:
     if place is None:
         return _drag(build, inputs)
     voltage = build.expression(time=True, inputs=inputs)
-    return Motor(place[0], voltage, build.uniform(0.5, 2), build.uniform(0.1, 1), build.uniform(1, 9), place[1])
+    resistance, constant, gear = build.uniform(0.5, 2), build.uniform(0.1, 1), build.uniform(1, 9)
+    return Motor(
+        place[0], voltage=voltage, resistance=resistance, constant=constant, gear=gear, freedom=place[1]
+    )
 
 
 def _distance(build: _Builder, pulleys: Mapping[str, Pulley]) -> Distance:

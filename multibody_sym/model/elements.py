@@ -203,7 +203,7 @@ class GroundMotion(Element):
     turn: tuple[Turn, ...] = holds(ListOf(Record(Turn)), ())
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Surface(Element):
     """A surface of a body: a ball, the sharp rim of a disc about `axis`, or a plane through a place with a `normal`.
 
@@ -360,11 +360,11 @@ class Motor(Element):
     """
 
     joint: str = holds(Text())
-    voltage: Node = holds(Scalar())
-    resistance: Node = holds(Scalar())
-    constant: Node = holds(Scalar())
-    gear: Node = holds(Scalar(), 1)
-    freedom: str | None = holds(Text(), None)
+    voltage: Node = holds(Scalar(), keyword=True)
+    resistance: Node = holds(Scalar(), keyword=True)
+    constant: Node = holds(Scalar(), keyword=True)
+    gear: Node = holds(Scalar(), 1, keyword=True)
+    freedom: str | None = holds(Text(), None, keyword=True)
 
 
 def _freedom_of_joint(freedom: object, joint: object) -> None:
@@ -396,7 +396,7 @@ class Pulley(Element):
 # --- questions and settings ----------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Ask(Element):
     """A question that `solve` answers.
 
@@ -462,7 +462,7 @@ class Baumgarte(Element):
     beta: Node | None = holds(Scalar("1/s"), None)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Stabilisation(Element):
     """How constraints are kept: `projection` after each step, `baumgarte`, or `index_2`, as part of the equations."""
 
@@ -482,7 +482,7 @@ MULTIPLIERS: Final = ("basic", "minimum_norm")
 COORDINATES: Final = ("relative", "absolute")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Settings(Element):
     """How a system is simulated, unless the call says otherwise.
 

@@ -59,6 +59,7 @@ _X, _Y, _Z = (Direction().accept(letter) for letter in "xyz")
 class Joint(Element):
     """A joint from a body, point or frame of the parent to one of the child; both coincide at zero coordinates.
 
+    All but parent and child is given by keyword: a letter behind them could be an axis or the name of a coordinate.
     Where joints close a loop one of them is cut and becomes constraints: the one marked `cut`.
     """
 
@@ -146,7 +147,7 @@ class Limits(Element):
             raise ModelError(f"the lower limit {text(self.lower)} is above the upper one {text(self.upper)}")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class MovingJoint(Joint):
     """A joint with freedom: names and initial values of its coordinates.
 
@@ -204,9 +205,9 @@ class MovingJoint(Joint):
             )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Revolute(MovingJoint):
-    """A hinge: rotation by q about `axis` (components in the parent's attachment frame)."""
+    """A hinge: rotation by q about `axis` (components in the parent's attachment frame), z unless it is given."""
 
     kind: ClassVar[str] = "revolute"
     axis: Point = holds(Direction(), "z")
@@ -216,44 +217,57 @@ class Revolute(MovingJoint):
         return (Step("rotate", self.axis),)
 
 
-@dataclass(frozen=True)
-class Prismatic(MovingJoint):
+@dataclass(frozen=True, kw_only=True)
+class AxialJoint(MovingJoint):
+    """A joint that slides along `axis` (components in the parent's attachment frame), which must be given.
+
+    Planes have a normal to turn about, but no direction of their own to slide along.
+    """
+
+    axis: Point = holds(Direction(), None)
+
+    def verify(self) -> None:
+        if self.axis is None:
+            message = f"it is missing: say along which direction the {self.kind} joint slides, such as axis: x"
+            raise ModelError(message).under("axis")
+        super().verify()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prismatic(AxialJoint):
     """A slider: translation by q along `axis` (components in the parent's attachment frame)."""
 
     kind: ClassVar[str] = "prismatic"
-    axis: Point = holds(Direction(), "x")
 
     @property
     def steps(self) -> tuple[Step, ...]:
         return (Step("translate", self.axis),)
 
 
-@dataclass(frozen=True)
-class Screw(MovingJoint):
+@dataclass(frozen=True, kw_only=True)
+class Screw(AxialJoint):
     """A nut on a screw: rotation by q about `axis` advances it by `pitch` a turn."""
 
     kind: ClassVar[str] = "screw"
-    pitch: Node = holds(Scalar("m"), 0)
-    axis: Point = holds(Direction(), "z")
+    pitch: Node = holds(Scalar("m"))
 
     @property
     def steps(self) -> tuple[Step, ...]:
         return (Step("screw", self.axis, lead=self.pitch / (2 * PI)),)
 
 
-@dataclass(frozen=True)
-class Cylindrical(MovingJoint):
+@dataclass(frozen=True, kw_only=True)
+class Cylindrical(AxialJoint):
     """A sleeve on a shaft: z along and phi about `axis`."""
 
     kind: ClassVar[str] = "cylindrical"
-    axis: Point = holds(Direction(), "z")
 
     @property
     def steps(self) -> tuple[Step, ...]:
         return Step("translate", self.axis, "z"), Step("rotate", self.axis, "phi")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Universal(MovingJoint):
     """A cardan joint: rotation about the first of `axes` (the parent's), then about the second, turned by it."""
 
@@ -265,7 +279,7 @@ class Universal(MovingJoint):
         return Step("rotate", self.axes[0], "1"), Step("rotate", self.axes[1], "2")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Planar(MovingJoint):
     """Motion in the x-y plane of the parent's attachment frame: x, y along its axes, then rotation theta about z."""
 
@@ -295,7 +309,7 @@ def _three_angles(angles: str | None) -> tuple[Step, ...]:
     return tuple(Step("rotate", axes[letter], str(k)) for k, letter in enumerate(angles or "", 1))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Spherical(MovingJoint):
     """A ball joint: unit quaternion (w first) as coordinates, angular velocity in the child's axes as speeds.
 
@@ -314,7 +328,7 @@ class Spherical(MovingJoint):
         return self.angles is None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Free(MovingJoint):
     """No joint at all: position and its speed along the parent's axes, then a ball (or three `angles`)."""
 
@@ -331,7 +345,7 @@ class Free(MovingJoint):
         return self.angles is None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Direct(Element):
     """One freedom of a custom joint: `translate` along or `rotate` about a direction, `screw` with a pitch a turn."""
 
@@ -355,7 +369,7 @@ class Direct(Element):
         return Step("screw", self.rotate, letter, self.pitch / (2 * PI))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Custom(MovingJoint):
     """A joint made of its freedoms, one after the other: `free: [{translate: x}, {rotate: z}]`."""
 
@@ -372,7 +386,7 @@ class Custom(MovingJoint):
         super().verify()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Fixed(Joint):
     """A weld: no freedom."""
 

@@ -397,10 +397,12 @@ class Element:
 
 
 def holds(slot: Slot, default: Any = MISSING, *, keyword: bool = False) -> Any:
-    """Declare a dataclass field that holds `slot`; without a default it must be given, perhaps by keyword only."""
-    if default is MISSING:
-        return field(kw_only=keyword, metadata={"slot": slot})
-    return field(default=default, kw_only=keyword, metadata={"slot": slot})
+    """Declare a dataclass field that holds `slot`.
+
+    Without a default it must be given; by keyword only if it is marked so or its class is `kw_only`.
+    """
+    only: Any = keyword or MISSING
+    return field(default=default, kw_only=only, metadata={"slot": slot})
 
 
 def slots_of(cls: type[Element]) -> dict[str, Slot]:

@@ -128,7 +128,7 @@ def test_kill_leaves_a_readable_file_and_the_old_result(tmp_path: Path) -> None:
 def test_a_failed_run_keeps_its_rows_beside_the_old_result(tmp_path: Path) -> None:
     (tmp_path / "m.yaml").write_text(
         "{multibody_sym: 1, name: m, bodies: {b: {mass: 1}},"
-        " joints: {j: {type: prismatic, parent: ground, child: b, q: x}},"
+        " joints: {j: {type: prismatic, parent: ground, child: b, axis: x, q: x}},"
         " forces: {f: {type: torque, joint: j, value: log(1 - t)}}}"
     )
     (tmp_path / "out.csv").write_text("t\n1.0\n")

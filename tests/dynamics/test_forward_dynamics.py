@@ -72,7 +72,7 @@ def test_light_body_between_heavy_ones_keeps_its_row() -> None:
     system = System(
         "held",
         bodies={"light": Body(mass="1e-6"), "heavy": Body(mass="1e6")},
-        joints={"A": Prismatic("ground", "light", q="a"), "B": Prismatic("ground", "heavy", q="b")},
+        joints={"A": Prismatic("ground", "light", axis="x", q="a"), "B": Prismatic("ground", "heavy", axis="x", q="b")},
         forces={"push": {"type": "force", "on": "light", "value": [1e3, 0, 0]}},
         constraints={"stick": Expression("a - b/3")},
     )

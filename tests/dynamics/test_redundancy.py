@@ -38,7 +38,7 @@ def platform(cranks: int) -> System:
 
 
 def test_no_rows_no_redundancy() -> None:
-    system = System("s", bodies={"b": Body(mass=1)}, joints={"j": Prismatic("ground", "b")})
+    system = System("s", bodies={"b": Body(mass=1)}, joints={"j": Prismatic("ground", "b", axis="x")})
     assert found_in(system) == Redundancy(0, (), ())
 
 
@@ -84,7 +84,7 @@ def test_row_that_holds_nothing_is_left_over() -> None:
     system = System(
         "empty",
         bodies={"b": Body(mass=1)},
-        joints={"j": Prismatic("ground", "b", q="x")},
+        joints={"j": Prismatic("ground", "b", axis="x", q="x")},
         constraints={"nothing": Expression("0*x"), "hold": Expression("x")},
     )
     assert found_in(system) == Redundancy(1, ("nothing",), ("nothing",), (("nothing",),), {"nothing": ()})
@@ -95,7 +95,7 @@ def test_rank_does_not_depend_on_units(factor: float) -> None:
     system = System(
         "scaled",
         bodies={"a": Body(mass=1e-3), "b": Body(mass=1e3)},
-        joints={"A": Prismatic("ground", "a", q="x"), "B": Prismatic("ground", "b", q="y")},
+        joints={"A": Prismatic("ground", "a", axis="x", q="x"), "B": Prismatic("ground", "b", axis="x", q="y")},
         constraints={"one": Expression(f"{factor:.0e}*(x - y)"), "two": Expression(f"{factor:.0e}*(x + y)")},
     )
     assert found_in(system).rank == 2

@@ -58,7 +58,7 @@ def four_bar(**initial: object) -> System:
 
 
 def parameters(**declared: object) -> Mechanism:
-    joints = {"j": Prismatic("ground", "b")}
+    joints = {"j": Prismatic("ground", "b", axis="x")}
     return mechanism(System("p", parameters=declared, bodies={"b": Body(mass=1)}, joints=joints))
 
 
@@ -124,7 +124,7 @@ def test_zero_quaternion_is_an_error_with_its_joint() -> None:
 
 
 def test_initial_value_that_is_not_finite_is_named() -> None:
-    joints = {"j": Prismatic("ground", "b", q="x", initial=Initial(q="1/(a - 1)"))}
+    joints = {"j": Prismatic("ground", "b", axis="x", q="x", initial=Initial(q="1/(a - 1)"))}
     system = System("q", parameters={"a": 1}, bodies={"b": Body(mass=1)}, joints=joints)
     with pytest.raises(ModelError, match="initial value of x is not finite"):
         start(mechanism(system))
@@ -134,7 +134,7 @@ def test_force_without_value_at_the_start_is_named() -> None:
     system = System(
         "q",
         bodies={"b": Body(mass=1)},
-        joints={"j": Prismatic("ground", "b", q="x")},
+        joints={"j": Prismatic("ground", "b", axis="x", q="x")},
         forces={"gravitation": {"type": "force", "on": "b", "value": ["-1/x^2", 0, 0]}},
     )
     with pytest.raises(ModelError, match="no finite value at the start") as caught:
@@ -255,7 +255,7 @@ def test_coordinate_that_a_row_does_not_feel_at_zero_is_found() -> None:
         "pendulum",
         bodies={"slide": Body(mass=1), "bob": Body(mass=1)},
         joints={
-            "A": Prismatic("ground", "slide", q="x", initial=Initial(q=0.6)),
+            "A": Prismatic("ground", "slide", axis="x", q="x", initial=Initial(q=0.6)),
             "B": Prismatic("slide", "bob", axis="y", q="y"),
         },
         constraints={"rod": Distance(["ground", "bob"], 1)},
@@ -329,7 +329,7 @@ def test_moving_constraint_moves_the_speeds() -> None:
     system = System(
         "driven",
         bodies={"b": Body(mass=1)},
-        joints={"j": Prismatic("ground", "b", q="x")},
+        joints={"j": Prismatic("ground", "b", axis="x", q="x")},
         constraints={"drive": Expression("x - 2 - 3*t")},
     )
     begin = start(mechanism(system))
@@ -342,7 +342,7 @@ def test_speeds_take_the_least_kinetic_energy() -> None:
     system = System(
         "shared",
         bodies={"a": Body(mass=1), "b": Body(mass=4)},
-        joints={"A": Prismatic("ground", "a", q="x"), "B": Prismatic("ground", "b", q="y")},
+        joints={"A": Prismatic("ground", "a", axis="x", q="x"), "B": Prismatic("ground", "b", axis="x", q="y")},
         constraints={"sum": Expression("x + y - 5*t")},
     )
     assert start(mechanism(system)).u == pytest.approx((4, 1))

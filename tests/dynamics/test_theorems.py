@@ -73,7 +73,7 @@ def test_heavy_top_keeps_its_vertical_angular_momentum() -> None:
 
 def test_cart_and_pendulum_keep_the_horizontal_momentum() -> None:
     bodies = {"cart": Body(mass=3), "rod": Body(mass=1, com=[0, -1, 0], inertia={"Izz": 1})}
-    joints = {"A": Prismatic("ground", "cart"), "B": Revolute("cart", "rod")}
+    joints = {"A": Prismatic("ground", "cart", axis="x"), "B": Revolute("cart", "rod")}
     assert conserved_by(gravity=[0, -9.81, 0], bodies=bodies, joints=joints) == ["total_energy()", "momentum(x)"]
 
 

@@ -67,7 +67,7 @@ bodies:
   b: {mass: 1}
 joints:
   A: {type: revolute, parent: ground, child: a, limits: {lower: -90 deg, upper: 1.5, velocity: 3, effort: 20}}
-  B: {type: prismatic, parent: ground, child: b}
+  B: {type: prismatic, parent: ground, child: b, axis: x}
 constraints:
   rack: {type: gear, joints: [B, A], ratio: 20 mm}
   more: {type: coupler, joints: {A: 1, B: 3}, value: 0.1}
@@ -76,7 +76,7 @@ constraints:
     assert loads(dumps(system)) == system
     joints = {
         "A": Revolute("ground", "a", limits=Limits("-90 deg", 1.5, 3, 20)),
-        "B": Prismatic("ground", "b"),
+        "B": Prismatic("ground", "b", axis="x"),
     }
     rows = {"rack": Gear(["B", "A"], "20 mm"), "more": Coupler({"A": 1, "B": 3}, 0.1)}
     bodies = {"a": Body(mass=1, inertia={"Izz": 2}), "b": Body(mass=1)}

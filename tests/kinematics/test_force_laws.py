@@ -85,7 +85,7 @@ def test_drag_at_rest_is_nothing_and_has_derivatives() -> None:
 
 def test_drag_in_closed_form_is_what_a_book_writes() -> None:
     bodies = {"b": Body(mass="m")}
-    joints = {"A": Prismatic("ground", "b", q="x")}
+    joints = {"A": Prismatic("ground", "b", axis="x", q="x")}
     parameters = {"m": 1, "c": 2}
     system = System("s", parameters=parameters, bodies=bodies, joints=joints, forces={"air": Drag("b", quadratic="c")})
     assert str(derive(system)) == "m*x'' = -c*x'*abs(x')"
@@ -115,7 +115,7 @@ def test_pull_by_the_law_of_a_spring_is_the_spring() -> None:
 @pytest.mark.parametrize("formalism", FORMALISMS)
 def test_charges_repel_by_the_inverse_square(formalism: str) -> None:
     """m a = k / r^2 away from the other, in every formalism."""
-    found = resolved(Prismatic("ground", "b", q="x"), {"f": Pull(["ground", "b"], "-5/distance^2")})
+    found = resolved(Prismatic("ground", "b", axis="x", q="x"), {"f": Pull(["ground", "b"], "-5/distance^2")})
     dynamics = FORMALISMS[formalism](found, state_of(found, float, 0.0, [0.5], [0.0], []))
     assert forward_dynamics(dynamics).udot.tolist() == pytest.approx([5 / 0.25 / 2], rel=1e-13)
 
@@ -124,7 +124,7 @@ def test_pull_on_one_side_only_stops_at_its_kink() -> None:
     """A rubber band: half a period of the spring, then free flight."""
     band = {"band": Pull(["ground.o", "b"], "max(0, 8*(distance - 1))")}
     bodies = {"b": BALL, "ground": Body(points={"o": [-1, 0, 0]})}
-    joints = {"A": Prismatic("ground", "b", q="x", initial=Initial(q=0.5))}
+    joints = {"A": Prismatic("ground", "b", axis="x", q="x", initial=Initial(q=0.5))}
     run = simulate(System("s", bodies=bodies, joints=joints, forces=band), t_end=1.0, samples=2)
     quarter = math.pi / 4
     assert run["x"][-1] == pytest.approx(-1.0 * (1.0 - quarter), rel=1e-8)
@@ -136,7 +136,7 @@ def test_freedom_names_what_a_joint_force_acts_on() -> None:
         "turn": Torque(5, joint="A", freedom="u_A_theta"),
         "spring": SpringDamper(2, joint="A", freedom="A_x", length=1),
         "brake": Damper(4, joint="A", freedom="A_theta"),
-        "motor": Motor("A", 6, 2, 1, freedom="A_y"),
+        "motor": Motor("A", voltage=6, resistance=2, constant=1, freedom="A_y"),
     }
     found = forces_at(resolved(Planar("ground", "b"), forces), [0.5, 0, 0], [1, 2, 3])
     assert found == pytest.approx([-2 * (0.5 - 1), 3 + (6 - 2) / 2, 5 - 4 * 3])
@@ -204,7 +204,7 @@ forces:
     assert loads(dumps(system)) == system
     forces = {
         "air": Drag("b", linear=1, quadratic=2),
-        "motor": Motor("A", 12, 2, 0.1, 5, "A_theta"),
+        "motor": Motor("A", voltage=12, resistance=2, constant=0.1, gear=5, freedom="A_theta"),
         "law": Pull(["ground", "b"], parse("3*(distance - 1)^3 + distance_rate")),
     }
     assert system == System("s", bodies={"b": Body(mass=1)}, joints={"A": Planar("ground", "b")}, forces=forces)

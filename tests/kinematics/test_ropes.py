@@ -26,7 +26,7 @@ def rope_case(points: list[np.ndarray], radii: list[float], axes: list[list[floa
     system = System(
         "rope",
         bodies={"load": Body(mass=1), GROUND: Body(points={n: p.tolist() for n, p in zip(names, points, strict=True)})},
-        joints={"j": Prismatic("ground", "load")},
+        joints={"j": Prismatic("ground", "load", axis="x")},
         pulleys=pulleys,
         constraints={"rope": Rope(["ground.p0", *pulleys, f"ground.p{len(points) - 1}"], length=0)},
     )

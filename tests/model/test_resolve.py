@@ -151,7 +151,7 @@ def test_coordinates_stand_in_tree_order_then_in_that_of_the_file() -> None:
         bodies=dict.fromkeys(names, body),
         joints={
             "e": Revolute("d", "e"),
-            "b": Prismatic("a", "b"),
+            "b": Prismatic("a", "b", axis="x"),
             "d": Planar("ground", "d"),
             "a": Spherical("ground", "a"),
             "c": Free("a", "c", q=["x", "y", "z", "q0", "q1", "q2", "q3"]),

@@ -169,7 +169,7 @@ def test_errors_of_files(tree: Any, message: str, path: str) -> None:
 
 def test_joints_have_the_names_people_bring_along() -> None:
     for alias, kind in JOINTS.aliases.items():
-        tree = {"type": alias, "parent": "ground", "child": "b"}
+        tree = {"type": alias, "parent": "ground", "child": "b", **({"axis": "x"} if kind == "prismatic" else {})}
         assert JOINTS.tree(JOINTS.accept(tree))["type"] == kind
 
 

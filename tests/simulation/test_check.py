@@ -104,7 +104,7 @@ def test_particle_that_may_turn_about_itself_has_no_start() -> None:
 
 
 def test_start_values_that_do_not_close_are_told_with_residuals() -> None:
-    slides = {"A": Prismatic("ground", "rod", q="x", initial=Initial(q=1, known=True))}
+    slides = {"A": Prismatic("ground", "rod", axis="x", q="x", initial=Initial(q=1, known=True))}
     found = check(system(joints=slides, constraints={"stop": Expression("x - 3")}))
     assert found.failure is not None
     assert found.failure.startswith("constraints.stop: the start values do not satisfy the constraints: stop misses by")
@@ -113,7 +113,7 @@ def test_start_values_that_do_not_close_are_told_with_residuals() -> None:
 def test_assembled_coordinates_are_named() -> None:
     bodies = {"slide": Body(mass=1), "bob": Body(mass=1)}
     joints = {
-        "A": Prismatic("ground", "slide", q="x", initial=Initial(q=0.6)),
+        "A": Prismatic("ground", "slide", axis="x", q="x", initial=Initial(q=0.6)),
         "B": Prismatic("slide", "bob", axis="y", q="y"),
     }
     found = check(system(bodies=bodies, joints=joints, constraints={"rod": Distance(["ground", "bob"], 1)}))

@@ -13,7 +13,7 @@ import multibody_sym as mbs
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DRIVEN = (
     "{multibody_sym: 1, name: m, parameters: {m: 2 kg, F0: 6, k: 2, weight: k*m}, bodies: {b: {mass: weight}},"
-    " joints: {j: {type: prismatic, parent: ground, child: b, q: x, initial: {q: 1, u: 2}}},"
+    " joints: {j: {type: prismatic, parent: ground, child: b, axis: x, q: x, initial: {q: 1, u: 2}}},"
     " forces: {f: {type: torque, joint: j, value: F}}, inputs: {F: F0*t}}"
 )
 

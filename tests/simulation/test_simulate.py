@@ -89,7 +89,7 @@ def test_every_formalism_gives_the_same_motion(example: str, formalism: str) -> 
 def test_parameters_move_motion_start_and_end() -> None:
     system = mbs.loads(
         "{multibody_sym: 1, name: m, parameters: {k: 2, T: k}, bodies: {b: {mass: 1}},"
-        " joints: {j: {type: prismatic, parent: ground, child: b, q: x, initial: {q: 3*k, u: k}}},"
+        " joints: {j: {type: prismatic, parent: ground, child: b, axis: x, q: x, initial: {q: 3*k, u: k}}},"
         " simulation: {t_end: 2*T}}"
     )
     run = mbs.simulate(system, parameters={"k": 5})
@@ -138,7 +138,7 @@ def test_baumgarte_takes_the_numbers_of_the_file() -> None:
 def test_a_motion_that_ends_in_no_number_names_speed_and_time() -> None:
     system = mbs.loads(
         "{multibody_sym: 1, name: m, bodies: {b: {mass: 1}},"
-        " joints: {j: {type: prismatic, parent: ground, child: b, q: x}},"
+        " joints: {j: {type: prismatic, parent: ground, child: b, axis: x, q: x}},"
         " forces: {f: {type: torque, joint: j, value: sqrt(1 - t)}}, simulation: {t_end: 2 s}}"
     )
     with pytest.raises(FailedRunError, match=r"u_x .* at t = 1") as caught:
@@ -149,7 +149,7 @@ def test_a_motion_that_ends_in_no_number_names_speed_and_time() -> None:
 def test_fixed_steps_into_no_number_name_speed_and_time() -> None:
     system = mbs.loads(
         "{multibody_sym: 1, name: m, bodies: {b: {mass: 1}},"
-        " joints: {j: {type: prismatic, parent: ground, child: b, q: x}},"
+        " joints: {j: {type: prismatic, parent: ground, child: b, axis: x, q: x}},"
         " forces: {f: {type: torque, joint: j, value: log(1 - t)}}, simulation: {t_end: 2 s, method: rk4, step: 0.25}}"
     )
     with pytest.raises(FailedRunError, match=r"rate of u_x is no finite number at t = 1 s"):
@@ -159,7 +159,8 @@ def test_fixed_steps_into_no_number_name_speed_and_time() -> None:
 def test_a_motion_that_grows_without_bound_names_coordinate_and_time() -> None:
     system = mbs.loads(
         "{multibody_sym: 1, name: m, bodies: {b: {mass: 1}}, forces: {f: {type: torque, joint: j, value: u_x^2}},"
-        " joints: {j: {type: prismatic, parent: ground, child: b, q: x, initial: {u: 1}}}, simulation: {t_end: 2 s}}"
+        " joints: {j: {type: prismatic, parent: ground, child: b, axis: x, q: x, initial: {u: 1}}},"
+        " simulation: {t_end: 2 s}}"
     )
     with pytest.raises(FailedRunError, match=r"step became too small at t = 1 s, on account of x") as caught:
         mbs.simulate(system)

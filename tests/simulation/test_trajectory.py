@@ -18,7 +18,8 @@ TOP = (
 )
 CLASH = (
     "{multibody_sym: 1, name: clash, parameters: {w: 2}, bodies: {b: {mass: 1}}, inputs: {F: w*t},"
-    " joints: {j: {type: prismatic, parent: ground, child: b, q: x}}, forces: {f: {type: torque, joint: j, value: F}},"
+    " joints: {j: {type: prismatic, parent: ground, child: b, axis: x, q: x}},"
+    " forces: {f: {type: torque, joint: j, value: F}},"
     " outputs: {x: 7*x, t: 2*t, $name_: u_x}, simulation: {t_end: 3, samples: 4}}"
 )
 
