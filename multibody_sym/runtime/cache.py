@@ -4,11 +4,15 @@ A file is `<hash of its origin>-<hash of its content><suffix>`: it is never chan
 match its name, and a rebuilt one never has the name of one that is already loaded. A key is a small file
 `<hash of the key>.json`: a checksum in the first line, then the file's name and the caller's metadata. Everything is
 written to a temporary file and renamed, so that a reader sees all of it or nothing.
+
+What a process is about to use is not deleted to make room: who finds it holds the folder (`held`) until it is loaded
+or read, and marks it as used. What several processes need at the same time one of them makes, `alone`.
 """
 
 from __future__ import annotations
 
 import atexit
+import contextlib
 import functools
 import hashlib
 import json
@@ -16,13 +20,20 @@ import os
 import shutil
 import stat
 import tempfile
-from collections.abc import Mapping
+import time
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from multibody_sym.runtime.locks import lock, locked
+
 _DIGITS: Final = 24
-_MOST_FILES: Final = 400  # a full cache loses its oldest quarter, when something is stored
+_MOST_FILES: Final = 400  # a full cache loses what was not used for longest, down to three quarters of that
+_IN_USE: Final = 60.0  # seconds for which what was stored or found stays, however full the cache is
+_PATIENCE: Final = 300.0  # seconds: longer than nearly every compilation; who waits in vain makes it itself
+_LOCK: Final = ".lock"
+_HELD: Final = f"held{_LOCK}"
 
 
 @dataclass(frozen=True)
@@ -96,16 +107,54 @@ def _temporary_folder() -> Path:
 
 
 def find(key: str) -> Artifact | None:
-    """Return what was stored under `key`; None if there is nothing, or if it or its file is damaged."""
+    """Return what was stored under `key`, marked as used; None if there is nothing, or if it or its file is damaged.
+
+    The file stays as long as the caller, or this process for it, has the folder `held`.
+    """
+    found = _read(key)
+    return None if found is None else found[0]
+
+
+def content(key: str) -> bytes | None:
+    """Return the content of the file stored under `key`, or None as `find` does."""
+    found = _read(key)
+    return None if found is None else found[1]
+
+
+def _read(key: str) -> tuple[Artifact, bytes] | None:
+    place = folder() / _key_name(key)
     try:
-        checksum, _, body = (folder() / _key_name(key)).read_bytes().partition(b"\n")
-        if checksum.decode("ascii") != digest(key, body):
-            return None
-        entry = json.loads(body)
-        path = folder() / entry["file"]
-        return Artifact(path, entry["metadata"]) if path.name == _file_name(path, path.read_bytes()) else None
+        with held():
+            checksum, _, body = place.read_bytes().partition(b"\n")
+            if checksum.decode("ascii") != digest(key, body):
+                return None
+            entry = json.loads(body)
+            path = folder() / entry["file"]
+            data = path.read_bytes()
+            if path.name != _file_name(path, data):
+                return None
+            for used in (place, path):
+                os.utime(used)
+            return Artifact(path, entry["metadata"]), data
     except (OSError, ValueError, KeyError, TypeError):
         return None
+
+
+@contextlib.contextmanager
+def held() -> Iterator[None]:
+    """Keep every process from making room in the cache as long as the block lasts."""
+    with lock(folder() / _HELD, shared=True):
+        yield
+
+
+@contextlib.contextmanager
+def alone(key: str) -> Iterator[None]:
+    """Let no other process or thread be in such a block of the same `key`: what it makes the others then find.
+
+    A process that ends, however it does, is no longer in it. Nobody waits longer than a few minutes.
+    """
+    with lock(folder() / f"{digest(key)}{_LOCK}", seconds=_PATIENCE, remove=True):
+        yield
 
 
 def store(key: str, path: Path, metadata: Mapping[str, Any]) -> None:
@@ -153,8 +202,39 @@ def _write(path: Path, content: bytes) -> None:
 
 
 def _make_room() -> None:
-    files = [entry for entry in os.scandir(folder()) if entry.is_file(follow_symlinks=False)]
-    if len(files) > _MOST_FILES:
-        files.sort(key=lambda entry: entry.stat(follow_symlinks=False).st_mtime)
-        for entry in files[: _MOST_FILES // 4]:
-            os.unlink(entry.path)
+    """Delete what was not used for longest, if the cache is full and nobody is about to load something from it."""
+    place = folder()
+    if len(_files(place)) > _MOST_FILES:
+        with locked(place / _HELD) as free:
+            if free:
+                _delete_oldest(_files(place))
+                _delete_locks(place)
+
+
+def _files(place: Path) -> list[tuple[float, str]]:
+    """Return the files of the cache but for those that locks are on, each with the time of its last use."""
+    found = []
+    with os.scandir(place) as entries:
+        for entry in entries:
+            with contextlib.suppress(FileNotFoundError):  # another process makes room, too
+                if entry.is_file(follow_symlinks=False) and not entry.name.endswith(_LOCK):
+                    found.append((entry.stat(follow_symlinks=False).st_mtime, entry.path))
+    return sorted(found)
+
+
+def _delete_oldest(files: list[tuple[float, str]]) -> None:
+    too_many = len(files) - _MOST_FILES * 3 // 4
+    now = time.time()
+    for used, path in files[: max(0, too_many)]:
+        if now - used >= _IN_USE:
+            with contextlib.suppress(FileNotFoundError):
+                os.unlink(path)
+
+
+def _delete_locks(place: Path) -> None:
+    """Delete the files of locks that nobody has: a process was killed while it had them."""
+    for path in place.glob(f"*{_LOCK}"):
+        if path.name != _HELD:
+            with locked(path) as free, contextlib.suppress(FileNotFoundError):
+                if free:
+                    path.unlink()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shlex
 import signal
@@ -22,6 +23,11 @@ _FLAGS: Final = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC")
 _NATIVE_FLAGS: Final = ("-std=c99", "-O2", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-fPIC")
 _SECONDS: Final = 60.0
 _BYTES_PER_SECOND: Final = 20_000.0  # more time for a large source: a slow compiler is not a hanging one
+
+
+_SIGNS: Final = ("error", "undefined ", "cannot ", "No such ", "ld: ")  # of a reason, the surest first
+_SUMMARIES: Final = ("ld returned", "linker command failed")
+_LONGEST_REASON: Final = 300
 
 
 class CompilerError(OutputError):
@@ -106,52 +112,95 @@ def _runs(path: str) -> bool:
 def build_library(compiler: Compiler, sources: Mapping[str, str]) -> Path:
     """Return the cached shared library of `model.c` and the runtime's files in `sources` (file name -> text).
 
-    All are compiled at the same time; the objects of the runtime are kept, since all models share them. Raises
-    CompilerError, and OSError if nothing can be written.
+    The objects of the runtime are kept, since all models share them. What several processes need at the same time one
+    of them compiles. Raises CompilerError, and OSError if nothing can be written.
     """
     version = compiler.version()
     origin = "\0".join([*compiler.command, *compiler.flags, version, compiler.identity])
     library_key = cache.digest("library", origin, *(text for item in sorted(sources.items()) for text in item))
-    found = cache.find(library_key)
-    if found is not None:
-        return found.path
-    content = _compiled(compiler, sources, origin)
-    library = cache.keep(content, library_key, ".so")
-    cache.store(library_key, library, {})
-    return library
+    with cache.alone(library_key):
+        found = cache.find(library_key)
+        if found is not None:
+            return found.path
+        with tempfile.TemporaryDirectory(prefix="multibody_sym-") as place:
+            content = _Build(compiler, sources, origin, Path(place)).library()
+        library = cache.keep(content, library_key, ".so")
+        cache.store(library_key, library, {})
+        return library
 
 
-def _compiled(compiler: Compiler, sources: Mapping[str, str], origin: str) -> bytes:
-    shared = _shared_objects(sources, origin)
-    kept = {unit: artifact.path for unit, key in shared.items() if (artifact := cache.find(key)) is not None}
-    with tempfile.TemporaryDirectory(prefix="multibody_sym-") as name:
-        place = Path(name)
-        for file, text in sources.items():
-            (place / file).write_text(text, encoding="ascii")
-        missing = [unit for unit in shared if unit not in kept]
-        limit = _SECONDS + sum(map(len, sources.values())) / _BYTES_PER_SECOND
-        start = [*compiler.command, *compiler.flags]
-        _run([[*start, "-c", f"{unit}.c", "-o", f"{unit}.o"] for unit in ("model", *missing)], place, limit)
-        for unit in missing:
-            kept[unit] = cache.keep(_written(compiler, place / f"{unit}.o"), shared[unit], ".o")
-            cache.store(shared[unit], kept[unit], {})
-        objects = [str(kept[unit]) for unit in shared]
-        _run([[*start, "-shared", "model.o", *objects, "-lm", "-o", "model.so"]], place, limit)
-        return _written(compiler, place / "model.so")
+@dataclass(frozen=True)
+class _Build:
+    """A model being compiled in a private folder, which everything that is linked is copied into."""
 
+    compiler: Compiler
+    sources: Mapping[str, str]
+    origin: str
+    place: Path
 
-def _shared_objects(sources: Mapping[str, str], origin: str) -> dict[str, str]:
-    """Return the key of the compiled file for each of the runtime's files, by the file's name without ending."""
-    headers = [text for name, text in sources.items() if name.endswith(".h") and name != "model.h"]
-    units = [name.removesuffix(".c") for name in sources if name.endswith(".c") and name != "model.c"]
-    return {unit: cache.digest("runtime", origin, sources[f"{unit}.c"], *headers) for unit in units}
+    def library(self) -> bytes:
+        """Return the content of the shared library."""
+        for file, text in self.sources.items():
+            (self.place / file).write_text(text, encoding="ascii")
+        runtime = self._runtime()
+        self._compile(["model"])
+        try:
+            self._link(runtime)
+        except CompilerError:  # the kept objects may be another linker's
+            self._link(self._compiled_runtime())
+        return self._written("model.so")
 
+    def _runtime(self) -> list[str]:
+        """Bring the objects of the runtime into the folder; return their names."""
+        kept = cache.content(self._runtime_key())
+        if kept is None:
+            with cache.alone(self._runtime_key()):
+                kept = cache.content(self._runtime_key())  # another process has made them meanwhile
+                if kept is None:
+                    return self._compiled_runtime()
+        return self._unpacked(kept)
 
-def _written(compiler: Compiler, path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except FileNotFoundError:
-        raise CompilerError(f"the C compiler {compiler.command[0]} wrote no {path.name}") from None
+    def _compiled_runtime(self) -> list[str]:
+        units = [n.removesuffix(".c") for n in self.sources if n.endswith(".c") and n != "model.c"]
+        self._compile(units)
+        objects = [f"{unit}.o" for unit in units]
+        contents = [self._written(name) for name in objects]
+        sizes = json.dumps([[name, len(content)] for name, content in zip(objects, contents, strict=True)])
+        packed = b"\n".join([sizes.encode("ascii"), b"".join(contents)])
+        key = self._runtime_key()
+        cache.store(key, cache.keep(packed, key, ".objects"), {})
+        return objects
+
+    def _unpacked(self, packed: bytes) -> list[str]:
+        head, _, contents = packed.partition(b"\n")
+        sizes: list[tuple[str, int]] = json.loads(head)
+        begin = 0
+        for name, size in sizes:
+            (self.place / name).write_bytes(contents[begin : begin + size])
+            begin += size
+        return [name for name, _ in sizes]
+
+    def _runtime_key(self) -> str:
+        texts = [self.sources[name] for name in sorted(self.sources) if name not in ("model.c", "model.h")]
+        return cache.digest("runtime", self.origin, *texts)
+
+    def _compile(self, units: Sequence[str]) -> None:
+        """Compile files at the same time."""
+        self._run([["-c", f"{unit}.c", "-o", f"{unit}.o"] for unit in units])
+
+    def _link(self, runtime: Sequence[str]) -> None:
+        self._run([["-shared", "model.o", *runtime, "-lm", "-o", "model.so"]])
+
+    def _run(self, arguments: Sequence[Sequence[str]]) -> None:
+        limit = _SECONDS + sum(map(len, self.sources.values())) / _BYTES_PER_SECOND
+        start = [*self.compiler.command, *self.compiler.flags]
+        _run([[*start, *words] for words in arguments], self.place, limit)
+
+    def _written(self, name: str) -> bytes:
+        try:
+            return (self.place / name).read_bytes()
+        except FileNotFoundError:
+            raise CompilerError(f"the C compiler {self.compiler.command[0]} wrote no {name}") from None
 
 
 def _run(commands: Sequence[Sequence[str]], place: Path, limit: float) -> str:
@@ -183,9 +232,18 @@ def _run(commands: Sequence[Sequence[str]], place: Path, limit: float) -> str:
         output.seek(0)
         printed = output.read().decode(errors="replace")
     if any(codes):
-        first = next((line for line in printed.splitlines() if "error" in line), printed.strip()[:200])
-        raise CompilerError(f"the C compiler {commands[0][0]} failed: {first}")
+        raise CompilerError(f"the C compiler {commands[0][0]} failed: {_reason(printed)}")
     return printed
+
+
+def _reason(printed: str) -> str:
+    """Return the line that tells what went wrong: the linker's own, not the one that says that there is one."""
+    lines = [line.strip() for line in printed.splitlines() if not any(words in line for words in _SUMMARIES)]
+    for sign in _SIGNS:
+        for line in lines:
+            if sign in line:
+                return line[:_LONGEST_REASON]
+    return printed.strip()[:_LONGEST_REASON]
 
 
 def _end(processes: Sequence[subprocess.Popen[bytes]]) -> None:

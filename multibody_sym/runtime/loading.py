@@ -130,24 +130,37 @@ def load_c(
     """
     compiler = find_compiler(native=native)
     full_key = cache.digest("c", key, compiler.identity, cache.toolkit())
-    artifact = cache.find(full_key)
-    if artifact is not None:
-        with contextlib.suppress(OSError, ValueError):
-            return _opened("c", artifact.path, compiler.identity, signatures)
-    library = build_library(compiler, sources())
-    cache.store(full_key, library, {})
-    return _opened("c", library, compiler.identity, signatures)
+    found = _found("c", full_key, compiler.identity, signatures)
+    if found is not None:
+        return found
+    with cache.alone(full_key):
+        found = _found("c", full_key, compiler.identity, signatures)  # another process has made it meanwhile
+        if found is not None:
+            return found
+        library = build_library(compiler, sources())
+        cache.store(full_key, library, {})
+        return _opened("c", library, compiler.identity, signatures)
 
 
 def load_python(signatures: Sequence[Signature], key: str, source: Callable[[], str]) -> Compiled:
     """Return the programs of the module known as `key`, written from `source()` if need be; raises OSError."""
     full_key = cache.digest("python", key, cache.toolkit())
-    artifact = cache.find(full_key)
-    if artifact is not None:
-        return _opened("python", artifact.path, _PYTHON, signatures)
+    found = _found("python", full_key, _PYTHON, signatures)
+    if found is not None:
+        return found
     module = cache.keep(source().encode("ascii"), full_key, ".py")
     cache.store(full_key, module, {})
     return _opened("python", module, _PYTHON, signatures)
+
+
+def _found(backend: Backend, key: str, origin: str, signatures: Sequence[Signature]) -> Compiled | None:
+    """Return what the cache has under `key`, loaded; None where that is nothing, or something else."""
+    with cache.held():
+        artifact = cache.find(key)
+        if artifact is not None:
+            with contextlib.suppress(OSError, ValueError):
+                return _opened(backend, artifact.path, origin, signatures)
+    return None
 
 
 def _opened(backend: Backend, path: Path, origin: str, signatures: Sequence[Signature]) -> Compiled:
@@ -186,11 +199,12 @@ def recall(key: str, *, native: bool = False, backend: Backend | None = None) ->
 
 
 def _recalled(key: str, backend: Backend, origin: str) -> Recalled | None:
-    artifact = cache.find(cache.digest("recall", key, origin, cache.toolkit()))
-    if artifact is None:
-        return None
-    try:
-        signatures = [Signature.from_json(entry) for entry in artifact.metadata["programs"]]
-        return Recalled(_opened(backend, artifact.path, origin, signatures), artifact.metadata["caller"])
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
+    with cache.held():
+        artifact = cache.find(cache.digest("recall", key, origin, cache.toolkit()))
+        if artifact is None:
+            return None
+        try:
+            signatures = [Signature.from_json(entry) for entry in artifact.metadata["programs"]]
+            return Recalled(_opened(backend, artifact.path, origin, signatures), artifact.metadata["caller"])
+        except (OSError, ValueError, KeyError, TypeError):
+            return None

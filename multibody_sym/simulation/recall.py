@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
-from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
 from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
@@ -79,15 +78,15 @@ class _Written:
     def __init__(self) -> None:
         self.lines: list[str] = []
         self._numbers: dict[Node, int] = {}
+        self._fields: dict[type, tuple[str, ...]] = {}
 
     def add(self, part: Any) -> None:
         """Write a part, with the sizes of what it holds, so that nothing moves from one part to the next unseen."""
         if isinstance(part, Node):
             self.lines.append(f"node {self._number(part)}")
         elif is_dataclass(part):
-            kind: type[Any] = type(part)
-            self.lines.append(kind.__name__)
-            for name in _written_fields(kind):
+            self.lines.append(type(part).__name__)
+            for name in self._fields_of(part):
                 self.add(getattr(part, name))
         elif isinstance(part, Mapping):
             self.lines.append(f"map {len(part)}")
@@ -100,6 +99,13 @@ class _Written:
         else:
             assert part is None or isinstance(part, (str, int, range)), part
             self.lines.append(repr(part))
+
+    def _fields_of(self, part: Any) -> tuple[str, ...]:
+        kind = type(part)
+        if kind not in self._fields:
+            left_out = _NUMBERS.get(kind, frozenset())
+            self._fields[kind] = tuple(f.name for f in fields(part) if f.name not in left_out)
+        return self._fields[kind]
 
     def _number(self, root: Node) -> int:
         """Return the Node's number after those of its operands, writing what has none yet (no recursion)."""
@@ -114,9 +120,3 @@ class _Written:
                 self.lines.append(f"{node.op} {node.data!r} {[self._numbers[a] for a in node.args]}")
                 self._numbers[node] = len(self._numbers)
         return self._numbers[root]
-
-
-@cache
-def _written_fields(kind: type) -> tuple[str, ...]:
-    left_out = _NUMBERS.get(kind, frozenset())
-    return tuple(f.name for f in fields(kind) if f.name not in left_out)

@@ -5,6 +5,8 @@ import shutil
 import stat
 import subprocess
 import sys
+import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -157,6 +159,105 @@ def test_a_full_cache_loses_what_is_oldest(place, monkeypatch):
     assert cache.find("key 0") is None
     assert cache.find("key 7").path == paths[7]
     assert len(list(place.iterdir())) <= 13
+
+
+def aged(place, seconds=1000.0):
+    """Let all files be as if nobody had used them for long."""
+    past = time.time() - seconds
+    for file in place.iterdir():
+        os.utime(file, (past, past))
+
+
+def test_what_is_used_stays_in_a_full_cache(place, monkeypatch):
+    monkeypatch.setattr(cache, "_MOST_FILES", 12)
+    for number in range(6):
+        stored(f"key {number}", b"%d" % number)
+        aged(place, 1000.0 - number)
+    assert cache.find("key 0") is not None  # the oldest, used now
+    for number in range(6, 9):
+        stored(f"key {number}", b"%d" % number)
+    assert cache.find("key 0") is not None
+    assert cache.find("key 1") is None
+
+
+def test_what_somebody_holds_is_not_deleted(place, monkeypatch):
+    monkeypatch.setattr(cache, "_MOST_FILES", 4)
+    for number in range(4):
+        stored(f"key {number}", b"%d" % number)
+    with cache.held():
+        aged(place)
+        before = set(os.listdir(place))
+        stored("key 4", b"4")
+        assert before < set(os.listdir(place))
+    stored("key 5", b"5")
+    assert cache.find("key 0") is None
+
+
+def test_the_lock_of_a_killed_process_goes(place, monkeypatch):
+    monkeypatch.setattr(cache, "_MOST_FILES", 2)
+    cache.folder()
+    (place / "0123.lock").touch()
+    for number in range(2):
+        stored(f"key {number}", b"%d" % number)
+    assert not (place / "0123.lock").exists()
+
+
+HOLDER = """
+import sys, time
+from multibody_sym.runtime import cache
+with cache.alone("key"):
+    print("in", flush=True)
+    time.sleep(60)
+"""
+
+
+def test_one_at_a_time_makes_what_a_key_leads_to_and_a_killed_one_lets_go(place):
+    environment = {**os.environ, "PYTHONPATH": str(Path(cache.__file__).parents[2])}
+    holder = subprocess.Popen([sys.executable, "-c", HOLDER], env=environment, stdout=subprocess.PIPE, text=True)
+    assert holder.stdout.readline() == "in\n"
+    order = []
+
+    def wait():
+        with cache.alone("key"):
+            order.append("waited")
+
+    waiting = threading.Thread(target=wait)
+    waiting.start()
+    with cache.alone("another key"):
+        order.append("another key")
+    waiting.join(0.3)
+    assert order == ["another key"]
+    holder.kill()
+    waiting.join(10)
+    holder.communicate()
+    assert order == ["another key", "waited"]
+    assert not [name for name in os.listdir(place) if name.endswith(".lock")]
+
+
+def test_threads_take_turns(place):
+    inside, most = [], []
+
+    def enter():
+        with cache.alone("key"):
+            inside.append(1)
+            most.append(len(inside))
+            time.sleep(0.01)
+            inside.pop()
+
+    threads = [threading.Thread(target=enter) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert most == [1] * 8
+
+
+def test_nobody_waits_forever(place, monkeypatch):
+    monkeypatch.setattr(cache, "_PATIENCE", 0.1)
+    with cache.alone("key"):
+        begin = time.monotonic()
+        with cache.alone("key"):
+            assert 0.1 <= time.monotonic() - begin < 5
 
 
 def test_digests_tell_parts_apart():

@@ -1,5 +1,6 @@
 """The compiler: how it is found, that it is neither trusted nor waited for without end."""
 
+import json
 import os
 import shutil
 import time
@@ -7,6 +8,7 @@ import time
 import pytest
 from hand_models import OSCILLATOR
 
+from multibody_sym.runtime import cache
 from multibody_sym.runtime import compiler as module
 from multibody_sym.runtime.compiler import CompilerError, build_library, find_compiler
 
@@ -142,3 +144,41 @@ def test_the_same_source_gives_the_same_library(fresh, monkeypatch):
     second = build_library(find_compiler(), OSCILLATOR.sources())
     assert first != second
     assert first.name == second.name
+
+
+# --- what is linked ------------------------------------------------------------------------------------------------
+
+LINKING = 'case "$*" in *-shared*) {} ;; esac\nexec {} "$@"'
+
+
+def test_what_is_about_to_be_linked_may_be_deleted_from_the_cache(fresh, monkeypatch):
+    sources = OSCILLATOR.sources()
+    build_library(find_compiler(), sources)
+    emptied = f"rm -f {cache.folder()}/*"
+    monkeypatch.setenv("CC", str(script(fresh / "late", LINKING.format(emptied, REAL))))
+    build_library(find_compiler(), sources)
+    again = build_library(find_compiler(), {**sources, "model.c": sources["model.c"] + "\n"})
+    assert again.exists()
+
+
+def test_kept_objects_that_cannot_be_linked_are_compiled_once_more(fresh, monkeypatch):
+    names = [name.replace(".c", ".o") for name in OSCILLATOR.sources() if name.endswith(".c") and name != "model.c"]
+    bad = json.dumps([[name, 3] for name in names]).encode() + b"\n" + b"bad" * len(names)
+    monkeypatch.setattr(cache, "content", lambda _: bad)
+    assert build_library(find_compiler(), OSCILLATOR.sources()).exists()
+
+
+def test_the_reason_is_the_linkers_own_line(fresh, monkeypatch):
+    own, summary = "/usr/bin/ld: cannot find ./solve.o: No such file", "collect2: error: ld returned 1 exit status"
+    says = f"echo '{own}' >&2; echo '{summary}' >&2; exit 1"
+    monkeypatch.setenv("CC", str(script(fresh / "bad", LINKING.format(says, REAL))))
+    with pytest.raises(CompilerError, match=r"failed: /usr/bin/ld: cannot find \./solve\.o"):
+        build_library(find_compiler(), OSCILLATOR.sources())
+
+
+def test_the_reason_is_the_linkers_own_line_of_a_real_one(fresh, monkeypatch):
+    monkeypatch.setenv("CC", f"{REAL} -Wl,--no-undefined")
+    sources = OSCILLATOR.sources()
+    sources["model.c"] += "extern int nowhere(void);\nint used(void);\nint used(void) { return nowhere(); }\n"
+    with pytest.raises(CompilerError, match=r"failed: .*nowhere"):
+        build_library(find_compiler(), sources)
