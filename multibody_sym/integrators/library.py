@@ -1,8 +1,9 @@
 """Methods of other libraries by their names: scipy's, and SUNDIALS' through the package scikit-sundae.
 
 They take their steps with a memory of their own: nothing is put back onto constraints while they run. To IDA they are
-part of the equations. The libraries are
-imported when a run asks for them.
+part of the equations. The implicit ones get the exact Jacobian: a difference tells nothing of a coordinate on which
+nothing depends, and scipy lengthens it until the state is no number any more. The libraries are imported when a run
+asks for them.
 """
 
 from __future__ import annotations
@@ -22,7 +23,9 @@ from multibody_sym.integrators.flow import Events, Floats, Flow, Method, Status,
 SCIPY: Final = "scipy"
 SUNDIALS: Final = "scikit-sundae"
 IDA: Final = "ida"
-"""The one method that takes rows as part of its equations, and the Jacobian."""
+"""The one method that takes rows as part of its equations."""
+BY_JACOBIAN: Final = ("Radau", "BDF", "LSODA", "cvode_bdf", IDA)
+"""The implicit ones, which take the Jacobian."""
 _UNCONTROLLED: Final = 1e30  # tolerance of multipliers: the error of the motion alone chooses the steps
 
 
@@ -73,19 +76,33 @@ class _Solver(Protocol):
         """Return the state at a time within the last step."""
 
 
+def _jacobian(flow: Flow) -> Callable[[float, Floats], Floats] | None:
+    """Return the exact Jacobian of the derivative for a method that takes it, as far as the flow knows it."""
+    stages = flow.stages
+    if flow.method.name not in BY_JACOBIAN or stages is None:
+        return None
+
+    def jacobian(t: float, x: Floats) -> Floats:
+        flow.counts.jacobians += 1
+        return stages.jacobian(t, np.array(x))
+
+    return jacobian
+
+
 class _Scipy:
     def __init__(self, flow: Flow, t: float, x: Floats) -> None:
         import scipy.integrate
 
-        make = getattr(scipy.integrate, flow.method.name)
-        self.solver: Any = make(flow.slope, t, x, flow.t_end, rtol=flow.rtol, atol=flow.atol)
+        make, jacobian = getattr(scipy.integrate, flow.method.name), _jacobian(flow)
+        known = {} if jacobian is None else {"jac": jacobian}
+        self.solver: Any = make(flow.slope, t, x, flow.t_end, rtol=flow.rtol, atol=flow.atol, **known)
         self.t, self.x = t, x
         self.dense: Callable[[float], Floats] | None = None
 
     def advance(self) -> None:
         self.solver.step()
         if self.solver.status == "failed":
-            raise StepError(Status.STEP_UNDERFLOW, self.t, 0)
+            raise StepError(Status.STEP_UNDERFLOW, self.t, -1)
         self.t, self.x, self.dense = float(self.solver.t), np.array(self.solver.y), None
 
     def value(self, t: float) -> Floats:
@@ -108,8 +125,10 @@ class _Cvode:
         CVODE = _sundials("cvode", flow.method).CVODE
         self.flow = flow
         family = flow.method.name.removeprefix("cvode_")
+        self.exact = _jacobian(flow)
+        known = {} if self.exact is None else {"jacfn": self.jacobian}
         self.solver = CVODE(
-            self.slope, method={"adams": "Adams", "bdf": "BDF"}[family], rtol=flow.rtol, atol=flow.atol
+            self.slope, method={"adams": "Adams", "bdf": "BDF"}[family], rtol=flow.rtol, atol=flow.atol, **known
         )
         self.solver.init_step(t, x)
         self.t, self.x = t, x
@@ -117,10 +136,14 @@ class _Cvode:
     def slope(self, t: float, x: Floats, into: Floats) -> None:
         into[:] = self.flow.slope(t, np.array(x))
 
+    def jacobian(self, t: float, x: Floats, slope: Floats, into: Floats) -> None:
+        assert self.exact is not None
+        into[:] = self.exact(t, x)
+
     def advance(self) -> None:
         done = self.solver.step(self.flow.t_end, method="onestep", tstop=self.flow.t_end)
         if not done.success:
-            raise StepError(Status.STEP_UNDERFLOW, self.t, 0)
+            raise StepError(Status.STEP_UNDERFLOW, self.t, -1)
         self.t, self.x = float(done.t), np.array(done.y)
 
     def value(self, t: float) -> Floats:
@@ -169,7 +192,7 @@ class _Ida:
     def advance(self) -> None:
         done = self.solver.step(self.flow.t_end, method="onestep", tstop=self.flow.t_end)
         if not done.success:
-            raise StepError(Status.STEP_UNDERFLOW, self.t, 0)
+            raise StepError(Status.STEP_UNDERFLOW, self.t, -1)
         self.t, self.x = float(done.t), np.array(done.y[: self.size])
 
     def value(self, t: float) -> Floats:

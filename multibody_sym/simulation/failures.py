@@ -35,6 +35,12 @@ def failure_message(run: Trajectory, failure: RunFailure) -> str:
     what = _component(mechanism, failure)
     if failure.status is Status.NOT_FINITE:
         return f"{what} {when}: a force or an expression has no finite value there, or the motion grows without bound"
+    if failure.status is Status.STEP_UNDERFLOW and failure.component is None:
+        name = run.problem.method.name
+        return (
+            f"{name} takes no further step {when}, and does not say why: the motion has a jump or a singularity there, "
+            "or the method does not fit it; take other tolerances, or one of this package's methods"
+        )
     if failure.status is Status.STEP_UNDERFLOW:
         return f"the step became too small {when}, on account of {what}: the motion has a jump or a singularity there"
     if failure.status is Status.NOT_CONVERGED:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from multibody_sym.errors import ModelError
 from multibody_sym.integrators.collocation import IMPLICIT, INDEX_2
 from multibody_sym.integrators.flow import Method
-from multibody_sym.integrators.library import IDA, LibraryMethod
+from multibody_sym.integrators.library import BY_JACOBIAN, IDA, LibraryMethod
 from multibody_sym.integrators.methods import METHODS
 from multibody_sym.model.elements import Baumgarte, Settings, Stabilisation
 from multibody_sym.model.slots import at, suggestion
@@ -73,12 +73,12 @@ def form_of(settings: Settings, *, constrained: bool) -> Form:
     """
     if settings.method == IDA and not (settings.constraints and settings.constraints.baumgarte):
         return "index_2" if constrained else "implicit"
-    implicit = settings.method in (*IMPLICIT, IDA)
+    implicit = settings.method in (*IMPLICIT, *BY_JACOBIAN)
     if settings.constraints is None or not settings.constraints.index_2:
         return "implicit" if implicit else "explicit"
     with at("simulation", "constraints", "index_2"):
         if settings.method not in INDEX_2:
-            losing = " (Gauss methods lose order there)" if implicit else ""
+            losing = " (Gauss methods lose order there)" if settings.method in IMPLICIT else ""
             able = ", ".join([*INDEX_2, IDA])
             raise ModelError(f"{settings.method} cannot solve equations of index 2{losing}: take {able}, or projection")
         if not constrained:

@@ -1,0 +1,55 @@
+"""Other libraries' methods on stiff systems: the implicit ones know the exact Jacobian, and what stops one is said."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.integrators.library import SUNDIALS
+from multibody_sym.integrators.methods import METHODS
+from multibody_sym.simulation.failures import FailedRunError
+
+# Nothing depends on the angle s of the spindle: a difference in it tells nothing of any rate.
+GOVERNOR = """
+multibody_sym: 1
+name: governor
+gravity: [0, 0, -9.81]
+parameters: {k: 1e8, c: 1e4, l: 0.4}
+bodies: {spindle: {inertia: {Izz: 1}}, slide: {}, ball: {mass: 1.5}, sleeve: {mass: 2}}
+joints:
+  S: {type: revolute, parent: ground, child: spindle, axis: z, q: s, initial: {u: 8}}
+  X: {type: prismatic, parent: spindle, child: slide, axis: x, q: x, initial: {q: 0.28}}
+  Y: {type: prismatic, parent: slide, child: ball, axis: z, q: y, initial: {q: -0.28}}
+  D: {type: prismatic, parent: spindle, child: sleeve, axis: z, q: z, initial: {q: -0.56}}
+forces:
+  arm: {type: spring_damper, between: [spindle, ball], stiffness: k, damping: c, length: l}
+  rod: {type: spring_damper, between: [sleeve, ball], stiffness: k, damping: c, length: l}
+"""
+IMPLICIT = ["Radau", "BDF", "LSODA", "cvode_bdf"]
+
+
+@pytest.mark.parametrize("name", IMPLICIT)
+def test_a_stiff_governor_turns_as_its_angular_momentum_says(name: str) -> None:
+    """(Izz + m x^2) s' stays, and the ball does not leave the sphere on which its stiff arm all but holds it."""
+    if getattr(METHODS[name], "package", "") == SUNDIALS:
+        pytest.importorskip("sksundae")
+    run = mbs.simulate(mbs.loads(GOVERNOR), t_end=1, method=name, rtol=1e-7, atol=1e-8, samples=11)
+    assert run.t_final == 1
+    assert np.ptp((1 + 1.5 * run["x"] ** 2) * run["u_s"]) < 1e-4
+    assert np.abs(np.hypot(run["x"], run["y"]) - 0.4).max() < 5e-3
+    assert np.ptp(run["x"]) > 0.01
+    assert run.statistics["jacobians"] > 0
+
+
+def test_a_library_that_gives_up_is_named_and_no_coordinate_is_blamed(monkeypatch: pytest.MonkeyPatch) -> None:
+    import scipy.integrate
+
+    def gives_up(solver: scipy.integrate.OdeSolver) -> None:
+        solver.status = "failed"
+
+    monkeypatch.setattr(scipy.integrate.BDF, "step", gives_up)
+    with pytest.raises(FailedRunError) as caught:
+        mbs.simulate(mbs.loads(GOVERNOR), t_end=1, method="BDF", samples=11, backend="python")
+    assert str(caught.value).startswith("BDF takes no further step at t = 0 s")
+    assert "on account of" not in str(caught.value)
