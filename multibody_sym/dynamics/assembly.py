@@ -202,7 +202,8 @@ def _compared(declared: Floats, values: Floats, held: Sequence[_Item], concerned
 def _failure(rows: Rows, what: str, missed: Missed | None) -> NoSolutionError:
     """Return the error that names the residuals of rows which cannot be closed, at the place of the first."""
     if missed is None:
-        return NoSolutionError(f"{what}: they have no value there", where=Where(path=("constraints",)))
+        where = Where(path=rows.mechanism.row_path(rows.active[0]))
+        return NoSolutionError(f"{what}: they have no value there", where=where)
     pairs = zip(rows.active, missed.residuals, missed.sizes, strict=True)
     still_open = {k: residual for k, residual, size in pairs if not abs(residual) <= CLOSED * size}
     names = [row.name for row in rows.mechanism.rows]

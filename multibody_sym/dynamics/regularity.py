@@ -12,7 +12,7 @@ from multibody_sym.dynamics.closing import Rows, closed_near, moved
 from multibody_sym.dynamics.composite_body import composite_body
 from multibody_sym.dynamics.equations import TreeDynamics
 from multibody_sym.dynamics.redundancy import approximate_rank, losing_rank
-from multibody_sym.errors import NoSolutionError
+from multibody_sym.errors import NoSolutionError, Where
 
 Floats = npt.NDArray[np.float64]
 
@@ -37,11 +37,13 @@ def verify_regular(rows: Rows, q: Floats, here: int, generic: int) -> None:
         return
     beside = max(_neighbours(rows, q), key=approximate_rank)
     names = losing_rank(_dynamics(rows, q), beside, generic)
+    first = next((k for k, row in enumerate(rows.mechanism.rows) if row.name in names), rows.active[0])
     depend, hold = ("depend", "hold") if len(names) > 1 else ("depends", "holds")
     raise NoSolutionError(
         f"the start is a singular position: {', '.join(names)} {depend} on the other constraints there, or {hold} "
         f"nothing (the rank of the constraints is {here} there and {generic} nearby), and the motion may go on along "
-        "more than one way; start beside it"
+        "more than one way; start beside it",
+        where=Where(path=rows.mechanism.row_path(first)),
     )
 
 

@@ -11,6 +11,7 @@ from multibody_sym.errors import ExpressionError
 from multibody_sym.expressions.quantities import QUANTITIES
 from multibody_sym.expressions.tokens import Token, close_match, exact_number, failure, tokens
 from multibody_sym.expressions.units import Dimension, read_unit
+from multibody_sym.scalars.kinks import is_condition
 from multibody_sym.scalars.node import (
     BUILD,
     PI,
@@ -19,6 +20,8 @@ from multibody_sym.scalars.node import (
     divide,
     less,
     less_equal,
+    maximum,
+    minimum,
     multiply,
     negate,
     number,
@@ -30,9 +33,23 @@ from multibody_sym.scalars.node import (
 )
 
 DEEPEST: Final = 500
-_OPEN, _COMPARISON, _SUM, _PRODUCT, _POWER = 0, 10, 20, 30, 40
+_OPEN, _OR, _AND, _COMPARISON, _SUM, _PRODUCT, _POWER = 0, 4, 6, 10, 20, 30, 40
+
+
+def _joined(word: str, build: Callable[[Node, Node], Node]) -> Callable[[Node, Node], Node]:
+    """Return how `and` or `or` joins two conditions, which are 1 where they hold and else 0."""
+
+    def join(a: Node, b: Node) -> Node:
+        if not (is_condition(a) and is_condition(b)):
+            raise ExpressionError(f"'{word}' joins conditions, such as x > 1 {word} y < 0; one of its sides is none")
+        return build(a, b)
+
+    return join
+
 
 _BINARY: Final[dict[str, tuple[int, Callable[[Node, Node], Node]]]] = {
+    "or": (_OR, _joined("or", maximum)),
+    "and": (_AND, _joined("and", minimum)),
     "<": (_COMPARISON, less),
     "<=": (_COMPARISON, less_equal),
     ">": (_COMPARISON, lambda a, b: less(b, a)),
@@ -45,6 +62,7 @@ _BINARY: Final[dict[str, tuple[int, Callable[[Node, Node], Node]]]] = {
     "**": (_POWER, power),
 }
 _OF_ONE: Final = "sin cos tan asin acos atan sinh cosh tanh exp log sqrt abs sign"
+_WORDS: Final = ("and", "or")
 FUNCTIONS: Final[dict[str, tuple[str, ...]]] = {
     **dict.fromkeys(_OF_ONE.split(), ("x",)),
     "atan2": ("y", "x"),
@@ -251,7 +269,7 @@ class _Parser:
         while True:
             token = self.found[self.place]
             self.place += 1
-            if token.kind in _BINARY:
+            if token.kind in _BINARY or token.text in _WORDS:
                 self.binary(token)
                 return False
             if token.kind == "end":
@@ -265,10 +283,10 @@ class _Parser:
             self.close(token)
 
     def binary(self, token: Token) -> None:
-        strength, build = _BINARY[token.kind]
+        strength, build = _BINARY[token.text]
         self.reduce(strength)
         if strength == _COMPARISON and self.frames and self.frames[-1].strength == _COMPARISON:
-            raise self.error(token, "comparisons do not chain; write where(a < b, b < c, 0) for a < b < c")
+            raise self.error(token, "comparisons do not chain; write a < b and b < c for a < b < c")
         self.push(_Frame(token, strength - 1 if strength == _POWER else strength, build, 2))
 
     def reduce(self, strength: int) -> None:
@@ -328,8 +346,10 @@ class _Parser:
             )
         if before.kind == "name" and before.text in FUNCTIONS:
             return f"the argument of {before.text} stands in parentheses: {before.text}(...)"
-        if token.text in ("and", "or", "not", "if", "else"):
-            return f"'{token.text}' is no operator; conditions are combined with where, min and max"
+        if "not" in (before.text, token.text):
+            return "'not' is no operator; write the opposite comparison, x >= 1 for not x < 1"
+        if token.text in ("if", "else"):
+            return f"'{token.text}' is no operator; write where(condition, a, b)"
         return f"an operator is missing before '{token.text[:20]}'; {_product(before, token)}"
 
     def built(self, token: Token, build: Callable[..., Node], *operands: object) -> Node:

@@ -7,12 +7,13 @@ from fractions import Fraction
 from typing import Final, NamedTuple
 
 from multibody_sym.errors import ExpressionError
+from multibody_sym.scalars.kinks import is_condition
 from multibody_sym.scalars.node import Node, postorder
 
 LONGEST_TEXT: Final = 100_000
 _LONGEST_DECIMAL: Final = 25
 _EXACT_BITS: Final = 256  # past which a quotient of numbers is no longer exact
-COMPARISON, SUM, PRODUCT, POWER, ATOM = 10, 20, 30, 40, 50
+OR, AND, COMPARISON, SUM, PRODUCT, POWER, ATOM = 4, 6, 10, 20, 30, 40, 50
 
 
 class Piece(NamedTuple):
@@ -185,8 +186,11 @@ def _comparison(n: Node, pieces: dict[Node, Piece]) -> Piece:
 
 def _extreme(n: Node, pieces: dict[Node, Piece]) -> Piece:
     a, b = _arranged(n, pieces)
+    if is_condition(n):
+        word, strength = ("and", AND) if n.op == "min" else ("or", OR)
+        return Piece(f"{_within(pieces[a], strength)} {word} {_within(pieces[b], strength + 1)}", strength)
     first = pieces[a].text
-    if a.op == n.op:
+    if a.op == n.op and pieces[a].strength == ATOM:
         first = first[len(n.op) + 1 : -1]
     return Piece(f"{n.op}({first}, {pieces[b].text})", ATOM)
 

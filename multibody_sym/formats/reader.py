@@ -15,6 +15,8 @@ from multibody_sym.model.declaration import system_from_tree
 from multibody_sym.model.system import System
 
 _TEXT_NAME: Final = "<text>"
+_ENDINGS: Final = (".yaml", ".yml")
+_ALIKE: Final = 0.7
 
 
 @dataclass(frozen=True)
@@ -73,15 +75,18 @@ def read_content(name: str, largest: int) -> bytes:
 
 
 def _neighbour(name: str) -> str:
+    """Return the model file in the same folder whose name is like a missing one, its ending left aside."""
     from difflib import get_close_matches
 
     path = Path(name)
     try:
-        names = [entry.name for entry in path.parent.iterdir() if entry.suffix in (".yaml", ".yml")]
+        beside = {entry.name: entry.stem.lower() for entry in path.parent.iterdir() if entry.suffix in _ENDINGS}
     except OSError:
-        return ""
-    near = get_close_matches(path.name, names, n=1, cutoff=0.7)
-    return f"; did you mean {path.parent / near[0]}?" if near else ""
+        return "" if path.parent.is_dir() else f"; there is no folder {path.parent} either"
+    stem = path.stem if path.suffix in _ENDINGS else path.name
+    near = get_close_matches(stem.lower(), sorted(beside.values()), n=1, cutoff=_ALIKE)
+    found = sorted(file for file, other in beside.items() if [other] == near)
+    return f"; did you mean {path.parent / found[0]}?" if found else ""
 
 
 def _with_places(tree: Tree, name: str) -> tuple[System, Places]:
@@ -94,13 +99,20 @@ def located(error: MultibodyError, tree: Tree, name: str) -> MultibodyError:
     """Return `error` with the file, line and column of the nearest thing in the file that `where.path` names."""
     if error.where.file is not None:
         return error
-    place = _place(error, tree)
-    error.where = Where(name, place.line, place.column, error.where.path)
+    path = _within(error.where.path, tree)
+    place = _place(error, path, tree)
+    error.where = Where(name, place.line, place.column, path)
     return error
 
 
-def _place(error: MultibodyError, tree: Tree) -> Place:
-    wanted = path = error.where.path
+def _within(path: tuple[str, ...], tree: Tree) -> tuple[str, ...]:
+    """Return the path, ended where the file holds a text that was read as a whole record (`k: 3` for a parameter)."""
+    ends = (path[:length] for length in range(len(path)))
+    return next((end for end in ends if end in tree.values and tree.values[end].is_text), path)
+
+
+def _place(error: MultibodyError, wanted: tuple[str, ...], tree: Tree) -> Place:
+    path = wanted
     while path not in tree.values:
         path = path[:-1]
     value = tree.values[path]

@@ -14,6 +14,7 @@ from functools import singledispatch
 import numpy as np
 import numpy.typing as npt
 
+from multibody_sym.errors import InputError
 from multibody_sym.kinematics.motion import Motion, accelerations, coordinate_rates
 from multibody_sym.kinematics.points import acceleration, position, velocity
 from multibody_sym.kinematics.relative import angular_acceleration, angular_velocity, direction, seen
@@ -72,9 +73,12 @@ def row_motions(motion: Motion) -> list[RowMotion]:
         return []
     bias = accelerations(motion, [0] * len(motion.state.u))
     found = []
-    for row in motion.mechanism.rows:
-        with at("constraints", row.name):
+    for k, row in enumerate(motion.mechanism.rows):
+        try:
             found.append(row_motion(row, motion, bias))
+        except InputError as error:
+            with at(*motion.mechanism.row_path(k)):
+                raise error from None
     return found
 
 

@@ -9,11 +9,24 @@ from typing import Any, Final
 from multibody_sym.errors import ModelError
 from multibody_sym.model.elements import Body
 from multibody_sym.model.joints import JOINTS
-from multibody_sym.model.slots import Count, Element, Record, Text, at, described, fields_tree, from_fields, holds
+from multibody_sym.model.slots import (
+    Count,
+    Element,
+    Record,
+    Text,
+    at,
+    described,
+    fields_tree,
+    from_fields,
+    holds,
+    slots_of,
+    suggestion,
+)
 from multibody_sym.model.system import System
 
 VERSION: Final = "1"
 _VERSION_KEY: Final = "multibody_sym"
+_REPEAT_KEY: Final = "repeat"
 
 
 def system_from_tree(tree: Any) -> System:
@@ -27,9 +40,14 @@ def system_from_tree(tree: Any) -> System:
     if version != VERSION:
         with at(_VERSION_KEY):
             raise ModelError(f"a model file says '{_VERSION_KEY}: {VERSION}' first, got {described(version)}")
-    content = {key: x for key, x in tree.items() if key not in (_VERSION_KEY, "repeat")}
-    for index, entry in _repeats(tree.get("repeat")):
-        with at("repeat", *index):
+    known = (_VERSION_KEY, *slots_of(System), _REPEAT_KEY)
+    for key in tree:
+        if key not in known:
+            with at(key):
+                raise ModelError(f"unknown key {key!r}{suggestion(str(key), known)}")
+    content = {key: x for key, x in tree.items() if key not in (_VERSION_KEY, _REPEAT_KEY)}
+    for index, entry in _repeats(tree.get(_REPEAT_KEY)):
+        with at(_REPEAT_KEY, *index):
             content = _with_chain(content, entry)
     system = from_fields(System, content)
     assert isinstance(system, System)
@@ -79,7 +97,7 @@ def _repeats(value: Any) -> list[tuple[tuple[str, ...], Repeat]]:
     listed = [((str(i),), x) for i, x in enumerate(value)] if isinstance(value, list) else single
     read: list[tuple[tuple[str, ...], Repeat]] = []
     for index, entry in listed:
-        with at("repeat", *index):
+        with at(_REPEAT_KEY, *index):
             repeat = Record(Repeat).accept(entry)
             assert isinstance(repeat, Repeat)
             if repeat.count > MOST_REPEATS:

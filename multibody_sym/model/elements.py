@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -107,6 +107,7 @@ class InertiaSlot:
     """Tensor elements Ixx .. Iyz about the centre of mass in body axes (Ixy = -integral of x y dm); held as six."""
 
     unit: str = "kg*m^2"
+    keys: tuple[str, ...] = _INERTIA
 
     def accept(self, value: Any) -> tuple[Node, ...]:
         if isinstance(value, (list, tuple)) and len(value) == 6:
@@ -150,6 +151,10 @@ class Shape(Element):
         wanted = SHAPES[self.kind]
         if len(self.sizes) != len(wanted):
             raise ModelError(f"a {self.kind} needs {', '.join(wanted)}, got {len(self.sizes)} numbers")
+
+    def written(self) -> Iterator[tuple[tuple[str, ...], Any, str | None]]:
+        yield (self.kind,), self.sizes[0] if len(self.sizes) == 1 else self.sizes, "m"
+        yield ("mass",), self.mass, "kg"
 
 
 @dataclass(frozen=True)

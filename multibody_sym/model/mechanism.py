@@ -339,6 +339,11 @@ class ParameterEntry:
     positive: bool
 
 
+def double_name(child: str, joint: str) -> str:
+    """Return what the massless double of a joint's child is called."""
+    return f"double of {child} at {joint}"
+
+
 @dataclass(frozen=True)
 class Mechanism:
     """A system resolved: bodies in tree order (parents first), coordinates, speeds, parameters, inputs, loads, rows.
@@ -381,8 +386,15 @@ class Mechanism:
 
     def row_path(self, row: int) -> tuple[str, str]:
         """Return where the model declares a row: the joint that was cut, or the constraint."""
-        cut = next((cut.name for cut in self.cuts if row in cut.rows), None)
+        cut = next((cut.name for cut in self.cuts if row in cut.rows), None) or self._doubled(self.rows[row])
         return ("constraints", self.rows[row].name.partition(".")[0]) if cut is None else ("joints", cut)
+
+    def _doubled(self, row: Row) -> str | None:
+        """Return the cut joint whose massless double of its child a row holds to the child itself."""
+        if not isinstance(row, (PositionRow, AngleRow)) or row.frames[0].body < 0:
+            return None
+        held = self.bodies[row.frames[0].body]
+        return held.joint_name if held.name == double_name(row.frames[1].name, held.joint_name) else None
 
     def body_index(self, name: str) -> int:
         """Return the position of a body in tree order; ground at rest is -1. Raises ModelError for an unknown name."""

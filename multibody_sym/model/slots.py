@@ -14,6 +14,7 @@ from multibody_sym.expressions.parser import parse_scalar
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.units import DIMENSIONLESS, Dimension, parse_unit
 from multibody_sym.scalars.functions import node_of
+from multibody_sym.scalars.kinks import is_condition
 from multibody_sym.scalars.node import ONE, ZERO, Node, negate
 
 AXES = ("x", "y", "z")
@@ -95,13 +96,13 @@ class Scalar:
 
 @dataclass(frozen=True)
 class Condition:
-    """A comparison of two expressions, such as `y < 0`."""
+    """A comparison of two expressions, such as `y < 0`, or several joined by `and` and `or`."""
 
     unit: str | None = None
 
     def accept(self, value: Any) -> Node:
         node = scalar(value, self.unit)
-        if node.op not in ("less", "less_equal"):
+        if not is_condition(node):
             raise ModelError(f"expected a comparison such as y < 0, got {described(value)}")
         if node.shadow is not None:
             raise ModelError(f"{described(value)} compares two constants; name something that changes")
@@ -381,6 +382,16 @@ def _item(index: int, value: Any, slot: Slot) -> Any:
 class Element:
     """A frozen record whose fields read themselves through their slots when it is made."""
 
+    def written(self) -> Iterator[tuple[tuple[str, ...], Any, str | None]]:
+        """Yield the contents of the fields: the steps that lead to each in a file, it, and the unit it is read in."""
+        for name, slot in slots_of(type(self)).items():
+            value, unit = getattr(self, name), unit_of(slot)
+            steps = _steps_of(slot, value)
+            if steps is None:
+                yield (name,), value, unit
+            else:
+                yield from (((name, *step), x, unit) for step, x in zip(steps, value, strict=True))
+
     def __post_init__(self) -> None:
         for f in fields(self):
             value = getattr(self, f.name)
@@ -408,6 +419,16 @@ def holds(slot: Slot, default: Any = MISSING, *, keyword: bool = False) -> Any:
 def slots_of(cls: type[Element]) -> dict[str, Slot]:
     """Return the fields of an element class, each with its slot."""
     return {f.name: f.metadata["slot"] for f in fields(cls)}
+
+
+def _steps_of(slot: Slot, value: Any) -> list[tuple[str, ...]] | None:
+    """Return under which steps a file holds the items of a tuple, where that is not by their numbers."""
+    if not isinstance(value, tuple):
+        return None
+    keys: tuple[str, ...] | None = getattr(slot, "keys", None)
+    if keys is not None:
+        return [(key,) for key in keys]
+    return [()] if len(value) == 1 and isinstance(slot, (Scalars, OptionalScalars)) else None
 
 
 def unit_of(slot: Slot) -> str | None:

@@ -34,8 +34,6 @@ from multibody_sym.model.slots import (
     at,
     described,
     holds,
-    slots_of,
-    unit_of,
 )
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, leaves, symbol, symbol_with
@@ -124,10 +122,9 @@ def expressions(part: Any, path: tuple[str, ...] = (), unit: str | None = None) 
         for name, x in part.items():
             yield from expressions(x, (*path, name), unit)
     elif isinstance(part, Element):
-        for name, slot in slots_of(type(part)).items():
-            value = getattr(part, name)
+        for steps, value, slot_unit in part.written():
             if not isinstance(value, _PLAIN):
-                yield from expressions(value, (*path, name), unit_of(slot))
+                yield from expressions(value, (*path, *steps), slot_unit)
     elif isinstance(part, tuple):
         for i, x in enumerate(part):
             yield from expressions(x, (*path, str(i)), unit)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from multibody_sym.errors import ModelError
 from multibody_sym.model.bodies import GROUND, IDENTITY, NO_MASS, Pose, mass_of, unit_vector
 from multibody_sym.model.joints import Step
-from multibody_sym.model.mechanism import TreeBody
+from multibody_sym.model.mechanism import TreeBody, double_name
 from multibody_sym.model.references import BARE, References
 from multibody_sym.model.tree import body_part
 from multibody_sym.scalars.node import ZERO
@@ -19,7 +19,7 @@ def tree_bodies(references: References, carrying: Iterable[str], doubled: Iterab
     system = references.system
     carried = [(name, body_part(system.joints[name].child, system.bodies)[0]) for name in carrying]
     wanted = [(name, child, mass_of(system.bodies[child])) for name, child in carried]
-    wanted += [(name, f"double of {system.joints[name].child} at {name}", NO_MASS) for name in doubled]
+    wanted += [(name, double_name(system.joints[name].child, name), NO_MASS) for name in doubled]
     made, q, u = [], 0, 0
     for joint_name, name, mass in wanted:
         joint, (on_parent, on_body) = system.joints[joint_name], references.frames(joint_name)

@@ -5,15 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Final
 
-from multibody_sym.scalars.node import ZERO, Node, postorder, subtract
+from multibody_sym.scalars.node import ZERO, Node, maximum, minimum, postorder, subtract
 
 _COMPARISONS: Final = ("less", "less_equal")
+_JOINED: Final = {"min": minimum, "max": maximum}
+
+
+def is_condition(n: Node) -> bool:
+    """Tell whether an expression is a comparison, or several joined by `and` and `or`: their least, their greatest."""
+    return n.op in _COMPARISONS or (n.op in _JOINED and all(map(is_condition, n.args)))
 
 
 def switching_function(condition: Node) -> Node:
-    """Return g with g > 0 where the comparison a < b or a <= b holds: g = b - a."""
+    """Return g with g > 0 where a condition holds: b - a of a < b and a <= b, the least or greatest of joined ones."""
     a, b = condition.args
-    return subtract(b, a)
+    if condition.op in _COMPARISONS:
+        return subtract(b, a)
+    return _JOINED[condition.op](switching_function(a), switching_function(b))
 
 
 def switching_functions(nodes: Iterable[Node]) -> list[Node]:
@@ -35,12 +43,12 @@ def _sides(n: Node) -> tuple[Node, ...] | None:
     if n.op in _COMPARISONS:
         return n.args
     if n.op in ("min", "max"):
-        return None if all(map(_is_condition, n.args)) else n.args
-    return (ZERO, n.args[0]) if n.op in ("abs", "sign") and not _is_condition(n.args[0]) else None
+        return None if all(map(_is_truth, n.args)) else n.args
+    return (ZERO, n.args[0]) if n.op in ("abs", "sign") and not _is_truth(n.args[0]) else None
 
 
-def _is_condition(n: Node) -> bool:
+def _is_truth(n: Node) -> bool:
     """Tell whether a value is the truth of something, which jumps where what it is made of switches."""
     if n.op in ("neg", "min", "max", "add", "mul", "pow", "where"):
-        return all(map(_is_condition, n.args))
+        return all(map(_is_truth, n.args))
     return n.op in _COMPARISONS or n.op == "sign" or n.shadow is not None

@@ -11,6 +11,14 @@ import sympy
 from multibody_sym.errors import ExpressionError
 from multibody_sym.scalars.node import BUILD, ONE, PI, Node, number, postorder, real, symbol
 
+_CONDITIONS: Final = (sympy.core.relational.Relational, sympy.And, sympy.Or, type(sympy.true), type(sympy.false))
+
+
+def _extreme(joined: Callable[..., Any], extreme: Callable[..., Any], a: Any, b: Any) -> Any:
+    """Return the least or greatest of two numbers; of two conditions that is what `and` or `or` makes of them."""
+    return (joined if isinstance(a, _CONDITIONS) and isinstance(b, _CONDITIONS) else extreme)(a, b)
+
+
 SYMPY_OPERATIONS: Final[dict[str, Callable[..., Any]]] = {
     "neg": lambda a: -a,
     "add": lambda a, b: a + b,
@@ -20,7 +28,7 @@ SYMPY_OPERATIONS: Final[dict[str, Callable[..., Any]]] = {
     "sin": sympy.sin, "cos": sympy.cos, "tan": sympy.tan, "asin": sympy.asin, "acos": sympy.acos,
     "atan": sympy.atan, "atan2": sympy.atan2, "sinh": sympy.sinh, "cosh": sympy.cosh, "tanh": sympy.tanh,
     "exp": sympy.exp, "log": sympy.log, "sqrt": sympy.sqrt, "abs": sympy.Abs, "sign": sympy.sign,
-    "min": sympy.Min, "max": sympy.Max,
+    "min": lambda a, b: _extreme(sympy.And, sympy.Min, a, b), "max": lambda a, b: _extreme(sympy.Or, sympy.Max, a, b),
     "less": sympy.StrictLessThan,
     "less_equal": sympy.LessThan,
     "where": lambda c, a, b: sympy.Piecewise((a, c), (b, True)),

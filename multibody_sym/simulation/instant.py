@@ -169,7 +169,8 @@ def _verify(resolved: Mechanism, dynamics: TreeDynamics, found: Accelerations) -
     """Raise NoSolutionError where rows that depend on each other only here ask for different accelerations."""
     rank, gamma = found.report[0], np.array(dynamics.constraint_forcing, dtype=float)
     jacobian = np.array(dynamics.constraint_jacobian, dtype=float).reshape(len(gamma), len(found.udot))
-    missed = float(np.abs(jacobian @ found.udot - gamma).max(initial=0.0))
+    misses = np.abs(jacobian @ found.udot - gamma)
+    missed = float(misses.max(initial=0.0))
     if not (np.isfinite(found.udot).all() and np.isfinite(found.report).all()):
         raise NoSolutionError("the accelerations are no finite numbers: values of the model are too large or too small")
     size = max(1.0, float(np.abs(gamma).max(initial=0.0)), float(np.abs(found.udot).max(initial=0.0)))
@@ -178,7 +179,7 @@ def _verify(resolved: Mechanism, dynamics: TreeDynamics, found: Accelerations) -
         raise NoSolutionError(
             f"the start is a singular position of {names}, and no acceleration satisfies them with these speeds; start "
             "from another position, or at rest",
-            where=Where(path=("constraints",)),
+            where=Where(path=resolved.row_path(int(np.argmax(misses)))),
         )
 
 

@@ -57,7 +57,10 @@ def test_the_parser_reads_back_the_identical_node_long(node):
         "2*(a/b)", "2*a/b", "(-a)^b", "(a^b)^c", "a^b^c", "2^(-x)", "x^(1/3)", "x^1.5", "1e-300*x", "1e10", "2.5e11*E",
         "pi/4", "2*pi*x", "a/(b*c)", "a/b/c", "a*b*c", "(a + b)*(a - b)", "where(x < 0, -1, 1)", "min(a, b, c)",
         "x - 3", "-3 - x", "(-3)/x", "-3/x", "(x < 1) + 2", "sqrt(a^2 + b^2)", "0.00012", "1e-5", "1500000", "-x",
-        "real(0.1)*x", "reaction(C, fx)", "position('my rod'.pin, x)", "x <= 2",
+        "a < b and b < c",
+        "a < b or b < c and c < x", "(a < b or b < c) and c < x", "where(a < b and x <= 1, a, b)",
+        "min(x, a < b)", "(a < b and b < c) + 2", "real(0.1)*x", "reaction(C, fx)", "position('my rod'.pin, x)",
+        "x <= 2",
     ],
 )
 def test_what_people_would_write_is_kept(shown):

@@ -13,11 +13,23 @@ from multibody_sym.scalars.node import symbol
 X = symbol("x")
 
 
-@pytest.mark.parametrize("condition", ["x < 2", "x <= 2", "2 > x", "2 >= x"])
+@pytest.mark.parametrize(
+    "condition", ["x < 2", "x <= 2", "2 > x", "2 >= x", "x > 0 and x < 2", "x < 2 and x < 5 or x > 7"]
+)
 def test_a_condition_holds_where_its_switching_function_is_positive(condition: str) -> None:
     g = switching_function(parse(condition))
     assert evaluate_float([g], {X: 1.0}) == [1.0]
     assert evaluate_float([g], {X: 3.0}) == [-1.0]
+
+
+def test_joined_conditions_hold_as_their_parts_do() -> None:
+    node = parse("x > 0 and x < 2 or x > 5 and (x < 6 or x > 8)")
+    g = switching_function(node)
+    for k in range(-10, 100):
+        x = k / 10 + 0.05
+        holds = 0 < x < 2 or (x > 5 and (x < 6 or x > 8))
+        assert evaluate_float([node, g], {X: x})[0] == float(holds)
+        assert (evaluate_float([g], {X: x})[0] > 0) == holds
 
 
 @pytest.mark.parametrize(
@@ -30,6 +42,7 @@ def test_a_condition_holds_where_its_switching_function_is_positive(condition: s
         ("min(x, 2*x, 1 - x)", [0, 0.5]),
         ("where(abs(x) < 1, sign(x), min(x, 1.5))", [-1, 0, 1, 1.5]),
         ("where(min(x > -1, x < 1), x, 0)", [-1, 1]),
+        ("where(x > -1 and x < 1 or x > 1.5, x, 0)", [-1, 1, 1.5]),
         ("sin(x)*x^2/(2 + cos(x))", []),
         ("max(x, 1) + max(x, 1)^2 + abs(x - 1) + where(x < 1, 0, x)", [1]),
         ("abs(2) + sign(-3) + where(1 < 2, 1, x)", []),

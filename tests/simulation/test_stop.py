@@ -134,3 +134,32 @@ def test_another_stop_is_another_structure() -> None:
     plain = structure_key(mechanism(mbs.loads(THROWN)), "composite_body")
     other = mbs.loads(THROWN.replace("z < floor", "z < floor - 1"))
     assert structure_key(mechanism(other), "composite_body") != plain
+    plain = structure_key(mbs.loads(THROWN), "composite_body")
+    assert structure_key(mbs.loads(THROWN.replace("z < floor", "z < floor - 1")), "composite_body") != plain
+
+
+@LOOPS
+@pytest.mark.parametrize(
+    ("condition", "end"),
+    [("z < 2 and u_z < -9", 1 + 1 / 9), ("z < 2 or u_z < -9", 1.0), ("u_z < 0 and (z < 2 or z > 6)", 1.0)],
+)
+def test_conditions_are_joined_by_and_and_or(backend: str, condition: str, end: float) -> None:
+    model = THROWN.replace("{high: z > 6, fall: z < floor}", f"{{it: {condition}}}")
+    run = mbs.simulate(mbs.loads(model), t_end=10, backend=backend)
+    assert run.t_final == pytest.approx(end, abs=1e-12)
+
+
+def test_joined_conditions_choose_a_force_in_every_route() -> None:
+    force = "where(z < 2, 1, 0)"
+    joined = mbs.loads(THROWN.replace(force, "where(z < 2 and z > 1 or t < 0, 1, 0)"))
+    nested = mbs.loads(THROWN.replace(force, "where(z < 2, where(z > 1, 1, 0), 0)"))
+    assert mbs.loads(mbs.dumps(joined)) == joined
+    runs = [mbs.simulate(system, t_end=1.1, backend="python") for system in (joined, nested)]
+    np.testing.assert_allclose(runs[0]["z"], runs[1]["z"], atol=1e-12)
+    assert "z < 2" in str(mbs.derive(joined)) or "2 > z" in str(mbs.derive(joined))
+
+
+@pytest.mark.parametrize("condition", ["z and u_z < 1", "z < 1 and 2", "not z < 1", "z < 1 and", "z < 1 or u_z + 1"])
+def test_what_is_no_condition_cannot_be_joined(condition: str) -> None:
+    with pytest.raises(mbs.InputError):
+        mbs.loads(THROWN.replace("{high: z > 6, fall: z < floor}", f"{{it: {condition}}}"))
