@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from multibody_sym.integrators.flow import Status
 from multibody_sym.integrators.library import LibraryMethod
 from multibody_sym.runtime.native_loop import native_loop
+from multibody_sym.runtime.prescribed_loop import prescribed_loop
 from multibody_sym.runtime.problem import Chunk, Event, Loop, Problem, Progress, RunFailure, Statistics
 from multibody_sym.runtime.python_loop import python_loop
 
@@ -74,14 +75,9 @@ def _stopped(events: tuple[Event, ...]) -> bool:
 
 def _loop_for(problem: Problem) -> Loop:
     if not len(problem.x0):
-        return _nothing_to_integrate
+        return prescribed_loop
     in_c = problem.compiled.backend == "c" and not isinstance(problem.method, LibraryMethod)
     return native_loop if in_c else python_loop
-
-
-def _nothing_to_integrate(problem: Problem, samples: Floats) -> Iterator[Progress]:
-    """Pass all samples of a system that has no state, as every motion in it is prescribed."""
-    yield Progress(len(samples), problem.t_end, problem.x0, Statistics(), None)
 
 
 def _chunk(problem: Problem, times: Floats, samples: Floats, before: Progress, latest: Progress) -> Chunk:
