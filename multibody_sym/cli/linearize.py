@@ -1,4 +1,4 @@
-"""`linearize`: small motions about the start: A, B, eigenvalues."""
+"""`linearize`: small motions about the start, an equilibrium or a steady motion: A, B, eigenvalues."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Final
 from multibody_sym.cli.answer import Answer
 from multibody_sym.cli.coordinates import add_coordinates
 
-HELP: Final = "linearise about the start: A, B in independent coordinates, eigenvalues"
+HELP: Final = "linearise about an equilibrium or a steady motion: A, B in independent coordinates, eigenvalues"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

@@ -1,7 +1,7 @@
 """Equilibrium by virtual work: positions at which the forces do no work on any admissible displacement.
 
 In such a position a system at rest has no acceleration. With the constraints' tangents X (see `linearization`), xi the
-independent coordinates, eta the independent speeds, dxi/dt = S eta, and G(xi) the accelerations deta/dt at rest,
+independent deviations, eta the independent speeds, dxi/dt = S eta, and G(xi) the accelerations deta/dt at rest,
 equilibria are the roots of G, and one is stable where all eigenvalues of S dG/dxi are real and negative: for forces
 with a potential V where the Hessian of V is positive definite on the admissible displacements. Friction, which needs a
 speed to act against, is not considered.
@@ -23,6 +23,7 @@ from multibody_sym.dynamics.closing import Rows, closed_near, moved
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED
 from multibody_sym.dynamics.linearization import Flow, Tangents
 from multibody_sym.dynamics.start import start
+from multibody_sym.dynamics.steadiness import displaced
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.resolve import mechanism
@@ -130,7 +131,7 @@ class _Search:
                 return q
             tangents, slope = self._slope(q)
             target = -self.flow.accelerations(q, at_rest)[self._speeds(tangents)]
-            step = tangents.X[: len(q), : self._positions(tangents)] @ np.linalg.lstsq(slope, target, rcond=None)[0]
+            step = self._columns(tangents) @ np.linalg.lstsq(slope, target, rcond=None)[0]
             step *= min(1.0, _LARGEST_STEP / max(float(np.abs(step).max()), _LARGEST_STEP))
             ahead = self._line_search(q, step, size)
             if ahead is None:
@@ -140,49 +141,45 @@ class _Search:
 
     def _line_search(self, q: Floats, step: Floats, size: float) -> tuple[Floats, float] | None:
         for halving in range(_HALVINGS):
-            ahead = closed_near(self.rows, self._unit(q + step / 2**halving))
+            ahead = closed_near(self.rows, displaced(self.mechanism, q, step / 2**halving))
             there = np.inf if ahead is None else self._size(ahead)
             if ahead is not None and there < size:
                 return ahead, there
         return None
 
-    def _unit(self, q: Floats) -> Floats:
-        return moved(self.mechanism, q, np.zeros(len(self.mechanism.speeds)))
-
     def _size(self, q: Floats) -> float:
         return float(np.abs(self.flow.accelerations(q, np.zeros(len(self.mechanism.speeds)))).max())
 
-    def _positions(self, tangents: Tangents) -> int:
-        """Return how many of the independent components are coordinates."""
-        return sum(k < len(self.mechanism.coordinates) for k in tangents.places)
+    def _columns(self, tangents: Tangents) -> Floats:
+        """Return how all deviations (nu) follow from the independent ones."""
+        size = len(self.mechanism.speeds)
+        return tangents.X[:size, : sum(k < size for k in tangents.places)]
 
     def _speeds(self, tangents: Tangents) -> list[int]:
         """Return the independent speeds."""
-        size = len(self.mechanism.coordinates)
+        size = len(self.mechanism.speeds)
         return [k - size for k in tangents.places if k >= size]
 
     def _slope(self, q: Floats) -> tuple[Tangents, Floats]:
-        """Return the tangents at rest and dG/dxi, of independent accelerations by independent coordinates."""
+        """Return the tangents at rest and dG/dxi, of independent accelerations by independent deviations."""
         u = np.zeros(len(self.mechanism.speeds))
         tangents = self.flow.tangents(q, u)
         by_state, _ = self.flow.derivatives(self.flow.known(q, u))
-        rows = [len(q) + k for k in self._speeds(tangents)]
-        columns = tangents.X[:, : self._positions(tangents)]
-        return tangents, (by_state @ columns)[rows]
+        columns = self._columns(tangents)
+        rows = [len(u) + k for k in self._speeds(tangents)]
+        return tangents, by_state[rows, : len(u)] @ columns
 
-    def _rates(self, q: Floats, tangents: Tangents) -> Floats:
+    def _rates(self, tangents: Tangents) -> Floats:
         """Return S in dxi/dt = S eta, with eta the independent speeds, which need not be those of xi."""
-        by_state, _ = self.flow.derivatives(self.flow.known(q, np.zeros(len(self.mechanism.speeds))))
-        count = self._positions(tangents)
-        found: Floats = (by_state @ tangents.X[:, count:])[tangents.places[:count]]
-        return found
+        size, count = len(self.mechanism.speeds), self._columns(tangents).shape[1]
+        return tangents.X[size:, count:][tangents.places[:count]]
 
     def stable(self, q: Floats) -> bool | None:
         """Return whether a position of equilibrium is stable; None where some displacement meets no resistance."""
         tangents, slope = self._slope(q)
         if slope.shape[0] != slope.shape[1]:
             return None
-        values = np.linalg.eigvals(self._rates(q, tangents) @ slope)
+        values = np.linalg.eigvals(self._rates(tangents) @ slope)
         least = _INDIFFERENT * max(float(np.abs(values).max(initial=0.0)), 1e-300)
         if (values.real > least).any() or (np.abs(values.imag) > least).any():
             return False
@@ -191,12 +188,12 @@ class _Search:
     def free(self, q: Floats) -> npt.NDArray[np.bool_]:
         """Return the coordinates (nq) that change along those displacements on which all positions are equilibria."""
         tangents, slope = self._slope(q)
-        columns = tangents.X[: len(q), : self._positions(tangents)]
         found = np.zeros(len(q), dtype=bool)
-        for direction in (columns @ null_space(slope, rcond=_INDIFFERENT)).T:
+        for direction in (self._columns(tangents) @ null_space(slope, rcond=_INDIFFERENT)).T:
             step = direction / np.abs(direction).max()
-            if self._rests(self._unit(q + _BESIDE * step), _INDIFFERENT * (1.0 + float(np.abs(slope).max()))):
-                found |= np.abs(step) > _SAME
+            beside = displaced(self.mechanism, q, _BESIDE * step)
+            if self._rests(beside, _INDIFFERENT * (1.0 + float(np.abs(slope).max()))):
+                found |= np.abs(beside - q) > _SAME
         return found
 
     def _rests(self, q: Floats, allowed: float) -> bool:

@@ -63,3 +63,25 @@ def test_no_equilibrium_ends_with_3(capsys: pytest.CaptureFixture[str], tmp_path
     (tmp_path / "m.yaml").write_text(STONE)
     assert main(["equilibrium", str(tmp_path / "m.yaml"), "--json"]) == 3
     assert "no position of equilibrium" in json.loads(capsys.readouterr().out)["error"]["message"]
+
+
+def test_linearize_prints_rounding_as_zero(capsys: pytest.CaptureFixture[str]) -> None:
+    """A level gyroscope nods without damping: a pure pair beside zeros, and nothing is -0 or 1e-14."""
+    assert main(["linearize", str(EXAMPLES / "gyroscope.yaml")]) == 0
+    printed = capsys.readouterr().out
+    assert "\n  +- 60.3000762 i   (9.597 Hz, damping ratio 0)\n" in printed
+    assert "e-1" not in printed
+    assert " -0 " not in printed
+    assert main(["linearize", str(EXAMPLES / "gyroscope.yaml"), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert sorted(found["eigenvalues"])[0][0] == sorted(found["eigenvalues"])[-1][0] == 0.0
+    assert "-0.0" not in json.dumps(found["A"])
+
+
+def test_linearize_refuses_a_motion_that_changes_what_it_depends_on(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    moving = Path(PENDULUM).read_text().replace("q: 60 deg, u: 0", "q: 0 deg, u: 3")
+    (tmp_path / "m.yaml").write_text(moving)
+    assert main(["linearize", str(tmp_path / "m.yaml")]) == 3
+    assert "A depends on what moves: theta (3 rad/s)" in capsys.readouterr().err
