@@ -8,8 +8,23 @@ from typing import ClassVar, Final
 
 from multibody_sym.errors import ModelError
 from multibody_sym.model.elements import Point
-from multibody_sym.model.slots import Direction, Element, Flag, ListOf, MapOf, OneOf, Record, Scalar, Text, at, holds
+from multibody_sym.model.slots import (
+    Choice,
+    Direction,
+    Element,
+    Flag,
+    ListOf,
+    MapOf,
+    OneOf,
+    Record,
+    Scalar,
+    Text,
+    at,
+    holds,
+)
 from multibody_sym.scalars.node import Node
+
+_ACTS: Final = Choice(("in_joints",))
 
 
 @dataclass(frozen=True)
@@ -40,32 +55,40 @@ class Rope(Element):
 
 @dataclass(frozen=True)
 class Expression(Element):
-    """A holonomic constraint: the expression of coordinates and t equals zero."""
+    """A holonomic constraint: the expression of coordinates and t equals zero.
+
+    It gives generalised forces and no place where they act, so that reactions of joints which they could reach are
+    withheld; `acts="in_joints"` says that each joint is driven along its own axes.
+    """
 
     zero: Node = holds(Scalar())
+    acts: str | None = holds(_ACTS, None)
 
 
 @dataclass(frozen=True)
 class Gear(Element):
     """Two joints with one freedom each in mesh: q_1 = ratio q_2 + value; wheels that touch outside turn oppositely.
 
-    The multiplier is the moment (or force) of the gear on the first joint; on the second it acts -ratio times.
+    The multiplier is the moment (or force) of the gear on the first joint; on the second it acts -ratio times. `acts`
+    is that of `Expression`.
     """
 
     joints: tuple[str, ...] = holds(ListOf(Text(), 2, 2))
     ratio: Node = holds(Scalar())
     value: Node = holds(Scalar(), 0)
+    acts: str | None = holds(_ACTS, None)
 
 
 @dataclass(frozen=True)
 class Coupler(Element):
     """Joints with one freedom each whose coordinates are tied: the sum of factor times q over `joints` equals `value`.
 
-    The multiplier acts on each joint as factor times its own.
+    The multiplier acts on each joint as factor times its own. `acts` is that of `Expression`.
     """
 
     joints: Mapping[str, Node] = holds(MapOf(Scalar()))
     value: Node = holds(Scalar(), 0)
+    acts: str | None = holds(_ACTS, None)
 
     def verify(self) -> None:
         if not self.joints:
@@ -131,9 +154,10 @@ class PrescribedMotion(Element):
 
 @dataclass(frozen=True)
 class VelocityConstraint(Element):
-    """A nonholonomic constraint: an expression that is linear in the speeds equals zero."""
+    """A nonholonomic constraint: an expression that is linear in the speeds equals zero. `acts` as for `Expression`."""
 
     zero: Node = holds(Scalar())
+    acts: str | None = holds(_ACTS, None)
 
 
 def row_names(name: str, element: Element) -> list[str]:

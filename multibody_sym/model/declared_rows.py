@@ -82,7 +82,7 @@ def _(element: Distance, name: str, references: References) -> list[Row]:
 
 @_rows.register
 def _(element: Expression, name: str, references: References) -> list[Row]:
-    return [ExpressionRow(name, element.zero)]
+    return [ExpressionRow(name, element.zero, element.acts is None)]
 
 
 @_rows.register
@@ -98,7 +98,7 @@ def _(element: Gear, name: str, references: References) -> list[Row]:
         driven = references.coordinate(element.joints[0])
     with at("joints", 1):
         driving = references.coordinate(element.joints[1])
-    return [ExpressionRow(name, driven - element.ratio * driving - element.value)]
+    return [ExpressionRow(name, driven - element.ratio * driving - element.value, element.acts is None)]
 
 
 @_rows.register
@@ -107,14 +107,14 @@ def _(element: Coupler, name: str, references: References) -> list[Row]:
     for joint, factor in element.joints.items():
         with at("joints", joint):
             total = total + factor * references.coordinate(joint)
-    return [ExpressionRow(name, total)]
+    return [ExpressionRow(name, total, element.acts is None)]
 
 
 @_rows.register
 def _(element: VelocityConstraint, name: str, references: References) -> list[Row]:
     with at("zero"):
         _verify_linear(evaluate([element.zero], lambda leaf: references.measured.get(leaf, leaf))[0])
-    return [VelocityRow(name, element.zero)]
+    return [VelocityRow(name, element.zero, element.acts is None)]
 
 
 def _verify_linear(psi: Node) -> None:

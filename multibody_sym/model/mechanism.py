@@ -6,7 +6,7 @@ Every expression in it is written in slots: `t[0]`, `q[i]`, `u[i]`, `parameters[
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Final
 
@@ -239,18 +239,23 @@ class RopeRow:
 
 @dataclass(frozen=True)
 class ExpressionRow:
-    """phi = zero, an expression of q and t; the multiplier has the unit that the expression gives it."""
+    """phi = zero, an expression of q and t; the multiplier has the unit that the expression gives it.
+
+    With `no_place` nothing says where its force acts; otherwise it drives the joints whose coordinates it names.
+    """
 
     name: str
     zero: Node
+    no_place: bool = False
 
 
 @dataclass(frozen=True)
 class VelocityRow:
-    """psi = zero, an expression of q, u and t that is linear in u: a nonholonomic constraint."""
+    """psi = zero, an expression of q, u and t that is linear in u: a nonholonomic constraint; `no_place` as above."""
 
     name: str
     zero: Node
+    no_place: bool = False
 
 
 @dataclass(frozen=True)
@@ -345,13 +350,22 @@ def double_name(child: str, joint: str) -> str:
 
 
 @dataclass(frozen=True)
+class Withheld:
+    """The `components` of a joint's reaction that are not determined, `because` of which constraints (name, kind)."""
+
+    components: tuple[str, ...]
+    because: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
 class Mechanism:
     """A system resolved: bodies in tree order (parents first), coordinates, speeds, parameters, inputs, loads, rows.
 
     `symbols` gives the slot of each name that expressions may use, or what it measures; `markers` every named point and
     frame. `stops` are functions that become positive where the run ends, `kinks` functions at whose zeros forces or
     inputs bend or jump. In absolute coordinates `relative` is the same system in those of its joints, in which its
-    start is declared. `minimum_norm`: where rows are redundant, multipliers of least norm are asked for.
+    start is declared. `minimum_norm`: where rows are redundant, multipliers of least norm are asked for. `withheld`:
+    by joint, reactions that are not determined; `untold` outputs name such and are not among `outputs`.
     """
 
     name: str
@@ -372,6 +386,8 @@ class Mechanism:
     symbols: Mapping[Node, Node]
     minimum_norm: bool
     relative: Mechanism | None = None
+    withheld: Mapping[str, Withheld] = field(default_factory=dict)
+    untold: tuple[str, ...] = ()
 
     @property
     def joint_names(self) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from multibody_sym.model.cuts import has_rows
 from multibody_sym.model.declared_loads import loads
 from multibody_sym.model.declared_rows import cut_joints, declared_rows, unmeasured_ropes
 from multibody_sym.model.elements import Pull
+from multibody_sym.model.force_places import with_withheld
 from multibody_sym.model.joints import Joint, MovingJoint
 from multibody_sym.model.lookup import Table, bends, interpolated
 from multibody_sym.model.measured import measured
@@ -51,11 +52,11 @@ def mechanism(system: System) -> Mechanism:
     whatever else contradicts itself.
     """
     verify_system(system)
-    relative = _resolved(system)
+    relative = with_withheld(_resolved(system), system)
     if system.simulation.coordinates == "relative":
         return relative
     freed = freed_bodies(system, [body.joint_name for body in relative.bodies])
-    return replace(_resolved(freed.system, freed), relative=relative)
+    return with_withheld(replace(_resolved(freed.system, freed), relative=relative), system)
 
 
 def _resolved(system: System, freed: Freed | None = None) -> Mechanism:

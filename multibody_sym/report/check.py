@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from multibody_sym.report.redundancy import redundancy_lines
 from multibody_sym.report.shifts import shifts_text
+from multibody_sym.report.withheld import withheld_text
 from multibody_sym.simulation.check import CheckReport
 
 
@@ -20,7 +21,7 @@ def _freedom(found: CheckReport) -> list[str]:
     lines = [f"degrees of freedom: {found.degrees_of_freedom}"]
     if found.rank or found.redundant:
         lines[0] += f" ({found.degrees_of_freedom + found.rank} speeds, constraints of rank {found.rank})"
-    return [*lines, *redundancy_lines(found)]
+    return [*lines, *redundancy_lines(found), *withheld_text(found.withheld, found.withheld_reasons)]
 
 
 def _start(found: CheckReport) -> list[str]:

@@ -8,6 +8,7 @@ from typing import Final
 from multibody_sym.integrators.flow import Status
 from multibody_sym.report.redundancy import redundancy_lines
 from multibody_sym.report.shifts import shifts_text
+from multibody_sym.report.withheld import withheld_text
 from multibody_sym.simulation.samples import mechanism_units
 from multibody_sym.simulation.trajectory import Trajectory
 
@@ -18,7 +19,7 @@ _SINGULAR: Final = "singular position"
 def run_summary(run: Trajectory) -> str:
     """Return how the run was done, where it ended, and how well energy and constraints were kept."""
     started = shifts_text(run.ready.start.shifts)
-    kept = [*_energy(run), *_constraints(run)]
+    kept = [*_energy(run), *_constraints(run), *_withheld(run)]
     return "\n".join([_headline(run), *started, *_stop(run), *_end(run), *kept, *_events(run)])
 
 
@@ -79,6 +80,12 @@ def _constraints(run: Trajectory) -> list[str]:
     if drift["quaternion"]:
         lines.append(f"quaternions were within {drift['quaternion']:.2g} of unit length when they were normalised")
     return lines
+
+
+def _withheld(run: Trajectory) -> list[str]:
+    lines = withheld_text(run.withheld, run.withheld_reasons)
+    untold = run.ready.mechanism.untold
+    return [*lines, f"  outputs without a value for that: {', '.join(untold)}"] if untold else lines
 
 
 def _events(run: Trajectory) -> list[str]:

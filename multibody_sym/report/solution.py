@@ -7,6 +7,7 @@ from typing import Final
 
 from multibody_sym.model.mechanism import COMPONENTS
 from multibody_sym.report.shifts import shifts_text
+from multibody_sym.report.withheld import withheld_lines
 from multibody_sym.simulation.solution import RowKind, Solution, Value
 
 _ROUNDING: Final = 1e-12
@@ -24,6 +25,9 @@ def solution_text(solution: Solution) -> str:
         "multipliers": _constraint_lines(solution, "multiplier"),
         _JOINTS: _joint_lines(solution.reactions),
         "not unique, because constraints depend on each other": solution.not_unique,
+        "withheld, because constraints do not say where their forces act": withheld_lines(
+            solution.withheld, solution.withheld_reasons
+        ),
         "conditions": solution.conditions,
         "answers": [f"{name} = {value}" for name, value in solution.answers.items()],
         "notes": solution.notes,

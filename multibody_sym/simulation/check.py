@@ -23,6 +23,7 @@ from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.constraints import Rope
+from multibody_sym.model.force_places import reasons
 from multibody_sym.model.mechanism import TIME, Mechanism, RopeRow
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System, expressions
@@ -51,7 +52,8 @@ class CheckReport:
     forces are not determined, joints with the components; `agreement`: each formalism's worst scaled residual (rounding
     is below 10, with constraints below 100); `theorems`: relative residuals; `conserved` quantities; `held` and
     `assembled` start values, by how much given ones changed (`shifts`), and the largest such `shift`; `failure`: why
-    there is no start to go on from, or no motion, if there is none; `hints` for the author.
+    there is no start to go on from, or no motion, if there is none; `hints` for the author; `withheld`: components of
+    joints' reactions that are not determined, as constraints do not say where their forces act, with the reasons.
     """
 
     degrees_of_freedom: int
@@ -70,6 +72,8 @@ class CheckReport:
     agrees: bool = False
     failure: str | None = None
     hints: tuple[str, ...] = ()
+    withheld: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    withheld_reasons: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `check --json` prints; without a start there are no numbers."""
@@ -127,6 +131,8 @@ def _with_dynamics(system: System, resolved: Mechanism, begin: Start, declared: 
         agrees=agreed,
         failure=failure,
         hints=(*hints, *_not_compared(resolved)),
+        withheld={name: each.components for name, each in resolved.withheld.items()},
+        withheld_reasons=tuple(reasons(resolved.withheld)),
     )
 
 

@@ -12,6 +12,7 @@ from functools import cached_property
 from multibody_sym.dynamics.quotient_field import NoClosedFormError, Quotient
 from multibody_sym.errors import ExpressionError, ModelError
 from multibody_sym.model.elements import Ask
+from multibody_sym.model.force_places import is_undetermined
 from multibody_sym.model.slots import at, suggestion
 from multibody_sym.scalars.node import Node
 from multibody_sym.simulation.instant import Solved
@@ -30,7 +31,10 @@ def answered(solved: Solved) -> tuple[dict[str, Value], list[str]]:
     motion = _Motion(solved, remarks)
     for name, question in solved.system.ask.items():
         with at("ask", name):
-            if question.value is not None:
+            if question.value is not None and is_undetermined(solved.mechanism.withheld, question.value):
+                answers[name] = Value(None)
+                remarks.append(f"{name}: it hangs on a reaction that is withheld")
+            elif question.value is not None:
                 answers[name] = solved.values(solved.asked(question.value), {})[""]
             else:
                 _verify(solved, question)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from multibody_sym.errors import InputError, ModelError
 from multibody_sym.formats.tables import Table
+from multibody_sym.model.force_places import reasons
 from multibody_sym.model.mechanism import COMPONENTS, Mechanism, RopeRow
 from multibody_sym.model.slots import suggestion
 from multibody_sym.simulation.runnable import Runnable
@@ -60,9 +61,10 @@ class Samples:
 
     @cached_property
     def outputs(self) -> Mapping[str, Floats]:
-        """Each declared output (m,) by name."""
+        """Each declared output (m,) by name; nan where it hangs on a reaction that is withheld."""
         (values,) = self._evaluated("outputs")
-        return dict(zip(self.ready.mechanism.outputs, values.T, strict=True))
+        untold = {name: np.full(len(self.t), np.nan) for name in self.ready.mechanism.untold}
+        return {**dict(zip(self.ready.mechanism.outputs, values.T, strict=True)), **untold}
 
     @cached_property
     def kinetic_energy(self) -> Floats:
@@ -94,14 +96,26 @@ class Samples:
         """What each joint exerts on its child: fx, fy, fz, mx, my, mz (m,), by the joint's name.
 
         About the joint's point on the child, in the axes of the joint's frame on the parent; components along free
-        directions are those of motors and springs in the joint.
+        directions are those of motors and springs in the joint. What is `withheld` is nan.
         """
         from multibody_sym.simulation.reactions import reaction_program
 
         program = reaction_program(self.ready.mechanism, self.ready.compiled.backend)
         (values,) = program.map("reactions", *self._arguments, self._derivative[1], self._derivative[2])
         names = self.ready.mechanism.joint_names
+        for joint, components in self.withheld.items():
+            values[:, names.index(joint), [COMPONENTS.index(c) for c in components]] = np.nan
         return {name: dict(zip(COMPONENTS, values[:, k].T, strict=True)) for k, name in enumerate(names)}
+
+    @property
+    def withheld(self) -> Mapping[str, tuple[str, ...]]:
+        """Components of joints' reactions that are not determined: constraints do not say where their forces act."""
+        return {name: each.components for name, each in self.ready.mechanism.withheld.items()}
+
+    @property
+    def withheld_reasons(self) -> list[str]:
+        """Why reactions are withheld, and what to declare instead."""
+        return reasons(self.ready.mechanism.withheld)
 
     def table(self) -> Table:
         """Return time, coordinates, speeds and outputs as columns."""

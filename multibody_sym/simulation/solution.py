@@ -51,6 +51,8 @@ class Solution:
     that, by name (SI). `reactions`: of a joint fx .. mz (on the child, about the joint's point, axes of its frame on
     the parent), of an expression `multiplier`, of any other constraint `tension`, which is one of ropes and rods (their
     `kinds`). `conditions` under which all this holds; `answers` to `ask`; `notes`: what was left out, and why.
+    `withheld`: components of joints' reactions without a value, as constraints do not say where their forces act, with
+    the reasons.
     """
 
     name: str
@@ -64,6 +66,8 @@ class Solution:
     assembled: Mapping[str, Value] = field(default_factory=dict)
     shifts: Mapping[str, float] = field(default_factory=dict)
     kinds: Mapping[str, RowKind] = field(default_factory=dict)
+    withheld: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    withheld_reasons: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         found = ", ".join(f"{name}: {value}" for name, value in self.accelerations.items())
@@ -87,6 +91,8 @@ class Solution:
             "conditions": list(self.conditions),
             "answers": _json(self.answers),
             "not_unique": self.not_unique,
+            "withheld": {name: list(components) for name, components in self.withheld.items()},
+            "withheld_reasons": list(self.withheld_reasons),
             "notes": list(self.notes),
         }
 

@@ -10,6 +10,7 @@ from multibody_sym.dynamics.book_form import comparison
 from multibody_sym.dynamics.quantities import Instant
 from multibody_sym.dynamics.quotient_field import NoClosedFormError
 from multibody_sym.expressions.printer import text
+from multibody_sym.model.force_places import reasons
 from multibody_sym.model.mechanism import (
     COMPONENTS,
     Coordinate,
@@ -59,6 +60,8 @@ def solve(system: System, parameters: Mapping[str, Any] | None = None, formalism
         notes=tuple(f"numbers only, where no closed form is given: {reason}" for reason in solved.reasons),
         assembled=_assembled(solved),
         shifts=dict(begin.shifts),
+        withheld={name: each.components for name, each in resolved.withheld.items()},
+        withheld_reasons=tuple(reasons(resolved.withheld)),
     )
 
 
@@ -91,12 +94,15 @@ def acceleration_names(resolved: Mechanism) -> list[str]:
 def _reactions(solved: Solved) -> dict[str, dict[str, Value]]:
     """Return the reactions of joints, cut ones too, and the multipliers of constraints."""
     found: dict[str, dict[str, Value]] = {}
+    withheld = solved.mechanism.withheld
     for name in solved.mechanism.joint_names:
 
         def of_joint(instant: Instant, name: str = name) -> Mapping[str, Any]:
             return instant.reactions[name]
 
-        found[name] = solved.values(of_joint, _UNITS)
+        values = solved.values(of_joint, _UNITS)
+        undetermined = withheld[name].components if name in withheld else ()
+        found[name] = {c: Value(None, unit=_UNITS[c]) if c in undetermined else x for c, x in values.items()}
     for k, row in enumerate(solved.mechanism.rows):
         if row.name.rpartition(".")[0] in solved.mechanism.joint_names:
             continue

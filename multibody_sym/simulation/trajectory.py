@@ -141,6 +141,8 @@ class Trajectory(Samples):
             "events": self.events,
             "final": self.final,
             "drift": {name: x if math.isfinite(x) else None for name, x in self.drift.items()},
+            "withheld": {name: list(components) for name, components in self.withheld.items()},
+            "withheld_reasons": self.withheld_reasons,
             "redundancy": {**asdict(self.redundancy), "rows": len(self.ready.mechanism.rows)},
             "statistics": self.statistics,
             "start": {name: getattr(self.ready.start, name) for name in ("held", "assembled", "shifts")},
