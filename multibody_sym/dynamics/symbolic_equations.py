@@ -16,8 +16,10 @@ from multibody_sym.dynamics.notation import Notation
 from multibody_sym.dynamics.start import parameter_values
 from multibody_sym.dynamics.subexpressions import Subexpressions, needed, value_of
 from multibody_sym.dynamics.symbols import Symbols
+from multibody_sym.errors import InputError, shown
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.program.solve import solve
+from multibody_sym.runtime.numbers import number, vector
 
 Floats = npt.NDArray[np.float64]
 READABLE: Final = 2_000
@@ -77,16 +79,16 @@ class SymbolicEquations:
 
         With result "accelerations" it returns udot (n,), with "terms" the arrays (M, f, H, gamma). Parameters are in
         the order of `symbols.parameters`, the declared values by default; inputs take their declared expressions.
+        Raises InputError, as the function does for what is no real number and for wrong lengths.
         """
         if result not in ("accelerations", "terms"):
-            raise ValueError(f"result is 'accelerations' or 'terms', got {result!r}")
-        evaluate, n = self._compiled(), len(self.symbols.speeds)
+            raise InputError(f"result is 'accelerations' or 'terms', got {shown(result)}")
+        evaluate, n, given = self._compiled(), len(self.symbols.speeds), self._arguments
 
         def terms(
             q: Sequence[float], u: Sequence[float], t: float = 0.0, parameters: Sequence[float] | None = None
         ) -> tuple[Floats, Floats, Floats, Floats]:
-            values = parameter_values(self.mechanism, {}) if parameters is None else parameters
-            M, f, H, gamma = (np.array(x, dtype=float) for x in evaluate(t, q, u, values))
+            M, f, H, gamma = (np.array(x, dtype=float) for x in evaluate(*given(q, u, t, parameters)))
             return M.reshape(n, n), f.reshape(n), H.reshape(-1, n), gamma.reshape(-1)
 
         def accelerations(
@@ -95,6 +97,13 @@ class SymbolicEquations:
             return _accelerations(*terms(q, u, t, parameters))
 
         return terms if result == "terms" else accelerations
+
+    def _arguments(self, q: Any, u: Any, t: Any, parameters: Any) -> tuple[float, Floats, Floats, Floats]:
+        """Return t, q, u, parameters as real numbers; raises InputError."""
+        values = parameter_values(self.mechanism, {}) if parameters is None else parameters
+        s = self.symbols
+        state, rates = vector("q", q, len(s.coordinates)), vector("u", u, len(s.speeds))
+        return number("t", t), state, rates, vector("parameters", values, len(s.parameters))
 
     def _compiled(self) -> Callable[..., Any]:
         """Return the compiled function of (t, q, u, parameters); every symbol becomes a Dummy, whatever its name."""

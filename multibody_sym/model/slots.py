@@ -46,7 +46,7 @@ def at(*steps: object) -> Iterator[None]:
 def suggestion(word: str, known: Iterable[str]) -> str:
     """Return `; did you mean ...?` where a known word is near, else the list of known words."""
     words = list(known)
-    near = difflib.get_close_matches(word, words, n=1)
+    near = difflib.get_close_matches(str(word), words, n=1)
     if near:
         return f"; did you mean {near[0]}?"
     return f"; known: {', '.join(words)}" if words else ""

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from multibody_sym.runtime.numbers import floats
+
 if TYPE_CHECKING:
     from multibody_sym.program.program import Program
 
@@ -52,7 +54,7 @@ class Signature:
         self._require_number(arrays)
         result = []
         for (name, shape), array in zip(self.inputs, arrays, strict=True):
-            values = np.asarray(array, dtype=float, order="C")
+            values = np.asarray(floats(name, array), order="C")
             if values.shape != shape:
                 raise ValueError(f"{self.program}: {name} has the shape {values.shape}, not {shape}")
             result.append(values)
@@ -64,7 +66,7 @@ class Signature:
         Those have one axis in front of their own; the others are the same for all samples. Raises ValueError.
         """
         self._require_number(arrays)
-        values = [np.asarray(array, dtype=float, order="C") for array in arrays]
+        values = [np.asarray(floats(self.program, array), order="C") for array in arrays]
         changing = [v.ndim == len(shape) + 1 for v, (_, shape) in zip(values, self.inputs, strict=True)]
         for v, many, (name, shape) in zip(values, changing, self.inputs, strict=True):
             if v.shape[many:] != shape:

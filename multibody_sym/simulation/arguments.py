@@ -13,6 +13,7 @@ from multibody_sym.errors import InputError
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.slots import suggestion
 from multibody_sym.runtime.loading import Compiled
+from multibody_sym.runtime.numbers import floats, number, vector
 
 Floats = NDArray[np.float64]
 Values = Mapping[str, float] | ArrayLike | None
@@ -32,9 +33,9 @@ class Arguments:
     ) -> tuple[float, Floats, Floats, Floats, Floats, Floats]:
         """Return t, q, u, parameters, inputs, modes; parameters that depend on given ones follow them.
 
-        Raises InputError for an unknown name or a wrong length.
+        Raises InputError for an unknown name, a wrong length, and what is no real number.
         """
-        values = self._parameter_vector(parameters)
+        t, values = number("t", t), self._parameter_vector(parameters)
         state = vector("q", q, len(self.mechanism.coordinates)), vector("u", u, len(self.mechanism.speeds))
         return t, *state, values, self._input_vector(inputs, (t, *state, values)), np.empty(0)
 
@@ -43,7 +44,8 @@ class Arguments:
             return self.parameters
         if not isinstance(given, Mapping):
             return _whole("parameters", [p.name for p in self.mechanism.parameters], given)
-        values = np.array(parameter_values(self.mechanism, given))
+        real = {name: number(f"parameters[{name!r}]", value) for name, value in given.items()}
+        values = np.array(parameter_values(self.mechanism, real))
         undeclared = [k for k, entry in enumerate(self.mechanism.parameters) if entry.value is None]
         values[undeclared] = self.parameters[undeclared]
         return values
@@ -56,27 +58,12 @@ class Arguments:
         for name, value in (given or {}).items():
             if name not in names:
                 raise InputError(f"there is no input {name!r}{suggestion(name, names)}")
-            values[names.index(name)] = value
+            values[names.index(name)] = number(f"inputs[{name!r}]", value)
         return values
 
 
-def vector(name: str, given: ArrayLike, size: int) -> Floats:
-    """Return an argument as a vector of a size; raises InputError."""
-    values = _floats(name, given)
-    if values.shape != (size,):
-        raise InputError(f"{name} has the shape {values.shape}, not ({size},)")
-    return values
-
-
 def _whole(kind: str, names: list[str], given: ArrayLike) -> Floats:
-    values = _floats(kind, given)
+    values = floats(kind, given)
     if values.shape != (len(names),):
         raise InputError(f"there are {len(names)} {kind} ({', '.join(names)}), got the shape {values.shape}")
     return values
-
-
-def _floats(name: str, given: ArrayLike) -> Floats:
-    try:
-        return np.asarray(given, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} is to be numbers, got {given!r}") from None

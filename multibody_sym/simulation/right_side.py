@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 from multibody_sym.errors import InputError
 from multibody_sym.model.system import System
 from multibody_sym.runtime.loading import Backend
-from multibody_sym.simulation.arguments import Arguments, Floats, Values, vector
+from multibody_sym.runtime.numbers import vector
+from multibody_sym.simulation.arguments import Arguments, Floats, Values
 from multibody_sym.simulation.runnable import Runnable, runnable
 from multibody_sym.simulation.settings import run_settings
 from multibody_sym.simulation.tree_functions import TreeFunction, TreeQuestion, tree_function
@@ -56,7 +57,7 @@ class RightSide:
 
         `parameters`: values by name in place of the system's, which other parameters that depend on them follow, or all
         of them as a vector; `inputs`: likewise, in place of what the system declares.
-        Raises InputError for an unknown name or a wrong length.
+        Raises InputError for an unknown name, a wrong length, and what is no real number, complex ones too.
         """
         state, coordinates = vector("x", x, len(self.names)), len(self.ready.mechanism.coordinates)
         given = self.arguments.complete(t, state[:coordinates], state[coordinates:], parameters, inputs)

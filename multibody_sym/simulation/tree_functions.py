@@ -18,7 +18,8 @@ from multibody_sym.model.slots import suggestion
 from multibody_sym.model.system import System
 from multibody_sym.program.program import Program
 from multibody_sym.runtime.loading import Backend, load
-from multibody_sym.simulation.arguments import Arguments, Floats, Values, vector
+from multibody_sym.runtime.numbers import vector
+from multibody_sym.simulation.arguments import Arguments, Floats, Values
 
 
 @dataclass(frozen=True)

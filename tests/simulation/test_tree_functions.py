@@ -71,7 +71,7 @@ def test_wrong_questions_are_answered_in_words() -> None:
         forces(0.0, Q, U)
     with pytest.raises(mbs.InputError, match=r"udot has the shape \(1,\), not \(2,\)"):
         forces(0.0, Q, U, [1])
-    with pytest.raises(mbs.InputError, match="u is to be numbers, got 'fast'"):
+    with pytest.raises(mbs.InputError, match="u is to be real numbers, got 'fast'"):
         forces(0.0, Q, "fast", U)
     with pytest.raises(mbs.InputError, match="q has the shape"):
         forces(0.0, [1], U, U)
