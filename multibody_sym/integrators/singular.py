@@ -202,7 +202,8 @@ def moved_far(x: Floats, x_new: Floats, settled: Floats, round_off: float = 0.0)
 
 def strays(step: Step, x: Floats, settled: Floats) -> bool:
     """Tell whether a state within a step has settled on another branch of the motion, by over a tenth of the step."""
-    return bool(np.max(np.abs(settled - x)) > FAR * np.max(np.abs(step.x_new - step.x)))
+    moved, whole = (np.abs(change).max(initial=0.0) for change in (settled - x, step.x_new - step.x))
+    return bool(moved > FAR * whole)
 
 
 def singular_times(step: Step, independence: Callable[[float, Floats], float]) -> tuple[float, ...]:
