@@ -8,7 +8,7 @@ from typing import Final
 from multibody_sym.cli.answer import Answer
 from multibody_sym.cli.coordinates import add_coordinates
 
-HELP: Final = "find positions of equilibrium and whether they are stable"
+HELP: Final = "find positions of rest and whether they are stable (start speeds are left out)"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

@@ -11,18 +11,22 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import count
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 from scipy.linalg import null_space
 
-from multibody_sym.dynamics.closing import Rows, closed_near, moved
+from multibody_sym.dynamics.all_rest import are_all
+from multibody_sym.dynamics.closing import Rows, closed_near
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED
 from multibody_sym.dynamics.linearization import Flow, Tangents
-from multibody_sym.dynamics.start import start
+from multibody_sym.dynamics.places import Mask, Places
+from multibody_sym.dynamics.springs_passed import passed
+from multibody_sym.dynamics.start import Start, start
 from multibody_sym.dynamics.steadiness import displaced
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.model.mechanism import Mechanism
@@ -32,15 +36,19 @@ from multibody_sym.model.system import System
 Floats = npt.NDArray[np.float64]
 
 _GUESSES: Final = 24
+"""How many guesses around the start are tried, and how many on end must find nothing before the search ends."""
+_MOST: Final = 400
 _STEPS: Final = 25
 _HALVINGS: Final = 6
 _LARGEST_STEP: Final = 0.5
 _CONVERGED: Final = 1e-11
+_POLISHING: Final = 60
+_POLISHED: Final = 1e-9
 _SAME: Final = 1e-6
 _INDIFFERENT: Final = 1e-8
 _BESIDE: Final = 0.1
 _SECONDS: Final = 10.0
-"""CPU time after which no other guess is begun; that from the start always is."""
+"""CPU time after which no other guess is begun; that from the start always is, and takes what it takes."""
 _SEED: Final = 3
 
 
@@ -48,14 +56,20 @@ _SEED: Final = 3
 class Equilibrium:
     """Positions of equilibrium, each with its coordinates by name, and whether they are stable (None: indifferent).
 
-    `free`: for each position the coordinates along which the positions beside it are equilibria too. `complete`:
-    whether the search tried all its guesses before its time was up.
+    `free`: for each position the coordinates along which the positions beside it are equilibria too; `beyond`: the
+    springs whose end lies beyond their other end. `complete`: whether it is proved that there are no others;
+    `cut_short`: whether the time of the search was up before it found nothing new; `guesses`: how many it tried.
+    `speeds_left_out`: speeds of the start, which is taken at rest.
     """
 
     positions: tuple[Mapping[str, float], ...]
     stable: tuple[bool | None, ...]
     free: tuple[tuple[str, ...], ...]
     complete: bool
+    beyond: tuple[tuple[str, ...], ...] = ()
+    cut_short: bool = False
+    guesses: int = 0
+    speeds_left_out: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `equilibrium --json` prints."""
@@ -63,49 +77,103 @@ class Equilibrium:
             "positions": [dict(position) for position in self.positions],
             "stable": list(self.stable),
             "free": [list(names) for names in self.free],
+            "beyond": [list(names) for names in self.beyond],
             "complete": self.complete,
+            "cut_short": self.cut_short,
+            "guesses": self.guesses,
+            "speeds_left_out": list(self.speeds_left_out),
         }
 
 
 def equilibrium(system: System) -> Equilibrium:
     """Return the positions of equilibrium that are found from the start and from positions all around it, at t = 0.
 
+    The system is taken at rest: speeds of the start are left out. Positions are told apart by where bodies are.
     Raises InputError, and NoSolutionError where there is no start or none is found.
     """
     resolved = mechanism(system)
     begin = start(resolved, project=system.simulation.project)
     rows = Rows(resolved, begin.parameters, range(len(resolved.rows)))
-    search = _Search(resolved, Flow(resolved, begin.parameters), rows)
-    found, complete = _found(search, np.array(begin.q, dtype=float))
-    if not found:
-        raise NoSolutionError("no position of equilibrium was found near the start; give other initial coordinates")
+    flow, q = Flow(resolved, begin.parameters), np.array(begin.q, dtype=float)
+    search = _Search(resolved, flow, rows, Places(flow, rows, q))
+    found = _found(search, q)
+    if not found.positions:
+        cut = " in time" if found.cut_short else ""
+        raise NoSolutionError(
+            f"no position of equilibrium was found near the start{cut}; give other initial coordinates"
+        )
     names = [c.name for c in resolved.coordinates]
-    positions = tuple(dict(zip(names, search.principal(q).tolist(), strict=True)) for q in found)
-    free = tuple(tuple(names[k] for k in np.flatnonzero(search.free(q))) for q in found)
-    return Equilibrium(positions, tuple(search.stable(q) for q in found), free, complete)
+    places = search.places
+    return Equilibrium(
+        tuple(dict(zip(names, (places.principal(q) + 0.0).tolist(), strict=True)) for q in found.positions),
+        tuple(search.stable(q) for q in found.positions),
+        tuple(tuple(names[k] for k in np.flatnonzero(free)) for free in found.free),
+        are_all(places, found.positions, found.free),
+        tuple(passed(places, q) for q in found.positions),
+        found.cut_short,
+        found.guesses,
+        _moving(system, resolved, begin),
+    )
 
 
-def _found(search: _Search, start: Floats) -> tuple[list[Floats], bool]:
-    """Return the positions found, that from the start first, and whether all guesses could be tried in time."""
-    found: list[Floats] = []
-    free: list[npt.NDArray[np.bool_]] = []
-    until = time.process_time() + _SECONDS
-    guesses = deque(_guesses(search.rows.mechanism, start))
-    while guesses and time.process_time() < until:
-        near = closed_near(search.rows, guesses.popleft())
+def _moving(system: System, resolved: Mechanism, begin: Start) -> tuple[str, ...]:
+    """Return the speeds of the start that are not zero, in coordinates of joints as they are declared."""
+    if resolved.relative is not None:
+        begin = start(resolved.relative, project=system.simulation.project)
+        resolved = resolved.relative
+    size = max(map(abs, begin.u), default=0.0)
+    return tuple(s.name for s, u in zip(resolved.speeds, begin.u, strict=True) if abs(u) > _SAME * size)
+
+
+@dataclass
+class _Found:
+    """Positions found so far, what is free in each, and how the search went."""
+
+    positions: list[Floats] = field(default_factory=list)
+    free: list[Mask] = field(default_factory=list)
+    guesses: int = 0
+    cut_short: bool = False
+
+    def takes(self, search: _Search, q: Floats) -> bool:
+        """Take a position, and return whether it is new; of two that are one, the one more like the start stays."""
+        for k, (other, free) in enumerate(zip(self.positions, self.free, strict=True)):
+            if search.places.same(q, other, free) or search.meet(q, other):
+                if search.places.nearer(q, other):
+                    self.positions[k], self.free[k] = q, search.free(q)
+                return False
+        self.positions.append(q)
+        self.free.append(search.free(q))
+        return True
+
+
+def _found(search: _Search, start: Floats) -> _Found:
+    """Return the positions found, that from the start first: from what is found its mirror images and half-turns."""
+    found, fruitless, until = _Found(), 0, time.process_time() + _SECONDS
+    images: deque[Floats] = deque()
+    around = _guesses(search.places, start)
+    while images or (found.guesses < _MOST and fruitless <= _GUESSES):
+        if time.process_time() > until and found.guesses:
+            found.cut_short = True
+            break
+        fruitless += not images
+        guess = images.popleft() if images else next(around)
+        found.guesses += 1
+        near = closed_near(search.rows, guess)
         q = None if near is None else search.root(near)
-        if q is not None and not any(search.same(q, *other) for other in zip(found, free, strict=True)):
-            found.append(q)
-            free.append(search.free(q))
-            guesses.extend(search.mirrored(q))
-    return found, not guesses
+        if q is not None and found.takes(search, q):
+            fruitless = 0
+            images.extend(search.images(q))
+    return found
 
 
-def _guesses(mechanism: Mechanism, q: Floats) -> list[Floats]:
-    """Return the start and positions around it, ever farther away, whose rows may be open."""
-    rng = np.random.default_rng(_SEED)
-    changes = [rng.uniform(-1.0, 1.0, len(mechanism.speeds)) * np.pi * (k + 1) / _GUESSES for k in range(_GUESSES)]
-    return [q, *(moved(mechanism, q, change) for change in changes)]
+def _guesses(places: Places, q: Floats) -> Iterator[Floats]:
+    """Yield the start and positions around it, ever farther away, whose rows may be open."""
+    rng, mechanism = np.random.default_rng(_SEED), places.mechanism
+    scale = np.array([places.length if speed.unit == "m/s" else 1.0 for speed in mechanism.speeds])
+    yield q
+    for k in count(1):
+        part = min(k, _GUESSES) / _GUESSES
+        yield displaced(mechanism, q, rng.uniform(-1.0, 1.0, len(scale)) * np.pi * part * scale)
 
 
 @dataclass(frozen=True)
@@ -115,6 +183,7 @@ class _Search:
     mechanism: Mechanism
     flow: Flow
     rows: Rows
+    places: Places
 
     def root(self, q: Floats) -> Floats | None:
         """Return the position of equilibrium that Newton's method reaches from a closed position, None if it fails."""
@@ -124,20 +193,38 @@ class _Search:
             return None
 
     def _root(self, q: Floats) -> Floats | None:
-        at_rest = np.zeros(len(self.mechanism.speeds))
         first = size = self._size(q)
         for _ in range(_STEPS):
             if size <= _CONVERGED * (1.0 + first):
-                return q
-            tangents, slope = self._slope(q)
-            target = -self.flow.accelerations(q, at_rest)[self._speeds(tangents)]
-            step = self._columns(tangents) @ np.linalg.lstsq(slope, target, rcond=None)[0]
+                return self._polished(q)
+            step = self._newton_step(q)
             step *= min(1.0, _LARGEST_STEP / max(float(np.abs(step).max()), _LARGEST_STEP))
             ahead = self._line_search(q, step, size)
             if ahead is None:
                 return q if size <= _CONVERGED * 1e3 * (1.0 + first) else None
             q, size = ahead
         return None
+
+    def _newton_step(self, q: Floats) -> Floats:
+        """Return the deviations (nu) by which Newton's method moves on."""
+        tangents, slope = self._slope(q)
+        target = -self.flow.accelerations(q, np.zeros(len(self.mechanism.speeds)))[self._speeds(tangents)]
+        found: Floats = self._columns(tangents) @ np.linalg.lstsq(slope, target, rcond=None)[0]
+        return found
+
+    def _polished(self, q: Floats) -> Floats:
+        """Return a position brought nearer to a root where several meet: there Newton's method gains little a step."""
+        before = np.inf
+        for _ in range(_POLISHING):
+            step = self._newton_step(q)
+            size = float(np.abs(step).max(initial=0.0))
+            if size <= _POLISHED or size >= before:
+                break
+            ahead = closed_near(self.rows, displaced(self.mechanism, q, step))
+            if ahead is None or self._size(ahead) > self._size(q):
+                break
+            q, before = ahead, size
+        return q
 
     def _line_search(self, q: Floats, step: Floats, size: float) -> tuple[Floats, float] | None:
         for halving in range(_HALVINGS):
@@ -185,7 +272,7 @@ class _Search:
             return False
         return True if (values.real < -least).all() else None
 
-    def free(self, q: Floats) -> npt.NDArray[np.bool_]:
+    def free(self, q: Floats) -> Mask:
         """Return the coordinates (nq) that change along those displacements on which all positions are equilibria."""
         tangents, slope = self._slope(q)
         found = np.zeros(len(q), dtype=bool)
@@ -204,19 +291,19 @@ class _Search:
         except UNDEFINED:
             return False
 
-    def mirrored(self, q: Floats) -> list[Floats]:
-        """Return a position with its angles or its lengths turned about: mechanisms are often symmetric."""
+    def meet(self, a: Floats, b: Floats) -> bool:
+        """Return whether two positions are one to rounding: close together, and all between them rest as well."""
+        between = self.places.between(a, b)
+        return between is not None and self._rests(between, _CONVERGED * 1e2)
+
+    def images(self, q: Floats) -> list[Floats]:
+        """Return a position with its angles or lengths turned about, and with half a turn in each place."""
         units = [c.unit for c in self.mechanism.coordinates]
-        return [np.where([x == unit for x in units], -q, q) for unit in ("rad", "m") if unit in units]
-
-    def principal(self, q: Floats) -> Floats:
-        """Return coordinates with angles between -pi and pi."""
-        angles = np.array([c.unit == "rad" for c in self.mechanism.coordinates], dtype=bool)
-        turned = q - 2 * np.pi * np.round(q / (2 * np.pi))
-        return np.where(angles, turned, q)
-
-    def same(self, a: Floats, b: Floats, free: npt.NDArray[np.bool_]) -> bool:
-        """Return whether two positions are the same up to whole turns and to what is free in the second."""
-        angles = np.array([c.unit == "rad" for c in self.mechanism.coordinates], dtype=bool)
-        difference = np.where(free, 0.0, np.where(angles, 2 * np.sin((a - b) / 2), a - b))
-        return bool(np.abs(difference).max(initial=0.0) <= _SAME * (1.0 + np.abs(b).max(initial=0.0)))
+        found = [np.where([x == unit for x in units], -q, q) for unit in ("rad", "m") if unit in units]
+        for body in self.mechanism.bodies:
+            turning = [u for k, u in zip(body.step_q, body.step_u, strict=True) if units[k] == "rad"]
+            for place in [*turning, *(body.u[-3:] if body.ball else ())]:
+                half = np.zeros(len(self.mechanism.speeds))
+                half[place] = np.pi
+                found.append(displaced(self.mechanism, q, half))
+        return found

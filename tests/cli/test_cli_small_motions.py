@@ -85,3 +85,13 @@ def test_linearize_refuses_a_motion_that_changes_what_it_depends_on(
     (tmp_path / "m.yaml").write_text(moving)
     assert main(["linearize", str(tmp_path / "m.yaml")]) == 3
     assert "A depends on what moves: theta (3 rad/s)" in capsys.readouterr().err
+
+
+def test_equilibrium_says_what_it_leaves_out_and_what_is_not_proved(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["equilibrium", str(EXAMPLES / "spherical_pendulum.yaml")]) == 0
+    printed = capsys.readouterr().out
+    assert "start speeds are left out (u_phi); steady motion: `linearize`" in printed
+    assert "not proved that there are no others" in printed
+    assert main(["equilibrium", str(EXAMPLES / "spherical_pendulum.yaml"), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["complete"], found["cut_short"], found["speeds_left_out"]) == (False, False, ["u_phi"])

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
 
 import multibody_sym as mbs
 
@@ -147,5 +149,119 @@ def test_an_indifferent_position_beside_which_forces_grow_leaves_nothing_free() 
             forces={"spring": mbs.Force("bob", ["-4*x^3", 0, 0])},
         )
     )
-    assert found.stable[0] is None
-    assert found.free[0] == ()
+    assert found.stable == (None,)
+    assert found.free == ((),)
+    assert found.positions[0]["x"] == pytest.approx(0, abs=1e-6)
+
+
+# --- each position once ----------------------------------------------------------------------------------------------
+
+
+def on_a_spring(where: str, stiffness: float, bob: str = "{mass: 0.5}") -> mbs.System:
+    return mbs.loads(f"""
+multibody_sym: 1
+name: m
+gravity: [0, -{G}, 0]
+bodies: {{arm: {{}}, bob: {bob}}}
+joints:
+  hinge: {{type: revolute, parent: ground, child: arm, axis: z, q: theta, initial: {{q: 40 deg}}}}
+  slider: {{type: prismatic, parent: arm, child: bob, axis: -y, q: r, initial: {{q: 1.2}}}}
+forces: {{spring: {{type: spring_damper, {where}, stiffness: {stiffness}, length: 1}}}}
+""")
+
+
+@pytest.mark.parametrize("bob", ["{mass: 0.5}", "{mass: 0.5, inertia: {Izz: 0.01}}"])
+def test_a_bob_on_a_spring_between_points_rests_in_two_places_not_in_four_pairs_of_coordinates(bob: str) -> None:
+    """(-r, theta + pi) is where (r, theta) is."""
+    found = mbs.equilibrium(on_a_spring("between: [ground, bob]", 40, bob))
+    places = sorted((round(p["theta"], 9), p["r"]) for p in found.positions)
+    assert places == [(0.0, pytest.approx(1 + 0.5 * G / 40)), (round(np.pi, 9), pytest.approx(1 - 0.5 * G / 40))]
+    assert found.beyond == ((), ())
+
+
+def test_a_soft_spring_in_a_slider_that_is_inside_out_is_told() -> None:
+    """k (r - 1) = -m g upside down: r = 1 - m g/k < 0 for a soft spring."""
+    found = mbs.equilibrium(on_a_spring("joint: slider", 3))
+    beyond = {names: p["r"] for p, names in zip(found.positions, found.beyond, strict=True)}
+    assert beyond == {(): pytest.approx(1 + 0.5 * G / 3), ("spring",): pytest.approx(1 - 0.5 * G / 3)}
+
+
+def test_a_block_on_the_far_side_of_its_spring_is_told_and_one_that_goes_round_is_not() -> None:
+    rail = mbs.loads("""
+multibody_sym: 1
+name: rail
+bodies: {block: {mass: 0.5}}
+joints: {rail: {type: prismatic, parent: ground, child: block, axis: x, q: x, initial: {q: 1.2}}}
+forces: {spring: {type: spring_damper, between: [ground, block], stiffness: 40, length: 1}}
+""")
+    found = mbs.equilibrium(rail)
+    assert [round(p["x"], 9) for p in found.positions] == [1, -1]
+    assert found.beyond == ((), ("spring",))
+    beside = mbs.equilibrium(mbs.loads(mbs.dumps(rail).replace("between: [ground,", "between: [ground.o,").replace(
+        "bodies:", "bodies:\n  ground: {points: {o: [0, 0.5, 0]}}")))
+    assert sorted(round(p["x"] ** 2, 9) for p in beside.positions) == [0, 0.75, 0.75]
+    assert set(beside.beyond) == {()}
+
+
+def test_both_signs_of_a_quaternion_are_one_attitude() -> None:
+    """A bob with a spring to a post beside it: in the plane of both, four places by brentq on its angle."""
+    held = mbs.loads(f"""
+multibody_sym: 1
+name: held
+gravity: [0, 0, -{G}]
+bodies:
+  ground: {{points: {{o: [2, 0, 0]}}}}
+  bob: {{mass: 1, com: [0, 0, -1], inertia: {{Ixx: 0.1, Iyy: 0.1, Izz: 0.1}}, points: {{p: [0.3, 0, -1]}}}}
+joints: {{S: {{type: spherical, parent: ground, child: bob, initial: {{q: [0.9, 0.2, 0.1, 0.3]}}}}}}
+forces: {{k: {{type: spring_damper, between: [ground.o, bob.p], stiffness: 20, length: 0.2}}}}
+""")
+    found = mbs.equilibrium(held)
+    attitudes = [Rotation.from_quat(list(p.values()), scalar_first=True).as_matrix() for p in found.positions]
+    for k, R in enumerate(attitudes):
+        assert all(np.abs(R - other).max() > 1e-6 for other in attitudes[:k])
+    assert all(p["S_qw"] >= 0 for p in found.positions)
+    assert Counter(found.stable) == {True: 1, False: 3}
+
+
+def test_turns_that_wind_a_spring_up_are_told_apart() -> None:
+    """k theta = m g l sin(theta) with k = m g l/10: three turns of positions, and 7 rad is not 0.72 rad."""
+    found = mbs.equilibrium(held_upright(G / 10))
+    for position in found.positions:
+        assert position["theta"] / 10 == pytest.approx(np.sin(position["theta"]), abs=1e-9)
+    assert max(position["theta"] for position in found.positions) > 2 * np.pi
+
+
+def pendulums(count: int) -> mbs.System:
+    names = [f"p{k}" for k in range(count)]
+    return mbs.System(
+        "pendulums",
+        gravity=[0, -G, 0],
+        bodies={name: mbs.Body(mass=1 + 0.3 * k, com=[0, -1, 0], points={"e": [0, -1, 0]})
+                for k, name in enumerate(names)},
+        joints={
+            f"J{k}": mbs.Revolute("ground" if k == 0 else f"{names[k - 1]}.e", name, q=f"t{k}", initial={"q": 0.2})
+            for k, name in enumerate(names)
+        },
+    )
+
+
+@pytest.mark.parametrize("count", [3, 4])
+def test_every_pendulum_of_a_chain_hangs_or_stands(count: int) -> None:
+    found = mbs.equilibrium(pendulums(count))
+    upright = {tuple(np.round(np.cos(np.cumsum(list(p.values()))), 9)) for p in found.positions}
+    assert upright == set(product([1.0, -1.0], repeat=count))
+    assert len(found.positions) == 2**count
+    assert found.complete
+    assert Counter(found.stable)[True] == 1
+
+
+def test_what_is_not_proved_is_not_called_complete() -> None:
+    assert not mbs.equilibrium(mbs.load(EXAMPLES / "slider_crank.yaml")).complete
+    assert not mbs.equilibrium(held_upright(5)).complete
+    assert mbs.equilibrium(mbs.load(EXAMPLES / "bead_on_hoop.yaml")).complete  # a polynomial of cos and sin
+
+
+def test_start_speeds_are_left_out_and_named() -> None:
+    found = mbs.equilibrium(mbs.load(EXAMPLES / "spherical_pendulum.yaml"))
+    assert found.speeds_left_out == ("u_phi",)
+    assert mbs.equilibrium(mbs.load(EXAMPLES / "pendulum.yaml")).speeds_left_out == ()
