@@ -11,7 +11,7 @@ from multibody_sym.cli.coordinates import add_coordinates
 HELP: Final = "write source code of the equations of motion, with a self-test"
 _NEXT: Final = {
     "c": "cc -std=c99 -O2 -ffp-contract=off model.c solve.c selftest.c -lm -o selftest && ./selftest",
-    "python": "python model.py   (where multibody_sym is installed; --to c needs nothing)",
+    "python": "python model.py && python integrate.py 1   (nothing but NumPy is needed)",
 }
 
 

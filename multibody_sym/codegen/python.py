@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import keyword
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -21,6 +22,7 @@ from multibody_sym.codegen.layout import (
 )
 from multibody_sym.codegen.selftest import TOLERANCE, Samples
 from multibody_sym.codegen.templates import filled
+from multibody_sym.program import floats, solve
 from multibody_sym.program.infix import Language, Texts, expression
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.program import Assign, Call, Program, Solve, Statement
@@ -41,11 +43,34 @@ _LANGUAGE: Final = Language(
 )
 
 
-def python_source(programs: Mapping[str, Program], *, prefix: str = "mbs", samples: Samples | None = None) -> str:
+_IMPORTED: Final = """\
+from math import atan, atan2, inf, nan, tanh
+
+from multibody_sym.program.floats import acos, asin, cos, cosh, divide, exp, log, power, sign, sin, sinh, sqrt, tan
+from multibody_sym.program.floats import pow as real_power
+from multibody_sym.program.solve import solve_lists"""
+_OWN: Final = """\
+from __future__ import annotations
+
+{floats}
+
+
+{solve}
+
+
+from math import atan, atan2, inf, nan, tanh
+
+real_power = pow"""
+
+
+def python_source(
+    programs: Mapping[str, Program], *, prefix: str = "mbs", samples: Samples | None = None, alone: bool = False
+) -> str:
     """Return a module with a function `<prefix>_<name>` for each program, and all of them by name in `PROGRAMS`.
 
-    It imports this package's arithmetic and solve. With `samples` it tests itself when it is run. The same Programs
-    give the same text in every process.
+    It imports this package's arithmetic and solve, or holds their text where it is to stand `alone`, with nothing but
+    NumPy beside it. With `samples` it tests itself when it is run. The same Programs give the same text in every
+    process.
     Raises ProgramError where there is no program, or a name is none.
     """
     every = functions(programs, f"{prefix}_", f"{prefix}__", ())
@@ -53,11 +78,24 @@ def python_source(programs: Mapping[str, Program], *, prefix: str = "mbs", sampl
     text = filled(
         "python/model.py.in",
         title=_TITLE,
+        note=_NEEDED if alone else "",
+        arithmetic=_own_arithmetic() if alone else _IMPORTED,
         summary="\n".join(line for name, f in exported for line in summary(name, f.program)),
         functions="\n\n\n".join(_Printer(function, every).text() for function in every.functions),
         table="\n".join(f'    "{name}": {f.name},' for name, f in exported),
     )
     return text if samples is None else text + _selftest(programs, samples)
+
+
+_NEEDED: Final = "\nNothing is needed beside this file but NumPy."
+_FUTURE: Final = "from __future__ import annotations\n"
+
+
+def _own_arithmetic() -> str:
+    """Return the text of this package's arithmetic and solve, without the words at their heads."""
+    texts = [Path(str(module.__file__)).read_text(encoding="ascii") for module in (floats, solve)]
+    arithmetic, solver = (text.partition(_FUTURE)[2].strip() for text in texts)
+    return _OWN.format(floats=arithmetic, solve=solver)
 
 
 def _selftest(programs: Mapping[str, Program], samples: Samples) -> str:

@@ -1,4 +1,7 @@
-"""The rank-revealing solve of A x = r by Householder QR: the reference that `solve.c` repeats."""
+"""The rank-revealing solve of A x = r by Householder QR: the reference that `solve.c` repeats.
+
+The text of this file stands in exported Python, and imports NumPy and the standard library only.
+"""
 
 from __future__ import annotations
 

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from multibody_sym.codegen.c import c_source
 from multibody_sym.codegen.python import python_source
 from multibody_sym.codegen.selftest import Samples, spread_samples
+from multibody_sym.codegen.templates import template_text
 from multibody_sym.dynamics.formalisms import FORMALISMS
 from multibody_sym.dynamics.programs import programs
 from multibody_sym.dynamics.start import start
@@ -44,6 +45,8 @@ def export(
 ) -> list[Path]:
     """Write a system's Programs as source code with a self-test and `names.json`; return the files.
 
+    Neither C nor Python needs this package then; `integrate.py` beside the latter shows a loop that integrates it.
+
     Arguments: `to`, "c" or "python"; `directory`, made if need be; `parameters`, values by name in place of those
     declared; `fold` puts the values of all parameters into the code, which then reads none.
     Raises InputError for what the model contradicts, NoSolutionError without a start, OutputError.
@@ -62,9 +65,17 @@ def export(
     if fold:
         made = {key: folded(program, "parameters", begin.parameters) for key, program in made.items()}
         samples = {key: [(*s[:3], begin.parameters, *s[4:]) for s in listed] for key, listed in samples.items()}
-    texts = c_source(made, samples=samples) if to == "c" else {"model.py": python_source(made, samples=samples)}
+    texts = c_source(made, samples=samples) if to == "c" else _python(made, samples)
     table = {"formalism": name, "folded": fold, **_names(resolved, state), "programs": _signatures(made)}
     return _written(Path(directory), {**texts, "names.json": json.dumps(table, indent=2) + "\n"})
+
+
+def _python(made: Mapping[str, Program], samples: Samples) -> dict[str, str]:
+    """Return the module and a program that integrates it, which need this package no more."""
+    return {
+        "model.py": python_source(made, samples=samples, alone=True),
+        "integrate.py": template_text("python/integrate.py"),
+    }
 
 
 def _samples(made: Mapping[str, Program], state: tuple[ArrayLike, ...]) -> Samples:

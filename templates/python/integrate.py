@@ -1,0 +1,70 @@
+"""Integrates model.py from the start in names.json by Runge and Kutta's method of order 4.
+
+    python integrate.py [end of time in s] [step in s]
+
+Where there are constraints, each step is put back onto them, positions first.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+from model import PROGRAMS
+
+ITERATIONS = 5
+NAMES = json.loads((Path(__file__).parent / "names.json").read_text(encoding="utf-8"))
+PARAMETERS = [entry["value"] for entry in NAMES["parameters"]]
+
+
+def asked(program, t, q, u):
+    """The outputs of a program at a state, the inputs taking their declared values."""
+    (inputs,) = PROGRAMS["inputs"](t, q, u, PARAMETERS)
+    return PROGRAMS[program](t, q, u, PARAMETERS, inputs, [])
+
+
+def rates(t, q, u):
+    qdot, udot, _multipliers, _report = asked("state_derivative", t, q, u)
+    return qdot, udot
+
+
+def beside(x, h, rate):
+    return [a + h * b for a, b in zip(x, rate, strict=True)]
+
+
+def kept(t, q, u):
+    """The state with unit quaternions, put back onto the constraints."""
+    if "normalize" in PROGRAMS:
+        q, _deviation = asked("normalize", t, q, u)
+    if "project_position" in PROGRAMS:
+        for _ in range(ITERATIONS):
+            _phi, correction = asked("project_position", t, q, u)
+            q = beside(q, 1.0, correction)
+        _phidot, correction = asked("project_velocity", t, q, u)
+        u = beside(u, 1.0, correction)
+    return q, u
+
+
+def step(t, q, u, h):
+    """The state at t + h."""
+    k1, l1 = rates(t, q, u)
+    k2, l2 = rates(t + h / 2, beside(q, h / 2, k1), beside(u, h / 2, l1))
+    k3, l3 = rates(t + h / 2, beside(q, h / 2, k2), beside(u, h / 2, l2))
+    k4, l4 = rates(t + h, beside(q, h, k3), beside(u, h, l3))
+    q = [x + h / 6 * (a + 2 * b + 2 * c + d) for x, a, b, c, d in zip(q, k1, k2, k3, k4, strict=True)]
+    u = [x + h / 6 * (a + 2 * b + 2 * c + d) for x, a, b, c, d in zip(u, l1, l2, l3, l4, strict=True)]
+    return kept(t + h, q, u)
+
+
+def main(end=1.0, h=1e-3):
+    q, u = ([entry["initial"] for entry in NAMES[kind]] for kind in ("coordinates", "speeds"))
+    count = max(1, round(end / h))
+    for n in range(count):
+        q, u = step(n * end / count, q, u, end / count)
+    for entry, x in zip(NAMES["coordinates"] + NAMES["speeds"], q + u, strict=True):
+        print(f"{entry['name']} = {x!r} {entry['unit']}".rstrip())
+    if "project_position" in PROGRAMS:
+        print("largest |phi| =", max([0.0, *map(abs, asked("project_position", end, q, u)[0])]))
+
+
+if __name__ == "__main__":
+    main(*map(float, sys.argv[1:]))
