@@ -175,7 +175,10 @@ class _Sums:
         R_FB, point = self._joint_axes(index), self._joint_point(index)
         for k, linear, angular in zip(body.u, moved.linear, moved.angular, strict=True):
             direction = [*apply(R_FB, add(linear, cross(angular, point))), *apply(R_FB, angular)]
-            by_rows = [row.jacobian[k] - generalized_forces(self._motion, row.of_body)[k] for row in self._rows]
+            by_rows = [
+                0 if row.all_told else row.jacobian[k] - generalized_forces(self._motion, row.of_body)[k]
+                for row in self._rows
+            ]
             yield direction, self._loads.of_speed[k], by_rows
 
     def components(self, index: int) -> Iterator[tuple[dict[Any, S], S, S, dict[Any, S]]]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from multibody_sym.dynamics.inverse_dynamics import joint_wrenches
 from multibody_sym.kinematics.loads import add_drive, applied
 from multibody_sym.kinematics.motion import Motion, pose
-from multibody_sym.kinematics.rows import RowMotion
+from multibody_sym.kinematics.rows import RowMotion, tooth_wrenches
 from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench
 from multibody_sym.model.mechanism import COMPONENTS, CutJoint
 from multibody_sym.scalars.vectors import (
@@ -54,6 +54,10 @@ def _cut_reaction(
         on_child = rows[k].of_body[point.body]
         force = add(force, scale(multipliers[k], on_child[0]))
         moment = add(moment, scale(multipliers[k], on_child[1]))
+    for k, factor in cut.teeth:
+        beside = tooth_wrenches(motion, motion.mechanism.rows[k], [(point.body, -factor)])[point.body]
+        force = add(force, scale(multipliers[k], beside[0]))
+        moment = add(moment, scale(multipliers[k], beside[1]))
     about_joint = subtract(moment, cross(motion.point(point), force))
     R_WF = product(motion.rotation(frame.body), pose(motion.state, frame.pose)[0])
     in_frame = [apply_transposed(R_WF, apply(motion.rotation(point.body), v)) for v in (force, about_joint)]

@@ -8,7 +8,7 @@ H_j^T is found as the generalised force of the wrenches that a unit multiplier e
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import singledispatch
 
 import numpy as np
@@ -34,6 +34,7 @@ from multibody_sym.model.mechanism import (
     AngleRow,
     DistanceRow,
     ExpressionRow,
+    GearRow,
     Mechanism,
     PositionRow,
     RollingRow,
@@ -52,7 +53,8 @@ from multibody_sym.scalars.vectors import S, Vec, add, cross, dot, negate, scale
 class RowMotion:
     """One row at a state: phi, phidot, the row H_j (nu), gamma, and the wrenches of a unit multiplier on the bodies.
 
-    A nonholonomic row has no phi (None); its phidot is psi = a(q, t) u + b(q, t).
+    A nonholonomic row has no phi (None); its phidot is psi = a(q, t) u + b(q, t). Where the wrenches of a row are
+    `all_told` H_j^T is their generalised force, though perhaps written otherwise.
     """
 
     phi: S
@@ -60,6 +62,7 @@ class RowMotion:
     jacobian: list[S]
     gamma: S
     of_body: list[Wrench]
+    all_told: bool = False
 
     @property
     def holonomic(self) -> bool:
@@ -179,6 +182,22 @@ def _of_wrenches(motion: Motion, wrenches: Wrenches, phi: S, phidot: S, gamma: S
 @row_motion.register
 def _(row: ExpressionRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
     return _along_motion(motion, row.zero)
+
+
+@row_motion.register
+def _(row: GearRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+    of_body = tooth_wrenches(motion, row, row.on)
+    return replace(_along_motion(motion, row.zero), of_body=of_body, all_told=row.in_tree)
+
+
+def tooth_wrenches(motion: Motion, row: Row, on: Sequence[tuple[int, int]]) -> list[Wrench]:
+    """Return the wrenches of the force at a gear's teeth, for a unit multiplier, on bodies (number, factor)."""
+    assert isinstance(row, GearRow)
+    place, force = position(motion, row.pitch), direction(motion, row.pitch, row.force)
+    wrenches = Wrenches(len(motion.bodies))
+    for body, factor in on:
+        add_force_at(wrenches, motion, body, place, scale(factor, force))
+    return wrenches.of_body
 
 
 @row_motion.register

@@ -71,12 +71,26 @@ class Gear(Element):
 
     The multiplier is the moment (or force) of the gear on the first joint; on the second it acts -ratio times. `acts`
     is that of `Expression`.
+
+    With `radii`, those of wheels on revolute joints that both lead to one body, which carries them, the force acts
+    where the wheels touch, across the line from axis to axis, and bearings have their reactions (what oblique flanks
+    push apart is left out). Axes are parallel, or meet (bevel wheels). Of a planet in a ring that is ground, the arm's
+    joint stands for the ring. `at`, a point of the carrying body, tells in which plane across the axes, or on which
+    side of where these meet, wheels touch.
     """
 
     joints: tuple[str, ...] = holds(ListOf(Text(), 2, 2))
     ratio: Node = holds(Scalar())
     value: Node = holds(Scalar(), 0)
     acts: str | None = holds(_ACTS, None)
+    radii: tuple[Node, ...] | None = holds(ListOf(Scalar("m"), 2, 2), None)
+    at: str | None = holds(Text(), None)
+
+    def verify(self) -> None:
+        if self.radii is not None and self.acts is not None:
+            raise ModelError("the gear's force acts at the tooth or in the joints: give radii or acts").under("acts")
+        if self.radii is None and self.at is not None:
+            raise ModelError("a point where wheels touch goes with radii; give them too").under("at")
 
 
 @dataclass(frozen=True)

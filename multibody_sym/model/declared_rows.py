@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import singledispatch
+from typing import TypeGuard
 
 from multibody_sym.errors import ModelError
 from multibody_sym.model.bodies import unit_vector
@@ -22,11 +23,13 @@ from multibody_sym.model.constraints import (
     row_names,
 )
 from multibody_sym.model.cuts import cut_rows, normals_of, welded_rows
+from multibody_sym.model.gear_teeth import gear_row
 from multibody_sym.model.mechanism import (
     Bend,
     CutJoint,
     DistanceRow,
     ExpressionRow,
+    GearRow,
     PositionRow,
     RollingRow,
     RopeRow,
@@ -53,21 +56,25 @@ def declared_rows(references: References) -> list[Row]:
     return rows_in_plane(made) if references.plane else made
 
 
-def cut_joints(references: References, cut: Iterable[str], doubled: Sequence[str], rows: list[Row]) -> list[CutJoint]:
+def cut_joints(references: References, cut: Iterable[str], rows: list[Row]) -> list[CutJoint]:
     """Return the cut joints and add the rows that stand for them."""
     made = []
     for name in cut:
         found = cut_rows(name, references.system.joints[name], references.frames(name))
         found = rows_in_plane(found) if references.plane else found
         places = range(len(rows), len(rows) + len(found))
-        made.append(CutJoint(name, references.frames(name), places, references.drives(name, rows)))
+        teeth = tuple((k, dict(row.beside)[name]) for k, row in enumerate(rows) if _has_tooth_beside(row, name))
+        made.append(CutJoint(name, references.frames(name), places, references.drives(name, rows), teeth))
         rows += found
-    first = max(references.numbers.values()) + 1
-    for number, name in enumerate(doubled, first):
+    for name, number in references.doubles.items():
         on_body = references.frames(name)[1]
         welded = welded_rows(name, (replace(on_body, body=number), on_body))
         rows += rows_in_plane(welded) if references.plane else welded
     return made
+
+
+def _has_tooth_beside(row: Row, joint: str) -> TypeGuard[GearRow]:
+    return isinstance(row, GearRow) and joint in dict(row.beside)
 
 
 @singledispatch
@@ -98,7 +105,10 @@ def _(element: Gear, name: str, references: References) -> list[Row]:
         driven = references.coordinate(element.joints[0])
     with at("joints", 1):
         driving = references.coordinate(element.joints[1])
-    return [ExpressionRow(name, driven - element.ratio * driving - element.value, element.acts is None)]
+    zero = driven - element.ratio * driving - element.value
+    if element.radii is not None:
+        return [gear_row(name, element, zero, references)]
+    return [ExpressionRow(name, zero, element.acts is None)]
 
 
 @_rows.register

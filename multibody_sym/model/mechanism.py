@@ -11,7 +11,7 @@ from functools import cached_property
 from typing import Final
 
 from multibody_sym.errors import ModelError
-from multibody_sym.model.bodies import GROUND, Mass, Pose
+from multibody_sym.model.bodies import GROUND, ORIGIN, Mass, Pose
 from multibody_sym.model.elements import Point
 from multibody_sym.model.joints import Step
 from multibody_sym.model.slots import suggestion
@@ -65,6 +65,9 @@ class Marker:
     name: str
     body: int
     pose: Pose
+
+
+NOWHERE: Final = Marker("", -1, Pose())
 
 
 @dataclass(frozen=True)
@@ -250,6 +253,22 @@ class ExpressionRow:
 
 
 @dataclass(frozen=True)
+class GearRow(ExpressionRow):
+    """The same for two wheels whose teeth touch at the `pitch` point of the body that their axes stay on.
+
+    A unit multiplier is `force` (that body's axes) at the pitch point: times -1, 0 or 1 on each of some bodies (`on`),
+    and times such a factor what each joint's child gets of it that its reaction does not (`beside`). In a tree
+    (`in_tree`) these bodies are the wheels; other joints' rows hold the force back, as H is that of drives in joints.
+    """
+
+    pitch: Marker = NOWHERE
+    force: Point = ORIGIN
+    on: tuple[tuple[int, int], ...] = ()
+    beside: tuple[tuple[str, int], ...] = ()
+    in_tree: bool = True
+
+
+@dataclass(frozen=True)
 class VelocityRow:
     """psi = zero, an expression of q, u and t that is linear in u: a nonholonomic constraint; `no_place` as above."""
 
@@ -323,13 +342,15 @@ class Drive:
 class CutJoint:
     """A joint without coordinates of its own: its frames on parent and child, and which rows stand for it.
 
-    `drives` are what rows that name coordinates exert on its freedoms.
+    `drives` are what rows that name coordinates exert on its freedoms, `teeth` the rows of gears whose force at the
+    teeth its reaction is without, with the factor of that force on its child.
     """
 
     name: str
     frames: tuple[Marker, Marker]
     rows: range
     drives: tuple[Drive, ...] = ()
+    teeth: tuple[tuple[int, int], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,8 @@ class Freedom:
 
 @dataclass(frozen=True)
 class References:
-    """A system whose expressions are written in slots, and the numbers of its bodies; later its pulleys too.
+    """A system whose expressions are written in slots, the numbers of its bodies, the joints `carrying` them,
+    and the numbers of the doubles that cut joints carry.
 
     In the `plane` rows that restrict what never leaves it are left out. What is `measured` of joints without
     coordinates of their own still stands as symbols, so that one sees on which joint something acts.
@@ -42,6 +43,8 @@ class References:
     plane: bool = False
     measured: Mapping[Node, Node] = field(default_factory=dict)
     pulleys: Mapping[str, Bend] = field(default_factory=dict)
+    carrying: frozenset[str] = frozenset()
+    doubles: Mapping[str, int] = field(default_factory=dict)
 
     def marker(self, reference: str) -> Marker:
         """Return the marker of a body, or of a point or frame of it, `body.point`."""
@@ -139,7 +142,7 @@ class References:
         found = []
         for freedom in self._freedoms(joint).values():
             for k, row in enumerate(rows):
-                named = {ExpressionRow: freedom.coordinate, VelocityRow: freedom.rate}.get(type(row))
+                named = freedom.coordinate if isinstance(row, ExpressionRow) else freedom.rate
                 if named is not None and isinstance(row, (ExpressionRow, VelocityRow)):
                     factor = derivative(row.zero, named)
                     found += [Drive(k, freedom.rate, factor)] if factor is not ZERO else []

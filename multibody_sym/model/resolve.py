@@ -74,12 +74,20 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
     spanned = _with_spans(system, names)
     verify_expressions(spanned, names)
     slots = _slots(system, coordinates, speeds)
-    references = References(_in_slots(slots, spanned), _body_numbers(tree, system), slots, bool(freed and freed.plane))
+    numbers = _body_numbers(tree, system)
+    references = References(
+        _in_slots(slots, spanned),
+        numbers,
+        slots,
+        bool(freed and freed.plane),
+        carrying=frozenset(tree.carrying),
+        doubles={name: number for number, name in enumerate(doubled, max(numbers.values()) + 1)},
+    )
     bodies = tree_bodies(references, tree.carrying, doubled)
     told = measured(references, bodies[: len(bodies) - len(doubled)], measuring) if measuring else {}
     references = replace(references, measured=told)
     rows = declared_rows(references)
-    cuts = cut_joints(references, [name for name in tree.cut if name not in doubled], doubled, rows)
+    cuts = cut_joints(references, [name for name in tree.cut if name not in doubled], rows)
     resolved = _in_slots(told, references.system)
     return Mechanism(
         name=system.name,
