@@ -1,16 +1,19 @@
 """Node: the immutable, hash-consed scalar expression that models are declared in and programs are made of.
 
-Two Nodes are equal exactly when they are the same object. Constants from text are exact Fractions; operands of
-`+` and `*` stand in an order that depends on structure only, never on names' hashes, addresses or history.
+Two Nodes are equal exactly when they are the same object, whichever threads made them. Constants from text are exact
+Fractions; operands of `+` and `*` stand in an order that depends on structure only, never on names' hashes, addresses
+or history.
 """
 
 from __future__ import annotations
 
 import math
 import operator
+import os
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from fractions import Fraction
 from sys import getrefcount
+from threading import RLock
 from typing import Any, Final
 
 from multibody_sym.errors import ArgumentError, ExpressionError, shown
@@ -18,10 +21,16 @@ from multibody_sym.errors import ArgumentError, ExpressionError, shown
 Exact = int | Fraction
 _NUMBERS: Final = frozenset({"number", "real"})
 _EXACT_BITS: Final = 256
-_HELD_BY_TABLE: Final = 2  # the table's reference and the argument of getrefcount
+_HELD_BY_ONE: Final = 2  # the reference of a table or list and the argument of getrefcount
 _SMALLEST_LIMIT: Final = 200_000
 _table: dict[tuple[Any, ...], Node] = {}
 _limit = [_SMALLEST_LIMIT]
+_changing = RLock()
+"""Held while the table changes (it is read without): a finaliser or signal handler may come back here meanwhile."""
+if hasattr(os, "register_at_fork"):  # a child must not inherit a lock that a thread holds which it has not
+    os.register_at_fork(
+        before=_changing.acquire, after_in_parent=_changing.release, after_in_child=_changing.release
+    )
 
 
 class Node:
@@ -214,21 +223,30 @@ def _intern(op: str, args: tuple[Node, ...], data: Any = None) -> Node:
     _set_op(node, op)
     _set_args(node, args)
     _set_data(node, data)
-    _set_key(node, hash((_CODE[op], *[a.key for a in args])) if args else hash((_CODE[op], _data_key(data))))
+    if len(args) == 2:  # most are, and this function makes every Node
+        key = hash((_CODE[op], args[0].key, args[1].key))
+    else:
+        key = hash((_CODE[op], *[a.key for a in args])) if args else hash((_CODE[op], _data_key(data)))
+    _set_key(node, key)
     _set_shadow(node, None if args and args[-1].shadow is None else _shadow(op, args, data))
-    if len(_table) >= _limit[0]:
-        _forget_unused()
-    _table[identity] = node
-    return node
+    with _changing:
+        if len(_table) >= _limit[0]:
+            _forget_unused()
+        return _table.setdefault(identity, node)  # another thread's, if it was first
 
 
 def _forget_unused() -> None:
-    """Drop the Nodes that only the table holds: newest first, so that operands go after what used them."""
+    """Drop the Nodes that only the table holds: newest first, so that operands go after what used them.
+
+    What another thread finds in the table just before it leaves it goes back; until then that thread's equals wait.
+    """
     stack = list(_table)
     while stack:
         identity = stack.pop()
-        if getrefcount(_table[identity]) == _HELD_BY_TABLE:
-            del _table[identity]
+        if getrefcount(_table[identity]) == _HELD_BY_ONE:
+            taken = [_table.pop(identity)]
+            if getrefcount(taken[0]) != _HELD_BY_ONE:
+                _table[identity] = taken[0]
     _limit[0] = max(_SMALLEST_LIMIT, 2 * len(_table))
 
 
