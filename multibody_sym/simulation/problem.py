@@ -15,8 +15,10 @@ from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.slots import at
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.problem import Problem
+from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.simulation.runnable import Runnable
 from multibody_sym.simulation.settings import RunSettings, run_settings
+from multibody_sym.simulation.smooth_motions import verify_motions
 
 _BY_FIXED_STEP: Final = 0.05
 _BY_MEAN_STEP: Final = 0.01
@@ -32,10 +34,12 @@ def settings_of(ready: Runnable) -> RunSettings:
 def problem_of(ready: Runnable, settings: RunSettings) -> Problem:
     """Return the problem of a run; with rows it projects each step, or stabilises them (Baumgarte 1972) if asked.
 
-    Raises ModelError for more samples than memory holds, more steps than a life has time for, and where nothing moves;
+    Raises ModelError for more samples than memory holds, more steps than a life has time for, where nothing moves, and
+    where a prescribed motion jumps, or its speed does;
     NoSolutionError where the start is a singular position.
     """
     _verify_size(ready, settings)
+    verify_motions(ready.system, _start_values(ready), settings.t_end)
     verify_regular_start(ready.mechanism, ready.start)
     constrained = bool(ready.mechanism.rows)
     problem = Problem(
@@ -62,6 +66,12 @@ def problem_of(ready: Runnable, settings: RunSettings) -> Problem:
     given = (settings.baumgarte.alpha, settings.baumgarte.beta)
     alpha, beta = (_own_coefficient(problem) if x is None else x for x in given)
     return replace(problem, parameters=np.array([*ready.parameters[:-2], alpha, beta]))
+
+
+def _start_values(ready: Runnable) -> dict[Node, float]:
+    """Return the values of parameters, and of coordinates at the start, by their symbols."""
+    names = (symbol(coordinate.name) for coordinate in ready.mechanism.coordinates)
+    return {**dict(zip(names, ready.q0.tolist(), strict=True)), **ready.parameter_values}
 
 
 def _pairing(mechanism: Mechanism) -> Pairing:

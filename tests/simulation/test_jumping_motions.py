@@ -1,0 +1,125 @@
+"""Prescribed motions that jump in position or in speed are refused, by place and time; softer kinks are not."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.errors import ModelError
+
+SWUNG = """
+multibody_sym: 1
+name: swung
+gravity: [0, -9.81, 0]
+parameters: {T: 1, a: 0.25}
+bodies: {cart: {mass: 1}, bob: {mass: 1, com: [0, -1, 0]}}
+joints:
+  slide: {type: prismatic, parent: ground, child: cart, axis: x, motion: "MOTION"}
+  hinge: {type: revolute, parent: cart, child: bob, axis: z, q: theta}
+"""
+SHAKEN = """
+multibody_sym: 1
+name: shaken
+bodies:
+  ground: {motion: {y: "MOTION"}}
+  bob: {mass: 1, com: [1, 0, 0]}
+joints: {hinge: {type: revolute, parent: ground, child: bob, axis: z, q: theta}}
+"""
+DRIVEN = """
+multibody_sym: 1
+name: driven
+parameters: {T: 1, a: 0.25}
+bodies: {bob: {mass: 1, com: [0, -1, 0]}, more: {mass: 1, com: [0, -1, 0]}}
+joints:
+  hinge: {type: revolute, parent: ground, child: bob, axis: z, q: theta}
+  next: {type: revolute, parent: bob, child: more, axis: z, q: phi}
+constraints: {drive: CONSTRAINT}
+"""
+
+
+def refusal(text: str, t_end: float = 4.0) -> ModelError:
+    with pytest.raises(ModelError) as caught:
+        mbs.simulate(mbs.loads(text), t_end=t_end, backend="python", samples=2)
+    return caught.value
+
+
+@pytest.mark.parametrize(
+    ("motion", "time", "values"),
+    [
+        ("where(t < 1, 0, 1)", "1", "from 0 to 1"),
+        ("where(t <= T + a, t^2, 3)", "1.25", "from 1.5625 to 3"),
+        ("sign(t - 2)", "2", "from -1 to 1"),
+        ("where(t > 0.5, where(t < 0.5001, 0.01, 0), 0)", "0.5", "from 0 to 0.01"),
+        ("where(sin(40*t) > -0.5, 0, 1)", f"{(math.pi + math.pi / 6) / 40:.6g}", "from 0 to 1"),
+    ],
+)
+def test_a_motion_that_jumps_is_refused_with_its_time(motion: str, time: str, values: str) -> None:
+    error = refusal(SWUNG.replace("MOTION", motion))
+    assert f"jumps at t = {time} s, {values}: nothing moves so" in error.message
+    assert error.where.path[:3] == ("joints", "slide", "motion")
+
+
+@pytest.mark.parametrize(
+    ("motion", "time", "rates"),
+    [
+        ("max(0, t - T)", "1", "from 0 to 1"),
+        ("abs(sin(3*t))", "1.0472", "from -3 to 3"),
+        ("where(t < 1, 0, sin(t - 1))", "1", "from 0 to 1"),
+        ("min(t, 3)", "3", "from 1 to 0"),
+        ("max(0, t - 1)^2 + abs(t - 2.5)", "2.5", "from 2 to 4"),
+    ],
+)
+def test_a_motion_whose_speed_jumps_is_refused_until_impacts_are_computed(motion: str, time: str, rates: str) -> None:
+    error = refusal(SWUNG.replace("MOTION", motion))
+    assert f"the rate of this motion jumps at t = {time} s, {rates}" in error.message
+    assert "impact" in error.message
+    assert error.where.path[:3] == ("joints", "slide", "motion")
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [
+        "where(t < 1, 0, (t - 1)^2)",
+        "max(0, t - 1)^3",
+        "where(t < 1, t^2, 2*t - 1)",
+        "where(t < 2, 0.1*(t - sin(pi*t)/pi), 0.2 + 0*t)",
+        "sin(100*t)*where(t < 5, 1, 0)",
+        "sqrt(t^2 + 0.01)",
+        "abs(t)",
+    ],
+)
+def test_kinks_of_the_acceleration_are_allowed_and_what_comes_after_the_end(motion: str) -> None:
+    run = mbs.simulate(mbs.loads(SWUNG.replace("MOTION", motion)), t_end=2.1, backend="python", samples=2, rtol=1e-3)
+    assert run.t_final == 2.1
+
+
+def test_ground_is_refused_as_well() -> None:
+    error = refusal(SHAKEN.replace("MOTION", "max(0, t - 1)"))
+    assert "the rate of this motion jumps at t = 1 s, from 0 to 1" in error.message
+    assert error.where.path == ("bodies", "ground", "motion", "y")
+
+
+@pytest.mark.parametrize(
+    ("constraint", "what", "field"),
+    [
+        ('{type: motion, joint: hinge, value: "max(0, t - 1)"}', "the rate of this expression jumps", "value"),
+        ('{type: motion, joint: hinge, value: "where(t < T, 0, a)"}', "this expression jumps", "value"),
+        ('{type: expression, zero: "theta + phi - abs(t - 1)"}', "the rate of this expression jumps", "zero"),
+        ('{type: velocity, zero: "u_theta - where(t < 1, 0, 1)"}', "the speed of what it moves would", "zero"),
+    ],
+)
+@pytest.mark.parametrize("coordinates", ["relative", "absolute"])
+def test_constraints_are_refused_as_well(constraint: str, what: str, field: str, coordinates: str) -> None:
+    text = DRIVEN.replace("CONSTRAINT", constraint) + f"simulation: {{coordinates: {coordinates}}}\n"
+    error = refusal(text)
+    assert what in error.message
+    assert "t = 1 s" in error.message
+    assert error.where.path == ("constraints", "drive", field)
+
+
+def test_a_speed_that_is_prescribed_may_bend() -> None:
+    text = DRIVEN.replace("CONSTRAINT", '{type: velocity, zero: "u_theta - max(0, t - 1)"}')
+    run = mbs.simulate(mbs.loads(text), t_end=2, backend="python", samples=2)
+    assert run["theta"][-1] == pytest.approx(0.5, abs=1e-6)
