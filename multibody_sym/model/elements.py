@@ -199,7 +199,8 @@ class Frame(Element):
 class GroundMotion(Element):
     """How ground moves in inertial space: its origin at (x, y, z), then turned (expressions of t and parameters).
 
-    Turns come in order, each about the axes that the ones before have turned.
+    Turns come in order, each about the axes that the ones before have turned. Gravity does not turn with ground: it
+    keeps its direction in inertial space.
     """
 
     x: Node = holds(Scalar("m"), 0)

@@ -22,13 +22,14 @@ from multibody_sym.dynamics.theorems import NEGLIGIBLE, conserved, instant_of, r
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.state import State
+from multibody_sym.model.bodies import GROUND
 from multibody_sym.model.constraints import Rope
 from multibody_sym.model.force_places import reasons
 from multibody_sym.model.mechanism import TIME, Mechanism, RopeRow
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System, expressions
 from multibody_sym.scalars.kinks import switching_functions
-from multibody_sym.scalars.node import leaves, symbol
+from multibody_sym.scalars.node import ZERO, leaves, symbol
 from multibody_sym.simulation.limits import limits_passed
 
 _STATES: Final = 4
@@ -111,7 +112,8 @@ def _with_dynamics(system: System, resolved: Mechanism, begin: Start, declared: 
     instants = [instant_of(resolved, rates, state, x) for state, x in zip(states, found, strict=True)]
     residuals = theorems(instants)
     tensions = _pushing(resolved, found[0].multipliers.tolist())
-    hints = (*declared, *_physical_hints(motion), *_start_hints(resolved, begin, states), *tensions)
+    physical = (*_gravity_hint(resolved, states[0]), *_physical_hints(motion))
+    hints = (*declared, *physical, *_start_hints(resolved, begin, states), *tensions)
     agreed = agrees(resolved, ratios) and all(x <= NEGLIGIBLE for x in residuals.values())
     failure = None if agreed else _contradiction(resolved, begin, states)
     return CheckReport(
@@ -218,6 +220,21 @@ def _physical_hints(motion: Motion) -> list[str]:
             hints.append(f"no body has the principal moments of inertia {values} of {body.name}: each is at most the "
                          "sum of the others")
     return hints
+
+
+def _gravity_hint(resolved: Mechanism, state: State) -> list[str]:
+    """Return that gravity does not turn with ground, where ground turns about another direction than gravity's."""
+    gravity = np.array(state.values(resolved.gravity), dtype=float)
+    for body in resolved.bodies:
+        if body.joint_name != GROUND or not gravity.any():
+            continue
+        steps = [(s, g) for s, g in zip(body.steps, body.given, strict=True) if s.kind == "rotate" and g is not None]
+        moves = any(given[1] is not ZERO for _, given in steps)
+        axes = [np.array(state.values(step.axis), dtype=float) for step, _ in steps]
+        if moves and any(np.abs(np.cross(axis, gravity)).max() > NEGLIGIBLE * np.abs(gravity).max() for axis in axes):
+            return ["ground turns, and gravity does not turn with it: it keeps its direction among the stars, and seen "
+                    "from ground it turns the other way"]
+    return []
 
 
 def _start_hints(resolved: Mechanism, begin: Start, states: Sequence[State]) -> list[str]:

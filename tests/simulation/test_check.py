@@ -6,6 +6,7 @@ import json
 
 import pytest
 
+import multibody_sym as mbs
 from multibody_sym.dynamics.formalisms import FORMALISMS
 from multibody_sym.errors import ModelError
 from multibody_sym.model.constraints import Distance, Expression, PrescribedMotion, Rope
@@ -201,3 +202,27 @@ def test_constraints_that_contradict_each_other_later_on_are_the_failure() -> No
     found = check(system(bodies=bodies, joints=joints, constraints=constraints))
     assert "satisfy one, other and both together" in found.failure
     assert not found.agrees
+
+
+@pytest.mark.parametrize(
+    ("gravity", "turn", "told"),
+    [
+        ([0, -9.81, 0], mbs.Turn("z", "2*t"), True),
+        ([0, -9.81, 0], mbs.Turn("y", "2*t"), False),  # about the vertical: gravity is the same seen from ground
+        ([0, -9.81, 0], mbs.Turn("z", "pi/6"), False),  # tilted, at rest
+        ([0, 0, 0], mbs.Turn("z", "2*t"), False),
+    ],
+    ids=["wheel", "turntable", "tilted", "weightless"],
+)
+def test_ground_that_turns_leaves_gravity_where_it_is_and_that_is_told(
+    gravity: list[float], turn: mbs.Turn, told: bool
+) -> None:
+    """The bob at rest on a turning ground weighs along -y of the world at any time: seen from ground it turns."""
+    system = mbs.System(
+        "turning",
+        gravity=gravity,
+        bodies={"ground": mbs.Body(motion=mbs.GroundMotion(turn=[turn])), "bob": mbs.Body(mass=1, com=[0, -1, 0])},
+        joints={"hinge": mbs.Revolute("ground", "bob")},
+    )
+    hints = [hint for hint in mbs.check(system).hints if "keeps its direction among the stars" in hint]
+    assert len(hints) == told
