@@ -76,7 +76,8 @@ class TreeBody:
 
     The joint moves by `steps` (unit axes), then freely about M's origin if it is a `ball`. `q` and `u` are the places
     of its coordinates and speeds among those of the mechanism. A ground that moves is such a body too, joined to the
-    world by prescribed steps.
+    world by prescribed steps. A massless `is_double`, which rows hold to the body that it doubles, keeps a joint's
+    coordinates where other joints carry its child.
     """
 
     name: str
@@ -89,6 +90,7 @@ class TreeBody:
     mass: Mass
     q: tuple[int, ...]
     u: tuple[int, ...]
+    is_double: bool = False
 
     @property
     def quaternion(self) -> tuple[int, ...]:

@@ -18,16 +18,16 @@ def tree_bodies(references: References, carrying: Iterable[str], doubled: Iterab
     """Return the bodies in tree order, then the massless doubles that cut joints carry, named by their joints."""
     system = references.system
     carried = [(name, body_part(system.joints[name].child, system.bodies)[0]) for name in carrying]
-    wanted = [(name, child, mass_of(system.bodies[child])) for name, child in carried]
-    wanted += [(name, double_name(system.joints[name].child, name), NO_MASS) for name in doubled]
+    wanted = [(name, child, mass_of(system.bodies[child]), False) for name, child in carried]
+    wanted += [(name, double_name(system.joints[name].child, name), NO_MASS, True) for name in doubled]
     made, q, u = [], 0, 0
-    for joint_name, name, mass in wanted:
+    for joint_name, name, mass, double in wanted:
         joint, (on_parent, on_body) = system.joints[joint_name], references.frames(joint_name)
         steps = tuple(replace(step, axis=unit_vector(step.axis)) for step in joint.moves)
         nq, nu = len(joint.coordinate_units), len(joint.speed_units)
         numbers = tuple(range(q, q + nq)), tuple(range(u, u + nu))
         ends = on_parent.pose, on_body.pose
-        made.append(TreeBody(name, on_parent.body, joint_name, steps, joint.ball, *ends, mass, *numbers))
+        made.append(TreeBody(name, on_parent.body, joint_name, steps, joint.ball, *ends, mass, *numbers, double))
         q, u = q + nq, u + nu
     return (*_ground(references), *made)
 

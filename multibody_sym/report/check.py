@@ -21,6 +21,14 @@ def _freedom(found: CheckReport) -> list[str]:
     lines = [f"degrees of freedom: {found.degrees_of_freedom}"]
     if found.rank or found.redundant:
         lines[0] += f" ({found.degrees_of_freedom + found.rank} speeds, constraints of rank {found.rank})"
+    if found.doubles:
+        more = sum(found.doubles.values())
+        speeds, rank = found.degrees_of_freedom + found.rank + more, found.rank + more
+        keeps = f"keep{'s its' if len(found.doubles) == 1 else ' their'} coordinates beside them"
+        lines.append(
+            f"  {_listed(list(found.doubles))} {keeps}, by massless doubles of their children "
+            f"(with these: {speeds} speeds, constraints of rank {rank})"
+        )
     return [*lines, *redundancy_lines(found), *withheld_text(found.withheld, found.withheld_reasons)]
 
 

@@ -48,7 +48,9 @@ _MOST: Final[Mapping[str, int]] = {
 class CheckReport:
     """What `check` found.
 
-    `rank` of the constraints at the start and the `redundant` rows; `not_unique`: rows and joints whose forces are not
+    `rank` of the constraints at the start and the `redundant` rows, both without `doubles`: massless bodies by which
+    joints keep their coordinates, with as many speeds as the joint, each held by a row of its own; `not_unique`: rows
+    and joints whose forces are not
     determined; `dependencies`, for each redundant row the rows that follow from each other; `ambiguous`, elements whose
     forces are not determined, joints with the components; `agreement`: each formalism's worst scaled residual (rounding
     is below 10, with constraints below 100); `theorems`: relative residuals; `conserved` quantities; `held` and
@@ -75,6 +77,7 @@ class CheckReport:
     hints: tuple[str, ...] = ()
     withheld: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     withheld_reasons: tuple[str, ...] = ()
+    doubles: Mapping[str, int] = field(default_factory=dict)
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `check --json` prints; without a start there are no numbers."""
@@ -116,9 +119,10 @@ def _with_dynamics(system: System, resolved: Mechanism, begin: Start, declared: 
     hints = (*declared, *physical, *_start_hints(resolved, begin, states), *tensions)
     agreed = agrees(resolved, ratios) and all(x <= NEGLIGIBLE for x in residuals.values())
     failure = None if agreed else _contradiction(resolved, begin, states)
+    doubles = {body.joint_name: len(body.u) for body in resolved.bodies if body.is_double}
     return CheckReport(
         degrees_of_freedom=len(resolved.speeds) - rank.rank,
-        rank=rank.rank,
+        rank=rank.rank - sum(doubles.values()),
         redundant=rank.redundant,
         not_unique=rank.not_unique,
         dependencies=rank.dependencies,
@@ -135,6 +139,7 @@ def _with_dynamics(system: System, resolved: Mechanism, begin: Start, declared: 
         hints=(*hints, *_not_compared(resolved)),
         withheld={name: each.components for name, each in resolved.withheld.items()},
         withheld_reasons=tuple(reasons(resolved.withheld)),
+        doubles=doubles,
     )
 
 
