@@ -74,10 +74,13 @@ def verify_inertia(motion: Motion) -> None:
     if index is not None:
         speed = motion.mechanism.speeds[index]
         body = next(body.name for body in motion.mechanism.bodies if index in body.u)
+        if mass_diagonal(motion)[index] > 0:
+            why = f"freedoms beyond joint {speed.joint!r} move what it moves in the same way, at least in this position"
+        else:
+            why = f"body {body} and what joint {speed.joint!r} moves with it have neither mass nor inertia that way"
         raise NoSolutionError(
-            f"no inertia resists the speed {speed.name}: body {body} and what joint {speed.joint!r} moves with it have "
-            "neither mass nor inertia in that direction, or its own freedoms depend on each other in this position; "
-            "give the body an inertia, hold the direction, or start from another position",
+            f"no inertia resists the speed {speed.name}: {why}; give body {body} an inertia, hold the direction by a "
+            "constraint, or start from another position",
             where=Where(path=("joints", speed.joint)),
         )
 

@@ -17,7 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.errors import NoSolutionError
-from multibody_sym.kinematics.motion import Motion, body_mass, body_motion, moving_parent
+from multibody_sym.kinematics.motion import Motion, body_mass, body_motion, motion_of, moving_parent
+from multibody_sym.kinematics.partial_velocities import partial_velocities
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.mechanism import Mechanism, TreeBody
@@ -35,18 +36,51 @@ def massless_speeds(mechanism: Mechanism) -> list[int]:
     """Return the speeds that nothing resists, whatever the position and the values of the parameters.
 
     They move only bodies declared without mass and inertia, or turn the last body of a branch about axes about which
-    it has none, as those of a particle's free joint.
+    it has none, as those of a particle's free joint; or they move what a body without mass carries, and freedoms
+    beyond it move the same in the same way.
     """
     carriers: set[int] = set()
     found: list[int] = []
+    shared: list[int] = []
     for index in range(len(mechanism.bodies) - 1, -1, -1):
         body = mechanism.bodies[index]
         massless = {body.mass.mass, *body.mass.inertia} == {ZERO}
         if index not in carriers:
             found += body.u if massless else _without_inertia(mechanism, body)
+        elif massless:
+            shared += body.u
         if index in carriers or not massless:
             carriers.add(body.parent)
-    return sorted(found)
+    return sorted({*found, *(_moved_alike(mechanism) & set(shared) if shared else ())})
+
+
+def _moved_alike(mechanism: Mechanism) -> set[int]:
+    """Return the speeds at which M = L^T D L, begun at the tips, has no pivot where nothing vanishes by chance."""
+    try:
+        m = _generic_mass_matrix(mechanism)
+    except _UNDEFINED:
+        return set()
+    found, diagonal = set(), m.diagonal().copy()
+    for k in range(len(m) - 1, -1, -1):
+        if m[k, k] <= _DEPENDENT * diagonal[k]:
+            found.add(k)
+        else:
+            m[:k, :k] -= np.outer(m[:k, k], m[k, :k] / m[k, k])
+    return found
+
+
+def _generic_mass_matrix(mechanism: Mechanism) -> npt.NDArray[np.float64]:
+    """Return M (n x n) at drawn coordinates and parameters: sum of J^T diag(m, I) J about the centres of mass."""
+    motion = motion_of(mechanism, _generic_state(mechanism))
+    found = np.zeros((len(mechanism.speeds), len(mechanism.speeds)))
+    for partials, mass in zip(partial_velocities(motion), motion.masses, strict=True):
+        speeds = list(partials)
+        at_com = np.array([[*add(v, cross(w, mass.com)), *w] for v, w in partials.values()], dtype=float).reshape(-1, 6)
+        momenta = at_com.copy()
+        momenta[:, :3] *= float(mass.mass)
+        momenta[:, 3:] = at_com[:, 3:] @ np.array(mass.inertia, dtype=float)
+        found[np.ix_(speeds, speeds)] += at_com @ momenta.T
+    return found
 
 
 def _without_inertia(mechanism: Mechanism, body: TreeBody) -> list[int]:

@@ -13,8 +13,8 @@ from multibody_sym.dynamics.massless import massless_speeds
 from multibody_sym.dynamics.start import start
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.constraints import Rope
-from multibody_sym.model.elements import Body, Pulley
+from multibody_sym.model.constraints import Expression, Rope
+from multibody_sym.model.elements import Body, Force, Pulley
 from multibody_sym.model.joints import Direct, Free, Initial, Planar, Prismatic, Revolute, Spherical
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System
@@ -121,3 +121,35 @@ def test_directions_of_a_particle_that_nothing_resists() -> None:
 def test_a_particle_that_nothing_keeps_from_turning_is_named() -> None:
     with pytest.raises(NoSolutionError, match="no inertia resists the speed u_place_theta"):
         start(mechanism(particle_on_a_hinge(joints={"place": Planar("ground", "bob")}, constraints={})))
+
+
+def carried_alike(**changes: object) -> System:
+    """A mass that two sliders in a row move along the same line; the first carries it and has none itself."""
+    declared = {
+        "bodies": {"a": Body(), "b": Body(mass=2)},
+        "joints": {"A": Prismatic("ground", "a", axis="x", q="xa"), "B": Prismatic("a", "b", axis="x", q="xb")},
+        "constraints": {"tie": Expression(zero="xb - 2*xa")},
+        "forces": {"push": Force(on="b", value=[6, 0, 0])},
+    }
+    return System("carried_alike", **(declared | changes))
+
+
+def test_a_body_without_mass_in_mid_chain_moves_as_a_constraint_says() -> None:
+    resolved = mechanism(carried_alike())
+    assert massless_speeds(resolved) == [0]
+    state = state_of(resolved, float, 0.0, [0.1, 0.2], [0.5, 1.0], start(resolved).parameters)
+    for name in ("newton_euler", "dalembert_lagrange", "composite_body", "multipliers"):
+        found = forward_dynamics(FORMALISMS[name](resolved, state))
+        assert found.udot == pytest.approx([1, 2], rel=1e-12), name  # 3 xa'' = F / m
+        assert found.multipliers == pytest.approx([0], abs=1e-12), name
+
+
+def test_freedoms_that_move_the_same_are_told_as_that() -> None:
+    with pytest.raises(NoSolutionError, match="u_xa: freedoms beyond joint 'A' move what it moves in the same way"):
+        start(mechanism(carried_alike(constraints={})))
+
+
+def test_bars_without_mass_that_swing_are_not_massless_speeds() -> None:
+    bodies = {"bar": Body(points={"end": [1, 0, 0]}), "bob": Body(mass=2, com=[1, 0, 0])}
+    joints = {"A": Revolute("ground", "bar", q="a"), "B": Revolute("bar.end", "bob", q="b", initial={"q": 1})}
+    assert massless_speeds(mechanism(System("double", bodies=bodies, joints=joints))) == []
