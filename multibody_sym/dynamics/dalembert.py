@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import hypot
 
 import numpy as np
 import numpy.typing as npt
@@ -55,13 +56,17 @@ class Partials:
     angular: Floats
 
     def force(self, force: Floats, moment: Floats) -> tuple[Floats, Floats]:
-        """Return the generalised forces of a wrench about the origin (world axes), and their absolute contributions.
-
-        The latter are products of lengths, as other axes make them cancel where these do not.
-        """
+        """Return the generalised forces of a wrench about the origin (world axes), and their absolute contributions."""
         value = self.linear.T @ force + self.angular.T @ moment
-        sizes = np.linalg.norm(self.linear, axis=0) * np.linalg.norm(force)
-        return value, sizes + np.linalg.norm(self.angular, axis=0) * np.linalg.norm(moment)
+        return value, self.sizes(float(np.linalg.norm(force)), float(np.linalg.norm(moment)))
+
+    def sizes(self, force: float, moment: float) -> Floats:
+        """Return what a force and a moment of these lengths make of each generalised force at most.
+
+        Products of lengths, as other axes make terms cancel where these do not.
+        """
+        found: Floats = np.linalg.norm(self.linear, axis=0) * force + np.linalg.norm(self.angular, axis=0) * moment
+        return found
 
 
 def dalembert(motion: Motion) -> Reference:
@@ -74,10 +79,9 @@ def dalembert(motion: Motion) -> Reference:
         at_com, tensor = _about_com(motion, partials[index], index)
         velocities += [at_com.linear, at_com.angular]
         momenta += [float(motion.masses[index].mass) * at_com.linear, tensor @ at_com.angular]
-        force, moment = _inertia_force(motion, at_com.rotation, tensor, index, a, alpha)
-        value, absolute = at_com.force(force, moment)
-        terms += value
-        absolute_terms += absolute
+        (force, moment), sizes = _inertia_force(motion, at_com.rotation, tensor, index, a, alpha)
+        terms += at_com.force(force, moment)[0]
+        absolute_terms += at_com.sizes(*sizes)
     forces, absolute_forces = _applied(motion, partials)
     rows = row_motions(motion)
     jacobian = constraint_jacobian(rows).reshape(len(rows), count)
@@ -113,11 +117,18 @@ def _about_com(motion: Motion, body: Partials, index: int) -> tuple[Partials, Fl
 
 def _inertia_force(
     motion: Motion, R: Floats, tensor: Floats, index: int, a: Sequence[float], alpha: Sequence[float]
-) -> tuple[Floats, Floats]:
-    """Return m a_C and I alpha + omega x I omega in world axes."""
+) -> tuple[tuple[Floats, Floats], tuple[float, float]]:
+    """Return m a_C and I alpha + omega x I omega in world axes, and the sums of the lengths of their terms.
+
+    Of a ball omega x I omega is zero to the last bit here, and rounding where other routes add up its parts.
+    """
     spin, turning, com = R @ _array(motion.bodies[index].w_WB), R @ _array(alpha), R @ _array(motion.masses[index].com)
+    mass, momentum = float(motion.masses[index].mass), tensor @ spin
     a_com = R @ _array(a) + np.cross(turning, com) + np.cross(spin, np.cross(spin, com))
-    return float(motion.masses[index].mass) * a_com, tensor @ turning + np.cross(spin, tensor @ spin)
+    w, arm = hypot(*spin), hypot(*com)
+    force = mass * (hypot(*a) + (hypot(*turning) + w * w) * arm)
+    moment = hypot(*(tensor @ turning)) + w * hypot(*momentum)
+    return (mass * a_com, tensor @ turning + np.cross(spin, momentum)), (abs(force), moment)
 
 
 def _applied(motion: Motion, partials: Sequence[Partials]) -> tuple[Floats, Floats]:

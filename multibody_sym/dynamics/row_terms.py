@@ -134,7 +134,7 @@ def _stretching(motion: Motion, bodies: Sequence[Terms], ends: Sequence[Marker])
 def _(row: RollingRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     wheel, plane = (_of(motion, bodies, marker) for marker in (row.wheel, row.plane))
     radius = abs(float(motion.state.values([row.radius])[0]))
-    turning = plane.W
+    turning = plane.W + wheel.W  # a ball's lowest point stays below it, and turns in its own axes
     if row.axis is not None:
         normal, axis = direction(motion, row.plane, row.normal), direction(motion, row.wheel, row.axis)
         tilt = dot(normal, axis)
