@@ -7,8 +7,8 @@ from string import Template
 from typing import Final
 
 RUNTIME_SOURCES: Final = (
-    *("solve.c", "calls.c", "constraints.c", "events.c", "explicit.c", "stages.c", "implicit.c", "singular.c"),
-    *("pairing.c", "multistep.c", "runtime.c"),
+    *("solve.c", "calls.c", "constraints.c", "events.c", "looks.c", "explicit.c", "stages.c", "implicit.c"),
+    *("singular.c", "pairing.c", "multistep.c", "runtime.c"),
 )
 RUNTIME_HEADERS: Final = ("in_order.h", "pairing.h", "runtime.h", "stages.h", "stepper.h", "vectors.h")
 _PACKAGE = Path(__file__).resolve().parents[1]

@@ -1,14 +1,16 @@
 """Where switching functions change sign within a step; `events.c` is the same in C.
 
 A step that crosses, or looks beyond a kink in one of its slopes, is taken again to just before the crossing, until no
-slope is from beyond; its continuous extension then leads over it. What has just been crossed counts as crossed whatever
-round-off says, and a function that starts at zero has no side until it has left it.
+slope is from beyond; its continuous extension then leads over it. What nothing crosses at the end of a step may cross
+and cross back within it: the functions are looked at until their signs are certain (`looks`). What has just been
+crossed counts as crossed whatever round-off says, and a function that starts at zero has no side until it has left it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import count
 from sys import float_info
 from typing import Final
 
@@ -16,14 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.integrators.flow import Events, Floats, Flow, Status, Step, StepError
+from multibody_sym.integrators.looks import PROBE, Ends, first_seen
 from multibody_sym.integrators.singular import strays
 
 BEYOND: Final = 1e-6  # part of a step by which its extension is followed beyond its end
 SHORT_OF: Final = 1e-7  # part of the way to the crossing by which the repeated step stays away from it, ...
 SHORTER: Final = 100.0  # ... this many times more whenever that was not enough
+SOON: Final = 2.0**-36  # part of time and state over which it shows whether a function turns back after its own event
 AT_ONCE: Final = 1e-3  # part of a step in which a function that crosses back after its own event chatters
 REPEATS: Final = 20
-LOOKS: Final = 32  # how often the functions of stops are looked at within a step that nothing crosses at its end
 _ROUNDS: Final = 200
 
 Take = Callable[[float, float], Step]
@@ -33,7 +36,8 @@ Path = Callable[[float], Floats]
 class Watch:
     """The switching functions of a flow and the sides of zero on which they were last seen.
 
-    `beyond`: a slope of the step on trial was taken beyond a kink; `origin`: the function at whose event it starts.
+    `beyond`: a slope of the step on trial was taken beyond a kink; `origin`: the function at whose event it starts,
+    which has `left` zero so soon, or is `chattering` if it turns back at once, and `flipped` if it was let to.
     """
 
     def __init__(self, flow: Flow, events: Events) -> None:
@@ -43,6 +47,8 @@ class Watch:
         self.sides = np.sign(self.values(flow.t0, flow.x0))
         self.beyond = False
         self.origin: int | None = None
+        self.chattering = self.flipped = False
+        self.left = 0.0
 
     def watched(self) -> Flow:
         """Return the flow with a watch on whether its derivatives are taken beyond a kink."""
@@ -84,14 +90,17 @@ class Watch:
 
         least, way, margin = 16.0 * float_info.epsilon * abs(step.t), step.h, SHORT_OF
         values = self.values(step.t_new, step.x_new)
-        if problem is None and self.origin is not None and self._crossed(values)[self.origin]:
-            self._let_chatter(step, self.origin)
-        rounds = 0
-        while problem is not None or self._crossed(values).any() or self.beyond:
-            if problem is None and self._crossed(values).any():
-                if not self._crossed(self._at(step, 1.0)).any():
+        self.chattering, self.flipped = self._turns_back(step, slope), False
+        if problem is None:
+            self._let_chatter(step, values)
+        for rounds in count():
+            high = None if problem is not None else self._trouble(step, values, slope)
+            if problem is None and high is None and not self.beyond:
+                return self._ended_clean(step, values) if rounds else self._passed(step, values)
+            if high is not None:
+                if not self._crossed(self._at(step, high)).any():
                     return self._at_event(step, step.t_new, step.x_new, values)
-                theta = self._first_crossing(step, 0.0, 1.0)
+                theta = self._first_crossing(step, 0.0, high)
                 way = theta * step.h
                 if not way > least or rounds == REPEATS:
                     return self._within(step, theta)
@@ -99,8 +108,8 @@ class Watch:
                 if problem is not None:
                     raise problem
                 return self._passed(step, values)
-            elif self._crossed(self._at(step, 1.0, straight_on)).any():
-                way = self._first_crossing(step, 0.0, 1.0, straight_on) * step.h
+            elif (high := self._ahead(step, slope, straight_on)) is not None:
+                way = self._first_crossing(step, 0.0, high, straight_on) * step.h
                 if problem is None and not way > least:  # a kink at the very start is none within the step
                     return self._passed(step, values)
             h = way * (1.0 - min(margin, 0.5))
@@ -115,28 +124,76 @@ class Watch:
             if margin > 0.5:
                 way = h
             values = self.values(step.t_new, step.x_new)
-            if problem is None and not self._crossed(values).any() and not self.beyond:
-                return self._ended_clean(step, values)
-            rounds += 1
-        return self._passed_looking(step, values)
+        raise AssertionError
 
-    def _let_chatter(self, step: Step, index: int) -> None:
-        """Let a function that crosses back at once, as dry friction at rest, do so in this step."""
-        if self._crossed(self._at(step, 1.0))[index] and self._located(step, index, 0.0, 1.0) < AT_ONCE:
-            self.sides[index] = -self.sides[index]
+    def _let_chatter(self, step: Step, values: Floats) -> None:
+        """Let a function that turns back and crosses at once after its own event do so, as dry friction at rest."""
+        index = self.origin
+        if index is None or not self.chattering:
+            return
+        if self._crossed(values)[index] and self._crossed(self._at(step, 1.0))[index]:
+            self.flipped = self._located(step, index, 0.0, 1.0) < AT_ONCE
+            self.sides[index] = -self.sides[index] if self.flipped else self.sides[index]
+
+    def _turns_back(self, step: Step, slope: Floats) -> bool:
+        """Tell whether the function at whose event the step starts goes back to where it came from."""
+        self.left = 0.0
+        if self.origin is None:
+            return False
+        way, rate = float(np.max(np.abs(step.x))), float(np.max(np.abs(slope)))
+        soon = SOON * max(abs(step.t), way / rate if rate > 0.0 else 0.0)
+        values = (self.values(step.t + h, step.x + h * slope) for h in (0.0, soon))
+        before, after = (float(there[self.origin]) for there in values)
+        self.left = soon if self.sides[self.origin] * (after - before) > 0.0 else 0.0
+        return not self.left > 0.0
+
+    def _trouble(self, step: Step, values: Floats, slope: Floats) -> float | None:
+        """Return a part of the step at which something has crossed, its end first; None if nothing is known to."""
+        if self._crossed(values).any():
+            return 1.0
+        return None if self.beyond else self._looked(step, values, slope)
+
+    def _ahead(self, step: Step, slope: Floats, straight_on: Path) -> float | None:
+        """Return a part of the step at which something has crossed straight on; None if nothing does."""
+        if self._crossed(self._at(step, 1.0, straight_on)).any():
+            return 1.0
+        end = straight_on(1.0)
+        return self._looked(replace(step, x_new=end, slope_new=slope), self.values(step.t_new, end), slope, straight_on)
+
+    def _looked(self, step: Step, values: Floats, slope: Floats, along: Path | None = None) -> float | None:
+        """Return the first part of a step, that nothing crosses at its end, at which something is seen to have crossed.
+
+        What is zero at the start is on the side to which it goes.
+        """
+        probe = PROBE * step.h
+        after = self.values(step.t + probe, step.x + probe * slope)
+        before = self.values(step.t_new - probe, step.x_new - probe * step.slope_new)
+        self.sides = np.where(self.sides == 0.0, np.sign(after), self.sides)
+        sides, high = self.sides, None
+        start = np.maximum(sides * self.values(step.t, step.x), 0.0)
+        ends = Ends(start, sides * after, sides * before, sides * values)
+        for index in np.flatnonzero(ends.uncertain() & ~(self.terminal & (sides > 0.0))).tolist():
+            if index == self.origin and self.chattering:
+                continue
+
+            def value(theta: float, i: int = index) -> float:
+                return float(sides[i] * self._at(step, theta, along)[i])
+
+            seen = first_seen(value, *ends.looks(index))
+            high = seen if high is None or (seen is not None and seen < high) else high
+        return high
 
     def _ended_clean(self, step: Step, values: Floats) -> Step:
-        """Return a step without a slope from beyond a kink, ended at a crossing just behind its end if there is one."""
+        """Return a step without a slope from beyond a kink, ended at a crossing just behind its end if there is one.
+
+        Raises StepError if the step was taken again and has become inaccurate, as the one before met no force there.
+        """
+        if not step.error <= 1.0:
+            if self.flipped and self.origin is not None:
+                self.sides[self.origin] = -self.sides[self.origin]
+            raise StepError(Status.STEP_UNDERFLOW, step.t, 0)
         if self._crossed(self._at(step, 1.0 + BEYOND)).any():
             return self._within(step, self._first_crossing(step, 1.0, 1.0 + BEYOND))
-        return self._passed(step, values)
-
-    def _passed_looking(self, step: Step, values: Floats) -> Step:
-        """Return a step that nothing crosses at its end: ended on the way if a stop is true there, and false again."""
-        for look in range(1, LOOKS) if self.terminal.any() else ():
-            crossed = self._crossed(self._at(step, look / LOOKS)) & self.terminal
-            if crossed.any():
-                return self._within(step, self._located(step, int(np.argmax(crossed)), 0.0, look / LOOKS))
         return self._passed(step, values)
 
     def _crossed(self, values: Floats) -> NDArray[np.bool_]:
@@ -171,7 +228,8 @@ class Watch:
         """Return where the first of the functions crosses that have crossed at `high`, on the way `along` the step."""
         for index in range(len(self.sides)):
             if self._crossed(self._at(step, high, along))[index]:
-                high = self._located(step, index, low, high, along)
+                left = self.left / step.h if index == self.origin else 0.0
+                high = self._located(step, index, left if low < left < high else low, high, along)
         return high
 
     def _located(self, step: Step, index: int, low: float, high: float, along: Path | None = None) -> float:

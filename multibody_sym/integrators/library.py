@@ -16,9 +16,11 @@ from types import MappingProxyType
 from typing import Any, Final, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from multibody_sym.errors import OutputError
 from multibody_sym.integrators.flow import Events, Floats, Flow, Method, Status, Step, StepError, require_finite
+from multibody_sym.integrators.looks import PROBE, Ends, first_seen
 
 SCIPY: Final = "scipy"
 SUNDIALS: Final = "scikit-sundae"
@@ -243,12 +245,15 @@ class _Crossing:
         """Return where the step from t ends: at the first function that crosses in it, or at its end."""
         if self.events is None:
             return solver.t, None
-        values = self.events.values(solver.t, solver.x)
-        crossed = np.flatnonzero((self.sides * values < 0.0) & (~self.terminal | (values > 0.0)))
+        end, values = solver.t, self.events.values(solver.t, solver.x)
+        crossed = self._crossed(values)
+        if not len(crossed):
+            end = t + (end - t) * self._seen(t, solver, values)
+            crossed = self._crossed(self._at(end, solver))
         if not len(crossed):
             self.sides = np.where(values == 0.0, self.sides, np.sign(values))
             return solver.t, None
-        times = {int(i): self._time(int(i), t, solver) for i in crossed}
+        times = {int(i): self._time(int(i), t, end, solver) for i in crossed}
         event = min(times, key=lambda i: times[i])
         here = self.events.values(times[event], solver.value(times[event]))
         sides = np.where(here == 0.0, self.sides, np.sign(here))
@@ -256,15 +261,36 @@ class _Crossing:
         self.sides = sides
         return times[event], event
 
-    def _time(self, index: int, t: float, solver: _Solver) -> float:
-        from scipy.optimize import brentq
+    def _crossed(self, values: Floats) -> NDArray[np.intp]:
+        """Return which functions have crossed: a stop upwards, a kink in both directions."""
+        return np.flatnonzero((self.sides * values < 0.0) & (~self.terminal | (values > 0.0)))
 
+    def _at(self, time: float, solver: _Solver) -> Floats:
         assert self.events is not None
-        values, end, x_end = self.events.values, solver.t, solver.x
+        return self.events.values(time, solver.x if time == solver.t else solver.value(time))
+
+    def _seen(self, t: float, solver: _Solver, values: Floats) -> float:
+        """Return the first part of a step, that nothing crosses at its end, at which something has crossed; else 1."""
+        way, high = solver.t - t, 1.0
+        start, after, before = (self._at(t + part * way, solver) for part in (0.0, PROBE, 1.0 - PROBE))
+        self.sides = np.where(self.sides == 0.0, np.sign(after), self.sides)
+        sides = self.sides
+        ends = Ends(np.maximum(sides * start, 0.0), sides * after, sides * before, sides * values)
+        for index in np.flatnonzero(ends.uncertain() & ~(self.terminal & (sides > 0.0))).tolist():
+
+            def value(theta: float, i: int = index) -> float:
+                return float(sides[i] * self._at(t + theta * way, solver)[i])
+
+            seen = first_seen(value, *ends.looks(index))
+            high = high if seen is None else min(high, seen)
+        return high
+
+    def _time(self, index: int, t: float, end: float, solver: _Solver) -> float:
+        from scipy.optimize import brentq
 
         def g(time: float) -> float:
             if time == t:
                 return float(self.sides[index]) * 1e-300  # still on its side, whatever round-off says
-            return float(values(time, x_end if time == end else solver.value(time))[index])
+            return float(self._at(time, solver)[index])
 
         return float(brentq(g, t, end, xtol=4e-16 * max(1.0, abs(end)), rtol=1e-15))

@@ -144,7 +144,9 @@ def _ended(course: _Course, done: Step, before: Step, problem: StepError | None 
         return done
 
     def take(h: float, t_new: float) -> Step:
-        return _closed(course, _attempt(course, before, h, t_new))
+        trial = _attempt(course, before, h, t_new)
+        error = LEAST_ERROR if trial.error is None else _error_norm(course, trial)[0]
+        return replace(_closed(course, trial), error=error)
 
     return course.watch.ended(done, before.slope_new, take, problem)
 

@@ -1,16 +1,18 @@
 /* Events: where switching functions change sign within a step.
 
    A step that crosses, or looks beyond a kink in one of its slopes, is taken again to just before the crossing, until no
-   slope is from beyond; its continuous extension then leads over it. What has just been crossed counts as crossed
-   whatever round-off says, and a function that starts at zero has no side until it has left it. */
+   slope is from beyond; its continuous extension then leads over it. What nothing crosses at the end of a step may cross
+   and cross back within it: the functions are looked at until their signs are certain (looks.c). What has just been
+   crossed counts as crossed whatever round-off says, and a function that starts at zero has no side until it has left
+   it. */
 #include "stepper.h"
 
 #define BEYOND 1e-6      /* part of a step by which its extension is followed beyond its end */
 #define SHORT_OF 1e-7    /* part of the way to the crossing by which the repeated step stays away from it, ... */
 #define SHORTER 100.0    /* ... this many times more whenever that was not enough */
 #define AT_ONCE 1e-3     /* part of a step in which a function that crosses back after its own event chatters */
+#define SOON 0x1p-36     /* part of time and state over which it shows whether a function turns back after its own event */
 #define REPEATS 20
-#define LOOKS 32 /* how often the functions of stops are looked at within a step that nothing crosses at its end */
 
 static double side(double value)
 {
@@ -50,9 +52,7 @@ void mbs_start_events(mbs_run *r)
     note_sides(r);
 }
 
-/* A way from x on: the continuous extension of the step, or straight on, which nothing from beyond a kink can bend. */
-typedef int (*path)(mbs_run *r, double theta, double *x);
-
+/* The way that nothing from beyond a kink can bend. */
 static int straight_on(mbs_run *r, double theta, double *x)
 {
     for (int i = 0; i < r->n; ++i)
@@ -61,7 +61,7 @@ static int straight_on(mbs_run *r, double theta, double *x)
 }
 
 /* Where the step cannot be interpolated no function has a value, hence none has crossed. */
-static void evaluate_at(mbs_run *r, path along, double theta)
+static void evaluate_at(mbs_run *r, mbs_path along, double theta)
 {
     if (along(r, theta, r->event_x) != MBS_RUNNING)
         mbs_fill(r->n, NAN, r->event_x);
@@ -70,7 +70,7 @@ static void evaluate_at(mbs_run *r, path along, double theta)
 
 /* Reduce [low, high], parts of the step at whose upper end function i has been crossed, to round-off of the time by the
    Illinois method, with a bisection now and then; returns the upper end. */
-static double located(mbs_run *r, path along, int i, double low, double high)
+static double located(mbs_run *r, mbs_path along, int i, double low, double high)
 {
     double end = fabs(r->state->t) + fabs(r->state->h), least = MBS_EPSILON * end / r->state->h;
     evaluate_at(r, along, high);
@@ -98,12 +98,13 @@ static double located(mbs_run *r, path along, int i, double low, double high)
 }
 
 /* The part of the step at which the first of the functions crosses that have crossed at `high`. */
-static double first_crossing(mbs_run *r, path along, double low, double high)
+static double first_crossing(mbs_run *r, mbs_path along, double low, double high)
 {
     for (int i = 0; i < r->system->ng; ++i) {
+        double left = i == r->state->origin ? r->left / r->state->h : 0.0;
         evaluate_at(r, along, high);
         if (crossed(r, i))
-            high = located(r, along, i, low, high);
+            high = located(r, along, i, left > low && left < high ? left : low, high);
     }
     return high;
 }
@@ -149,14 +150,44 @@ int mbs_stuck_at_kink(const mbs_run *r, int status)
     return status == MBS_NOT_CONVERGED && r->beyond;
 }
 
-/* A function that crosses back at once, as dry friction at rest, chatters: it may, in this step. */
+/* The values at (t, x + h slope). */
+static void look_at(mbs_run *r, double t, const double *x, double h, const double *slope)
+{
+    for (int i = 0; i < r->n; ++i)
+        r->event_x[i] = x[i] + h * slope[i];
+    evaluate(r, t, r->event_x);
+}
+
+/* The function at whose event the step starts goes back to where it came from. */
+static int turns_back(mbs_run *r)
+{
+    int i = r->state->origin;
+    r->left = 0.0;
+    if (i < 0)
+        return 0;
+    double t = r->state->t, way = mbs_largest(r->n, r->x), rate = mbs_largest(r->n, r->slope);
+    double by_state = rate > 0.0 ? way / rate : 0.0, soon = SOON * (fabs(t) > by_state ? fabs(t) : by_state);
+    look_at(r, t, r->x, 0.0, r->slope);
+    double before = r->values[i];
+    look_at(r, t + soon, r->x, soon, r->slope);
+    r->left = r->sides[i] * (r->values[i] - before) > 0.0 ? soon : 0.0;
+    return !(r->left > 0.0);
+}
+
+/* A function that turns back and crosses at once after its own event, as dry friction at rest: it may, in this step. */
 static void let_chatter(mbs_run *r)
 {
     int i = r->state->origin;
-    evaluate_at(r, mbs_value, 1.0);
-    if (i >= 0 && crossed(r, i) && located(r, mbs_value, i, 0.0, 1.0) < AT_ONCE)
-        r->sides[i] = -r->sides[i];
+    if (i < 0 || !r->chattering)
+        return;
     evaluate(r, r->state->t_new, r->x_new);
+    if (!crossed(r, i))
+        return;
+    evaluate_at(r, mbs_value, 1.0);
+    if (!crossed(r, i))
+        return;
+    r->flipped = located(r, mbs_value, i, 0.0, 1.0) < AT_ONCE;
+    r->sides[i] = r->flipped ? -r->sides[i] : r->sides[i];
 }
 
 static int pass(mbs_run *r)
@@ -166,32 +197,68 @@ static int pass(mbs_run *r)
     return MBS_RUNNING;
 }
 
-/* A step without a slope from beyond a kink ends at a crossing just behind its end, if there is one. */
+/* A step without a slope from beyond a kink ends at a crossing just behind its end, if there is one. One that was taken
+   again may have become inaccurate, as the one before met no force there. */
 static int end_clean(mbs_run *r)
 {
+    if (!(r->retaken <= 1.0)) {
+        if (r->flipped)
+            r->sides[r->state->origin] = -r->sides[r->state->origin];
+        return mbs_failed(r, MBS_STEP_UNDERFLOW, r->state->t, 0);
+    }
     evaluate_at(r, mbs_value, 1.0 + BEYOND);
     return any_crossed(r) ? end_within(r, first_crossing(r, mbs_value, 1.0, 1.0 + BEYOND)) : pass(r);
 }
 
-/* A stop may become true and false again within a step that nothing else ends: look for it on the way. */
-static int pass_looking(mbs_run *r)
+double mbs_on_side(mbs_run *r, mbs_path along, int i, double theta)
 {
-    const mbs_system *system = r->system;
-    int stops = 0;
-    for (int i = 0; i < system->ng; ++i)
-        stops += system->terminal[i];
-    if (!stops) {
-        note_sides(r);
-        return MBS_RUNNING;
+    evaluate_at(r, along, theta);
+    return r->sides[i] * r->values[i];
+}
+
+/* The first part of a way, that nothing crosses at its end x_new, where the functions have the `values`, at which something
+   is seen to have crossed; 2 if nothing is. What is zero at the start is on the side to which it goes. */
+static double looked(mbs_run *r, mbs_path along, const double *x_new, const double *slope_new)
+{
+    const mbs_state *s = r->state;
+    int ng = r->system->ng;
+    double *end = r->looks, *after = end + ng, *before = after + ng, *start = before + ng, probe = MBS_PROBE * s->h;
+    double high = 2.0;
+    mbs_copy(ng, r->values, end);
+    look_at(r, s->t + probe, r->x, probe, r->slope);
+    mbs_copy(ng, r->values, after);
+    look_at(r, s->t_new - probe, x_new, -probe, slope_new);
+    mbs_copy(ng, r->values, before);
+    evaluate(r, s->t, r->x);
+    mbs_copy(ng, r->values, start);
+    for (int i = 0; i < ng; ++i) {
+        r->sides[i] = r->sides[i] == 0.0 ? side(after[i]) : r->sides[i];
+        double on = r->sides[i], first = on * start[i];
+        if ((r->system->terminal[i] && on > 0.0) || (i == s->origin && r->chattering))
+            continue;
+        double found = mbs_first_seen(r, along, i, first < 0.0 ? 0.0 : first, on * after[i], on * before[i], on * end[i]);
+        high = found < high ? found : high;
     }
-    for (int look = 1; look < LOOKS; ++look) {
-        double theta = (double)look / LOOKS;
-        evaluate_at(r, mbs_value, theta);
-        for (int i = 0; i < system->ng; ++i)
-            if (system->terminal[i] && crossed(r, i))
-                return end_within(r, located(r, mbs_value, i, 0.0, theta));
-    }
-    return pass(r);
+    return high;
+}
+
+/* A part of the step at which something has crossed, its end first; 2 if nothing is known to. */
+static double trouble(mbs_run *r)
+{
+    evaluate(r, r->state->t_new, r->x_new);
+    if (any_crossed(r))
+        return 1.0;
+    return r->beyond ? 2.0 : looked(r, mbs_value, r->x_new, r->slope_new);
+}
+
+/* A part of the step at which something has crossed straight on; 2 if nothing does. */
+static double ahead(mbs_run *r)
+{
+    evaluate_at(r, straight_on, 1.0);
+    if (any_crossed(r))
+        return 1.0;
+    mbs_copy(r->n, r->event_x, r->spare);
+    return looked(r, straight_on, r->spare, r->slope);
 }
 
 int mbs_find_event(mbs_run *r, int status)
@@ -199,25 +266,27 @@ int mbs_find_event(mbs_run *r, int status)
     mbs_state *s = r->state;
     double least = 16.0 * MBS_EPSILON * fabs(s->t), way = s->h, margin = SHORT_OF;
     int taken = status == MBS_RUNNING;
+    r->chattering = turns_back(r);
+    r->flipped = 0;
     if (taken)
-        evaluate(r, s->t_new, r->x_new);
-    if (taken && s->origin >= 0 && crossed(r, s->origin))
         let_chatter(r);
-    for (int round = 0; !taken || any_crossed(r) || r->beyond; ++round) {
-        if (taken && any_crossed(r)) {
-            evaluate_at(r, mbs_value, 1.0);
+    for (int round = 0;; ++round) {
+        double high = taken ? trouble(r) : 2.0;
+        if (taken && high > 1.0 && !r->beyond)
+            return round ? end_clean(r) : pass(r);
+        if (high <= 1.0) {
+            evaluate_at(r, mbs_value, high);
             if (!any_crossed(r))
                 return end_at_once(r);
-            double theta = first_crossing(r, mbs_value, 0.0, 1.0);
+            double theta = first_crossing(r, mbs_value, 0.0, high);
             way = theta * s->h;
             if (!(way > least) || round == REPEATS)
                 return end_within(r, theta);
         } else {
             if (round == REPEATS)
                 return taken ? pass(r) : status;
-            evaluate_at(r, straight_on, 1.0);
-            if (any_crossed(r)) {
-                way = first_crossing(r, straight_on, 0.0, 1.0) * s->h;
+            if ((high = ahead(r)) <= 1.0) {
+                way = first_crossing(r, straight_on, 0.0, high) * s->h;
                 if (taken && !(way > least)) /* a kink at the very start is none within the step */
                     return pass(r);
             }
@@ -231,10 +300,5 @@ int mbs_find_event(mbs_run *r, int status)
             margin *= SHORTER;
         if (margin > 0.5)
             way = h;
-        if (taken)
-            evaluate(r, s->t_new, r->x_new);
-        if (taken && !any_crossed(r) && !r->beyond)
-            return end_clean(r);
     }
-    return pass_looking(r);
 }

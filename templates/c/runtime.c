@@ -14,7 +14,7 @@ static const mbs_stepper *stepper_of(const mbs_method *method)
 long long mbs_work(const mbs_problem *problem)
 {
     const mbs_system *s = problem->system;
-    return 12LL * (s->nq + s->nu) + 2LL * (s->ns + s->ng) + s->nw + 3 + stepper_of(problem->method)->work(problem);
+    return 12LL * (s->nq + s->nu) + 2LL * s->ns + 6LL * s->ng + s->nw + 3 + stepper_of(problem->method)->work(problem);
 }
 
 /* x stands first, as runtime.h promises. */
@@ -30,7 +30,8 @@ static mbs_run unpacked(const mbs_problem *problem, mbs_state *state, double *wo
         *vectors[i] = work;
     r.values = work;
     r.sides = r.values + system->ng;
-    r.inputs = r.sides + system->ng;
+    r.looks = r.sides + system->ng;
+    r.inputs = r.looks + 4 * system->ng;
     r.multipliers = r.inputs + system->nw;
     r.rows = r.multipliers + system->ns;
     r.report = r.rows + system->ns;
@@ -131,6 +132,8 @@ static int close_step(mbs_run *r, double t_new)
     return status == MBS_RUNNING ? mbs_verify_end(r, t_new) : status;
 }
 
+static double trial_error(mbs_run *r, int *worst);
+
 static int attempt(mbs_run *r, double h, double t_new)
 {
     r->residual = r->noise = 0.0;
@@ -146,8 +149,11 @@ static int attempt(mbs_run *r, double h, double t_new)
 
 int mbs_take(mbs_run *r, double h, double t_new)
 {
-    int status = attempt(r, h, t_new);
-    return status == MBS_RUNNING ? close_step(r, t_new) : status;
+    int status = attempt(r, h, t_new), worst;
+    if (status != MBS_RUNNING)
+        return status;
+    r->retaken = r->problem->step > 0.0 ? 0.0 : trial_error(r, &worst);
+    return close_step(r, t_new);
 }
 
 static void keep_largest(double *kept, double value)

@@ -6,6 +6,7 @@
 #include "vectors.h"
 
 #define MBS_ROUND_OFF 1e-14 /* rows that small hold */
+#define MBS_PROBE 0x1p-10   /* part of a piece of a step over which rates of switching functions at its ends are measured */
 
 typedef struct mbs_run mbs_run;
 
@@ -45,6 +46,7 @@ struct mbs_run {
     double *x, *x_new, *slope_new, *error, *coarse;
     double *event_x;        /* the state at the event that ends the step, where state->crossing >= 0 */
     double *values, *sides; /* of the switching functions: signs of the sides on which they were last seen */
+    double *looks;          /* and their values at both ends of a step, and near them */
     double *settled, *kept; /* for the states of slopes that are put onto constraints, and for those put there */
     double *stage, *spare, *correction; /* for whoever needs them: nothing stays in them from one call to the next */
     double *slope, *own;                /* own follows slope: a first stage at x is row 0 of an array from slope on */
@@ -55,6 +57,10 @@ struct mbs_run {
     double noise;    /* allowed besides tolerances */
     int watching;    /* there are kinks to look out for */
     int beyond;      /* a slope of the step on trial was taken beyond one */
+    double left;     /* so soon the function at whose event the step starts has left zero, ... */
+    int chattering;  /* ... unless it turns back at once ... */
+    int flipped;     /* ... and is let to */
+    double retaken;  /* the error of an adaptive step that was taken again to just before an event */
 };
 
 /* Note when and where a run failed; returns `status`. */
@@ -144,6 +150,16 @@ int mbs_take(mbs_run *r, double h, double t_new);
 
 /* Note on which side of zero the switching functions are at (t, x). */
 void mbs_start_events(mbs_run *r);
+
+/* A way from x on: the continuous extension of a step, or straight on. */
+typedef int (*mbs_path)(mbs_run *r, double theta, double *x);
+
+/* Switching function i at t + theta h on the way `along` a step, times its side. */
+double mbs_on_side(mbs_run *r, mbs_path along, int i, double theta);
+
+/* A part of the way `along` a step at which switching function i has crossed, near the first; 2 if it keeps its sign. Its values
+   times its side: at the start, MBS_PROBE after it, as much before the end, and at the end. */
+double mbs_first_seen(mbs_run *r, mbs_path along, int i, double start, double after, double before, double end);
 
 /* Tell whether (t, x) lies beyond a kink. */
 int mbs_beyond_kink(mbs_run *r, double t, const double *x);

@@ -62,6 +62,16 @@ def test_a_stop_that_is_true_for_a_part_of_a_step_ends_the_run(backend: str, met
     assert [event["element"] for event in run.events] == ["high"]
 
 
+@LOOPS
+@pytest.mark.parametrize(("method", "step"), [("dormand_prince", None), ("radau_5", None), ("rk4", 1.25)])
+def test_a_stop_that_is_true_for_a_moment_ends_the_run(backend: str, method: str, step: float | None) -> None:
+    """The ball comes to 5 m after 1 s, and is above 4.99999 m for 2.8 ms of steps of a second and more."""
+    model = THROWN.replace("{q: 5, u: 2}", "{q: 0, u: 10}").replace("z > 6, fall: z < floor", "z > 4.99999")
+    model = model.replace("where(z < 2, 1, 0)", "0")
+    run = mbs.simulate(mbs.loads(model), t_end=10, method=method, step=step, backend=backend)
+    assert run.t_final == pytest.approx(1 - math.sqrt(2e-6), abs=1e-9)
+
+
 def test_what_is_asked_of_the_end_is_asked_of_the_stop(tmp_path) -> None:
     run = mbs.simulate(mbs.loads(THROWN), t_end=10, samples=11, parameters={"floor": 5})
     assert run.t_final == pytest.approx(0.4, abs=1e-12)

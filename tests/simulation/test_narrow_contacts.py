@@ -1,0 +1,124 @@
+"""Kinks that are crossed and crossed back within a step: pairs of bodies on a line that touch for a moment.
+
+Two bodies with a one-sided linear spring of stiffness k between them touch for half a period, pi*sqrt(mu/k), and then
+part as after an elastic collision, whatever the step was that brought them together.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+
+PAIR = """
+multibody_sym: 1
+name: pair
+parameters: {k: 10, R: 1, x: -3, va: 2, vb: 0, ma: 1, mb: 1}
+bodies: {a: {mass: ma}, b: {mass: mb}}
+joints:
+  to_a: {type: prismatic, parent: ground, child: a, axis: x, q: xa, initial: {q: x, u: va}}
+  to_b: {type: prismatic, parent: ground, child: b, axis: x, q: xb, initial: {u: vb}}
+forces: {touch: {type: pull, between: [a, b], value: "-k*max(R - distance, 0)"}}
+"""
+LOOPS = pytest.mark.parametrize("backend", ["c", "python"])
+
+
+@LOOPS
+@pytest.mark.parametrize("method", ["dormand_prince", "radau_5", "RK45"])
+def test_a_body_that_touches_another_within_a_long_step_does_not_pass_through_it(backend: str, method: str) -> None:
+    """The free motion before and after is exact in steps of any length: none of them needs to end near the contact."""
+    run = mbs.simulate(mbs.loads(PAIR), t_end=20, method=method, backend=backend, samples=2)
+    assert (run["u_xa"][-1], run["u_xb"][-1]) == pytest.approx((0, 2), abs=1e-6)
+    (start, end) = (event.time for event in run.integration.events)
+    assert start == pytest.approx(1, abs=1e-12)
+    assert end - start == pytest.approx(math.pi * math.sqrt(0.5 / 10), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("method", "step"),
+    [
+        *(("dormand_prince", None), ("dormand_prince_8", None), ("bogacki_shampine", None), ("radau_3", None)),
+        *(("rk4", 0.03), ("stoermer_6", 0.03), ("gauss_4", 0.03), ("radau_5", None)),
+    ],
+)
+def test_both_loops_meet_a_contact_in_the_same_steps(method: str, step: float | None) -> None:
+    system = mbs.loads(PAIR)
+    in_c, in_python = (
+        mbs.simulate(system, t_end=4, method=method, step=step, samples=9, rtol=None if step else 1e-6, backend=loop)
+        for loop in ("c", "python")
+    )
+    counts = [{k: v for k, v in run.statistics.items() if k != "backend"} for run in (in_c, in_python)]
+    assert counts[0] == counts[1]
+    assert [e.index for e in in_c.integration.events] == [e.index for e in in_python.integration.events] == [0, 0]
+    np.testing.assert_allclose(in_c["u_xa"], in_python["u_xa"], atol=1e-12)
+
+
+PUSHED = """
+multibody_sym: 1
+name: pushed
+bodies: {block: {mass: 2}}
+joints: {slide: {type: prismatic, parent: ground, child: block, axis: x, q: x}}
+inputs: {w: WAVE}
+forces: {push: {type: force, on: block, value: [w, 0, 0]}}
+"""
+PULSES = {
+    "where(t > 5, where(t < 5.002, 1000, 0), 0)": 2.0,
+    "where(sin(pi*t/7) > 0.99999999, 1000, 0)": 2 * 7 / math.pi * math.acos(0.99999999) * 1000 * 7,
+    "1e6*max(0.001 - abs(t - 50.2), 0)": 1.0,
+    "{table: [[0, 0], [60, 0], [60.001, 1000], [60.002, 0]]}": 1.0,
+}
+
+
+@LOOPS
+@pytest.mark.parametrize("wave", list(PULSES))
+def test_pulses_narrower_than_a_step_push(backend: str, wave: str) -> None:
+    """A block at rest lets steps grow to any length; its momentum at 100 s is the time integral of the pulses."""
+    system = mbs.loads(PUSHED.replace("WAVE", wave if wave.startswith("{") else f'"{wave}"'))
+    run = mbs.simulate(system, t_end=100, backend=backend, samples=2)
+    assert 2 * run["u_x"][-1] == pytest.approx(PULSES[wave], rel=1e-6)
+
+
+METHODS = {
+    "dormand_prince": {},
+    "dormand_prince_8": {},
+    "bogacki_shampine": {"rtol": 1e-7, "atol": 1e-7},
+    "radau_5": {},
+    "RK45": {},
+    "stoermer_6": {"step": 0.05},  # of the contact's duration
+}
+
+
+def contacts_missed(method: str, seed: int, count: int) -> list[dict[str, float]]:
+    """Return the parameters of random pairs whose final speeds are not those of an elastic collision."""
+    random, system, missed = np.random.default_rng(seed), mbs.loads(PAIR), []
+    for _ in range(count):
+        ma, mb, k, closing = 10 ** random.uniform([-1, -1, 0, -1], [1, 1, 4, 1])
+        reduced = ma * mb / (ma + mb)
+        duration = math.pi * math.sqrt(reduced / k)
+        t_end = duration * 10 ** random.uniform(1, 4)
+        radius = closing / math.sqrt(k / reduced) * random.uniform(1.2, 20)  # of which less than 1/1.2 is pressed in
+        vb = random.normal()
+        va, start = vb + closing, random.uniform(0.01, 0.99) * (t_end - duration)
+        parameters = {"k": k, "R": radius, "x": -radius - closing * start, "va": va, "vb": vb, "ma": ma, "mb": mb}
+        settings = {name: x * duration if name == "step" else x for name, x in METHODS[method].items()}
+        run = mbs.simulate(system, t_end=t_end, method=method, parameters=parameters, samples=2, **settings)
+        mean = (ma * va + mb * vb) / (ma + mb)
+        error = max(abs(run["u_xa"][-1] - (2 * mean - va)), abs(run["u_xb"][-1] - (2 * mean - vb)))
+        if not error < 1e-4 * closing or run["xa"][-1] >= run["xb"][-1]:
+            missed.append({**parameters, "duration": duration, "t_end": t_end, "start": start, "error": error})
+    return missed
+
+
+@pytest.mark.parametrize("method", list(METHODS))
+def test_no_contact_of_random_pairs_is_missed(method: str) -> None:
+    """The runs take 10 to 10^4 times as long as the contact."""
+    assert contacts_missed(method, 1, 50 if method != "stoermer_6" else 10) == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("method", list(METHODS))
+def test_no_contact_of_many_random_pairs_is_missed(method: str) -> None:
+    assert contacts_missed(method, 2, 500) == []
