@@ -62,7 +62,7 @@ def test_massless_speeds_are_those_that_move_no_mass() -> None:
     assert [resolved.speeds[k].name for k in massless_speeds(resolved)] == ["u_y_carrier"]
     carried = mechanism(System(
         "cart", bodies={"carrier": Body(), "load": Body(mass=1)},
-        joints={"x": Prismatic("ground", "carrier"), "y": Prismatic("carrier", "load", axis="y")},
+        joints={"x": Prismatic("ground", "carrier", axis="z"), "y": Prismatic("carrier", "load", axis="y")},
     ))  # fmt: skip
     assert massless_speeds(carried) == []
     assert cheapest(resolved) == "composite_body"
