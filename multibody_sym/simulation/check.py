@@ -31,6 +31,7 @@ from multibody_sym.model.system import System, expressions
 from multibody_sym.scalars.kinks import switching_functions
 from multibody_sym.scalars.node import ZERO, leaves, symbol
 from multibody_sym.simulation.limits import limits_passed
+from multibody_sym.simulation.slipped_wheels import slipped_wheels
 
 _STATES: Final = 4
 _LARGE: Final = 200
@@ -116,7 +117,8 @@ def _with_dynamics(system: System, resolved: Mechanism, begin: Start, declared: 
     residuals = theorems(instants)
     tensions = _pushing(resolved, found[0].multipliers.tolist())
     physical = (*_gravity_hint(resolved, states[0]), *_physical_hints(motion))
-    hints = (*declared, *physical, *_start_hints(resolved, begin, states), *tensions)
+    wheels = slipped_wheels(resolved, begin.parameters)
+    hints = (*declared, *physical, *_start_hints(resolved, begin, states), *tensions, *wheels)
     agreed = agrees(resolved, ratios) and all(x <= NEGLIGIBLE for x in residuals.values())
     failure = None if agreed else _contradiction(resolved, begin, states)
     doubles = {body.joint_name: len(body.u) for body in resolved.bodies if body.is_double}

@@ -27,6 +27,7 @@ from multibody_sym.scalars.node import as_node, quantity, symbol
 from multibody_sym.simulation.instant import Solved, solved_start
 from multibody_sym.simulation.overrides import with_values
 from multibody_sym.simulation.questions import answered
+from multibody_sym.simulation.slipped_wheels import slipped_wheels
 from multibody_sym.simulation.solution import RowKind, Solution, Value
 
 _ROUNDING: Final = 1e-12
@@ -57,7 +58,10 @@ def solve(system: System, parameters: Mapping[str, Any] | None = None, formalism
         kinds={row.name: _kind(row) for row in resolved.rows if row.name in reactions},
         conditions=(*_tension_conditions(solved, reactions), *_sign_conditions(solved), *remarks),
         answers=answers,
-        notes=tuple(f"numbers only, where no closed form is given: {reason}" for reason in solved.reasons),
+        notes=(
+            *slipped_wheels(resolved, begin.parameters),
+            *(f"numbers only, where no closed form is given: {reason}" for reason in solved.reasons),
+        ),
         assembled=_assembled(solved),
         shifts=dict(begin.shifts),
         withheld={name: each.components for name, each in resolved.withheld.items()},

@@ -1,0 +1,87 @@
+"""Ropes that run over a wheel which could turn, and do not turn it: frictionless pulleys on bodies that are wheels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from multibody_sym.kinematics.motion import Motion, motion_of
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.mechanism import Bend, DistanceRow, ExpressionRow, Mechanism, RopeRow, VelocityRow
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import Node, leaves, slot
+from multibody_sym.scalars.vectors import Vec
+
+Floats = npt.NDArray[np.float64]
+_ROUNDING: Final = 1e-9
+
+
+def slipped_wheels(mechanism: Mechanism, parameters: Sequence[float]) -> list[str]:
+    """Return for each rope and each wheel that it slips over what that means; `parameters` (np) in numbers.
+
+    A pulley's body is a wheel where its joint lets it turn about the pulley's axis with the centre at rest; one
+    without a radius, only if its centre of mass is there too. A wheel whose coordinate a constraint names is tied.
+    """
+    declared = mechanism.relative or mechanism
+    if not any(bend.at.body >= 0 for row in declared.rows if isinstance(row, RopeRow) for bend in row.path[1:-1]):
+        return []
+    known = {slot("parameters", k): value for k, value in enumerate(parameters)}
+    q = [evaluate_float([c.initial], known)[0] for c in declared.coordinates]
+    motion = motion_of(declared, state_of(declared, float, 0.0, q, [0.0] * len(declared.speeds), parameters))
+    tied = _tied(declared)
+    found: dict[tuple[str, str], None] = {}
+    for row in motion.mechanism.rows:
+        for bend in row.path[1:-1] if isinstance(row, RopeRow) else ():
+            if bend.at.body >= 0 and any(q not in tied for q in _turning(motion, bend)):
+                found[row.name, motion.mechanism.bodies[bend.at.body].name] = None
+    return [
+        f"rope {rope} slips over {wheel} without turning it: a pulley is without friction whatever it stands on. "
+        f"Tie them ({{type: expression, zero: way of the rope - radius*angle}}), or put it on what carries {wheel}"
+        for rope, wheel in found
+    ]
+
+
+def _turning(motion: Motion, bend: Bend) -> Iterator[int]:
+    """Yield a coordinate of each freedom of its own joint by which a pulley's body turns about the pulley's axis."""
+    body, moved = motion.mechanism.bodies[bend.at.body], motion.bodies[bend.at.body]
+    centre = np.array(motion.point(bend.at), dtype=float)
+    radius, *components = (float(x) for x in motion.state.values([bend.radius, *bend.axis]))
+    com = np.array(motion.masses[bend.at.body].com, dtype=float) - centre
+    axis = np.array(components)
+    if radius == 0.0 and np.linalg.norm(np.cross(axis, com)) > _ROUNDING * (1.0 + float(np.linalg.norm(centre))):
+        return
+    for q, linear, angular in zip(body.step_q, moved.linear, moved.angular, strict=False):  # a ball's come last
+        if _turns([linear], [angular], centre, axis):
+            yield q
+    if body.ball and _turns(moved.linear[-3:], moved.angular[-3:], centre, axis):
+        yield body.q[-1]
+
+
+def _turns(linear: Sequence[Vec], angular: Sequence[Vec], centre: Floats, axis: Floats) -> bool:
+    """Return whether freedoms (n x 3 each, of the body's origin) turn a body about an axis through a centre."""
+    spin = np.array(angular, dtype=float)
+    moving = np.array(linear, dtype=float) + np.cross(spin, centre)
+    wanted = np.concatenate([axis, np.zeros(3)])
+    rates = np.hstack([spin, moving]).T
+    missed = wanted - rates @ np.linalg.lstsq(rates, wanted, rcond=None)[0]
+    return float(np.linalg.norm(missed)) <= _ROUNDING
+
+
+def _tied(mechanism: Mechanism) -> set[int]:
+    """Return the coordinates that constraints name, or whose speeds they name."""
+    named: list[Node] = []
+    for row in mechanism.rows:
+        if isinstance(row, (ExpressionRow, VelocityRow)):
+            named.append(row.zero)
+        elif isinstance(row, (RopeRow, DistanceRow)):
+            named.append(row.length if isinstance(row, RopeRow) else row.value)
+    found = {leaf.data for leaf in leaves(named, "slot")}
+    tied = {place for array, place in found if array == "q"}
+    for body in mechanism.bodies:
+        tied.update(q for q, u in zip(body.step_q, body.step_u, strict=True) if ("u", u) in found)
+        if any(("u", u) in found for u in body.u[-3:]) and body.ball:
+            tied.add(body.q[-1])
+    return tied
