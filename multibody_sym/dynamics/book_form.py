@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import reduce
 from math import gcd
 from typing import Final
 
+from multibody_sym.dynamics.decimal_sums import decimal_scales, exact_root, looks_decimal, names_pi_alone
 from multibody_sym.dynamics.factors import Poly, factored
-from multibody_sym.dynamics.quotient_field import Field, NoClosedFormError, Quotient
+from multibody_sym.dynamics.quotient_field import Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.expressions.printer import text
 from multibody_sym.scalars.node import BUILD, ONE, ZERO, Node, add, divide, flatten, multiply, negate, number, power
 
@@ -20,6 +21,8 @@ _MOST_TERMS_TRIED: Final = 30
 _LONGEST: Final = 600
 _MUCH_SHORTER: Final = 0.7
 _SMALL: Final = 12
+_WHOLE: Final = Fraction(1)
+_WHOLE_FOR_DECIMAL: Final = 4
 
 Exponents = tuple[int, ...]
 
@@ -71,10 +74,11 @@ def trigonometric_forms(field: Field, p: Poly) -> list[Poly]:
 
 @dataclass(frozen=True)
 class _Product:
-    """number x factors, each a polynomial with a whole exponent (negative below)."""
+    """number x factors, each a polynomial with a whole exponent (negative below), written times its scale."""
 
     number: Fraction
     factors: tuple[tuple[Poly, int], ...]
+    scales: Mapping[Poly, Fraction] = field(default_factory=dict)
 
 
 def _fraction(field: Field, above: Poly, below: Poly) -> Node:
@@ -91,8 +95,9 @@ def _fraction(field: Field, above: Poly, below: Poly) -> Node:
 
 def _single_fraction(field: Field, above: Poly, below: Poly) -> Node:
     product, root = _taken_roots(field, _factored(above, below))
-    product = _with_few_signs(product)
-    node = _product_node(field, _Product(abs(product.number), product.factors), _root(field, root))
+    outside, root = _root_with_decimals(field, root)
+    product = _with_decimals(field, _with_few_signs(replace(product, number=product.number * outside)))
+    node = _product_node(field, replace(product, number=abs(product.number)), _root(field, root))
     return node if product.number > 0 else negate(node)
 
 
@@ -127,7 +132,7 @@ def _taken_roots(field: Field, product: _Product) -> tuple[_Product, _Product]:
 def _root(field: Field, inside: _Product) -> list[tuple[Node, int]]:
     """Return the root of a product as a factor: sqrt(a / b), or 1 / sqrt(b)."""
     if inside.factors and all(e < 0 for _, e in inside.factors) and inside.number.numerator == 1:
-        turned = _Product(1 / inside.number, tuple((p, -e) for p, e in inside.factors))
+        turned = _Product(1 / inside.number, tuple((p, -e) for p, e in inside.factors), inside.scales)
         return [(BUILD["sqrt"](_product_node(field, turned)), -1)]
     node = _product_node(field, inside)
     return [] if node is ONE else [(BUILD["sqrt"](node), 1)]
@@ -156,9 +161,60 @@ def _with_few_signs(product: _Product) -> _Product:
     return _Product(value, tuple(factors))
 
 
+# --- decimals ------------------------------------------------------------------------------------------------------
+
+
+def _with_decimals(field: Field, product: _Product) -> _Product:
+    """Return the product with decimals in sums where this makes it shorter: 2 (a - 0.001) for (1000 a - 1) / 500."""
+    found, together = [product], product
+    for p, e in product.factors:
+        scales = decimal_scales(p, product.number if e == 1 else _WHOLE) if looks_decimal(field, p) else set()
+        if e == 1 and len(p) > 1 and names_pi_alone(p):
+            scales.add(abs(product.number))
+        found += [_scaled(product, p, e, scale) for scale in scales]
+        together = _scaled(together, p, e, _shortest(field, p, scales or {_WHOLE}))
+    return min((*found, together), key=lambda x: _length(field, x))
+
+
+def _shortest(field: Field, p: Poly, scales: Iterable[Fraction]) -> Fraction:
+    """Return the scale with which a sum is shortest."""
+    return min(scales, key=lambda scale: (len(text(_sum(field, p, scale))), scale))
+
+
+def _root_with_decimals(field: Field, inside: _Product) -> tuple[Fraction, _Product]:
+    """Return what leaves a root when its sums are written with decimals, and what stays: 5 sqrt(d^2 + 0.04)."""
+    outside = _WHOLE
+    for p, e in inside.factors:
+        scale = _square_scale(field, p)
+        outside /= exact_root(scale) ** e
+        inside = replace(inside, scales={**inside.scales, p: scale})
+    return outside, inside
+
+
+def _square_scale(field: Field, p: Poly) -> Fraction:
+    """Return the square that gives a sum under a root short decimals, 1 if whole numbers are as short."""
+    squares = [s for s in decimal_scales(p, _WHOLE) if exact_root(s)] if looks_decimal(field, p) else []
+    return _shortest(field, p, (_WHOLE, *squares))
+
+
+def _scaled(product: _Product, p: Poly, exponent: int, scale: Fraction) -> _Product:
+    return replace(product, number=product.number / scale**exponent, scales={**product.scales, p: scale})
+
+
+def _length(field: Field, product: _Product) -> tuple[int, int]:
+    """Return the length of a product's text, more for each sum whose whole numbers look as if they were decimals.
+
+    Among equals the product is best that has the fewest numbers in its sums.
+    """
+    scales = [(p, product.scales.get(p, _WHOLE)) for p, _ in product.factors]
+    whole = sum(looks_decimal(field, p) and scale == 1 for p, scale in scales)
+    numbers = sum(abs(int(c) * scale) != 1 for p, scale in scales for c in p.values())
+    return len(text(_product_node(field, product))) + _WHOLE_FOR_DECIMAL * whole, numbers
+
+
 def _product_node(field: Field, product: _Product, atoms: Iterable[tuple[Node, int]] = ()) -> Node:
     """Return a product with a positive number as one quotient, `atoms` (other factors with exponents) included."""
-    powers = [*atoms, *((_sum(field, p), e) for p, e in product.factors)]
+    powers = [*atoms, *((_sum(field, p, product.scales.get(p, _WHOLE)), e) for p, e in product.factors)]
     powers = _tangents(powers)
     above = _multiplied([(node, e) for node, e in powers if e > 0])
     below = _multiplied([(node, -e) for node, e in powers if e < 0])
@@ -200,41 +256,59 @@ def _tangents(powers: list[tuple[Node, int]]) -> list[tuple[Node, int]]:
 # --- sums and products ---------------------------------------------------------------------------------------------
 
 
-def _sum(field: Field, p: Poly) -> Node:
-    """Return a polynomial as a sum, positive terms first; g m1 + g m2 becomes g (m1 + m2) where that is shorter."""
-    terms = _contracted(field, p)
+def _sum(field: Field, p: Poly, scale: Fraction = _WHOLE) -> Node:
+    """Return a polynomial times `scale` as a sum, positive terms first.
+
+    g m1 + g m2 becomes g (m1 + m2) where that is shorter.
+    """
+    terms = {m: c * scale for m, c in _contracted(field, p).items()}
     plain = [(_term(field, m), c) for m, c in terms.items()]
     return min((_added(_grouped(field, terms)), _added(plain)), key=lambda node: len(text(node)))
 
 
-def _added(terms: Iterable[tuple[Node, int]]) -> Node:
-    ordered = sorted(terms, key=lambda term: (term[1] < 0, text(term[0])))
+def _added(terms: Iterable[tuple[Node, Fraction]]) -> Node:
+    ordered = sorted(terms, key=lambda term: (term[1] < 0, term[0] is ONE, text(term[0])))
     return reduce(add, (multiply(number(c), node) for node, c in ordered))
 
 
-def _grouped(field: Field, terms: dict[Exponents, int]) -> list[tuple[Node, int]]:
+def _grouped(field: Field, terms: dict[Exponents, Fraction]) -> list[tuple[Node, Fraction]]:
     """Return terms that differ in one letter only as a product of what they share and a sum."""
     left = dict(terms)
-    found: list[tuple[Node, int]] = []
+    found: list[tuple[Node, Fraction]] = []
     while True:
         groups: dict[Exponents, list[Exponents]] = {}
         for m in left:
             for k, exponent in enumerate(m):
                 if exponent == 1:
                     groups.setdefault(_shifted(m, k, -1), []).append(m)
-        shared = max(groups, key=lambda x: (len(groups[x]), _evenness(left, groups[x]), sum(x), x), default=None)
-        if shared is None or len(groups[shared]) < 2 or not any(shared):
+        worth = [x for x, group in groups.items() if any(x) or _share_number(left, group)]
+        shared = max(worth, key=lambda x: (len(groups[x]), _evenness(left, groups[x]), sum(x), x), default=None)
+        if shared is None or len(groups[shared]) < 2:
             return [*found, *((_term(field, m), c) for m, c in left.items())]
         inside = {tuple(e - s for e, s in zip(m, shared, strict=True)): left.pop(m) for m in groups[shared]}
-        side = gcd(*inside.values()) * (-1 if all(c < 0 for c in inside.values()) else 1)
-        inner = _added([(_term(field, m), c // side) for m, c in inside.items()])
+        side = _shared_number(inside.values()) * (-1 if all(c < 0 for c in inside.values()) else 1)
+        inner = _added([(_term(field, m), c / side) for m, c in inside.items()])
         found.append((_multiplied([*_powers(field, shared), (inner, 1)]), side))
 
 
-def _evenness(terms: dict[Exponents, int], group: list[Exponents]) -> float:
+def _shared_number(numbers: Collection[Fraction]) -> Fraction:
+    """Return the number that is written before a sum: what whole numbers share, what decimals are if they are equal."""
+    if all(c.denominator == 1 for c in numbers):
+        return Fraction(gcd(*(int(c) for c in numbers)))
+    sizes = {abs(c) for c in numbers}
+    return sizes.pop() if len(sizes) == 1 else _WHOLE
+
+
+def _share_number(terms: Mapping[Exponents, Fraction], group: Collection[Exponents]) -> bool:
+    """Return whether letters that are less than the whole sum have the same number before them, and one to be seen."""
+    sizes = {abs(terms[m]) for m in group}
+    return len(sizes) == 1 and sizes != {_WHOLE} and len(group) < len(terms)
+
+
+def _evenness(terms: dict[Exponents, Fraction], group: list[Exponents]) -> float:
     """Return how near the coefficients of a group are to each other: 1 for equal ones."""
     sizes = [abs(terms[m]) for m in group]
-    return min(sizes) / max(sizes)
+    return float(min(sizes) / max(sizes))
 
 
 def _term(field: Field, exponents: Exponents) -> Node:
@@ -246,9 +320,16 @@ def _powers(field: Field, exponents: Exponents) -> list[tuple[Node, int]]:
     for k, exponent in enumerate(exponents):
         if exponent:
             letter = field.letters[k]
-            node = BUILD["sqrt"](_sum(field, letter.square)) if letter.node is None else letter.node
-            powers.append((node, exponent))
+            nodes = _written_root(field, letter) if letter.node is None else [letter.node]
+            powers += [(node, exponent) for node in nodes]
     return powers
+
+
+def _written_root(field: Field, letter: Letter) -> list[Node]:
+    """Return the factors as which a root is written: 10 and sqrt(h^2 + 0.09)."""
+    square = field.in_ring(letter.square)
+    scale = _square_scale(field, square)
+    return [number(1 / exact_root(scale)), BUILD["sqrt"](_sum(field, square, scale))]
 
 
 def _contracted(field: Field, p: Poly) -> dict[Exponents, int]:

@@ -137,16 +137,23 @@ def sine_and_cosine(angle: Quotient) -> tuple[Quotient, Quotient]:
 def _parts(angle: Quotient) -> Iterable[tuple[Quotient, int]]:
     """Return an angle as whole multiples of base angles: its constant part and the rest, or term by term.
 
-    A constant, such as a multiple of pi, is a base angle; so is every angle that is no polynomial.
+    A constant, such as a multiple of pi, is a base angle; so are acos(x) and its like, and whatever is no polynomial.
     """
     field = angle.field
     if not angle.below.is_ground:
         return [(angle, 1)]
     terms = {m: Fraction(int(c), int(angle.below.LC)) for m, c in field.in_ring(angle.above).items()}
     constant = {m: c for m, c in terms.items() if sum(m) == m[0] <= 1}
-    rest = {m: c for m, c in terms.items() if m not in constant}
-    parts = [*({m: c} for m, c in constant.items()), *([{m: c} for m, c in rest.items()] if field.expands else [rest])]
+    inverse = {m: c for m, c in terms.items() if c.denominator == 1 and _is_inverse(field, m)}
+    rest = {m: c for m, c in terms.items() if m not in constant and m not in inverse}
+    alone = [{m: c} for m, c in (*constant.items(), *inverse.items())]
+    parts = [*alone, *([{m: c} for m, c in rest.items()] if field.expands else [rest])]
     return [_multiple_of(field, part, part.keys() <= constant.keys()) for part in parts if part]
+
+
+def _is_inverse(field: Field, m: tuple[int, ...]) -> bool:
+    """Return whether a monomial is nothing but an angle such as acos(x)."""
+    return sum(m) == 1 and field.letters[m.index(1)].node in field.inverses
 
 
 def _multiple_of(field: Field, terms: dict[tuple[int, ...], Fraction], constant: bool) -> tuple[Quotient, int]:
@@ -172,7 +179,28 @@ def _letters(angle: Quotient) -> tuple[Quotient, Quotient]:
     if field.position(("cos", half)) is not None:
         s, c = _letters(angle / 2)
         return 2 * s * c, 2 * c * c - 1
+    if node in field.inverses:
+        return _of_inverse(node.op, *field.inverses[node])
     return _new_letters(field, node, PRECISE.sin(angle.sample), PRECISE.cos(angle.sample))
+
+
+def _of_inverse(op: str, *arguments: Quotient) -> tuple[Quotient, Quotient]:
+    """Return (sin, cos) of asin x, acos x, atan x or atan2(y, x)."""
+    y, x = (arguments[0], arguments[-1]) if op == "atan2" else (arguments[0], arguments[0].field.constant(1))
+    if op in ("asin", "acos"):
+        across = _across(y)
+        return (y, across) if op == "asin" else (across, y)
+    length = sqrt(x * x + y * y)
+    return y / length, x / length
+
+
+def _across(a: Quotient) -> Quotient:
+    """Return sqrt(1 - a^2), under one root where no square leaves it: sqrt(1 - x^2), not sqrt(1 - x) sqrt(1 + x)."""
+    field = a.field
+    radicand = field.reduced(a.below * a.below - a.above * a.above)
+    if radicand.is_ground or field.value(radicand) <= 0 or any(e > 1 for _, e in factored(radicand)[1]):
+        return sqrt(-(a * a) + 1)
+    return _root(field, radicand) / absolute(field.whole(a.below))
 
 
 def _new_letters(field: Field, angle: Node, sine: Any, cosine: Any) -> tuple[Quotient, Quotient]:
@@ -236,7 +264,9 @@ def _with_double_angle(field: Field, p: Poly, s: int, c: int) -> Quotient:
     sine, cosine = field.letters[s], field.letters[c]
     assert sine.node is not None
     samples = 2 * sine.sample * cosine.sample, 2 * cosine.sample**2 - 1
-    sin_2x, cos_2x = _new_letters(field, multiply(TWO, sine.node.args[0]), *samples)
+    angle = multiply(TWO, sine.node.args[0])
+    known = field.inverses.get(angle)
+    sin_2x, cos_2x = _new_letters(field, angle, *samples) if known is None else _of_inverse(angle.op, *known)
     total = field.constant(0)
     for m, coefficient in field.in_ring(p).items():
         rest = {tuple(0 if k in (s, c) else e for k, e in enumerate(m)): coefficient}
@@ -291,6 +321,8 @@ def _opaque(op: str, *arguments: Quotient) -> Quotient:
     sample = _PRECISE_OPERATIONS[op](*(a.sample for a in arguments))
     if isinstance(sample, PRECISE.mpc):
         raise NoClosedFormError(f"{op} has no real value")
+    if op in ("asin", "acos", "atan", "atan2"):
+        arguments[0].field.inverses[node] = arguments
     return arguments[0].field.letter(node, Letter(node, sample, op == "exp"))
 
 

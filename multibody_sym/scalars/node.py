@@ -22,6 +22,8 @@ Exact = int | Fraction
 _NUMBERS: Final = frozenset({"number", "real"})
 _EXACT_BITS: Final = 256
 _HELD_BY_ONE: Final = 2  # the reference of a table or list and the argument of getrefcount
+_LARGEST_FACTORED: Final = 10**12
+_LARGEST_DIVISOR: Final = 1000
 _SMALLEST_LIMIT: Final = 200_000
 _table: dict[tuple[Any, ...], Node] = {}
 _limit = [_SMALLEST_LIMIT]
@@ -317,12 +319,30 @@ def add(a: Node, b: Node) -> Node:
             return ZERO
         if b.op == "neg":
             return negate(add(a.args[0], b.args[0]))
-        return _intern("add", (b, a))
+        return add(b, a)
     if b.op == "neg":
-        return ZERO if b.args[0] is a else _intern("add", (a, b))
+        return ZERO if b.args[0] is a else _difference(a, b)
     if a.op == "pow" and b.op == "pow" and _is_circle(a, b):
         return ONE
+    if a.shadow is not None and b.shadow is not None and (total := _surds_added(a, b)) is not None:
+        return total
     return _intern("add", (a, b) if a.key <= b.key else (b, a))
+
+
+def _difference(a: Node, b: Node) -> Node:
+    """Return a + b for b = -c."""
+    first, second = (_surd(a), _surd(b.args[0])) if a.shadow is not None and b.shadow is not None else (None, None)
+    if first is None or second is None or first[1] != second[1]:
+        return _intern("add", (a, b))
+    return multiply(number(first[0] - second[0]), sqrt(number(first[1])))
+
+
+def _surds_added(a: Node, b: Node) -> Node | None:
+    """Return the sum of c sqrt(n) and d sqrt(n) for the same n, None for all else."""
+    first, second = _surd(a), _surd(b)
+    if first is None or second is None or first[1] != second[1]:
+        return None
+    return multiply(number(first[0] + second[0]), sqrt(number(first[1])))
 
 
 def _is_circle(a: Node, b: Node) -> bool:
@@ -359,6 +379,8 @@ def multiply(a: Node, b: Node) -> Node:
         return negate(multiply(a, b.args[0]))
     if a is b:
         return power(a, TWO)
+    if a.op == b.op == "sqrt" and a.args[0].op == b.args[0].op == "number":
+        return sqrt(multiply(a.args[0], b.args[0]))
     if b.op == "mul" and b.args[0].op in _NUMBERS:
         return multiply(b.args[0], multiply(b.args[1], a))
     if a.op == "mul" and a.args[0].op in _NUMBERS:
@@ -398,7 +420,17 @@ def divide(a: Node, b: Node) -> Node:
         return negate(divide(a.args[0], b))
     if b.op == "neg":
         return negate(divide(a, b.args[0]))
+    if a.shadow is not None and (root := _surd(b)) is not None:
+        return multiply(number(1 / (root[0] * root[1])), multiply(a, sqrt(number(root[1]))))
     return _intern("div", (a, b))
+
+
+def _surd(a: Node) -> tuple[Fraction, int] | None:
+    """Return (c, n) of a constant c sqrt(n), None for anything else."""
+    factor, root = a.args if a.op == "mul" else (ONE, a)
+    if factor.op != "number" or root.op != "sqrt" or not isinstance(root.args[0].data, int):
+        return None
+    return Fraction(factor.data), root.args[0].data
 
 
 def power(a: Node, b: Node) -> Node:
@@ -435,6 +467,9 @@ def _integer_power(a: Node, n: int) -> Node:
         return power(a.args[0], number(a.args[1].data * n))
     if a.op == "sqrt" and n == 2:
         return a.args[0]
+    if a.shadow is not None and (root := _surd(a)) is not None:
+        whole = multiply(_integer_power(number(root[0]), n), _integer_power(number(root[1]), n // 2))
+        return multiply(whole, sqrt(number(root[1]))) if n % 2 else whole
     return a if n == 1 else _intern("pow", (a, number(n)))
 
 
@@ -501,9 +536,23 @@ def sqrt(a: Node) -> Node:
         roots = math.isqrt(a.data.numerator), math.isqrt(a.data.denominator)
         if roots[0] ** 2 == a.data.numerator and roots[1] ** 2 == a.data.denominator:
             return number(Fraction(*roots))
+        outside, inside = _square_part(a.data.numerator * a.data.denominator)
+        if inside < _LARGEST_FACTORED and (outside != 1 or a.data.denominator != 1):
+            return multiply(number(Fraction(outside, a.data.denominator)), _intern("sqrt", (number(inside),)))
     if a.op == "pow" and a.args[1] is TWO:
         return absolute(a.args[0])
     return _unary("sqrt", a)
+
+
+def _square_part(n: int) -> tuple[int, int]:
+    """Return (s, r) with n = s^2 r, r without small squares; (1, n) for what is too large to be looked at."""
+    outside, k = 1, 2
+    while n < _LARGEST_FACTORED and k * k <= n and k < _LARGEST_DIVISOR:
+        if n % (k * k) == 0:
+            outside, n = outside * k, n // (k * k)
+        else:
+            k += 1
+    return outside, n
 
 
 def absolute(a: Node) -> Node:
