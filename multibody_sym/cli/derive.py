@@ -34,8 +34,8 @@ def run(options: argparse.Namespace) -> Answer:
 
     with model(options) as system:
         equations = derive(system, options.method or options.formalism)
-    data = derivation_data(equations)
-    text = json.dumps(data, indent=1) if options.format == "json" else _written(equations, options)
+        data = derivation_data(equations)
+        text = json.dumps(data, indent=1) if options.format == "json" else _written(equations, options)
     return Answer(data, text)
 
 

@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from multibody_sym.dynamics.examined import numbers_of
 from multibody_sym.errors import MultibodyError, Where
 from multibody_sym.formats.reader import load_with_places
 from multibody_sym.model.slots import at
@@ -22,8 +23,10 @@ def model(options: argparse.Namespace) -> Iterator[System]:
     system, places = load_with_places(options.file)
     with at("--set"):
         changed = with_settings(with_values(system, options.set), {"project": options.project or None})
+    asked = with_settings(changed, {"coordinates": getattr(options, "coordinates", None)})
     try:
-        yield with_settings(changed, {"coordinates": getattr(options, "coordinates", None)})
+        with numbers_of(asked):
+            yield asked
     except MultibodyError as error:
         option = _option(error.where.path, options)
         if option is not None:

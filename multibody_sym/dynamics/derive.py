@@ -12,6 +12,7 @@ import sympy
 from multibody_sym.dynamics.budget import Budget
 from multibody_sym.dynamics.composite_body import mass_matrix
 from multibody_sym.dynamics.derivation import Derivation, Equation, Step
+from multibody_sym.dynamics.examined import examined
 from multibody_sym.dynamics.formalisms import FORMALISMS
 from multibody_sym.dynamics.free_bodies import FreeBodies, free_bodies
 from multibody_sym.dynamics.inverse_dynamics import inverse_dynamics
@@ -47,7 +48,6 @@ from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import slot_state
 from multibody_sym.model.mechanism import Mechanism, is_holonomic
-from multibody_sym.model.resolve import mechanism as resolved
 from multibody_sym.model.system import System
 from multibody_sym.scalars.node import Node, as_node, postorder
 from multibody_sym.scalars.vectors import S
@@ -64,7 +64,7 @@ def derive(model: System | Mechanism, method: str | None = None, *, budget: Budg
     person can read is written out and simplified; past that, shared sub-expressions have names. Raises InputError for
     an unknown method, ModelError where "lagrange" does not apply, NoSolutionError past the budget.
     """
-    mechanism = model if isinstance(model, Mechanism) else resolved(model)
+    mechanism = model if isinstance(model, Mechanism) else examined(model)
     labels = labels_of(model) if isinstance(model, System) else {}
     chosen = method or ("multipliers" if mechanism.rows else "lagrange")
     if chosen not in METHODS:

@@ -27,7 +27,7 @@ from multibody_sym.program.solve import EPSILON
 
 Floats = npt.NDArray[np.float64]
 
-UNDEFINED: Final = (ValueError, ZeroDivisionError, OverflowError)
+UNDEFINED: Final = (ValueError, ArithmeticError)
 """What arithmetic on floats raises where an expression has no value."""
 _SAFETY: Final = 10
 

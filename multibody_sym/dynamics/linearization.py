@@ -27,6 +27,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import qr
 
+from multibody_sym.dynamics.examined import examined, on_numbers
 from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
 from multibody_sym.dynamics.programs import inputs_program, state_derivative
 from multibody_sym.dynamics.rounding import eigenvalues, without_rounding
@@ -37,7 +38,6 @@ from multibody_sym.kinematics.motion import coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism import TIME, Mechanism
-from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System
 from multibody_sym.program.derivatives import jacobian
 from multibody_sym.program.program import Program
@@ -104,6 +104,7 @@ class Linearization:
         }
 
 
+@on_numbers
 def linearize(system: System, *, formalism: str | None = None) -> Linearization:
     """Return the linearisation of a system about its start, in coordinates of its joints.
 
@@ -111,7 +112,7 @@ def linearize(system: System, *, formalism: str | None = None) -> Linearization:
     Raises InputError, and NoSolutionError where there is no start, it is a singular position, or it moves such that A
     is not constant, by name.
     """
-    declared = mechanism(system)
+    declared = examined(system)
     resolved = declared.relative or declared
     begin = start(resolved, project=system.simulation.project)
     verify_regular_start(resolved, begin)

@@ -29,7 +29,7 @@ _SEED: Final = 3
 _DEPENDENT: Final = 1e-8
 _LIGHTER: Final = 1024
 """How many times lighter than all bodies together the rows' weight w is."""
-_UNDEFINED: Final = (ValueError, ZeroDivisionError, OverflowError)
+_UNDEFINED: Final = (ValueError, ArithmeticError)
 
 
 def massless_speeds(mechanism: Mechanism) -> list[int]:

@@ -17,7 +17,7 @@ from multibody_sym.dynamics.contradiction import contradictions_named, verify_co
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED, verify_inertia
 from multibody_sym.dynamics.regularity import generic_rank, verify_regular
 from multibody_sym.dynamics.row_values import verify_lengths, verify_values
-from multibody_sym.errors import ModelError, NoSolutionError, Where
+from multibody_sym.errors import ModelError, Where
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import row_motions
@@ -137,19 +137,6 @@ def _verify_inertia(rows: Rows, q: Floats, u: Floats) -> None:
     except ModelError:
         verify_values(motion)
         raise
-    except NoSolutionError:
-        _verify_masses(motion)
-        raise
-
-
-def _verify_masses(motion: Motion) -> None:
-    """Raise ModelError naming the first body with a negative mass or moment of inertia about its centre of mass."""
-    for body, found in zip(motion.mechanism.bodies, motion.masses, strict=True):
-        inertia = {f"I{axis}{axis}": float(found.inertia[k][k]) for k, axis in enumerate("xyz")}
-        for name, value in {"mass": float(found.mass), **inertia}.items():
-            if value < 0.0:
-                with at("bodies", body.name):
-                    raise ModelError(f"{name} = {value:g} is negative at the start, and nothing else outweighs it")
 
 
 def _verify_loads(motion: Motion) -> None:

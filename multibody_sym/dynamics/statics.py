@@ -22,6 +22,7 @@ from scipy.linalg import null_space
 
 from multibody_sym.dynamics.all_rest import are_all
 from multibody_sym.dynamics.closing import Rows, closed_near
+from multibody_sym.dynamics.examined import examined, on_numbers
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED
 from multibody_sym.dynamics.linearization import Flow, Tangents
 from multibody_sym.dynamics.places import Mask, Places
@@ -30,7 +31,6 @@ from multibody_sym.dynamics.start import Start, start
 from multibody_sym.dynamics.steadiness import displaced
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System
 
 Floats = npt.NDArray[np.float64]
@@ -85,13 +85,14 @@ class Equilibrium:
         }
 
 
+@on_numbers
 def equilibrium(system: System) -> Equilibrium:
     """Return the positions of equilibrium that are found from the start and from positions all around it, at t = 0.
 
     The system is taken at rest: speeds of the start are left out. Positions are told apart by where bodies are.
     Raises InputError, and NoSolutionError where there is no start or none is found.
     """
-    resolved = mechanism(system)
+    resolved = examined(system)
     begin = start(resolved, project=system.simulation.project)
     rows = Rows(resolved, begin.parameters, range(len(resolved.rows)))
     flow, q = Flow(resolved, begin.parameters), np.array(begin.q, dtype=float)

@@ -10,23 +10,24 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.dynamics.agreement import agreement, agrees
+from multibody_sym.dynamics.body_masses import holes
 from multibody_sym.dynamics.closing import Rows
 from multibody_sym.dynamics.contradiction import contradiction_of
+from multibody_sym.dynamics.examined import blame_numbers, examined, on_numbers
 from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
 from multibody_sym.dynamics.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.massless import massless_speeds
 from multibody_sym.dynamics.redundancy import redundancy
 from multibody_sym.dynamics.sampling import sampled_states
-from multibody_sym.dynamics.start import Start, start, verify_regular_start
+from multibody_sym.dynamics.start import Start, parameter_values, start, verify_regular_start
 from multibody_sym.dynamics.theorems import NEGLIGIBLE, conserved, instant_of, rates_of, theorems
 from multibody_sym.errors import NoSolutionError
-from multibody_sym.kinematics.motion import Motion, motion_of
+from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.bodies import GROUND
 from multibody_sym.model.constraints import Rope
 from multibody_sym.model.force_places import reasons
 from multibody_sym.model.mechanism import TIME, Mechanism, RopeRow
-from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System, expressions
 from multibody_sym.scalars.kinks import switching_functions
 from multibody_sym.scalars.node import ZERO, leaves, symbol
@@ -88,12 +89,13 @@ class CheckReport:
         return tree if self.failure is None else {**tree, **dict.fromkeys(("degrees_of_freedom", "rank", "shift"))}
 
 
+@on_numbers
 def check(system: System) -> CheckReport:
     """Return degrees of freedom, redundant constraints, the formalisms' agreement, theorems and hints for a system.
 
     Raises InputError for what the declaration contradicts.
     """
-    resolved = mechanism(system)
+    resolved = examined(system)
     declared = _declared_hints(system)
     try:
         begin = start(resolved, project=system.simulation.project)
@@ -116,9 +118,11 @@ def _with_dynamics(system: System, resolved: Mechanism, begin: Start, declared: 
     instants = [instant_of(resolved, rates, state, x) for state, x in zip(states, found, strict=True)]
     residuals = theorems(instants)
     tensions = _pushing(resolved, found[0].multipliers.tolist())
-    physical = (*_gravity_hint(resolved, states[0]), *_physical_hints(motion))
+    physical = (*_gravity_hint(resolved, states[0]), *_hole_hints(resolved))
     wheels = slipped_wheels(resolved, begin.parameters)
     hints = (*declared, *physical, *_start_hints(resolved, begin, states), *tensions, *wheels)
+    if not all(map(math.isfinite, (*ratios.values(), *residuals.values()))):
+        blame_numbers(system)
     agreed = agrees(resolved, ratios) and all(x <= NEGLIGIBLE for x in residuals.values())
     failure = None if agreed else _contradiction(resolved, begin, states)
     doubles = {body.joint_name: len(body.u) for body in resolved.bodies if body.is_double}
@@ -214,19 +218,11 @@ def _massless_hint(system: System, error: NoSolutionError) -> list[str]:
     return [f"body {name} has no inertia: it is a particle at its com, which does not resist turning about itself"]
 
 
-def _physical_hints(motion: Motion) -> list[str]:
-    """Return the bodies whose mass or inertia no distribution of mass has."""
-    hints = []
-    for body, mass in zip(motion.mechanism.bodies, motion.masses, strict=True):
-        if mass.mass < 0:
-            hints.append(f"body {body.name} has a negative mass")
-        low, middle, high = np.linalg.eigvalsh(np.array(mass.inertia, dtype=float))
-        complete = low > NEGLIGIBLE * high  # in the plane one moment is enough
-        if low < -NEGLIGIBLE * high or (complete and low + middle < high * (1.0 - NEGLIGIBLE)):
-            values = ", ".join(f"{x:.6g}" for x in (low, middle, high))
-            hints.append(f"no body has the principal moments of inertia {values} of {body.name}: each is at most the "
-                         "sum of the others")
-    return hints
+def _hole_hints(resolved: Mechanism) -> list[str]:
+    """Return the bodies that count as taken out of others."""
+    base = resolved.relative or resolved
+    pairs = holes(base, parameter_values(base, {}))
+    return [f"body {name} has a negative mass: it counts as a hole, taken out of {of}" for name, of in pairs]
 
 
 def _gravity_hint(resolved: Mechanism, state: State) -> list[str]:

@@ -15,13 +15,13 @@ from multibody_sym.codegen.c import c_source
 from multibody_sym.codegen.python import python_source
 from multibody_sym.codegen.selftest import Samples, spread_samples
 from multibody_sym.codegen.templates import template_text
+from multibody_sym.dynamics.examined import examined
 from multibody_sym.dynamics.formalisms import FORMALISMS
 from multibody_sym.dynamics.programs import programs
 from multibody_sym.dynamics.start import start
 from multibody_sym.errors import InputError, OutputError, Where
 from multibody_sym.formats.files import write_whole
 from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.slots import at, suggestion
 from multibody_sym.model.system import System
 from multibody_sym.program.folding import folded
@@ -56,7 +56,7 @@ def export(
             raise InputError(f"there is no target {to!r}{suggestion(to, TARGETS)}")
     with at("parameters"):
         valued = with_values(system, parameters)
-    resolved = mechanism(valued)
+    resolved = examined(valued)
     name = formalism_name(formalism, resolved)
     begin = start(resolved, project=system.simulation.project)
     made = programs(resolved, FORMALISMS[name]).as_mapping()

@@ -11,6 +11,7 @@ import numpy as np
 from multibody_sym.dynamics.book_form import book_form
 from multibody_sym.dynamics.closed_form import ClosedForms, closed_forms, unknowns
 from multibody_sym.dynamics.equations import TreeDynamics
+from multibody_sym.dynamics.examined import blame_numbers, examined
 from multibody_sym.dynamics.formalisms import FORMALISMS
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED, Accelerations, forward_dynamics
 from multibody_sym.dynamics.quantities import Instant, quantities
@@ -25,7 +26,6 @@ from multibody_sym.expressions.printer import text
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import Node, as_node, leaves
@@ -134,13 +134,15 @@ def solved_start(system: System, formalism: str | None = None) -> Solved:
 
     Raises InputError, and NoSolutionError where there is no start, no inertia, or constraints contradict each other.
     """
-    declared = mechanism(system)
+    declared = examined(system)
     resolved = declared.relative or declared
     begin = start(resolved, project=system.simulation.project)
     state = state_of(resolved, float, 0.0, begin.q, begin.u, begin.parameters)
     motion = motion_of(resolved, state)
     dynamics = FORMALISMS[formalism_name(formalism, resolved)](resolved, state)
     found = forward_dynamics(dynamics, minimum_norm=resolved.minimum_norm)
+    if not (np.isfinite(found.udot).all() and np.isfinite(found.report).all()):
+        blame_numbers(system)
     _verify(resolved, dynamics, found)
     numbers = Instant(motion, found.udot.tolist(), found.multipliers.tolist())
     others = tuple(

@@ -8,9 +8,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from multibody_sym.dynamics.examined import examined, on_numbers
 from multibody_sym.dynamics.start import Start, start
 from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System
 from multibody_sym.runtime.loading import Backend, Compiled
 from multibody_sym.scalars.node import Node, symbol
@@ -52,6 +52,7 @@ class Runnable:
         return {symbol(entry.name): value for entry, value in entries}
 
 
+@on_numbers
 def runnable(
     system: System, formalism: str | None = None, *, native: bool = False, backend: Backend | None = None
 ) -> Runnable:
@@ -60,7 +61,7 @@ def runnable(
     Raises InputError for what the model contradicts, and NoSolutionError where no start satisfies the constraints or a
     free direction has no inertia.
     """
-    resolved = mechanism(system)
+    resolved = examined(system)
     name = formalism_name(formalism, resolved)
     begin = start(resolved, project=system.simulation.project)
     form = form_of(system.simulation, constrained=bool(resolved.rows))

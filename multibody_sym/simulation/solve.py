@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any, Final
 
 from multibody_sym.dynamics.book_form import comparison
+from multibody_sym.dynamics.examined import numbers_of
 from multibody_sym.dynamics.quantities import Instant
 from multibody_sym.dynamics.quotient_field import NoClosedFormError
 from multibody_sym.expressions.printer import text
@@ -42,7 +43,13 @@ def solve(system: System, parameters: Mapping[str, Any] | None = None, formalism
     quotients. A closed form is given only where its value equals the number (to 1e-9), and if it is of bearable length.
     Raises InputError, NoSolutionError (no start, no inertia, contradicting constraints).
     """
-    solved = solved_start(with_values(system, parameters), formalism)
+    valued = with_values(system, parameters)
+    with numbers_of(valued):
+        return _solution(solved_start(valued, formalism))
+
+
+def _solution(solved: Solved) -> Solution:
+    """Return what holds at a start that was solved."""
     resolved, begin = solved.mechanism, solved.begin
     names = acceleration_names(resolved)
     units = {name: f"{speed.unit}^2" for name, speed in zip(names, resolved.speeds, strict=True)}

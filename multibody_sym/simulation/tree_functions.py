@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from multibody_sym.dynamics.examined import examined
 from multibody_sym.dynamics.programs import inputs_program
 from multibody_sym.dynamics.start import parameter_values
 from multibody_sym.dynamics.tree_programs import hybrid_dynamics_program, inverse_dynamics_program, mass_matrix_program
 from multibody_sym.errors import InputError
 from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.slots import suggestion
 from multibody_sym.model.system import System
 from multibody_sym.program.program import Program
@@ -119,7 +119,7 @@ class TreeFunction:
 
 def tree_function(question: TreeQuestion, *, native: bool = False, backend: Backend | None = None) -> TreeFunction:
     """Return a question about a tree as a compiled function."""
-    resolved = mechanism(question.system)
+    resolved = examined(question.system)
     program = question.program(resolved)
     compiled = load({"inputs": inputs_program(resolved), program.name: program}, native=native, backend=backend)
     return TreeFunction(Arguments(resolved, compiled, np.array(parameter_values(resolved, {}))), program.name)

@@ -167,18 +167,6 @@ def test_row_without_value_at_the_start_is_named(constraint: Element, why: str) 
     assert caught.value.where.path[:2] == ("constraints", "wrong")
 
 
-@pytest.mark.parametrize(
-    ("declared", "told"), [({"mass": "m"}, "mass = -2 is neg"), ({"inertia": {"Izz": "m/4"}}, "Izz = -0.5 is neg")]
-)
-def test_negative_mass_is_named(declared: dict[str, object], told: str) -> None:
-    joints = {"x": Prismatic("ground", "a", axis="x", q="x"), "y": Revolute("a", "b", axis="z", q="b")}
-    bodies = {"a": Body(mass=1), "b": Body(**declared)}
-    system = System("negative", parameters={"m": -2}, bodies=bodies, joints=joints)
-    with pytest.raises(ModelError, match=told) as caught:
-        start(mechanism(system))
-    assert caught.value.where.path == ("bodies", "b")
-
-
 def test_rods_of_two_lengths_between_coinciding_points_have_no_direction() -> None:
     system = System(
         "coinciding",

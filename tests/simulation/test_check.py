@@ -73,11 +73,6 @@ def test_text_tells_what_matters() -> None:
         ({"inputs": {"tau": "sin(t)"}}, "input tau is not used"),
         ({"pulleys": {"P": Pulley("ground")}}, "no rope runs over pulley P"),
         ({"bodies": {"rod": Body(com=[0.5, 0, 0], inertia={"Izz": 1})}}, "body rod has no mass"),
-        ({"bodies": {"rod": Body(mass=-1, inertia={"Izz": 10})}}, "body rod has a negative mass"),
-        (
-            {"bodies": {"rod": Body(mass=1, inertia={"Ixx": 1, "Iyy": 1, "Izz": 3})}},
-            "no body has the principal moments of inertia 1, 1, 3 of rod",
-        ),
     ],
 )
 def test_hints(changes, hint: str) -> None:
@@ -155,8 +150,8 @@ def test_flat_four_bar_is_a_singular_position() -> None:
         "B": Revolute("crank.end", "bar", q="b", initial=Initial(q=0)),
     }
     found = check(system(bodies=bodies, joints=joints, constraints={"rocker": Distance(["ground.d", "bar.end"], 1)}))
-    singular = "the start is a singular position: rocker depends on the other constraints there, or holds nothing"
-    assert found.failure.startswith(f"{singular} (the rank of the constraints is 0 there and 1 nearby)")
+    singular = "constraints.rocker: the start is a singular position: rocker depends on the other constraints there,"
+    assert found.failure.startswith(f"{singular} or holds nothing (the rank of the constraints is 0 there and 1 near")
 
 
 def test_rope_that_would_push_is_told() -> None:
