@@ -11,6 +11,8 @@ from multibody_sym.dynamics.derivation import Equation, Step
 from multibody_sym.dynamics.notation import escaped
 from multibody_sym.dynamics.symbolic_equations import READABLE, SymbolicEquations
 from multibody_sym.expressions.printer import text as in_model_language
+from multibody_sym.model.force_places import reasons
+from multibody_sym.report.withheld import withheld_lines
 from multibody_sym.scalars.sympy_bridge import from_sympy
 
 LONGEST: Final = 20_000
@@ -32,6 +34,7 @@ def derivation_text(equations: SymbolicEquations, *, steps: bool = False) -> str
     if equations.operations > LONGEST:
         return f"{_headline(equations)}\n{advice(equations)}"
     shown = equations.steps if steps else _result(equations)
+    shown = [*_withheld(equations), *shown]
     parts = [_headline(equations), *(_step_text(equations, step) for step in shown), _names_text(equations)]
     if equations.operations > READABLE:
         parts.append(advice(equations))
@@ -54,6 +57,16 @@ def _headline(equations: SymbolicEquations) -> str:
         "composite_body": "composite bodies and recursive Newton-Euler",
     }
     return f"{equations.mechanism.name}: {routes[equations.method]}"
+
+
+def _withheld(equations: SymbolicEquations) -> list[Step]:
+    """Return that reactions in the equations are not determined, because constraints do not say where they act."""
+    withheld = equations.mechanism.withheld
+    if equations.method != "newton_euler" or not withheld:
+        return []
+    first, *others = withheld_lines({name: x.components for name, x in withheld.items()}, reasons(withheld))
+    as_if = "the equations have such a force drive each joint along its own axis"
+    return [Step("Reactions", (), "\n".join([f"not determined: {first}; {as_if}", *others]))]
 
 
 def _result(equations: SymbolicEquations) -> list[Step]:
@@ -102,7 +115,7 @@ def derivation_latex(equations: SymbolicEquations, *, steps: bool = False) -> st
     r"""Return the same as LaTeX for a document with amsmath: a \paragraph for each step."""
     if equations.operations > LONGEST:
         return rf"\paragraph{{{escaped(_headline(equations))}}} {escaped(advice(equations))}."
-    shown = list(equations.steps if steps else _result(equations))
+    shown = [*_withheld(equations), *(equations.steps if steps else _result(equations))]
     if equations.definitions:
         shown.append(Step("Names", tuple(Equation(name, e) for name, e in equations.definitions)))
     return "\n".join([f"% {_headline(equations)}", *(_step_latex(equations, step) for step in shown)]) + "\n"
@@ -140,6 +153,8 @@ def derivation_data(equations: SymbolicEquations) -> dict[str, Any]:
         "definitions": {str(name): _expression(equations, e) for name, e in equations.definitions},
         "equations": [_equation(equations, e) for e in equations.equations if shown],
         "steps": [_step(equations, step) for step in equations.steps if shown],
+        "withheld": {name: list(x.components) for name, x in equations.mechanism.withheld.items()},
+        "withheld_reasons": reasons(equations.mechanism.withheld),
         "operations": equations.operations,
     }
 

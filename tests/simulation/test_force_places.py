@@ -243,3 +243,16 @@ def test_the_command_tells_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     tree: dict[str, Any] = json.loads(capsys.readouterr().out)
     assert tree["reactions"]["axle"]["fy"]["value"] is None
     assert tree["withheld"]["axle"] == ["fx", "fy", "mz"]
+
+
+def test_equations_body_by_body_say_what_they_take_for_granted() -> None:
+    """They put a coupling's force along the joints' axes; where that is not declared, it is told."""
+    from multibody_sym.report.derivation import derivation_data, derivation_latex, derivation_text
+
+    for text, withheld in ((DRUM + NO_PLACE, True), (DRUM + STRING, False)):
+        derived = mbs.derive(mbs.loads(text), method="newton_euler")
+        assert ("not determined: axle (fx fy mz), guide (fx fy mz)" in derivation_text(derived)) is withheld
+        assert ("not determined: axle" in derivation_latex(derived)) is withheld
+        parts = ["fx", "fy", "mz"]
+        assert derivation_data(derived)["withheld"] == ({"axle": parts, "guide": parts} if withheld else {})
+    assert "not determined" not in derivation_text(mbs.derive(mbs.loads(DRUM + NO_PLACE), method="composite_body"))
