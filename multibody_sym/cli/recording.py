@@ -5,13 +5,12 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from typing import Final
 
-import numpy as np
-
 from multibody_sym.errors import OutputError, Where
-from multibody_sym.formats.tables import PARTIAL, growing_csv, table_format, write_table
+from multibody_sym.formats.files import file_state, is_special
+from multibody_sym.formats.tables import GrowingCsv, growing_csv, table_format, write_table
 from multibody_sym.simulation.failures import FailedRunError
 from multibody_sym.simulation.samples import Samples
 from multibody_sym.simulation.trajectory import Trajectory
@@ -24,53 +23,78 @@ def verify_target(path: str) -> None:
     """Raise InputError for an unknown ending and OutputError for a folder that cannot be written, before a run."""
     table_format(path)
     folder = os.path.dirname(os.path.realpath(path))
-    if os.path.isdir(path) or not os.access(folder, os.W_OK):
+    if os.path.isdir(path) or not (is_special(path) or os.access(folder, os.W_OK)):
         reason = "it is a folder" if os.path.isdir(path) else "its folder does not exist or cannot be written to"
         raise OutputError(f"the file cannot be written: {reason}", where=Where(file=path))
 
 
-@contextmanager
-def recorded(path: str) -> Iterator[Callable[[Samples], None]]:
-    """Give a function that keeps new samples: in `<path>.partial`, or for other formats in `<path>.csv.partial`.
+class Recording:
+    """The table of a run in a file: made before the run, `recorded` during it, `finish`ed after it.
 
-    CSV grows from the start; NPZ and Parquet, which cannot, have a CSV beside them while a long run lasts. After a run
-    that failed the partial file stays, and the error names it.
+    `place` is the file in the end: beside `path` where another run wrote that meanwhile.
     """
-    growing = _growing_name(path)
-    begin, waiting = time.monotonic(), list[Samples]()
-    with ExitStack() as stack:
-        append: Callable[[np.ndarray], None] | None = None
 
-        def write() -> None:
-            nonlocal append
-            for new in waiting:
-                table = new.table()
-                if append is None:
-                    append = stack.enter_context(growing_csv(growing, list(table.columns)))
-                append(table.rows())
-            waiting.clear()
+    def __init__(self, path: str) -> None:
+        """Raise InputError for an unknown ending and OutputError for a folder that cannot be written."""
+        verify_target(path)
+        self.path = self.place = path
+        self._begin, self._through = file_state(path), is_special(path)
+        self._grows = table_format(path) == _GROWS
+        self._growing: GrowingCsv | None = None
 
-        def keep(new: Samples) -> None:
-            waiting.append(new)
-            if growing == path or time.monotonic() - begin > _LONG:
+    @property
+    def lost(self) -> bool:
+        """Whether another run was first."""
+        return self.place != self.path
+
+    @contextmanager
+    def recorded(self) -> Iterator[Callable[[Samples], None]]:
+        """Give a function that keeps new samples: in `<path>.partial`, or for other formats in `<path>.csv.partial`.
+
+        CSV grows from the start; NPZ and Parquet, which cannot, have a CSV beside them while a long run lasts. After a
+        run that failed the partial file stays, and the error names it.
+        """
+        begin, waiting = time.monotonic(), list[Samples]()
+        with ExitStack() as stack:
+
+            def write() -> None:
+                for new in waiting:
+                    table = new.table()
+                    if self._growing is None:
+                        self._growing = stack.enter_context(self._opened(list(table.columns)))
+                    self._growing(table.rows())
+                waiting.clear()
+
+            def keep(new: Samples) -> None:
+                waiting.append(new)
+                if self._grows or (not self._through and time.monotonic() - begin > _LONG):
+                    write()
+
+            try:
+                yield keep
+            except FailedRunError as error:
                 write()
+                kept = self._growing.partial if self._growing is not None else self.path
+                message = f"{error.message}; what was computed until then is in {_beside(kept, self.path)}"
+                raise FailedRunError(message, error.trajectory) from None
+        if self._grows and self._growing is not None:
+            self.place = self._growing.place
 
-        try:
-            yield keep
-        except FailedRunError as error:
-            write()
-            message = f"{error.message}; what was computed until then is in {growing}{PARTIAL}"
-            raise FailedRunError(message, error.trajectory) from None
+    def _opened(self, names: list[str]) -> AbstractContextManager[GrowingCsv]:
+        if self._grows:
+            return growing_csv(self.path, names, self._begin)
+        return growing_csv(self.path + _GROWS, names, meanwhile=True)
+
+    def finish(self, run: Trajectory) -> None:
+        """Write what does not grow by itself, and a CSV that Ctrl-C may have torn. Raises OutputError."""
+        if not self._grows:
+            self.place = write_table(run.table(), self.path, self._begin)
+            if self._growing is not None:
+                self._growing.discard()
+        elif run.interrupted and not self._through:
+            write_table(run.table(), self.place)
 
 
-def _growing_name(path: str) -> str:
-    return path if table_format(path) == _GROWS else path + _GROWS
-
-
-def finish(path: str, run: Trajectory) -> None:
-    """Write what does not grow by itself, and a CSV that Ctrl-C may have torn. Raises OutputError."""
-    growing = _growing_name(path)
-    if growing != path or run.interrupted:
-        write_table(run.table(), path)
-    if growing != path and os.path.exists(growing):
-        os.unlink(growing)
+def _beside(file: str, path: str) -> str:
+    """Return the name of a file in the folder of `path` as the user names that."""
+    return os.path.join(os.path.dirname(path), os.path.basename(file))

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Final
 
 from multibody_sym.cli.answer import Answer
 from multibody_sym.cli.coordinates import add_coordinates
-from multibody_sym.errors import InputError, Where
+from multibody_sym.errors import InputError, OutputError, Where
 from multibody_sym.integrators.methods import SUMMARIES
 
 if TYPE_CHECKING:
+    from multibody_sym.cli.recording import Recording
     from multibody_sym.simulation.samples import Samples
     from multibody_sym.simulation.trajectory import Trajectory
 
@@ -47,16 +47,29 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> Answer:
     """Simulate and write what was asked for; a run that Ctrl-C ends keeps its rows."""
     figure = _figure_name(options)
-    if options.output is not None:
-        from multibody_sym.cli.recording import verify_target
-
-        verify_target(options.output)
-    done = _simulated(options)
-    written = _written(options.output, figure, done)
+    table = _recording(options.output)
+    done = _simulated(options, table)
+    if table is not None:
+        table.finish(done)
+    if figure is not None:
+        done.plot(figure)
     from multibody_sym.report.run_summary import run_summary
 
-    text = "\n".join([run_summary(done), *(f"wrote {path}" for path in written)])
-    return Answer({**done.as_json(), "written": written}, text, _INTERRUPTED if done.interrupted else 0)
+    written = [path for path in (table and table.place, figure) if path is not None]
+    lines = [run_summary(done), *(f"wrote {path}" for path in written)]
+    code = _INTERRUPTED if done.interrupted else 0
+    if table is not None and table.lost:
+        lines.append(f"{table.path} is another run's: it was written while this one lasted")
+        code = code or OutputError.exit_code
+    return Answer({**done.as_json(), "written": written}, "\n".join(lines), code)
+
+
+def _recording(output: str | None) -> Recording | None:
+    if output is None:
+        return None
+    from multibody_sym.cli.recording import Recording
+
+    return Recording(output)
 
 
 def _figure_name(options: argparse.Namespace) -> str | None:
@@ -69,7 +82,7 @@ def _figure_name(options: argparse.Namespace) -> str | None:
     return name
 
 
-def _simulated(options: argparse.Namespace) -> Trajectory:
+def _simulated(options: argparse.Namespace, table: Recording | None) -> Trajectory:
     from multibody_sym.cli.model import model
     from multibody_sym.report.progress import progress_bar
     from multibody_sym.simulation.simulate import simulate
@@ -78,7 +91,7 @@ def _simulated(options: argparse.Namespace) -> Trajectory:
     with ExitStack() as stack:
         system = stack.enter_context(model(options))
         show = stack.enter_context(progress_bar())
-        keep = _keeper(stack, options.output)
+        keep = _forget if table is None else stack.enter_context(table.recorded())
 
         def progress(new: Samples, part: float) -> None:
             show(part)
@@ -94,23 +107,5 @@ def _simulated(options: argparse.Namespace) -> Trajectory:
         )
 
 
-def _keeper(stack: ExitStack, output: str | None) -> Callable[[Samples], None]:
-    if output is None:
-        return _forget
-    from multibody_sym.cli.recording import recorded
-
-    return stack.enter_context(recorded(output))
-
-
 def _forget(_new: Samples) -> None:
     """Keep nothing: no table was asked for."""
-
-
-def _written(output: str | None, figure: str | None, done: Trajectory) -> list[str]:
-    if output is not None:
-        from multibody_sym.cli.recording import finish
-
-        finish(output, done)
-    if figure is not None:
-        done.plot(figure)
-    return [path for path in (output, figure) if path is not None]

@@ -1,7 +1,12 @@
-"""Files written so that an existing one is never harmed: beside the target, synced, then put in its place."""
+"""Files written so that an existing one is never harmed: beside the target, synced, then put in its place.
+
+Several runs may name one target. Each has a file of its own until it ends; who ends first has the target, and who ends
+later finds it changed since its beginning, and keeps what it has beside it. Devices and pipes are written through.
+"""
 
 from __future__ import annotations
 
+import itertools
 import os
 import secrets
 import stat
@@ -11,6 +16,14 @@ from typing import BinaryIO, Final
 
 from multibody_sym.errors import InputError, OutputError, Where
 
+try:
+    import fcntl
+except ImportError:  # not POSIX
+    fcntl = None  # type: ignore[assignment]
+
+PARTIAL: Final = ".partial"
+FileState = tuple[int, ...]
+_GROWING: Final = os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
 _NEW: Final = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
 
 
@@ -36,28 +49,138 @@ def write_new(path: str | os.PathLike[str], content: bytes) -> None:
         raise InputError("this file exists already; choose another one with -o", where=Where(file=name)) from None
 
 
-def replace_with(path: str | os.PathLike[str], write: Callable[[BinaryIO], None]) -> None:
-    """Let `write` fill a new file that then replaces `path`; where it fails, `path` is as before.
+def replace_with(
+    path: str | os.PathLike[str], write: Callable[[BinaryIO], None], begin: FileState | None = None
+) -> str:
+    """Let `write` fill a new file that then replaces `path`; where it fails, `path` is as before. Return its name.
 
+    Where `path` is no longer what it was in the `begin`, the new file stays beside it, under the name that is returned.
     A device or pipe (`/dev/stdout`) is written to directly. Raises OutputError.
     """
     name = os.fspath(path)
     with output_errors(name):
-        target = os.path.realpath(name)
-        if _is_special(target):
-            with open(target, "wb") as file:
+        if is_special(name):
+            with open(name, "wb") as file:
                 write(file)
-            return
+            return name
+        target = os.path.realpath(name)
         temporary = f"{target}.{secrets.token_hex(4)}.tmp"
         try:
             with open_new(temporary) as file:
                 write(file)
                 _sync(file)
-            put_in_place(temporary, target)
+            return as_named(name, target, settle(temporary, target, begin))
         except BaseException:
             with suppress(OSError):
                 os.unlink(temporary)
             raise
+
+
+def file_state(path: str | os.PathLike[str]) -> FileState:
+    """Return what changes when somebody writes the file `path`; () where there is none."""
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError):
+        return ()
+    return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns
+
+
+def settle(temporary: str, target: str, begin: FileState | None) -> str:
+    """Rename a finished file to `target`, or beside it if that has changed since the `begin`; return the name."""
+    with _folder_locked(os.path.dirname(target) or "."):
+        if begin is None or file_state(target) == begin:
+            put_in_place(temporary, target)
+            return target
+        return _put_beside(temporary, target)
+
+
+def open_growing(target: str) -> tuple[BinaryIO, str]:
+    """Open a new file beside `target` that belongs to nobody else; return it and its name, which ends in `.partial`.
+
+    What a run that was killed left under that name is kept as `<name>.old`.
+    """
+    for number in itertools.count(1):
+        name = _numbered(target, number) + PARTIAL
+        descriptor = _claimed(name)
+        if descriptor is not None:
+            return os.fdopen(descriptor, "wb"), name
+    raise AssertionError
+
+
+def leads_to(name: str, file: BinaryIO) -> bool:
+    """Return whether an open file still has this name."""
+    try:
+        return os.path.samestat(os.stat(name), os.fstat(file.fileno()))
+    except FileNotFoundError:
+        return False
+
+
+def _claimed(name: str) -> int | None:
+    """Return a descriptor of an empty file of this name, locked; None if another run writes the one there is."""
+    while True:
+        descriptor = os.open(name, _GROWING, 0o666)
+        try:
+            if not _locked(descriptor):
+                os.close(descriptor)
+                return None
+            status = os.fstat(descriptor)
+            if file_state(name)[:2] == (status.st_dev, status.st_ino):
+                if status.st_size == 0:
+                    return descriptor
+                os.replace(name, name + ".old")
+        except BaseException:
+            os.close(descriptor)
+            raise
+        os.close(descriptor)
+
+
+def _locked(descriptor: int) -> bool:
+    """Lock an open file; return False if another one has. Where there are no locks, nobody has."""
+    if fcntl is not None:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return False
+        except OSError:
+            return True
+    return True
+
+
+@contextmanager
+def _folder_locked(folder: str) -> Iterator[None]:
+    """Let no other run settle in the folder meanwhile; where it cannot be locked, go on."""
+    descriptor = None
+    with suppress(OSError):
+        if fcntl is not None:
+            descriptor = os.open(folder, os.O_RDONLY | getattr(os, "O_CLOEXEC", 0))
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
+    try:
+        yield
+    finally:
+        if descriptor is not None:
+            os.close(descriptor)
+
+
+def _numbered(target: str, number: int) -> str:
+    """Return the name with a number before its ending: `run.2.csv`; without for number 1."""
+    stem, ending = os.path.splitext(target)
+    return target if number == 1 else f"{stem}.{number}{ending}"
+
+
+def _put_beside(temporary: str, target: str) -> str:
+    """Rename a file to the first numbered name that is free."""
+    for number in itertools.count(2):
+        name = _numbered(target, number)
+        with suppress(FileExistsError):
+            open_new(name).close()
+            os.replace(temporary, name)
+            return name
+    raise AssertionError
+
+
+def as_named(name: str, target: str, place: str) -> str:
+    """Return where a file is in the words of who named it: `name`, or beside it."""
+    return name if place == target else os.path.join(os.path.dirname(name), os.path.basename(place))
 
 
 @contextmanager
@@ -93,9 +216,10 @@ def _sync(file: BinaryIO) -> None:
     os.fsync(file.fileno())
 
 
-def _is_special(target: str) -> bool:
+def is_special(name: str) -> bool:
+    """Return whether a name leads to a device or a pipe, which is written through and never replaced."""
     try:
-        mode = os.stat(target).st_mode
-    except OSError:
+        mode = os.stat(name).st_mode  # not of what the link is resolved to: that of a pipe has no path
+    except (OSError, ValueError):
         return False
-    return not stat.S_ISREG(mode)
+    return not stat.S_ISREG(mode) and not stat.S_ISDIR(mode)

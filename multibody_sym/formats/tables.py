@@ -16,10 +16,20 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.errors import InputError, OutputError, Where
-from multibody_sym.formats.files import open_new, output_errors, put_in_place, replace_with
+from multibody_sym.formats.files import (
+    PARTIAL,
+    FileState,
+    as_named,
+    file_state,
+    is_special,
+    leads_to,
+    open_growing,
+    output_errors,
+    replace_with,
+    settle,
+)
 
 Column = npt.NDArray[np.float64]
-PARTIAL: Final = ".partial"
 _METADATA: Final = "__metadata__"
 _FORMULA: Final = ("=", "+", "-", "@")
 """A text that begins so is computed by spreadsheets; in CSV headers an apostrophe goes before it."""
@@ -53,13 +63,14 @@ class Table:
         return np.column_stack(list(self.columns.values())) if self.columns else np.empty((0, 0))
 
 
-def write_table(table: Table, path: str | os.PathLike[str]) -> None:
-    """Write the table in the format that the ending of `path` names: .csv, .npz or .parquet.
+def write_table(table: Table, path: str | os.PathLike[str], begin: FileState | None = None) -> str:
+    """Write the table in the format that the ending of `path` names: .csv, .npz or .parquet. Return the file's name.
 
+    It is another one, beside `path`, where `path` is no longer what it was in the `begin` (`files.file_state`).
     Raises InputError for another ending, OutputError where writing fails; an existing file is then unharmed.
     """
     write = _WRITERS[table_format(path)]
-    replace_with(path, lambda file: write(table, file))
+    return replace_with(path, lambda file: write(table, file), begin)
 
 
 def table_format(path: str | os.PathLike[str]) -> str:
@@ -124,38 +135,74 @@ _WRITERS: Final[dict[str, Callable[[Table, BinaryIO], None]]] = {
 # --- CSV that grows ---------------------------------------------------------------------------------------------
 
 
-@contextmanager
-def growing_csv(path: str | os.PathLike[str], names: list[str]) -> Iterator[Callable[[npt.NDArray[np.float64]], None]]:
-    """Give a function that appends rows (samples, columns) to `<path>.partial`, renamed to `path` at the end.
+class GrowingCsv:
+    """A CSV that rows (samples, columns) are appended to by calling it; after each call they are in the file.
 
-    After each call the rows are in the file, whatever then happens to the process; where the block ends with an
-    exception, the partial file stays, and `path` is as before. A partial file of an earlier run is kept as
-    `<path>.partial.old`. Raises OutputError.
+    `partial` is the file's name meanwhile, `place` that at the end.
     """
-    target = os.path.realpath(os.fspath(path))
-    partial = target + PARTIAL
-    with output_errors(os.fspath(path)):
-        with suppress(FileNotFoundError):
-            os.replace(partial, partial + ".old")
-        file = open_new(partial)
 
-    def append(rows: npt.NDArray[np.float64]) -> None:
-        with output_errors(partial):
-            file.write(_csv_lines(np.asarray(rows, dtype=np.float64)))
-            file.flush()
+    def __init__(self, file: BinaryIO, partial: str, place: str) -> None:
+        self.file, self.partial, self.place = file, partial, place
 
+    def __call__(self, rows: npt.ArrayLike) -> None:
+        self.write(_csv_lines(np.asarray(rows, dtype=np.float64)))
+
+    def write(self, content: bytes) -> None:
+        """Write bytes that are in the file then, whatever happens to the process. Raises OutputError."""
+        with output_errors(self.partial):
+            self.file.write(content)
+            self.file.flush()
+
+    def discard(self) -> None:
+        """Delete the partial file."""
+        with suppress(OSError):
+            if leads_to(self.partial, self.file):
+                os.unlink(self.partial)
+            self.file.close()
+
+
+@contextmanager
+def growing_csv(
+    path: str | os.PathLike[str], names: list[str], begin: FileState | None = None, *, meanwhile: bool = False
+) -> Iterator[GrowingCsv]:
+    """Give a CSV that grows in `<path>.partial`, renamed to `path` at the end.
+
+    Where the block ends with an exception, the partial file stays, and `path` is as before. Where another run has the
+    partial file, or has changed `path` since the `begin` (of the block, unless given), this one's are numbered:
+    `run.2.csv.partial`, `run.2.csv`. A device or pipe is written to directly. `meanwhile`: the partial file is wanted
+    only until it is discarded. Raises OutputError.
+    """
+    name = os.fspath(path)
+    target = partial = name
+    through = is_special(name)
+    with output_errors(name):
+        if through:
+            file: BinaryIO = os.fdopen(os.open(name, os.O_WRONLY), "wb")
+        else:
+            target, begin = os.path.realpath(name), file_state(name) if begin is None else begin
+            file, partial = open_growing(target)
+    table = GrowingCsv(file, partial, name)
     try:
-        with output_errors(partial):
-            file.write(_csv_header(names))
-            file.flush()
-        yield append
-        with output_errors(os.fspath(path)):
-            os.fsync(file.fileno())
-            file.close()
-            put_in_place(partial, target)
-    finally:
+        table.write(_csv_header(names))
+        yield table
+        with output_errors(name):
+            if through:
+                file.close()
+            elif not meanwhile:
+                os.fsync(file.fileno())
+                _verify_own(partial, file)
+                table.place = as_named(name, target, settle(partial, target, begin))
+                file.close()
+    except BaseException:
         with suppress(OSError):
             file.close()
+        raise
+
+
+def _verify_own(partial: str, file: BinaryIO) -> None:
+    """Raise OutputError where the file that grows was renamed by somebody else."""
+    if not leads_to(partial, file):
+        raise OutputError("the file was taken away while it was written", where=Where(file=partial))
 
 
 # --- reading ----------------------------------------------------------------------------------------------------

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,14 +18,14 @@ from multibody_sym.dynamics.examined import examined
 from multibody_sym.dynamics.formalisms import FORMALISMS
 from multibody_sym.dynamics.programs import programs
 from multibody_sym.dynamics.start import start
-from multibody_sym.errors import InputError, OutputError, Where
-from multibody_sym.formats.files import write_whole
+from multibody_sym.errors import InputError
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.slots import at, suggestion
 from multibody_sym.model.system import System
 from multibody_sym.program.folding import folded
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.program import Program
+from multibody_sym.simulation.export_files import write_export
 from multibody_sym.simulation.overrides import with_values
 from multibody_sym.simulation.recall import formalism_name
 
@@ -49,7 +48,8 @@ def export(
 
     Arguments: `to`, "c" or "python"; `directory`, made if need be; `parameters`, values by name in place of those
     declared; `fold` puts the values of all parameters into the code, which then reads none.
-    Raises InputError for what the model contradicts, NoSolutionError without a start, OutputError.
+    Raises InputError for what the model contradicts and for files in the folder that no export wrote, NoSolutionError
+    without a start, OutputError.
     """
     if to not in TARGETS:
         with at("to"):
@@ -67,7 +67,7 @@ def export(
         samples = {key: [(*s[:3], begin.parameters, *s[4:]) for s in listed] for key, listed in samples.items()}
     texts = c_source(made, samples=samples) if to == "c" else _python(made, samples)
     table = {"formalism": name, "folded": fold, **_names(resolved, state), "programs": _signatures(made)}
-    return _written(Path(directory), {**texts, "names.json": json.dumps(table, indent=2) + "\n"})
+    return write_export(Path(directory), texts, table)
 
 
 def _python(made: Mapping[str, Program], samples: Samples) -> dict[str, str]:
@@ -115,14 +115,3 @@ def _signatures(made: Mapping[str, Program]) -> dict[str, Any]:
         }
         for name, program in made.items()
     }
-
-
-def _written(directory: Path, texts: Mapping[str, str]) -> list[Path]:
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except OSError as problem:
-        message = f"the folder cannot be made: {problem.strerror}"
-        raise OutputError(message, where=Where(file=str(directory))) from None
-    for name, text in texts.items():
-        write_whole(directory / name, text.encode("utf-8"))
-    return [directory / name for name in texts]

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import shutil
+import stat
 import subprocess
 import sys
 from pathlib import Path
@@ -126,3 +128,44 @@ def test_wrong_targets_and_folders(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(mbs.OutputError):
         mbs.export(system, to="c", directory=tmp_path / "file")
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {file.name: file.read_bytes() for file in folder.iterdir()}
+
+
+@pytest.mark.parametrize("name", ["model.c", "selftest.c", "names.json"])
+@pytest.mark.parametrize("content", [b"my own work", b"", b"{}", b'{"written": {"names.json": "0"}}'])
+def test_a_file_of_the_users_own_is_not_overwritten(tmp_path: Path, name: str, content: bytes) -> None:
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(mbs.InputError, match=rf"{re.escape(name)}: this file is not as an export wrote it"):
+        mbs.export(mbs.loads(HELD), to="c", directory=tmp_path)
+    assert contents(tmp_path) == {name: content}
+
+
+def test_files_of_an_earlier_export_are_replaced_unless_they_were_changed(tmp_path: Path) -> None:
+    heavier = mbs.loads(HELD.replace("g: 9.81", "g: 1.62"))
+    mbs.export(mbs.loads(HELD), to="c", directory=tmp_path)
+    before = contents(tmp_path)
+    mbs.export(heavier, to="python", directory=tmp_path)
+    mbs.export(heavier, to="c", directory=tmp_path, fold=True)
+    after = contents(tmp_path)
+    assert after["model.c"] != before["model.c"]
+    mbs.export(heavier, to="c", directory=tmp_path, fold=True)
+    assert contents(tmp_path) == after
+    for name in ("model.c", "names.json"):
+        (tmp_path / name).write_bytes(after[name].replace(b"0", b"1", 1))
+        changed = contents(tmp_path)
+        with pytest.raises(mbs.InputError, match="move it away"):
+            mbs.export(mbs.loads(HELD), to="c", directory=tmp_path)
+        assert contents(tmp_path) == changed
+        (tmp_path / name).write_bytes(after[name])
+    mbs.export(mbs.loads(HELD), to="c", directory=tmp_path)
+
+
+def test_an_export_reads_no_pipe(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "model.c")
+    os.mkfifo(tmp_path / "names.json")
+    with pytest.raises(mbs.InputError, match="this file is not as an export wrote it"):
+        mbs.export(mbs.loads(HELD), to="c", directory=tmp_path)
+    assert stat.S_ISFIFO((tmp_path / "model.c").stat().st_mode)

@@ -1,0 +1,81 @@
+"""`simulate -o` where another run writes the same file, where that is a pipe, and where names beside it are taken."""
+
+from __future__ import annotations
+
+import json
+import os
+import stat
+import threading
+from pathlib import Path
+
+import pytest
+from command import EXAMPLES
+
+from multibody_sym.cli import main
+from multibody_sym.cli import recording as recording_module
+from multibody_sym.formats.tables import read_table
+from multibody_sym.simulation import simulate as simulation
+
+RUN = ("simulate", str(EXAMPLES / "pendulum.yaml"), "--t-end", "0.1", "--samples", "11", "--backend", "python")
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def after_the_run(monkeypatch: pytest.MonkeyPatch, happens: object) -> None:
+    """Let something happen to the files between the last step of a run and its end."""
+    simulate = simulation.simulate
+
+    def simulated(*arguments: object, **options: object) -> object:
+        done = simulate(*arguments, **options)  # type: ignore[arg-type]
+        happens()  # type: ignore[operator]
+        return done
+
+    monkeypatch.setattr(simulation, "simulate", simulated)
+
+
+@pytest.mark.parametrize("name", ["out.csv", "out.npz"])
+@pytest.mark.parametrize("before", [None, b"older"])
+def test_who_loses_is_told_and_keeps_the_table(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], name: str, before: bytes | None
+) -> None:
+    if before is not None:
+        Path(name).write_bytes(before)
+    after_the_run(monkeypatch, lambda: Path(name).write_bytes(b"another run's"))
+    assert main([*RUN, "-o", name, "--json"]) == 4
+    printed = capsys.readouterr()
+    own = name.replace("out", "out.2")
+    assert json.loads(printed.out)["written"] == [own]
+    assert f"wrote {own}" in printed.err
+    assert f"{name} is another run's" in printed.err
+    assert f"wrote {name}" not in printed.err
+    assert Path(name).read_bytes() == b"another run's"
+    assert len(read_table(own)) == 11
+    assert sorted(os.listdir()) == sorted([name, own])
+
+
+def test_a_pipe_is_written_through(capsys: pytest.CaptureFixture[str]) -> None:
+    os.mkfifo("out.csv")
+    read: list[bytes] = []
+    reader = threading.Thread(target=lambda: read.append(Path("out.csv").read_bytes()), daemon=True)
+    reader.start()
+    assert main([*RUN, "-o", "out.csv"]) == 0
+    reader.join(10)
+    assert read[0].count(b"\n") == 12
+    assert stat.S_ISFIFO(os.stat("out.csv").st_mode)
+    assert os.listdir() == ["out.csv"]
+    assert "wrote out.csv" in capsys.readouterr().out
+
+
+def test_a_table_that_grows_beside_another_format_harms_no_csv(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(recording_module, "_LONG", 0.0)
+    Path("out.npz.csv").write_text("the user's own")
+    after_the_run(monkeypatch, lambda: seen.append(sorted(os.listdir())))
+    seen: list[list[str]] = []
+    assert main([*RUN, "-o", "out.npz"]) == 0
+    assert seen == [["out.npz.csv", "out.npz.csv.partial"]]
+    assert sorted(os.listdir()) == ["out.npz", "out.npz.csv"]
+    assert Path("out.npz.csv").read_text() == "the user's own"
+    assert len(read_table("out.npz")) == 11
