@@ -34,6 +34,7 @@ from multibody_sym.dynamics.rounding import eigenvalues, without_rounding
 from multibody_sym.dynamics.start import start, verify_regular_start
 from multibody_sym.dynamics.steadiness import NO_EIGENVALUES, constancy_of
 from multibody_sym.errors import NoSolutionError
+from multibody_sym.kinematics.energy import potential_energy
 from multibody_sym.kinematics.motion import coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import arrays, slot_state
@@ -43,7 +44,7 @@ from multibody_sym.program.derivatives import jacobian
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
 from multibody_sym.runtime.loading import load
-from multibody_sym.scalars.node import leaves
+from multibody_sym.scalars.node import as_node, leaves
 
 Floats = npt.NDArray[np.float64]
 Function = Callable[..., tuple[Floats, ...]]
@@ -257,6 +258,16 @@ class Flow:
         found[dependent] -= np.linalg.lstsq(H, self._residuals(*known)[1], rcond=_RANK)[0]
         return found
 
+    def poses(self, q: npt.ArrayLike) -> tuple[Floats, float]:
+        """Return R_WB and p_WB of all bodies (12 each, R by rows) and the potential energy at rest."""
+        found = self._placed(*self.known(q, np.zeros(len(self.mechanism.speeds))))
+        return found[0], float(found[1])
+
+    def pose_slopes(self, q: npt.ArrayLike) -> Floats:
+        """Return how poses follow deviations (12 per body x nu)."""
+        known = self.known(q, np.zeros(len(self.mechanism.speeds)))
+        return self._by(self._place, ("poses",), "q", known) @ self.displacements(q)
+
     @cached_property
     def _wanted(self) -> set[int]:
         """The deviations of coordinates that are marked known."""
@@ -300,6 +311,19 @@ class Flow:
     @cached_property
     def _driven(self) -> Function:
         return _callable(self._inputs)
+
+    @cached_property
+    def _placed(self) -> Function:
+        return _callable(self._place)
+
+    @cached_property
+    def _place(self) -> Program:
+        """The Program of all bodies' poses and the potential energy."""
+        trace, motion = Trace("place", arrays(self.mechanism)), motion_of(self.mechanism, slot_state(self.mechanism))
+        poses = [as_node(x) for R, p in motion.poses for x in (*R[0], *R[1], *R[2], *p)]
+        return trace.finish(
+            {"poses": ((len(poses),), poses), "energy": ((), [as_node(potential_energy(motion))])}
+        )
 
     @cached_property
     def _residuals(self) -> Function:

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from multibody_sym.dynamics.closing import Rows, normalize
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED
 from multibody_sym.dynamics.linearization import Flow
+from multibody_sym.dynamics.steadiness import displaced
 from multibody_sym.kinematics.energy import stored_energy
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import position
@@ -43,6 +44,8 @@ Mask = npt.NDArray[np.bool_]
 
 _SAME: Final = 1e-6
 _NEAR: Final = 1e-2
+_LEVEL: Final = 1e-5
+_HEIGHTS: Final = 8
 _SAMPLES: Final = 2
 _PERIODIC: Final = 1e-8
 _SEED: Final = 11
@@ -122,6 +125,38 @@ class Places:
             normalize(self.mechanism, near)
         return _close(self._poses(near), self._poses(b)) or self._overlaps(near, b)
 
+    def apart(self, a: Floats, b: Floats) -> Floats:
+        """Return what poses in b differ by from those in a."""
+        return self._poses(b) - self._poses(a)
+
+    def slopes(self, q: Floats) -> Floats:
+        """Return how that which `apart` compares follows deviations (nu) from a position."""
+        found = self.flow.pose_slopes(q) / self._units[:, None]
+        turns = np.eye(len(q))[self.angles & ~self.periodic] @ self.flow.displacements(q)
+        return np.vstack([found, turns])
+
+    def energy(self, q: Floats) -> float:
+        """Return the potential energy."""
+        return self.flow.poses(q)[1]
+
+    def level(self, a: float, b: float) -> bool:
+        """Return whether two potential energies are the same, as they are in positions that are one."""
+        return abs(a - b) <= _LEVEL * self._height
+
+    @cached_property
+    def _height(self) -> float:
+        """How much potential energies differ around the start."""
+        rng, energies = np.random.default_rng(_SEED), []
+        scale = np.array([self.length if speed.unit == "m/s" else 1.0 for speed in self.mechanism.speeds])
+        for _ in range(_HEIGHTS):
+            q = displaced(self.mechanism, self.start, scale * rng.uniform(-1.0, 1.0, len(scale)))
+            try:
+                energies.append(self.energy(q))
+            except UNDEFINED:
+                continue
+        rounding = _PERIODIC * max(map(abs, energies), default=0.0)
+        return float(np.ptp(energies)) + rounding if len(energies) > 1 else np.inf
+
     def between(self, a: Floats, b: Floats) -> Floats | None:
         """Return the position half way between two that are close together, None where they are not."""
         if not _close(self._poses(a), self._poses(b), _NEAR):
@@ -136,8 +171,12 @@ class Places:
 
     def _poses(self, q: Floats) -> Floats:
         """Return all bodies' attitudes and places, and angles that count whole turns."""
-        parts = [np.concatenate([np.ravel(R), np.array(p) / self.length]) for R, p in self.motion(q).poses]
-        return np.concatenate([*parts, self._turns(q)]).astype(float)
+        return np.concatenate([self.flow.poses(q)[0] / self._units, self._turns(q)])
+
+    @cached_property
+    def _units(self) -> Floats:
+        """What counts as one among poses."""
+        return np.tile([1.0] * 9 + [self.length] * 3, len(self.mechanism.bodies))
 
     def _turns(self, q: Floats) -> Floats:
         return q[self.angles & ~self.periodic]

@@ -2,7 +2,7 @@
 
 In such a position a system at rest has no acceleration. With the constraints' tangents X (see `linearization`), xi the
 independent deviations, eta the independent speeds, dxi/dt = S eta, and G(xi) the accelerations deta/dt at rest,
-equilibria are the roots of G, and one is stable where all eigenvalues of S dG/dxi are real and negative: for forces
+equilibria are the roots of G, and one is stable where all eigenvalues of dG/dxi S are real and negative: for forces
 with a potential V where the Hessian of V is positive definite on the admissible displacements. Friction, which needs a
 speed to act against, is not considered.
 """
@@ -42,6 +42,8 @@ _STEPS: Final = 25
 _HALVINGS: Final = 6
 _LARGEST_STEP: Final = 0.5
 _CONVERGED: Final = 1e-11
+_TURNED: Final = 4
+"""How many positions of a family are tried with half-turns of each of its angles."""
 _POLISHING: Final = 60
 _POLISHED: Final = 1e-9
 _SAME: Final = 1e-6
@@ -128,22 +130,26 @@ def _moving(system: System, resolved: Mechanism, begin: Start) -> tuple[str, ...
 
 @dataclass
 class _Found:
-    """Positions found so far, what is free in each, and how the search went."""
+    """Positions found so far, what is free in each, their potential energies, and how the search went."""
 
     positions: list[Floats] = field(default_factory=list)
+    energies: list[float] = field(default_factory=list)
     free: list[Mask] = field(default_factory=list)
     guesses: int = 0
     cut_short: bool = False
 
     def takes(self, search: _Search, q: Floats) -> bool:
         """Take a position, and return whether it is new; of two that are one, the one more like the start stays."""
-        for k, (other, free) in enumerate(zip(self.positions, self.free, strict=True)):
-            if search.places.same(q, other, free) or search.meet(q, other):
+        energy = search.places.energy(q)
+        each = zip(self.positions, self.free, self.energies, strict=True)
+        for k, (other, free, level) in enumerate(each):
+            if search.places.level(energy, level) and search.one(q, other, free):
                 if search.places.nearer(q, other):
                     self.positions[k], self.free[k] = q, search.free(q)
                 return False
         self.positions.append(q)
         self.free.append(search.free(q))
+        self.energies.append(energy)
         return True
 
 
@@ -265,13 +271,12 @@ class _Search:
     def stable(self, q: Floats) -> bool | None:
         """Return whether a position of equilibrium is stable; None where some displacement meets no resistance."""
         tangents, slope = self._slope(q)
-        if slope.shape[0] != slope.shape[1]:
-            return None
-        values = np.linalg.eigvals(self._rates(tangents) @ slope)
+        values = np.linalg.eigvals(slope @ self._rates(tangents))
         least = _INDIFFERENT * max(float(np.abs(values).max(initial=0.0)), 1e-300)
         if (values.real > least).any() or (np.abs(values.imag) > least).any():
             return False
-        return True if (values.real < -least).all() else None
+        regular = slope.shape[0] == slope.shape[1]  # with rows of speeds alone some displacements change no force
+        return True if regular and (values.real < -least).all() else None
 
     def free(self, q: Floats) -> Mask:
         """Return the coordinates (nq) that change along those displacements on which all positions are equilibria."""
@@ -296,6 +301,37 @@ class _Search:
         """Return whether two positions are one to rounding: close together, and all between them rest as well."""
         between = self.places.between(a, b)
         return between is not None and self._rests(between, _CONVERGED * 1e2)
+
+    def one(self, a: Floats, b: Floats, free: Mask) -> bool:
+        """Return whether two positions are one, or of one family."""
+        return self.places.same(a, b, free) or self.meet(a, b) or self.joined(a, b, free)
+
+    def joined(self, a: Floats, b: Floats, free: Mask) -> bool:
+        """Return whether positions beside each other that all rest lead from one to the other."""
+        if not free.any():
+            return False
+        turned = [b]
+        for k in np.flatnonzero(free & self.places.angles):
+            turned += [np.where(np.arange(len(b)) == k, q + np.pi, q) for q in turned[:_TURNED]]
+        return any(self._leads(q, a) for q in turned)
+
+    def _leads(self, q: Floats, target: Floats) -> bool:
+        """Return whether moving on, nearer to a target, through positions that rest ends there."""
+        for _ in range(_STEPS):
+            missing = self.places.apart(q, target)
+            if np.abs(missing).max() <= _SAME:
+                return True
+            tangents, slope = self._slope(q)
+            free = self._columns(tangents) @ null_space(slope, rcond=_INDIFFERENT)
+            if not free.shape[1]:
+                return False
+            step = free @ np.linalg.lstsq(self.places.slopes(q) @ free, missing, rcond=_SAME)[0]
+            size = float(np.abs(step).max())
+            ahead = closed_near(self.rows, displaced(self.mechanism, q, step * min(1.0, _LARGEST_STEP / (size or 1.0))))
+            if size <= _SAME or ahead is None:
+                return False
+            q = ahead
+        return False
 
     def images(self, q: Floats) -> list[Floats]:
         """Return a position with its angles or lengths turned about, and with half a turn in each place."""

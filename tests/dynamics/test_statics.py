@@ -265,3 +265,11 @@ def test_start_speeds_are_left_out_and_named() -> None:
     found = mbs.equilibrium(mbs.load(EXAMPLES / "spherical_pendulum.yaml"))
     assert found.speeds_left_out == ("u_phi",)
     assert mbs.equilibrium(mbs.load(EXAMPLES / "pendulum.yaml")).speeds_left_out == ()
+
+
+def test_positions_of_one_family_are_one_and_what_tips_over_is_unstable() -> None:
+    """A coin on its edge leans by +-90 deg from flat, with headings half a turn apart: on edge it tips over."""
+    found = mbs.equilibrium(mbs.load(EXAMPLES / "rolling_coin.yaml"))
+    assert found.stable == (False,)
+    assert found.free == (("x", "y", "heading", "roll"),)
+    assert abs(found.positions[0]["lean"]) == pytest.approx(np.pi / 2)
