@@ -249,6 +249,7 @@ def _forget_unused() -> None:
             taken = [_table.pop(identity)]
             if getrefcount(taken[0]) != _HELD_BY_ONE:
                 _table[identity] = taken[0]
+            taken.clear()  # else it would hold its operands, whose turn is next
     _limit[0] = max(_SMALLEST_LIMIT, 2 * len(_table))
 
 
