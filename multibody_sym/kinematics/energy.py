@@ -8,8 +8,16 @@ from functools import singledispatch
 
 from multibody_sym.kinematics.loads import apart, span
 from multibody_sym.kinematics.motion import BodyMass, BodyMotion, Motion
-from multibody_sym.model.mechanism import JointSpring, Load, PointSpring
-from multibody_sym.scalars.node import ZERO, leaves
+from multibody_sym.model.mechanism import (
+    DistanceRow,
+    ExpressionRow,
+    JointSpring,
+    Load,
+    Mechanism,
+    PointSpring,
+    VelocityRow,
+)
+from multibody_sym.scalars.node import ZERO, Node, leaves
 from multibody_sym.scalars.vectors import Mat, S, Vec, add, apply, cross, dot
 
 
@@ -58,9 +66,28 @@ def split(loads: Sequence[Load]) -> tuple[tuple[Load, ...], tuple[Load, ...]]:
     return tuple(stored), tuple(working)
 
 
+def working(mechanism: Mechanism) -> tuple[str, ...]:
+    """Return the names of loads and rows that may change the total energy: what V does not hold, or what time moves."""
+    loads = [load.name for load in split(mechanism.loads)[1]]
+    springs = [load for load in mechanism.loads if isinstance(load, (JointSpring, PointSpring))]
+    timed = [spring.name for spring in springs if _moved(spring.stiffness, _rest(spring))]
+    rows = [row.name for row in mechanism.rows if isinstance(row, (ExpressionRow, VelocityRow)) and _moved(row.zero)]
+    rods = [row.name for row in mechanism.rows if isinstance(row, DistanceRow) and _moved(row.value)]
+    return tuple(dict.fromkeys((*loads, *timed, *rows, *rods)))
+
+
+def _moved(*expressions: Node) -> bool:
+    """Return whether expressions name time, or inputs."""
+    return any(leaf.data[0] in ("t", "inputs") for leaf in leaves(expressions, "slot"))
+
+
 def _has_potential(spring: JointSpring | PointSpring) -> bool:
-    rest = spring.rest if isinstance(spring, JointSpring) else spring.length
-    return all(leaf.data[0] in ("parameters", "t") for leaf in leaves([spring.stiffness, rest], "slot"))
+    named = leaves([spring.stiffness, _rest(spring)], "slot")
+    return all(leaf.data[0] in ("parameters", "t") for leaf in named)
+
+
+def _rest(spring: JointSpring | PointSpring) -> Node:
+    return spring.rest if isinstance(spring, JointSpring) else spring.length
 
 
 @singledispatch

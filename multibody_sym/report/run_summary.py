@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from multibody_sym.integrators.flow import Status
+from multibody_sym.kinematics.energy import working
 from multibody_sym.report.redundancy import redundancy_lines
 from multibody_sym.report.shifts import shifts_text
 from multibody_sym.report.withheld import withheld_text
@@ -13,6 +14,7 @@ from multibody_sym.simulation.samples import mechanism_units
 from multibody_sym.simulation.trajectory import Trajectory
 
 _MOST: Final = 20
+_MOST_NAMED: Final = 6
 _SINGULAR: Final = "singular position"
 
 
@@ -61,6 +63,10 @@ def _energy(run: Trajectory) -> list[str]:
         return []
     drives = ", ".join(run.ready.mechanism.drives)
     told = f"it changed by at most {run.drift['energy']:.2g} J"
+    acting = working(run.ready.mechanism)
+    if acting:
+        more = f" and {len(acting) - _MOST_NAMED} more" if len(acting) > _MOST_NAMED else ""
+        told += f", the work of {', '.join(acting[:_MOST_NAMED])}{more} included"
     if drives:
         told = f"prescribed motion ({drives}) does work, so that its change tells nothing about the integration"
     return [f"total energy {run.energy[0]:.6g} J at the start; {told}"]

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Final
 
 from multibody_sym.model.mechanism import COMPONENTS
+from multibody_sym.report.redundancy import grouped
 from multibody_sym.report.shifts import shifts_text
 from multibody_sym.report.withheld import withheld_lines
 from multibody_sym.simulation.solution import RowKind, Solution, Value
@@ -24,7 +25,7 @@ def solution_text(solution: Solution) -> str:
         "forces of constraints": _constraint_lines(solution, "rod", "force"),
         "multipliers": _constraint_lines(solution, "multiplier"),
         _JOINTS: _joint_lines(solution.reactions),
-        "not unique, because constraints depend on each other": solution.not_unique,
+        "not unique, because constraints depend on each other": _not_unique(solution.reactions),
         "withheld, because constraints do not say where their forces act": withheld_lines(
             solution.withheld, solution.withheld_reasons
         ),
@@ -34,6 +35,17 @@ def solution_text(solution: Solution) -> str:
     }
     parts = [f"{title}\n{_indented(lines)}" for title, lines in sections.items() if lines]
     return "\n".join([f"{solution.name} at t = 0", *shifts_text(solution.shifts), *parts])
+
+
+def _not_unique(reactions: Mapping[str, Mapping[str, Value]]) -> list[str]:
+    """Return the components that are not unique; a constraint with one force is named alone."""
+    pairs = [
+        (name, component if component in COMPONENTS else "")
+        for name, components in reactions.items()
+        for component, value in components.items()
+        if not value.unique
+    ]
+    return [grouped(pairs)] if pairs else []
 
 
 def _indented(lines: Iterable[str]) -> str:
