@@ -19,6 +19,7 @@ from multibody_sym.dynamics.formalisms import FORMALISMS
 from multibody_sym.dynamics.programs import programs
 from multibody_sym.dynamics.start import start
 from multibody_sym.errors import InputError
+from multibody_sym.model.force_places import reasons
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.slots import at, suggestion
 from multibody_sym.model.system import System
@@ -103,6 +104,8 @@ def _names(resolved: Mechanism, state: tuple[Any, ...]) -> dict[str, Any]:
         ],
         "inputs": list(resolved.inputs),
         "outputs": list(resolved.outputs),
+        "withheld_outputs": list(resolved.untold),
+        "withheld_reasons": reasons(resolved.withheld),
         "constraints": [row.name for row in resolved.rows],
     }
 

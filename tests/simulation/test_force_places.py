@@ -256,3 +256,11 @@ def test_equations_body_by_body_say_what_they_take_for_granted() -> None:
         parts = ["fx", "fy", "mz"]
         assert derivation_data(derived)["withheld"] == ({"axle": parts, "guide": parts} if withheld else {})
     assert "not determined" not in derivation_text(mbs.derive(mbs.loads(DRUM + NO_PLACE), method="composite_body"))
+
+
+def test_exported_code_leaves_out_outputs_without_a_value(tmp_path: Path) -> None:
+    mbs.export(mbs.loads(DRUM + NO_PLACE + OUTPUTS), "python", tmp_path)
+    names = json.loads((tmp_path / "names.json").read_text())
+    assert names["outputs"] == ["side", "force"]
+    assert names["withheld_outputs"] == ["bearing"]
+    assert "string" in names["withheld_reasons"][0]
