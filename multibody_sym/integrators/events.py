@@ -70,9 +70,20 @@ class Watch:
     def _look(self, t: float, x: Floats) -> None:
         if not self.beyond and not self.terminal.all():
             crossed = self._crossed(self.values(t, x)) & ~self.terminal
-            if self.origin is not None:
+            if self.origin is not None and self.chattering:
                 crossed[self.origin] = False
             self.beyond = bool(crossed.any())
+
+    def begin(self, t: float, x: Floats, slope: Floats) -> None:
+        """Tell of the function at whose event a step from (t, x) starts whether it goes back to where it came from."""
+        self.left, self.chattering = 0.0, False
+        if self.origin is None:
+            return
+        way, rate = float(np.max(np.abs(x))), float(np.max(np.abs(slope)))
+        soon = SOON * max(abs(t), way / rate if rate > 0.0 else 0.0)
+        before, after = (float(self.values(t + h, x + h * slope)[self.origin]) for h in (0.0, soon))
+        self.chattering = not self.sides[self.origin] * (after - before) > 0.0
+        self.left = 0.0 if self.chattering else soon
 
     def stuck(self, problem: StepError) -> bool:
         """Tell whether a step has no solution because it would lead over a kink."""
@@ -90,7 +101,7 @@ class Watch:
 
         least, way, margin = 16.0 * float_info.epsilon * abs(step.t), step.h, SHORT_OF
         values = self.values(step.t_new, step.x_new)
-        self.chattering, self.flipped = self._turns_back(step, slope), False
+        self.flipped = False
         if problem is None:
             self._let_chatter(step, values)
         for rounds in count():
@@ -134,18 +145,6 @@ class Watch:
         if self._crossed(values)[index] and self._crossed(self._at(step, 1.0))[index]:
             self.flipped = self._located(step, index, 0.0, 1.0) < AT_ONCE
             self.sides[index] = -self.sides[index] if self.flipped else self.sides[index]
-
-    def _turns_back(self, step: Step, slope: Floats) -> bool:
-        """Tell whether the function at whose event the step starts goes back to where it came from."""
-        self.left = 0.0
-        if self.origin is None:
-            return False
-        way, rate = float(np.max(np.abs(step.x))), float(np.max(np.abs(slope)))
-        soon = SOON * max(abs(step.t), way / rate if rate > 0.0 else 0.0)
-        values = (self.values(step.t + h, step.x + h * slope) for h in (0.0, soon))
-        before, after = (float(there[self.origin]) for there in values)
-        self.left = soon if self.sides[self.origin] * (after - before) > 0.0 else 0.0
-        return not self.left > 0.0
 
     def _trouble(self, step: Step, values: Floats, slope: Floats) -> float | None:
         """Return a part of the step at which something has crossed, its end first; None if nothing is known to."""

@@ -9,6 +9,7 @@ asks for them.
 from __future__ import annotations
 
 import importlib
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -19,7 +20,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.errors import OutputError
-from multibody_sym.integrators.flow import Events, Floats, Flow, Method, Status, Step, StepError, require_finite
+from multibody_sym.integrators.flow import (
+    Events,
+    Floats,
+    Flow,
+    Method,
+    Status,
+    Step,
+    StepError,
+    require_finite,
+    scaled_norm,
+)
 from multibody_sym.integrators.looks import PROBE, Ends, first_seen
 
 SCIPY: Final = "scipy"
@@ -28,6 +39,7 @@ IDA: Final = "ida"
 """The one method that takes rows as part of its equations."""
 BY_JACOBIAN: Final = ("Radau", "BDF", "LSODA", "cvode_bdf", IDA)
 """The implicit ones, which take the Jacobian."""
+_SOON: Final = 2.0**-20  # part of the time in which the state changes by its own size
 _UNCONTROLLED: Final = 1e30  # tolerance of multipliers: the error of the motion alone chooses the steps
 
 
@@ -91,12 +103,23 @@ def _jacobian(flow: Flow) -> Callable[[float, Floats], Floats] | None:
     return jacobian
 
 
+def _step_after_event(flow: Flow, t: float, x: Floats) -> float | None:
+    """Return a step short enough for what begins at an event, of which a long one would see nothing; None: any."""
+    scales, slope = flow.scales(x, x), flow.slope(t, x)
+    size, speed = scaled_norm(x, scales), scaled_norm(slope, scales)
+    soon = _SOON * (size / speed if speed > 0.0 else flow.t_end - t)
+    bend = scaled_norm(flow.slope(t + soon, x + soon * slope) - slope, scales) / soon if soon > 0.0 else 0.0
+    return min(math.pow(0.01 / bend, 1.0 / 3.0), flow.t_end - t) if bend > 0.0 else None
+
+
 class _Scipy:
     def __init__(self, flow: Flow, t: float, x: Floats) -> None:
         import scipy.integrate
 
         make, jacobian = getattr(scipy.integrate, flow.method.name), _jacobian(flow)
-        known = {} if jacobian is None else {"jac": jacobian}
+        known: dict[str, Any] = {} if jacobian is None else {"jac": jacobian}
+        if t > flow.t0:
+            known["first_step"] = _step_after_event(flow, t, x)
         self.solver: Any = make(flow.slope, t, x, flow.t_end, rtol=flow.rtol, atol=flow.atol, **known)
         self.t, self.x = t, x
         self.dense: Callable[[float], Floats] | None = None

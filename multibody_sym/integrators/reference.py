@@ -15,6 +15,7 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.integrators.collocation import Collocation
 from multibody_sym.integrators.events import Watch
 from multibody_sym.integrators.flow import (
     LEAST_ERROR,
@@ -60,7 +61,7 @@ def steps(flow: Flow) -> Iterator[Step]:
     approach.restart(flow.t0)
     start = Step(flow.t0, flow.x0, 0.0, flow.t0, flow.x0, slope, lambda _: flow.x0)
     if flow.step is None:
-        return _adaptive_steps(course, replace(start, h_next=first_step(flow, slope)))
+        return _adaptive_steps(course, replace(start, h_next=first_step(flow, flow.t0, flow.x0, slope)))
     return _fixed_steps(course, start, flow.step)
 
 
@@ -97,6 +98,11 @@ def _fixed_steps(course: _Course, done: Step, step: float) -> Iterator[Step]:
         done = _moved_on(course, done)
 
 
+def _begin(course: _Course, before: Step) -> None:
+    if course.watch is not None:
+        course.watch.begin(before.t_new, before.x_new, before.slope_new)
+
+
 def _attempt(course: _Course, before: Step, h: float, t_new: float) -> Trial:
     if course.watch is not None:
         course.watch.beyond = False
@@ -112,6 +118,7 @@ def _taken(course: _Course, before: Step, whole: float, t_end: float) -> Step:
     Near a singular position it may be another part of a whole step: the rest of one may end too near to it.
     """
     h, t_new, rejected, flow = whole, t_end, 0, course.flow
+    _begin(course, before)
     longest = flow.step if flow.step is not None and before.t_new + flow.step < flow.t_end else whole
     while True:
         try:
@@ -169,7 +176,14 @@ def _moved_on(course: _Course, done: Step) -> Step:
     course.approach.near = False
     slope = course.flow.slope(done.t_new, done.x_new)
     course.approach.restart(done.t_new)
-    return replace(done, slope_new=slope)
+    return replace(done, slope_new=slope, h_next=_step_after_event(course.flow, done, slope))
+
+
+def _step_after_event(flow: Flow, done: Step, slope: Floats) -> float:
+    """Return the step to try after an event: a long one of an implicit method would damp a motion it does not see."""
+    if flow.step is not None or not isinstance(flow.method, Collocation):
+        return done.h_next
+    return min(done.h_next, first_step(flow, done.t_new, done.x_new, slope))
 
 
 def step_count(t0: float, t_end: float, step: float) -> int:
@@ -192,6 +206,7 @@ def _adaptive_steps(course: _Course, done: Step) -> Iterator[Step]:
 def _accepted_step(course: _Course, before: Step) -> Step:
     flow, approach = course.flow, course.approach
     t, x, proposed, rejected = before.t_new, before.x_new, before.h_next, 0
+    _begin(course, before)
     failure, wished = StepError(Status.STEP_UNDERFLOW, t, 0), 0.0
     while proposed >= _least_step(flow, t):
         last = t + 1.01 * proposed >= flow.t_end
@@ -268,20 +283,20 @@ def _error_norm(course: _Course, trial: Trial) -> tuple[float, int]:
     return fine * fine / math.sqrt(fine * fine + 0.01 * (coarse * coarse)), worst
 
 
-def first_step(flow: Flow, slope: Floats) -> float:
-    """Return a first step for which an explicit Euler step and the second derivative stay small."""
-    scales = flow.atol + flow.rtol * np.abs(flow.x0)
-    size, speed = scaled_norm(flow.x0, scales), scaled_norm(slope, scales)
-    span = flow.t_end - flow.t0
+def first_step(flow: Flow, t: float, x: Floats, slope: Floats) -> float:
+    """Return a first step from (t, x) for which an explicit Euler step and the second derivative stay small."""
+    scales = flow.atol + flow.rtol * np.abs(x)
+    size, speed = scaled_norm(x, scales), scaled_norm(slope, scales)
+    span = flow.t_end - t
     h = min(1e-6 if size < 1e-5 or speed < 1e-5 else 0.01 * size / speed, span)
     while True:
         try:
-            bend = flow.slope(flow.t0 + h, flow.x0 + h * slope) - slope
+            bend = flow.slope(t + h, x + h * slope) - slope
             break
         except StepError:
             h *= 0.1
-            if not h > _least_step(flow, flow.t0):
-                return _least_step(flow, flow.t0)
+            if not h > _least_step(flow, t):
+                return _least_step(flow, t)
     steepest = max(speed, scaled_norm(bend, scales) / h)
     power = control_power(flow.method)
     tried = max(1e-6, h * 1e-3) if steepest <= 1e-15 else math.pow(0.01 / steepest, power)

@@ -140,7 +140,7 @@ int mbs_beyond_kink(mbs_run *r, double t, const double *x)
 {
     evaluate(r, t, x);
     for (int i = 0; i < r->system->ng; ++i)
-        if (i != r->state->origin && !r->system->terminal[i] && crossed(r, i))
+        if (!(i == r->state->origin && r->chattering) && !r->system->terminal[i] && crossed(r, i))
             return 1;
     return 0;
 }
@@ -158,20 +158,20 @@ static void look_at(mbs_run *r, double t, const double *x, double h, const doubl
     evaluate(r, t, r->event_x);
 }
 
-/* The function at whose event the step starts goes back to where it came from. */
-static int turns_back(mbs_run *r)
+void mbs_begin_watch(mbs_run *r)
 {
     int i = r->state->origin;
     r->left = 0.0;
+    r->chattering = 0;
     if (i < 0)
-        return 0;
+        return;
     double t = r->state->t, way = mbs_largest(r->n, r->x), rate = mbs_largest(r->n, r->slope);
     double by_state = rate > 0.0 ? way / rate : 0.0, soon = SOON * (fabs(t) > by_state ? fabs(t) : by_state);
     look_at(r, t, r->x, 0.0, r->slope);
     double before = r->values[i];
     look_at(r, t + soon, r->x, soon, r->slope);
-    r->left = r->sides[i] * (r->values[i] - before) > 0.0 ? soon : 0.0;
-    return !(r->left > 0.0);
+    r->chattering = !(r->sides[i] * (r->values[i] - before) > 0.0);
+    r->left = r->chattering ? 0.0 : soon;
 }
 
 /* A function that turns back and crosses at once after its own event, as dry friction at rest: it may, in this step. */
@@ -266,7 +266,6 @@ int mbs_find_event(mbs_run *r, int status)
     mbs_state *s = r->state;
     double least = 16.0 * MBS_EPSILON * fabs(s->t), way = s->h, margin = SHORT_OF;
     int taken = status == MBS_RUNNING;
-    r->chattering = turns_back(r);
     r->flipped = 0;
     if (taken)
         let_chatter(r);

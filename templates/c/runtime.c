@@ -364,7 +364,7 @@ static double first_step(mbs_run *r)
 {
     const mbs_problem *p = r->problem;
     const double *x = r->x, *slope = r->slope;
-    double span = p->t_end - p->t0;
+    double t = r->state->t, span = p->t_end - t;
     int worst, status;
     double size = mbs_scaled_norm(r, x, x, x, &worst), speed = mbs_scaled_norm(r, slope, x, x, &worst);
     double h = size < 1e-5 || speed < 1e-5 ? 1e-6 : 0.01 * size / speed;
@@ -372,7 +372,7 @@ static double first_step(mbs_run *r)
     do {
         for (int i = 0; i < r->n; ++i)
             r->stage[i] = x[i] + h * slope[i];
-        status = mbs_derivative(r, p->t0 + h, r->stage, r->spare);
+        status = mbs_derivative(r, t + h, r->stage, r->spare);
         if (status != MBS_RUNNING && !((h *= 0.1) > least_step(r)))
             return least_step(r);
     } while (status != MBS_RUNNING);
@@ -406,6 +406,8 @@ static int step(mbs_run *r)
 {
     if (r->state->steps >= r->problem->max_steps)
         return mbs_failed(r, MBS_STEP_LIMIT, r->state->t, -1);
+    if (r->system->ng > 0)
+        mbs_begin_watch(r);
     return r->problem->step > 0.0 ? fixed_step(r) : adaptive_step(r);
 }
 
@@ -450,7 +452,14 @@ static int move_on(mbs_run *r)
     r->stepper->restart(r);
     s->near = 0;
     status = mbs_derivative(r, s->t, r->x, r->slope);
-    return status == MBS_RUNNING ? mbs_restart_approach(r) : status;
+    if (status == MBS_RUNNING)
+        status = mbs_restart_approach(r);
+    /* a long step of an implicit method would damp a motion it does not see */
+    if (status == MBS_RUNNING && !(r->problem->step > 0.0) && r->stepper == &mbs_implicit) {
+        double first = first_step(r);
+        s->h_next = first < s->h_next ? first : s->h_next;
+    }
+    return status;
 }
 
 void mbs_start(const mbs_problem *problem, const double *x0, mbs_state *state, double *work)

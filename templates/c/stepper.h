@@ -161,6 +161,9 @@ double mbs_on_side(mbs_run *r, mbs_path along, int i, double theta);
    times its side: at the start, MBS_PROBE after it, as much before the end, and at the end. */
 double mbs_first_seen(mbs_run *r, mbs_path along, int i, double start, double after, double before, double end);
 
+/* Note of the function at whose event the step starts whether it goes back to where it came from. */
+void mbs_begin_watch(mbs_run *r);
+
 /* Tell whether (t, x) lies beyond a kink. */
 int mbs_beyond_kink(mbs_run *r, double t, const double *x);
 

@@ -122,3 +122,45 @@ def test_no_contact_of_random_pairs_is_missed(method: str) -> None:
 @pytest.mark.parametrize("method", list(METHODS))
 def test_no_contact_of_many_random_pairs_is_missed(method: str) -> None:
     assert contacts_missed(method, 2, 500) == []
+
+
+LINE = """
+multibody_sym: 1
+name: line
+parameters: {k: 1, ma: 1, mb: 1, mc: 1, a: 0, b: 2, c: 4, va: 0, vb: 0, vc: 0}
+bodies: {a: {mass: ma}, b: {mass: mb}, c: {mass: mc}}
+joints:
+  to_a: {type: prismatic, parent: ground, child: a, axis: x, q: xa, initial: {q: a, u: va}}
+  to_b: {type: prismatic, parent: ground, child: b, axis: x, q: xb, initial: {q: b, u: vb}}
+  to_c: {type: prismatic, parent: ground, child: c, axis: x, q: xc, initial: {q: c, u: vc}}
+forces:
+  left: {type: pull, between: [a, b], value: "-k*max(1 - distance, 0)"}
+  right: {type: pull, between: [b, c], value: "-k*max(1 - distance, 0)"}
+"""
+
+
+def collided(masses: list[float], places: list[float], speeds: list[float]) -> list[float]:
+    """Return the speeds of bodies of length 1 on a line after all their elastic collisions, found one by one."""
+    x, u = list(places), list(speeds)
+    while True:
+        times = [(x[i + 1] - x[i] - 1) / (u[i] - u[i + 1]) if u[i] - u[i + 1] > 1e-12 else math.inf for i in (0, 1)]
+        if min(times) == math.inf:
+            return u
+        i = times.index(min(times))
+        x = [place + speed * times[i] for place, speed in zip(x, u, strict=True)]
+        mean = (masses[i] * u[i] + masses[i + 1] * u[i + 1]) / (masses[i] + masses[i + 1])
+        u[i], u[i + 1] = 2 * mean - u[i], 2 * mean - u[i + 1]
+
+
+@pytest.mark.parametrize("method", ["dormand_prince", "dormand_prince_8", "radau_5"])
+def test_bodies_on_a_line_touch_until_they_part(method: str) -> None:
+    """Stiff contacts far apart: speeds are those of collisions, in which stages of long steps meet wild forces."""
+    random, system = np.random.default_rng(11), mbs.loads(LINE)
+    for _ in range(15):
+        masses, speeds = 10 ** random.uniform(-1, 1, 3), random.normal(size=3)
+        places = np.cumsum(random.uniform(2, 40, 3))
+        named = zip("abc", masses, places, speeds, strict=True)
+        parameters = {"k": 1e9} | {key: x for n, m, s, v in named for key, x in ((f"m{n}", m), (n, s), (f"v{n}", v))}
+        run = mbs.simulate(system, t_end=2000, method=method, parameters=parameters, samples=2)
+        found = [run[f"u_x{n}"][-1] for n in "abc"]
+        np.testing.assert_allclose(found, collided(masses, places, speeds), atol=1e-3 * np.abs(speeds).max())
