@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import expm
+from scipy.linalg import eig, expm
 
 from multibody_sym.dynamics.closing import Rows, closed_near
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED
-from multibody_sym.dynamics.rounding import EPSILON, least_rounding, without_rounding
+from multibody_sym.dynamics.rounding import EPSILON, eigenvalues, least_rounding, without_rounding
 from multibody_sym.scalars.rotations import quaternion_product
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ _ADVICE: Final = (
 _PARTS: Final = (0.37, 1.13, 2.9)
 """How far the state is moved on, in times in which the fastest coordinate moves by one unit, or one eigenvalue acts."""
 _REST: Final = 1e-6
-"""A speed this small beside the eigenvalues moves nothing while these act."""
+"""A speed this small beside all eigenvalues moves nothing while these act."""
 _SLOW: Final = 1e-3
 """Eigenvalues this small beside what moves are not waited for."""
 _STEADY: Final = 1e-9
@@ -68,7 +68,7 @@ def constancy_of(flow: Flow, q: Floats, u: Floats) -> Constancy:
     path = _Path(flow, q, u, flow.tangents(q, u))
     rounding = path.rounding(q, u)
     here = without_rounding(path.A(q, u), rounding)
-    times = _Times.of(here, u, path.udot)
+    times = _Times.of(eigenvalues(here, rounding), u, path.udot)
     left_out = path.varying(here, rounding, times.uniform)
     if left_out is None:
         return Constancy(False, frozenset(), rounding, path.reason(here, rounding, times.uniform))
@@ -86,14 +86,13 @@ class _Times:
     moves: bool
 
     @staticmethod
-    def of(A: Floats, u: Floats, udot: Floats) -> _Times:
-        values = np.linalg.eigvals(A)
-        sizes = np.abs(values)
-        largest, fastest = float(sizes.max(initial=0.0)), float(np.abs(u).max(initial=0.0))
-        moves = fastest > _REST * largest and fastest > 0.0
-        # A nilpotent A (free flight) has eigenvalues of rounding: what the accelerations take counts instead.
-        natural = max(fastest, float(np.sqrt(np.abs(udot).max(initial=0.0)))) or 1.0
-        acting = np.unique(np.round(np.log10(sizes[sizes > _SLOW * natural]), 1)) if largest > 0.0 else np.zeros(0)
+    def of(values: npt.NDArray[np.complex128], u: Floats, udot: Floats) -> _Times:
+        """Return the times for eigenvalues of A, speeds and accelerations."""
+        sizes = np.abs(values)[np.abs(values) > 0.0]
+        fastest = float(np.abs(u).max(initial=0.0))
+        moves = fastest > _REST * (float(sizes.min()) if len(sizes) else _SLOW)
+        natural = max(fastest if moves else 0.0, float(np.sqrt(np.abs(udot).max(initial=0.0)))) or 1.0
+        acting = np.unique(np.round(np.log10(sizes[sizes > _SLOW * natural]), 1)) if len(sizes) else np.zeros(0)
         rates = [*(10.0**acting)] or [natural]
         growth = max(float(values.real.max(initial=0.0)), 0.0)
         limit = _GROWTH / growth if growth > 0.0 else np.inf
@@ -228,8 +227,8 @@ class _Path:
             there = self.along(z[:size], z[size:], t)
             if there is None:
                 return True
-            allowed = _MISSED * _sizes(here) + _CLOSURE * np.maximum(rounding, there[1])
-            if (np.abs(there[0] - here) > allowed)[kept].any():
+            noise, change = _CLOSURE * np.maximum(rounding, there[1])[kept], (there[0] - here)[kept]
+            if (np.abs(change) > _MISSED * _sizes(here[kept]) + noise).any() or _tells(here[kept], change, noise):
                 return True
         return False
 
@@ -297,6 +296,15 @@ def _changed(here: Floats, rounding: Floats, there: Floats, rounding_there: Floa
     allowed = _STEADY * np.abs(here) + _CLOSURE * np.maximum(rounding, rounding_there)
     found: npt.NDArray[np.bool_] = np.abs(there - here) > allowed
     return found
+
+
+def _tells(A: Floats, change: Floats, noise: Floats) -> bool:
+    """Return whether a change of A tells on one of its eigenvalues, however small beside the others that is."""
+    values, left, right = eig(A, left=True, right=True)
+    overlap = np.abs(np.sum(left.conj() * right, axis=0))
+    moved = np.abs(np.einsum("ik,ij,jk->k", left.conj(), change, right))
+    uncertain = np.einsum("ik,ij,jk->k", np.abs(left), noise, np.abs(right))
+    return bool((moved > _MISSED * np.abs(values) * overlap + uncertain)[np.abs(values) > 0.0].any())
 
 
 def _sizes(A: Floats) -> Floats:

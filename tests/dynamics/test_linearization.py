@@ -312,3 +312,47 @@ forces: {spring: {type: spring_damper, joint: rail, stiffness: 1e10}}
     assert found.A.tolist() == [[0, 0, 1, 0], [0, 0, 0, 1], [-1e10, 0, 0, 0], [0, -1, 0, 0]]
     assert sorted(found.eigenvalues.imag) == pytest.approx([-1e5, -1, 1, 1e5], rel=1e-12)
     assert found.eigenvalues.real.tolist() == [0.0] * 4
+
+
+def stiffened(speed: float, angle: float) -> mbs.System:
+    """Two pendulums as one: a spring between them holds them in line, 30,000 times faster than they swing."""
+    return mbs.System(
+        "stiffened",
+        gravity=[0, -9.81, 0],
+        bodies={name: mbs.Body(mass=1, com=[0, -1, 0], points={"e": [0, -1, 0]}) for name in ("upper", "lower")},
+        joints={
+            "A": mbs.Revolute("ground", "upper", q="a", initial={"q": angle, "u": speed}),
+            "B": mbs.Revolute("upper.e", "lower", q="b"),
+        },
+        forces={"line": mbs.SpringDamper(1e9, joint="B")},
+    )
+
+
+def test_what_is_slow_beside_a_stiff_spring_is_looked_at_too() -> None:
+    with pytest.raises(mbs.NoSolutionError, match=r"A depends on what moves: a \(0.01 rad/s\)"):
+        mbs.linearize(stiffened(0.01, 0.0))
+    assert not mbs.linearize(stiffened(0.0, 0.5)).steady
+    slow = min(abs(mbs.linearize(stiffened(0.0, 0.0)).eigenvalues))
+    assert slow == pytest.approx(np.sqrt(9.81 * 3 / 5), rel=1e-6)  # m g (1 + 2) / (m (1 + 4))
+
+
+def test_steady_motions_with_known_frequencies() -> None:
+    """A conical pendulum: W sqrt(1 + 3 cos^2); one on a turntable: sqrt(g/l) +- W; a body about its middle axis."""
+    tilt, W = np.radians(50), np.sqrt(9.81 / np.cos(np.radians(50)))
+    bob = mbs.Body(mass=1, com=[0, 0, -1])
+    conical = {
+        "p": mbs.Revolute("ground", "a", axis="z", q="phi", initial={"u": W}),
+        "h": mbs.Revolute("a", "b", axis="y", q="theta", initial={"q": tilt}),
+    }
+    down = [0, 0, -9.81]
+    found = mbs.linearize(mbs.System("c", gravity=down, bodies={"a": mbs.Body(), "b": bob}, joints=conical))
+    assert abs(found.eigenvalues).max() == pytest.approx(W * np.sqrt(1 + 3 * np.cos(tilt) ** 2), rel=1e-12)
+    turning = mbs.Body(motion=mbs.GroundMotion(turn=[mbs.Turn("z", "0.7*t")]))
+    bodies = {"ground": turning, "b": bob}
+    found = mbs.linearize(mbs.System("f", gravity=down, bodies=bodies, joints={"U": mbs.Universal("ground", "b")}))
+    expected = [9.81**0.5 + 0.7] * 2 + [9.81**0.5 - 0.7] * 2
+    assert sorted(abs(found.eigenvalues), reverse=True) == pytest.approx(expected, rel=1e-12)
+    body = mbs.Body(mass=1, inertia={"Ixx": 1, "Iyy": 2, "Izz": 3})
+    spun = {"S": mbs.Spherical("ground", "b", initial={"u": [0, 5, 0]})}
+    found = mbs.linearize(mbs.System("s", bodies={"b": body}, joints=spun))
+    assert found.eigenvalues.real.max() == pytest.approx(5 * np.sqrt(1 / 3), rel=1e-12)
