@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
+import pytest
 from mechanisms import Case, random_case, random_state
 
 import multibody_sym as mbs
@@ -109,3 +111,8 @@ def admissible(case: Case, t: float, q: list[float], u: list[float]) -> list[flo
     size = float(np.abs(gamma).max())
     contradicts = max(abs(row.phidot) for row in rows) > 1e-9 or np.abs(missed).max() > 1e-8 * (1 + size)
     return None if contradicts else allowed
+
+
+def blocks(count: int, *, quick: int) -> list[Any]:
+    """Return the numbers of blocks of seeds, all but the `quick` ones marked as long."""
+    return [k if k < quick else pytest.param(k, marks=pytest.mark.long) for k in range(count)]

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import sympy
 from mechanisms import Case, random_case, random_state
-from test_random_loops import blocks, closed
+from random_loops import blocks, closed
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.absolute_state import absolute_state

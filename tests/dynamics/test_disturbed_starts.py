@@ -13,8 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mechanisms import Case
-from random_loops import closed
-from test_random_loops import blocks
+from random_loops import blocks, closed
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.start import Start, start

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 import sympy
-from test_readable import random_expression
+from random_formulas import random_formula
 from textbook import double_pendulum, hanging_mass, top
 
 from multibody_sym.dynamics.notation import escaped, latex_name, notation_of, upright
@@ -44,7 +44,7 @@ def assert_text_means(expression: Any) -> None:
 @pytest.mark.parametrize("seed", range(100, 160))
 def test_text_means_the_expression(seed: int) -> None:
     rng = random.Random(seed)
-    assert_text_means(random_expression(rng, 4) * (1 - 3 * random_expression(rng, 2)) ** 2)
+    assert_text_means(random_formula(rng, 4) * (1 - 3 * random_formula(rng, 2)) ** 2)
 
 
 @pytest.mark.parametrize("make", EXTRA)
@@ -55,7 +55,7 @@ def test_text_of_functions(make: Any) -> None:
 
 @pytest.mark.parametrize("seed", range(200, 220))
 def test_latex_braces_balance(seed: int) -> None:
-    shown = LatexScript({}, {}).shown(random_expression(random.Random(seed), 5))
+    shown = LatexScript({}, {}).shown(random_formula(random.Random(seed), 5))
     depth = 0
     for c in shown:
         depth += (c == "{") - (c == "}")

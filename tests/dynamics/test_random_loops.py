@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 from mechanisms import Case
-from random_loops import closed
+from random_loops import blocks, closed
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.agreement import LARGEST_WITH_ROWS, agreement, ratio
@@ -29,11 +28,6 @@ from multibody_sym.scalars.node import slot
 
 LARGEST = {False: LARGEST_WITH_ROWS, True: 10 * LARGEST_WITH_ROWS}
 NUMERIC = {name: route for name, route in FORMALISMS.items() if name not in ("lagrange", "multipliers")}
-
-
-def blocks(count: int, *, quick: int) -> list[Any]:
-    """Return the numbers of blocks of seeds, all but the `quick` ones marked as long."""
-    return [k if k < quick else pytest.param(k, marks=pytest.mark.long) for k in range(count)]
 
 
 @pytest.mark.parametrize("extreme", [False, True])

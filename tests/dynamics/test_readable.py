@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 import sympy
+from random_formulas import L, a, b, k, m1, random_formula, u, v
 
 from multibody_sym.dynamics.readable import LARGEST_SUM, Readable, expanded_size
 
-m1, m2, k, L = sympy.symbols("m1 m2 k l", positive=True)
-a, b, c = sympy.symbols("a b c", real=True)
-u, v = sympy.symbols("u v", real=True)
+m2 = sympy.Symbol("m2", positive=True)
+c = sympy.Symbol("c", real=True)
 w, x, y, z = sympy.symbols("w x y z", real=True)
 sin, cos = sympy.sin, sympy.cos
 
@@ -45,29 +45,9 @@ def test_large_expressions_are_left_alone() -> None:
     assert readable(product) is product
 
 
-_LEAVES = [m1, k, L, a, u, v, sympy.Integer(2), sympy.Rational(1, 2), sin(a), cos(a), sin(b), cos(b)]
-
-
-def random_expression(rng: random.Random, depth: int) -> Any:
-    kind = rng.random()
-    if depth == 0 or kind < 0.15:
-        return rng.choice(_LEAVES)
-    first, second = (random_expression(rng, depth - 1) for _ in range(2))
-    makers = [
-        (0.50, lambda: first + second),
-        (0.80, lambda: first * second),
-        (0.85, lambda: first**2),
-        (0.88, lambda: sympy.sqrt(first**2 + second**2 + 1)),
-        (0.92, lambda: 1 / (first**2 + 1)),
-        (0.96, lambda: (first**2 + second**2 + 3) ** sympy.Rational(-3, 2)),
-        (1.00, lambda: sin(first + second)),
-    ]
-    return next(make for limit, make in makers if kind < limit)()
-
-
 @pytest.mark.parametrize("seed", range(60))
 def test_the_value_stays(seed: int) -> None:
-    expression = random_expression(random.Random(seed), 4)
+    expression = random_formula(random.Random(seed), 4)
     at = {m1: 1.1, k: 0.7, L: 1.7, a: 0.3, b: -1.1, u: 0.6, v: -0.8}
     before, after = (complex(e.evalf(20, subs=at)) for e in (expression, readable(expression)))
     assert after == pytest.approx(before, rel=1e-10, abs=1e-10)
