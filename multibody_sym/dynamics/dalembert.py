@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from multibody_sym.dynamics.dependence import constraint_jacobian
 from multibody_sym.dynamics.row_terms import row_terms
-from multibody_sym.kinematics.loads import applied, span
+from multibody_sym.kinematics.loads import apart, applied, span
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.points import velocity
 from multibody_sym.kinematics.rows import exerted, row_motions
@@ -153,6 +153,8 @@ def _cancelled(motion: Motion, load: Load) -> float:
         terms, force = abs(k) * (abs(at) + abs(rest)) + abs(d * rate), k * (at - rest) + d * rate
     elif isinstance(load, PointSpring):
         k, d, rest = motion.state.values([load.stiffness, load.damping, load.length])
+        if not any(apart(motion, load.ends)):
+            return 1.0  # a spring without rest length, whose ends meet
         length, direction = span(motion, load.ends)
         first, second = (np.array(velocity(motion, end), dtype=float) for end in load.ends)
         terms = abs(k) * (length + abs(rest)) + abs(d) * float(np.linalg.norm(first) + np.linalg.norm(second))

@@ -1,4 +1,4 @@
-"""Rows that have no value at the start: which, and why."""
+"""Rows and forces that have no value at the start: which, and why."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from multibody_sym.errors import ModelError
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.rows import row_motion
-from multibody_sym.model.mechanism import DistanceRow, Marker, RopeRow, Row
+from multibody_sym.model.mechanism import DistanceRow, Load, Marker, PointPull, PointSpring, RopeRow, Row
 from multibody_sym.model.slots import at
-from multibody_sym.scalars.node import leaves
+from multibody_sym.scalars.node import ZERO, leaves
 
 
 def verify_lengths(motion: Motion) -> None:
@@ -47,6 +47,24 @@ def verify_values(motion: Motion) -> None:
                     "it, its rate or its acceleration has no finite value at the start; correct the expression, or "
                     "start from another position (initial: {q: ..})"
                 )
+
+
+def verify_direction(motion: Motion, load: Load) -> None:
+    """Raise ModelError for a force along the line between points that coincide.
+
+    A spring pulls with k times the way between its ends where it has neither a rest length nor a damper.
+    """
+    plain = isinstance(load, PointSpring) and load.length is ZERO and load.damping is ZERO
+    if plain or not isinstance(load, (PointSpring, PointPull)):
+        return
+    a, b = load.ends
+    if position(motion, a) == position(motion, b):
+        other = ", or the spring neither a length nor damping: it needs no direction then"
+        other *= isinstance(load, PointSpring)
+        raise ModelError(
+            f"{a.name} and {b.name} are at the same place at the start, and what pulls them together has no direction; "
+            f"give them different positions (initial: {{q: ..}}){other}"
+        )
 
 
 def _verify_direction(row: Row, motion: Motion) -> None:

@@ -16,7 +16,7 @@ from multibody_sym.dynamics.closing import Rows, normalize
 from multibody_sym.dynamics.contradiction import contradictions_named, verify_consistent
 from multibody_sym.dynamics.forward_dynamics import UNDEFINED, verify_inertia
 from multibody_sym.dynamics.regularity import generic_rank, verify_regular
-from multibody_sym.dynamics.row_values import verify_lengths, verify_values
+from multibody_sym.dynamics.row_values import verify_direction, verify_lengths, verify_values
 from multibody_sym.errors import ModelError, Where
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion
@@ -141,8 +141,10 @@ def _verify_inertia(rows: Rows, q: Floats, u: Floats) -> None:
 
 def _verify_loads(motion: Motion) -> None:
     for load in motion.mechanism.loads:
-        with at("forces", load.name), _valued():
-            applied(motion, [load])
+        with at("forces", load.name):
+            verify_direction(motion, load)
+            with _valued():
+                applied(motion, [load])
 
 
 @contextmanager
