@@ -37,16 +37,29 @@ def write_whole(path: str | os.PathLike[str], content: bytes) -> None:
 
 
 def write_new(path: str | os.PathLike[str], content: bytes) -> None:
-    """Write `content` to a file that does not exist yet. Raises InputError where it does, OutputError."""
+    """Write `content` to a file that does not exist yet: all of it, or there is none. A device or pipe may exist.
+
+    Raises InputError where it does, OutputError.
+    """
     name = os.fspath(path)
+    if is_special(name):
+        write_whole(name, content)
+        return
     try:
-        with output_errors(name), open(name, "xb") as file:
-            file.write(content)
-            _sync(file)
+        with output_errors(name):
+            file = open_new(name)
     except OutputError as error:
         if not isinstance(error.__cause__, FileExistsError):
             raise
         raise InputError("this file exists already; choose another one with -o", where=Where(file=name)) from None
+    try:
+        with output_errors(name), file:
+            file.write(content)
+            _sync(file)
+    except BaseException:
+        with suppress(OSError):
+            os.unlink(name)
+        raise
 
 
 def replace_with(

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from multibody_sym.errors import OutputError
-from multibody_sym.formats.files import replace_with, write_whole
+from multibody_sym.errors import InputError, OutputError
+from multibody_sym.formats.files import replace_with, write_new, write_whole
 
 
 def test_a_new_file_is_written(tmp_path):
@@ -86,6 +86,22 @@ def test_a_process_that_hits_its_file_size_limit_harms_nothing(tmp_path):
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
     assert target.read_bytes() == b"old"
     assert os.listdir(tmp_path) == ["result"]
+
+
+def test_a_new_file_that_cannot_be_filled_is_not_left_behind(tmp_path, monkeypatch):
+    def full(descriptor):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OutputError, match="No space left"):
+        write_new(tmp_path / "new", b"content")
+    monkeypatch.undo()
+    assert os.listdir(tmp_path) == []
+    write_new(tmp_path / "new", b"content")
+    with pytest.raises(InputError, match="exists already"):
+        write_new(tmp_path / "new", b"other")
+    assert (tmp_path / "new").read_bytes() == b"content"
+    write_new("/dev/null", b"content")
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
