@@ -29,8 +29,11 @@ PROGRAMS = {"state_derivative": state_derivative}
 
 
 @pytest.fixture
-def fresh(tmp_path, monkeypatch):
+def fresh(tmp_path, monkeypatch, runtime):
+    """A cache with nothing in it but the compiled runtime, which all models share."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    for file in runtime:
+        shutil.copy2(file, cache.folder())
     return tmp_path / "multibody_sym"
 
 
@@ -135,14 +138,31 @@ def filled(tmp_path_factory):
         yield cache.folder()
 
 
+@pytest.fixture(scope="module")
+def runtime(filled):
+    """The files of the cache that hold the compiled runtime."""
+    (objects,) = filled.glob("*.objects")
+    return [objects, *(key for key in filled.glob("*.json") if objects.name in key.read_text())]
+
+
 def truncated(data):
     return data[: len(data) // 2]
 
 
-@pytest.mark.parametrize("pattern", ["*.so", "*.json", "*.objects", "*"])
-@pytest.mark.parametrize("damage", [truncated, lambda _: b"garbage", lambda _: b""])
+def garbage(_):
+    return b"garbage"
+
+
+def emptied(_):
+    return b""
+
+
+@pytest.mark.parametrize(
+    ("pattern", "damage"), [("*.so", truncated), ("*.json", garbage), ("*.objects", emptied), ("*", truncated)]
+)  # every damage to either kind of file: test_cache
 def test_a_damaged_cache_is_rebuilt(fresh, filled, pattern, damage):
-    shutil.copytree(filled, fresh)  # files that this process has not loaded: those it has, the system does not reread
+    # files that this process has not loaded: those it has, the system does not read again
+    shutil.copytree(filled, fresh, dirs_exist_ok=True)
     damaged = list(fresh.glob(pattern))
     for file in damaged:
         file.write_bytes(damage(file.read_bytes()))
@@ -216,9 +236,9 @@ def test_an_entry_in_the_format_of_another_version_is_replaced(fresh, written, c
     remember("system", first, {"a": 1})
     version = cache.toolkit()
     keys = [cache.digest("python", "key", version), cache.digest("recall", "system", "python", version)]
-    for file in fresh.glob("*.json"):
+    for key in keys:
+        file = fresh / cache._key_name(key)
         _, _, body = file.read_bytes().partition(b"\n")
-        key = next(k for k in keys if cache._key_name(k) == file.name)
         changed = written(body)
         file.write_bytes((cache.digest(key, changed).encode() + b"\n" if checked else b"") + changed)
     assert recall("system", backend="python") is None

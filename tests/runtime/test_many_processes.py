@@ -55,7 +55,7 @@ def raced(place: Path, processes: int, keys: int) -> tuple[dict[str, int], list[
     for number in range(LIMIT):
         (folder / f"{number}-old.so").write_bytes(b"old")
         os.utime(folder / f"{number}-old.so", (number, number))
-    logged.write_text(f'#!/bin/sh\necho "$@" >> {log}\nexec {shutil.which("cc")} "$@"\n')
+    logged.write_text(f'#!/bin/sh\necho "$@" >> {log}\nexec {shutil.which("cc")} "$@" -O0\n')
     logged.chmod(0o755)
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "XDG_CACHE_HOME": str(place), "CC": str(logged)}
     started = [
