@@ -6,6 +6,8 @@ if TYPE_CHECKING:
     from multibody_sym.dynamics.derive import derive as derive
     from multibody_sym.dynamics.linearization import Linearization as Linearization
     from multibody_sym.dynamics.linearization import linearize as linearize
+    from multibody_sym.dynamics.linearization import period_multipliers as period_multipliers
+    from multibody_sym.dynamics.periodic import Multipliers as Multipliers
     from multibody_sym.dynamics.statics import Equilibrium as Equilibrium
     from multibody_sym.dynamics.statics import equilibrium as equilibrium
     from multibody_sym.dynamics.symbolic_equations import SymbolicEquations as SymbolicEquations
@@ -104,7 +106,8 @@ if TYPE_CHECKING:
 _NAMES = {
     "cli.version": "__version__",
     "dynamics.derive": "derive",
-    "dynamics.linearization": "Linearization linearize",
+    "dynamics.linearization": "Linearization linearize period_multipliers",
+    "dynamics.periodic": "Multipliers",
     "dynamics.statics": "Equilibrium equilibrium",
     "dynamics.symbolic_equations": "SymbolicEquations",
     "errors": "ExpressionError InputError ModelError MultibodyError NoSolutionError OutputError RunError",

@@ -15,14 +15,19 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
     add_coordinates(parser)
+    described = "of a motion that repeats itself after T seconds: by what deviations are multiplied in each period"
+    parser.add_argument("--period", metavar="T", type=float, help=described)
 
 
 def run(options: argparse.Namespace) -> Answer:
     """Linearise about the state at t = 0."""
     from multibody_sym.cli.model import model
-    from multibody_sym.dynamics.linearization import linearize
-    from multibody_sym.report.linearization import linearization_text
+    from multibody_sym.dynamics.linearization import linearize, period_multipliers
+    from multibody_sym.report.linearization import linearization_text, multipliers_text
 
     with model(options) as system:
+        if options.period is not None:
+            repeated = period_multipliers(system, options.period, formalism=options.formalism)
+            return Answer(repeated.as_json(), multipliers_text(repeated))
         found = linearize(system, formalism=options.formalism)
     return Answer(found.as_json(), linearization_text(found))

@@ -29,11 +29,12 @@ from scipy.linalg import qr
 
 from multibody_sym.dynamics.examined import examined, on_numbers
 from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
+from multibody_sym.dynamics.periodic import Multipliers, multipliers_of
 from multibody_sym.dynamics.programs import inputs_program, state_derivative
 from multibody_sym.dynamics.rounding import eigenvalues, without_rounding
-from multibody_sym.dynamics.start import start, verify_regular_start
+from multibody_sym.dynamics.start import Start, start, verify_regular_start
 from multibody_sym.dynamics.steadiness import NO_EIGENVALUES, constancy_of
-from multibody_sym.errors import NoSolutionError
+from multibody_sym.errors import ModelError, NoSolutionError
 from multibody_sym.kinematics.energy import potential_energy
 from multibody_sym.kinematics.motion import coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import row_motions
@@ -113,13 +114,31 @@ def linearize(system: System, *, formalism: str | None = None) -> Linearization:
     Raises InputError, and NoSolutionError where there is no start, it is a singular position, or it moves such that A
     is not constant, by name.
     """
+    flow, begin = _started(system, formalism)
+    q, u = np.array(begin.q, dtype=float), np.array(begin.u, dtype=float)
+    return replace(_settled(flow, q, u), shifts=begin.shifts, held_inputs=_changing(flow.mechanism))
+
+
+@on_numbers
+def period_multipliers(system: System, period: float, *, formalism: str | None = None) -> Multipliers:
+    """Return the multipliers over one period (s) of small deviations from the motion that begins at the start.
+
+    For motions that repeat themselves, in which A is not constant. Inputs that change with time are held.
+    Raises InputError, and NoSolutionError where there is no start, or the motion does not repeat itself.
+    """
+    if not (np.isfinite(period) and period > 0.0):
+        raise ModelError(f"a period is a positive time, got {period:g}")
+    flow, begin = _started(system, formalism)
+    return multipliers_of(flow, np.array(begin.q, dtype=float), np.array(begin.u, dtype=float), period)
+
+
+def _started(system: System, formalism: str | None) -> tuple[Flow, Start]:
+    """Return the flow in coordinates of joints and its start, which is regular."""
     declared = examined(system)
     resolved = declared.relative or declared
     begin = start(resolved, project=system.simulation.project)
     verify_regular_start(resolved, begin)
-    flow = Flow(resolved, begin.parameters, formalism)
-    q, u = np.array(begin.q, dtype=float), np.array(begin.u, dtype=float)
-    return replace(_settled(flow, q, u), shifts=begin.shifts, held_inputs=_changing(resolved))
+    return Flow(resolved, begin.parameters, formalism), begin
 
 
 def _settled(flow: Flow, q: Floats, u: Floats) -> Linearization:
@@ -187,6 +206,11 @@ class Flow:
     def accelerations(self, q: npt.ArrayLike, u: npt.ArrayLike) -> Floats:
         """Return udot (nu)."""
         return self._rates(*self.known(q, u))[1]
+
+    def rates(self, known: Sequence[npt.ArrayLike]) -> tuple[Floats, Floats]:
+        """Return qdot (nq) and udot (nu)."""
+        qdot, udot, *_ = self._rates(*known)
+        return qdot, udot
 
     def derivatives(self, known: Sequence[npt.ArrayLike]) -> tuple[Floats, Floats]:
         """Return dz'/dz (2 nu x 2 nu), through the inputs too, and dz'/dw (2 nu x nw)."""

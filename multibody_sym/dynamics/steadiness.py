@@ -31,7 +31,7 @@ Floats = npt.NDArray[np.float64]
 NO_EIGENVALUES: Final = "the state is no equilibrium and no steady motion, and A changes as soon as it is let go"
 _ADVICE: Final = (
     "linearise about an equilibrium (`equilibrium` finds positions of rest), or about a motion in which only "
-    "coordinates change on which nothing depends"
+    "coordinates change on which nothing depends; `--period T` gives multipliers of a motion that repeats itself"
 )
 _PARTS: Final = (0.37, 1.13, 2.9)
 """How far the state is moved on, in times in which the fastest coordinate moves by one unit, or one eigenvalue acts."""

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from multibody_sym.dynamics.linearization import Linearization
+from multibody_sym.dynamics.periodic import Multipliers
 from multibody_sym.dynamics.steadiness import NO_EIGENVALUES
 from multibody_sym.report.shifts import shifts_text
 
@@ -23,6 +24,17 @@ def linearization_text(found: Linearization) -> str:
     lines += ["A", *_matrix(found.A.tolist())]
     if found.inputs:
         lines += [f"B (by {', '.join(found.inputs)})", *_matrix(found.B.tolist())]
+    return "\n".join(lines)
+
+
+def multipliers_text(found: Multipliers) -> str:
+    """Return the multipliers over one period for a person to read."""
+    lines = [f"in {', '.join(found.states)}, over one period of {found.period:g} s", "multipliers"]
+    for x in found.multipliers:
+        if abs(x.imag) <= _ROUNDING * abs(x):
+            lines.append(f"  {x.real:.9g}")
+        elif x.imag > 0.0:
+            lines.append(f"  {x.real:.9g} +- {x.imag:.9g} i   (size {abs(x):.9g})")
     return "\n".join(lines)
 
 

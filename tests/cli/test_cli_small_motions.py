@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import json
 from pathlib import Path
 
@@ -95,3 +96,17 @@ def test_equilibrium_says_what_it_leaves_out_and_what_is_not_proved(capsys: pyte
     assert main(["equilibrium", str(EXAMPLES / "spherical_pendulum.yaml"), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert (found["complete"], found["cut_short"], found["speeds_left_out"]) == (False, False, ["u_phi"])
+
+
+def test_linearize_gives_the_multipliers_of_a_period(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """At rest x' = A x: exp(A T), whose pair has the size 1, and is -1 after half an oscillation."""
+    (tmp_path / "m.yaml").write_text(Path(PENDULUM).read_text().replace("60 deg", "0 deg"))
+    assert main(["linearize", str(tmp_path / "m.yaml"), "--period", "0.5", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    expected = cmath.exp(0.5j * 9.81**0.5)
+    assert sorted(complex(*x).imag for x in found["multipliers"]) == pytest.approx([-expected.imag, expected.imag])
+    assert main(["linearize", str(tmp_path / "m.yaml"), "--period", "0.5"]) == 0
+    assert "over one period of 0.5 s\nmultipliers\n" in capsys.readouterr().out
+    assert main(["linearize", PENDULUM, "--period", "0.5"]) == 3
+    assert "does not repeat itself after 0.5 s" in capsys.readouterr().err
+    assert main(["linearize", PENDULUM, "--period", "-1"]) == 2

@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mechanisms import random_case, random_state
+from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.closing import Rows, closed_near
-from multibody_sym.dynamics.linearization import Flow
+from multibody_sym.dynamics.linearization import Flow, period_multipliers
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import state_of
@@ -356,3 +357,46 @@ def test_steady_motions_with_known_frequencies() -> None:
     spun = {"S": mbs.Spherical("ground", "b", initial={"u": [0, 5, 0]})}
     found = mbs.linearize(mbs.System("s", bodies={"b": body}, joints=spun))
     assert found.eigenvalues.real.max() == pytest.approx(5 * np.sqrt(1 / 3), rel=1e-12)
+
+
+# --- periodic motions ------------------------------------------------------------------------------------------------
+
+
+def test_a_precession_seen_in_body_axes_has_the_multipliers_of_its_eigenvalues_in_angles() -> None:
+    """After one turn about its axis, seen from the plane of the tilt, deviations are alike: exp(lambda T)."""
+    tilt, precession = np.radians(30), 4.0
+    spin = (M * 9.81 * L + J1 * precession**2 * np.cos(tilt)) / (ALONG * precession)
+    period = 2 * np.pi / (spin - precession * np.cos(tilt))
+    found = period_multipliers(top(spin, tilt=tilt, precession=precession), period)
+    steady = mbs.linearize(top(spin, angles="zxz", tilt=tilt, precession=precession)).eigenvalues
+    nutating = np.exp(steady[np.abs(steady) > 1e-3] * period)
+    others = [x for x in found.multipliers if abs(x - 1) > 1e-3]
+    assert sorted(others, key=np.imag) == pytest.approx(sorted(nutating, key=np.imag), abs=1e-6)
+    assert len(found.multipliers) == 6
+
+
+def test_a_shaken_pendulum_has_the_multipliers_of_its_hill_equation() -> None:
+    """Upside down: l theta'' = (g + y'') theta with y = a cos(W t), integrated by scipy."""
+    g, length, a, W = 9.81, 0.5, 0.05, 100.0
+    shaken = mbs.loads(f"""
+multibody_sym: 1
+name: shaken
+gravity: [0, -{g}, 0]
+bodies: {{carriage: {{}}, bob: {{mass: 1, com: [0, {length}, 0]}}}}
+joints:
+  drive: {{type: prismatic, parent: ground, child: carriage, axis: y, motion: {a}*cos({W}*t)}}
+  hinge: {{type: revolute, parent: carriage, child: bob, axis: z, q: theta}}
+""")
+    period = 2 * np.pi / W
+    found = period_multipliers(shaken, period)
+
+    def hill(t: float, y: np.ndarray) -> np.ndarray:
+        stiffness = (g - a * W**2 * np.cos(W * t)) / length
+        return np.concatenate([y[2:], stiffness * y[:2]])
+
+    whole = solve_ivp(hill, (0, period), [1, 0, 0, 1], rtol=1e-11, atol=1e-12).y[:, -1].reshape(2, 2)
+    expected = np.linalg.eigvals(whole)
+    assert sorted(found.multipliers, key=np.imag) == pytest.approx(sorted(expected, key=np.imag), abs=1e-7)
+    assert np.abs(found.multipliers) == pytest.approx([1, 1], abs=1e-7)  # fast shaking holds it upright
+    with pytest.raises(mbs.NoSolutionError, match=r"does not repeat itself after 0\.03 s"):
+        period_multipliers(shaken, 0.03)
