@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import ast
+import pkgutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -32,3 +35,25 @@ def test_every_name_is_there(name: str) -> None:
 def test_other_names_are_not() -> None:
     with pytest.raises(AttributeError, match="no attribute 'simulat'"):
         _ = mbs.simulat
+
+
+EVERYTHING = """
+import importlib, pkgutil
+import multibody_sym as mbs
+
+for part in pkgutil.walk_packages(mbs.__path__, "multibody_sym."):
+    if not part.name.endswith("__main__"):
+        importlib.import_module(part.name)
+for name, module in mbs._MODULES.items():
+    assert getattr(mbs, name) is getattr(importlib.import_module(f"multibody_sym.{module}"), name), name
+"""
+
+
+def test_names_stay_what_they_are_when_every_part_is_imported_first() -> None:
+    """A part called `solve` would take the place of the function as soon as anything imports it."""
+    subprocess.run([sys.executable, "-c", EVERYTHING], check=True)
+
+
+def test_no_part_of_the_root_has_a_public_name() -> None:
+    parts = {part.name for part in pkgutil.iter_modules(mbs.__path__)}
+    assert parts.isdisjoint(mbs.__all__)
