@@ -11,7 +11,7 @@ from __future__ import annotations
 import importlib
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from types import MappingProxyType
 from typing import Any, Final, Protocol
@@ -28,6 +28,7 @@ from multibody_sym.integrators.flow import (
     Status,
     Step,
     StepError,
+    hermite,
     require_finite,
     scaled_norm,
 )
@@ -40,6 +41,8 @@ IDA: Final = "ida"
 BY_JACOBIAN: Final = ("Radau", "BDF", "LSODA", "cvode_bdf", IDA)
 """The implicit ones, which take the Jacobian."""
 _SOON: Final = 2.0**-20  # part of the time in which the state changes by its own size
+_AT_ONCE: Final = 1e-9  # part of a way that is not worth another step
+_REPEATS: Final = 20
 _UNCONTROLLED: Final = 1e30  # tolerance of multipliers: the error of the motion alone chooses the steps
 
 
@@ -234,18 +237,28 @@ def _open(flow: Flow, t: float, x: Floats) -> _Solver:
 def library_steps(flow: Flow) -> Iterator[Step]:
     """Yield the steps that the library takes; one with an event in it ends there, and the next one starts afresh.
 
+    What crosses within a step may have bent it: steps are taken again from its start to the crossing.
     Raises StepError and MissingPackageError.
     """
     crossing = _Crossing(flow.events, flow.t0, flow.x0)
-    t, x, solver = flow.t0, flow.x0, _open(flow, flow.t0, flow.x0)
+    t, x, bound, again = flow.t0, flow.x0, flow.t_end, 0
+    solver = _open(flow, t, x)
     while t < flow.t_end:
         solver.advance()
-        t_new, event = crossing.first(t, solver)
-        x_new = solver.x if event is None else solver.value(t_new)
+        sides = crossing.sides
+        t_new, event = crossing.first(flow, t, x, solver)
+        met = t_new < solver.t or event is not None
+        if met and again < _REPEATS and t_new - t > _AT_ONCE * abs(t) and bound - t_new > _AT_ONCE * (bound - t):
+            crossing.sides, bound, again = sides, t_new, again + 1
+            solver = _open(replace(flow, t_end=bound), t, x)
+            continue
+        t_new = solver.t if event is None else t_new
+        x_new = solver.x if t_new == solver.t else solver.value(t_new)
         yield _step(flow, solver, t, x, t_new, x_new, event)
-        if event is not None:
-            if crossing.terminal[event]:
-                return
+        if event is not None and crossing.terminal[event]:
+            return
+        if event is not None or (t_new == bound and bound < flow.t_end):
+            bound, again = flow.t_end, 0 if event is not None else again
             solver = _open(flow, t_new, x_new)
         t, x = t_new, x_new
 
@@ -264,18 +277,21 @@ class _Crossing:
         self.terminal = np.array(events.terminal if events else (), dtype=bool)
         self.sides = np.sign(events.values(t, x)) if events else np.zeros(0)
 
-    def first(self, t: float, solver: _Solver) -> tuple[float, int | None]:
-        """Return where the step from t ends: at the first function that crosses in it, or at its end."""
+    def first(self, flow: Flow, t: float, x: Floats, solver: _Solver) -> tuple[float, int | None]:
+        """Return where the step from (t, x) ends: at the first function that crosses in it, or at its end.
+
+        Without a function: something may have crossed by that time, as the library's way between the ends is bent.
+        """
         if self.events is None:
             return solver.t, None
         end, values = solver.t, self.events.values(solver.t, solver.x)
         crossed = self._crossed(values)
         if not len(crossed):
-            end = t + (end - t) * self._seen(t, solver, values)
+            end = self._seen(flow, t, x, solver, values)
             crossed = self._crossed(self._at(end, solver))
         if not len(crossed):
             self.sides = np.where(values == 0.0, self.sides, np.sign(values))
-            return solver.t, None
+            return end, None
         times = {int(i): self._time(int(i), t, end, solver) for i in crossed}
         event = min(times, key=lambda i: times[i])
         here = self.events.values(times[event], solver.value(times[event]))
@@ -292,17 +308,32 @@ class _Crossing:
         assert self.events is not None
         return self.events.values(time, solver.x if time == solver.t else solver.value(time))
 
-    def _seen(self, t: float, solver: _Solver, values: Floats) -> float:
-        """Return the first part of a step, that nothing crosses at its end, at which something has crossed; else 1."""
-        way, high = solver.t - t, 1.0
-        start, after, before = (self._at(t + part * way, solver) for part in (0.0, PROBE, 1.0 - PROBE))
+    def _seen(self, flow: Flow, t: float, x: Floats, solver: _Solver, values: Floats) -> float:
+        """Return the first time in a step, that nothing crosses at its end, at which something has; else its end.
+
+        It is looked for on the library's way, and on the cubic that nothing between the ends can bend.
+        """
+        assert self.events is not None
+        h, values_at = solver.t - t, self.events.values
+        slopes = flow.slope(t, x), flow.slope(solver.t, solver.x)
+
+        def along(theta: float) -> Floats:
+            return values_at(t + theta * h, hermite(x, slopes[0], solver.x, slopes[1], h, theta))
+
+        ways = (along, lambda theta: self._at(t + theta * h, solver))
+        part = min(self._part_seen(way, values) for way in ways)
+        return t + h * part if part < 1.0 else solver.t
+
+    def _part_seen(self, way: Callable[[float], Floats], values: Floats) -> float:
+        """Return the first part of a step at which something has crossed on a way; 1 if nothing does."""
+        start, after, before = (way(part) for part in (0.0, PROBE, 1.0 - PROBE))
         self.sides = np.where(self.sides == 0.0, np.sign(after), self.sides)
-        sides = self.sides
+        sides, high = self.sides, 1.0
         ends = Ends(np.maximum(sides * start, 0.0), sides * after, sides * before, sides * values)
         for index in np.flatnonzero(ends.uncertain() & ~(self.terminal & (sides > 0.0))).tolist():
 
             def value(theta: float, i: int = index) -> float:
-                return float(sides[i] * self._at(t + theta * way, solver)[i])
+                return float(sides[i] * way(theta)[i])
 
             seen = first_seen(value, *ends.looks(index))
             high = high if seen is None else min(high, seen)
