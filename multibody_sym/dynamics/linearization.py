@@ -257,6 +257,8 @@ class Flow:
     def span(self, known: Sequence[npt.ArrayLike], places: Sequence[int]) -> Floats:
         """Return X (2 nu x m) for given independent components."""
         matrix = np.vstack(self._restrictions(known))
+        if not np.isfinite(matrix).all():
+            raise FloatingPointError("the constraints' slopes are not finite")
         dependent = [k for k in range(matrix.shape[1]) if k not in set(places)]
         X = np.zeros((matrix.shape[1], len(places)))
         X[places] = np.eye(len(places))

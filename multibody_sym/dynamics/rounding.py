@@ -17,6 +17,7 @@ from scipy.linalg import eig, matrix_balance
 Floats = npt.NDArray[np.float64]
 
 EPSILON: Final = float(np.finfo(float).eps)
+_LARGEST: Final = 1e150
 _SAFETY: Final = 8.0
 
 
@@ -41,7 +42,7 @@ def least_rounding(matrix: Floats, rounding: Floats) -> Floats:
 def eigenvalues(matrix: Floats, rounding: Floats) -> npt.NDArray[np.complex128]:
     """Return the eigenvalues of a matrix (m x m) that is known up to `rounding` (m x m, not negative).
 
-    Real and imaginary parts that are rounding are zero.
+    Real and imaginary parts that are rounding are zero. Raises FloatingPointError for a matrix past all bounds.
     """
     if not matrix.size:
         return np.zeros(0, dtype=complex)
@@ -56,7 +57,9 @@ def eigenvalues(matrix: Floats, rounding: Floats) -> npt.NDArray[np.complex128]:
 
 
 def _balanced(matrix: Floats) -> tuple[Floats, Floats]:
-    """Return D^-1 A D of nearly equal rows and columns, and the diagonal of D."""
+    """Return D^-1 A D of nearly equal rows and columns, and the diagonal of D. Raises FloatingPointError."""
+    if not float(np.abs(matrix).max()) < _LARGEST:
+        raise FloatingPointError("the matrix holds what is too large to compute with")
     balanced, (scale, _) = matrix_balance(matrix, separate=True, permute=False)
     return balanced, scale
 

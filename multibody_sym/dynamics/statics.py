@@ -216,6 +216,8 @@ class _Search:
         """Return the deviations (nu) by which Newton's method moves on."""
         tangents, slope = self._slope(q)
         target = -self.flow.accelerations(q, np.zeros(len(self.mechanism.speeds)))[self._speeds(tangents)]
+        if not (np.isfinite(slope).all() and np.isfinite(target).all()):
+            raise FloatingPointError("the slope of the accelerations is not finite")
         found: Floats = self._columns(tangents) @ np.linalg.lstsq(slope, target, rcond=None)[0]
         return found
 
