@@ -217,7 +217,7 @@ class CollocationStepper:
 
     def _scales(self, x: Floats, z: Floats) -> Floats:
         if self.flow.step is None:
-            return self.flow.atol + self.flow.rtol * np.abs(x)
+            return self.flow.atol + self.flow.rtol * np.abs(x) + self.flow.noise() * float(np.max(np.abs(x)))
         scales = np.maximum(np.abs(x), np.abs(z).max(axis=0))
         least = LEAST_SCALE * float(scales.max())
         return np.where(scales > least, scales, least if least > 0.0 else 1.0)

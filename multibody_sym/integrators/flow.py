@@ -81,11 +81,13 @@ class Rows:
 
     `latest()`: the rows' independence at the latest derivative, at most 1 and 0 where they depend on each other;
     `independence(t, x)`: that at any state; `closed(t, x)`: the state put onto the constraints; may raise StepError.
+    `kept`: the end of each step is put there anyway.
     """
 
     latest: Callable[[], float]
     independence: Callable[[float, Floats], float]
     closed: Settle
+    kept: bool
 
 
 @dataclass
@@ -104,7 +106,7 @@ class Flow:
     normalised), or x itself; it may raise StepError, as may the derivative. `settle_sample` does so for states between
     steps and raises nothing. `step`: fixed, or None: adaptive by `rtol`, `atol`. `pairs`: which speeds in x = (q, u)
     are rates of which coordinates. `stages`: what the stages of implicit methods solve; these add to `counts`. `rows`:
-    of a constrained system.
+    of a constrained system. `noise()`: the part of the state by which round-off may falsify the step on trial.
     """
 
     method: Method
@@ -119,6 +121,7 @@ class Flow:
     settle_sample: Settle | None = None
     events: Events | None = None
     rows: Rows | None = None
+    noise: Callable[[], float] = float
     pairs: Pairing | None = None
     stages: StageEquations | None = None
     counts: Counts = field(default_factory=Counts)

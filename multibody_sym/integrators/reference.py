@@ -106,8 +106,15 @@ def _begin(course: _Course, before: Step) -> None:
 def _attempt(course: _Course, before: Step, h: float, t_new: float) -> Trial:
     if course.watch is not None:
         course.watch.beyond = False
-    course.approach.begin(before.x_new)
-    trial = course.taking.attempt(before.t_new, before.x_new, before.slope_new, h, t_new)
+    start = before.t_new, before.x_new
+    course.approach.begin(*start, h)
+    try:
+        trial = course.taking.attempt(*start, before.slope_new, h, t_new)
+    except StepError:
+        if not course.approach.keeps_rows(course.taking):
+            raise
+        course.approach.begin(*start, h)
+        trial = course.taking.attempt(*start, before.slope_new, h, t_new)
     course.approach.verify(t_new)
     return trial
 
@@ -125,7 +132,7 @@ def _taken(course: _Course, before: Step, whole: float, t_end: float) -> Step:
             return replace(_stuck_or_taken(course, before, h, t_new), rejected=rejected)
         except StepError as met:
             if course.approach.comes_unforeseen():
-                course.approach.foresee(course.taking)
+                before = course.approach.foresee(before, course.taking)
             else:
                 h = longest = longest * course.approach.retreat(longest, 0.0)
                 t_new = before.t_new + h
@@ -168,12 +175,12 @@ def _moved_on(course: _Course, done: Step) -> Step:
         course.watch.origin = done.event
     if done.event is None:
         course.taking.advance(done)
-        course.approach.advance(done)
+        course.approach.advance(done, course.taking)
         return done
     if not done.t_new < course.flow.t_end:
         return done
     course.taking.restart()
-    course.approach.near = False
+    course.approach.near = course.approach.stiff = False
     slope = course.flow.slope(done.t_new, done.x_new)
     course.approach.restart(done.t_new)
     return replace(done, slope_new=slope, h_next=_step_after_event(course.flow, done, slope))
@@ -224,7 +231,10 @@ def _accepted_step(course: _Course, before: Step) -> Step:
                     h_next = h / change
                     if rejected or h_next < trial.least_growth * h:
                         h_next = min(h_next, h)
-                    return replace(done, h_next=max(h_next, wished), error=max(error, LEAST_ERROR), rejected=rejected)
+                    h_next = max(h_next, wished)
+                    if not approach.near:
+                        approach.smooth = h_next
+                    return replace(done, h_next=h_next, error=max(error, LEAST_ERROR), rejected=rejected)
                 jump = h <= LEAST_AT_KINK * (flow.t_end - flow.t0)
                 failure, proposed = StepError(Status.STEP_UNDERFLOW, t, far), 0.0 if jump else h * RETREAT
             else:
@@ -232,7 +242,8 @@ def _accepted_step(course: _Course, before: Step) -> Step:
         except StepError as problem:
             failure = problem
             if approach.comes_unforeseen():
-                approach.foresee(course.taking)
+                before = approach.foresee(before, course.taking)
+                x = before.x_new
             else:
                 proposed = h * approach.retreat(h, RETREAT)
                 wished = max(wished, h) if approach.near else 0.0  # but for a singular position

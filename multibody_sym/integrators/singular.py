@@ -9,26 +9,41 @@ onto another branch of the motion: it steps across, and goes on where the way it
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
 from multibody_sym.integrators.collocation import Collocation
-from multibody_sym.integrators.flow import Floats, Flow, Method, Status, Step, StepError, Stepper, Trial
+from multibody_sym.integrators.flow import (
+    Floats,
+    Flow,
+    Method,
+    Status,
+    Step,
+    StepError,
+    Stepper,
+    Trial,
+    require_finite,
+)
 from multibody_sym.integrators.runge_kutta import RungeKutta
+from multibody_sym.integrators.stages import StageEquations
 
 NEAR: Final = 0.5  # of the largest independence about a step: with less in it the step is near a singular position, ...
 NEAR_BY: Final = 0.1  # ... as with less than this part of the largest in the run
 USUAL: Final = 0.01  # what counts as the largest at least
 MARGIN: Final = 0.05  # of the largest about a step: nothing in it may be nearer than that, ...
 LEAST: Final = 1e-8  # ... nor than this
-NOISE: Final = 1e-16  # what round-off leaves of rows that are closed
+ROOM: Final = 0.5  # of what the step across needs before it: no step may end with less
+NOISE: Final = 1e-16  # what round-off leaves of rows that are closed, ...
+MANY: Final = 50.0  # ... but where many depend on each other so many times more, ...
+MOST_NOISE: Final = 1e-7  # ... which is to falsify no step by more
 GOLDEN: Final = 0.618033988749895  # a step made again that much shorter meets no node of the one before, nor its end
 SHORTER: Final = 0.8  # at most, where it is known what lies ahead
 FAR: Final = 0.1  # of the whole step, by which its end may move when it is settled
 FAR_BEYOND_ROUND_OFF: Final = 1e-10
+MOST_VAIN: Final = 3  # trials of a step that fail, but not as they come too near, before rows stay in its equations
 LOOKS: Final = 16  # how often the independence is looked at within a step
 _ROUNDS: Final = 5
 
@@ -36,16 +51,19 @@ _ROUNDS: Final = 5
 class Approach:
     """How near the rows come to dependence on the way; their independence is 0 in a singular position, 1 at most.
 
-    `near`: the step on trial is near a singular position.
+    `near`: the step on trial is near a singular position; `stiff`: rows that are part of its equations stay there.
     """
 
     def __init__(self, flow: Flow) -> None:
         self.flow, self.rows = flow, flow.rows
-        self.near = False
+        self.near = self.stiff = False
+        self.vain = 0  # trials of the step that failed, but not as they came too near
         self.x = flow.x0  # where the trial starts
         self.before = 0.0  # the independence at the start of the step before, ...
         self.start = self.latest = self.end = math.inf  # ... of this one, at the latest slope, at the end, ...
         self.least, self.greatest = math.inf, 0.0  # ... and of all slopes in the trial
+        self.t, self.h, self.least_time = flow.t0, 0.0, flow.t0  # its start, its length, and when the least was met
+        self.smooth = 0.0  # steps that long do where the rows are regular
         self.rate = 0.0  # at which it went down in the step before
         self.gap = widest_gap(flow.method)
         self.peak = USUAL  # and the largest at the start of a step
@@ -54,16 +72,28 @@ class Approach:
         """Return the flow with these slopes.
 
         Slopes at states put onto the constraints hardly change with what is off them: the Jacobian of an implicit
-        method, which tells the contrary, is left out near a singular position, and its stages are found by iteration.
+        method, which tells the contrary, is left out near a singular position, as are rows that are part of the
+        equations, and its stages are found by iteration. Where that fails for another reason than the singular
+        position, as with stiff forces, such rows stay.
         """
-        flow, stages = self.flow, self.flow.stages
-        if stages is None or stages.values != flow.derivative:
-            return replace(flow, derivative=self.slope)
+        flow = replace(self.flow, derivative=self.slope, noise=self.noise)
+        return flow if flow.stages is None else replace(flow, stages=self._stages(flow.stages))
 
-        def jacobian(t: float, x: Floats) -> Floats:
-            return np.zeros((len(x), len(x))) if self.near else stages.jacobian(t, x)
+    def _stages(self, stages: StageEquations) -> StageEquations:
+        size, index_2 = len(self.flow.x0), stages.values != self.flow.derivative
 
-        return replace(flow, derivative=self.slope, stages=replace(stages, values=self.slope, jacobian=jacobian))
+        def values(t: float, y: Floats) -> Floats:
+            if index_2 and (self.stiff or not self.near):
+                return stages.values(t, y)
+            return np.concatenate([self.slope(t, y[:size]), np.zeros(len(y) - size)])
+
+        def jacobian(t: float, y: Floats) -> Floats:
+            return np.zeros((len(y), len(y))) if self.near and not self.stiff else stages.jacobian(t, y)
+
+        def kept(matrix: Floats) -> Sequence[int]:
+            return () if self.near and not self.stiff else stages.kept(matrix)
+
+        return replace(stages, values=values, jacobian=jacobian, kept=kept)
 
     def slope(self, t: float, x: Floats) -> Floats:
         """Return the derivative at (t, x), near a singular position at x put onto the constraints."""
@@ -71,6 +101,8 @@ class Approach:
             return self.flow.derivative(t, x)
         slope = self.flow.derivative(t, self.closed(t, x))
         self.latest = self.rows.latest()
+        if self.latest < self.least:
+            self.least_time = t
         self.least, self.greatest = min(self.least, self.latest), max(self.greatest, self.latest)
         return slope
 
@@ -83,56 +115,102 @@ class Approach:
             raise StepError(Status.SINGULAR, t, -1)
         return closed
 
-    def begin(self, x: Floats) -> None:
-        """Start a trial at x."""
-        self.x, self.least, self.greatest = x, math.inf, 0.0
+    def begin(self, t: float, x: Floats, h: float) -> None:
+        """Start a trial over h at (t, x)."""
+        self.t, self.x, self.h = t, x, h
+        self.least, self.greatest, self.least_time = math.inf, 0.0, t
 
     def restart(self, t: float) -> None:
         """Start afresh at the latest slope. Raises StepError in a singular position."""
-        self.near, self.before, self.start, self.rate = False, 0.0, self.latest, 0.0
+        self.near = self.stiff = False
+        self.before, self.start, self.rate = 0.0, self.latest, 0.0
         if self.start < LEAST:
             raise StepError(Status.SINGULAR, t, -1)
 
-    def advance(self, step: Step) -> None:
-        """Let an accepted step be the one before."""
+    def advance(self, step: Step, taking: Stepper) -> None:
+        """Let an accepted step be the one before; what an implicit method knows of slopes beside it does not count."""
         self.rate = (self.start - self.end) / (step.t_new - step.t)
-        self.near = self.near and self._comes_near()
+        near, self.near = self.near, self.near and self._comes_near()
+        self.stiff, self.vain = self.stiff and self.near, 0
+        if near and not self.near and isinstance(self.flow.method, Collocation):
+            taking.restart()
         self.before, self.start = self.start, self.end
         self.peak = max(self.peak, self.start)
 
     def verify(self, t: float) -> None:
         """Raise StepError if the trial comes near unforeseen, or too near."""
-        if self.comes_unforeseen() or (self._comes_near() and self.least < max(LEAST, MARGIN * self._most())):
+        if self.comes_unforeseen() or self._comes_too_near():
             raise StepError(Status.SINGULAR, t, -1)
 
     def verify_end(self, trial: Trial, done: Step) -> None:
         """Raise StepError if the end comes near unforeseen, too near, or is on another branch of the motion."""
         self.end = self.latest
         self.verify(done.t_new)
-        if self.near and self._strays(trial.x_new, done.x_new):
+        if self.near and (self._leaves_no_room() or self._strays(trial.x_new, done.x_new)):
             raise StepError(Status.SINGULAR, done.t_new, -1)
+
+    def _leaves_no_room(self) -> bool:
+        """Tell whether the end is so near before the singular position that the step across would be much shorter."""
+        left = ROOM * SHORTER * SHORTER * self.gap
+        return self.end < self.start and self.end <= self.least and self.end < left * (self.start - self.end)
 
     def noise(self) -> float:
         """Return the part of the speeds by which round-off may falsify a step.
 
         Rows that hold to eps let coordinates be off them by eps/s at the distance s, speeds by eps/s^2, and
-        accelerations by eps/s^3.
+        accelerations by eps/s^3. A step no longer than those that do elsewhere has no other error than that.
         """
-        return self._round_off() * (self._most() - self._least()) / self._least() if self.near else 0.0
+        if not self.near:
+            return 0.0
+        least = self._least()
+        noise = self._round_off() * (self._most() - least) / least if least > 0.0 else math.inf
+        return max(noise, min(MANY * noise, MOST_NOISE)) if self.h <= self.smooth else noise
 
     def _round_off(self) -> float:
         """Return the part of the speeds by which round-off may falsify a state."""
-        return NOISE / self._least() ** 2
+        least = self._least()
+        return NOISE / (least * least) if least > 0.0 else math.inf
 
     def comes_unforeseen(self) -> bool:
         """Tell whether the trial comes near a singular position and was not made for that."""
         return self._comes_near() and not self.near
 
-    def foresee(self, taking: Stepper) -> None:
-        """Let the next trial be made for that; what an implicit method knows of other slopes does not count."""
+    def foresee(self, before: Step, taking: Stepper) -> Step:
+        """Let the next trial be made for that, and return the step before with an end that is on the constraints.
+
+        What an implicit method knows of other slopes does not count.
+        """
         self.near = True
         if isinstance(self.flow.method, Collocation):
             taking.restart()
+        if self.rows is None or self.rows.kept:
+            return before
+        try:
+            self.x = self.rows.closed(before.t_new, before.x_new)
+            return replace(before, x_new=self.x, slope_new=self._finite_slope(before.t_new, self.x))
+        except StepError:
+            return before
+
+    def keeps_rows(self, taking: Stepper) -> bool:
+        """Tell whether a trial that failed is to be made again with the rows as part of its equations; from now on so.
+
+        It failed, as others of the step, for another reason than that it came too near.
+        """
+        stages = self.flow.stages
+        ordinary = stages is None or stages.values == self.flow.derivative
+        if ordinary or self.stiff or not self.near or self._comes_too_near():
+            return False
+        self.vain += 1
+        if self.vain < MOST_VAIN:
+            return False
+        self.stiff = True
+        taking.restart()
+        return True
+
+    def _finite_slope(self, t: float, x: Floats) -> Floats:
+        slope = self.slope(t, x)
+        require_finite(slope, t)
+        return slope
 
     def retreat(self, h: float, otherwise: float) -> float:
         """Return over which part of a step over h, that failed, to make the next: `otherwise` far from all that.
@@ -141,12 +219,25 @@ class Approach:
         """
         if not self.near:
             return otherwise
-        if not self.rate > 0.0:
+        way = self._way_to_singular() / h
+        if not way > 0.0:
             return GOLDEN
-        way = self.start / (self.rate * h)
         if way <= SHORTER * self.gap:
             return way / self.gap
         return min(way - SHORTER * SHORTER * self.gap, SHORTER)
+
+    def _way_to_singular(self) -> float:
+        """Return how long after the start of the trial the independence is zero; 0 if nothing tells.
+
+        It is so beside the place where it was least, on the side on which, going on as before, it would be.
+        """
+        expected, ahead = self.start / self.rate if self.rate > 0.0 else 0.0, self.least_time - self.t
+        if not (ahead > 0.0 and self.least < NEAR * self.start):
+            return expected
+        before, behind = (ahead * self.start / (self.start + least) for least in (-self.least, self.least))
+        if not expected > 0.0:
+            return ahead
+        return before if abs(before - expected) < abs(behind - expected) else behind
 
     def failure(self, problem: StepError, t: float, rejected: int = 0) -> StepError:
         """Return why no step could be made from time t."""
@@ -169,6 +260,13 @@ class Approach:
 
     def _most(self) -> float:
         return max(self.before, self.start, self.greatest) if math.isfinite(self.start) else 0.0
+
+    def _comes_too_near(self) -> bool:
+        return self._comes_near() and self.least < max(LEAST, MARGIN * self._most_within())
+
+    def _most_within(self) -> float:
+        """Return the largest in the trial itself: what is nearest in it is near beside that."""
+        return max(self.start, self.greatest) if math.isfinite(self.start) else 0.0
 
     def _comes_near(self) -> bool:
         return self._least() < max(NEAR * self._most(), NEAR_BY * self.peak)

@@ -105,7 +105,7 @@ class _Run:
             stages=self.stages(),
             counts=self.counts,
             events=Events(self.switching, p.terminal) if p.terminal else None,
-            rows=Rows(lambda: self.independence, self.independence_at, self.closed) if p.rows else None,
+            rows=Rows(lambda: self.independence, self.independence_at, self.closed, p.project) if p.rows else None,
             pairs=p.pairing,
         )
         for number, done in enumerate(steps(flow), 1):

@@ -68,7 +68,7 @@ int mbs_derivative(mbs_run *r, double t, const double *x, double *slope)
         r->beyond = mbs_beyond_kink(r, t, x);
     if ((status = mbs_all_finite(r, t, slope)) == MBS_RUNNING && r->system->ns > 0) {
         note_report(r, t);
-        mbs_note_independence(r);
+        mbs_note_independence(r, t);
     }
     return status;
 }

@@ -108,10 +108,10 @@ static void find_scales(mbs_run *r, const mbs_stages *p, double *scales)
             if (fabs(p->z[i * p->size + k]) > scales[k])
                 scales[k] = fabs(p->z[i * p->size + k]);
     }
-    double least = LEAST_SCALE * mbs_largest(p->n, scales);
+    double least = LEAST_SCALE * mbs_largest(p->n, scales), noise = mbs_noise(r) * mbs_largest(p->n, r->x);
     for (int k = 0; k < p->n; ++k)
         if (!(problem->step > 0.0))
-            scales[k] = problem->atol + problem->rtol * scales[k];
+            scales[k] = problem->atol + problem->rtol * scales[k] + noise;
         else if (!(scales[k] > least))
             scales[k] = least > 0.0 ? least : 1.0;
 }

@@ -144,6 +144,10 @@ static int attempt(mbs_run *r, double h, double t_new)
     r->state->t_new = t_new;
     mbs_begin_approach(r);
     int status = r->stepper->attempt(r, h, t_new);
+    if (status != MBS_RUNNING && mbs_keeps_rows(r)) {
+        mbs_begin_approach(r);
+        status = r->stepper->attempt(r, h, t_new);
+    }
     return status == MBS_RUNNING ? mbs_verify_approach(r, t_new) : status;
 }
 
@@ -331,6 +335,8 @@ static int adaptive_trial(mbs_run *r, int rejected, double *wished)
                 if ((rejected || s->h_next < r->stepper->least_growth * h) && s->h_next > h)
                     s->h_next = h;
                 s->h_next = s->h_next > *wished ? s->h_next : *wished;
+                if (!s->near)
+                    s->smooth = s->h_next;
                 s->error = error > 1e-4 ? error : 1e-4;
                 return status;
             }
@@ -450,7 +456,7 @@ static int move_on(mbs_run *r)
     if (s->event < 0 || status != MBS_RUNNING)
         return status;
     r->stepper->restart(r);
-    s->near = 0;
+    s->near = s->stiff = 0;
     status = mbs_derivative(r, s->t, r->x, r->slope);
     if (status == MBS_RUNNING)
         status = mbs_restart_approach(r);

@@ -170,6 +170,7 @@ typedef struct {
                                                   the latest slope, at the end, */
     double least, greatest, peak, rate;        /* of all slopes in the trial, the largest at the start of a step, and the
                                                   rate at which it went down in the step before */
+    double least_time, smooth;                 /* when the least was met; steps that long do where the rows are regular */
     double singular[MBS_PASSED];               /* when the last step of this call passed singular positions, ... */
     long long steps, rejected, evaluations, jacobians, factorisations;
     long long sample;                          /* samples written so far */
@@ -178,7 +179,8 @@ typedef struct {
     int event; /* the switching function whose event ended the last step of this call, -1 for none */
     int phase, crossing, origin, extended;
     int passed; /* ... and how many */
-    int near;   /* the step is near one */
+    int near, stiff, vain; /* the step is near one; rows that are part of its equations stay there, ...
+                              after so many trials of it that failed, but not as they came too near */
     long long pace;   /* steps ... */
     double pace_time; /* ... since then, a thousandth of the whole time ago at most */
 } mbs_state;

@@ -11,9 +11,13 @@
 #define USUAL 0.01    /* what counts as the largest at least */
 #define MARGIN 0.05   /* of the largest about a step: nothing in it may be nearer than that, ... */
 #define LEAST 1e-8    /* ... nor than this */
-#define NOISE 1e-16   /* what round-off leaves of rows that are closed */
+#define ROOM 0.5      /* of what the step across needs before it: no step may end with less */
+#define NOISE 1e-16   /* what round-off leaves of rows that are closed, ... */
+#define MANY 50.0     /* ... but where many depend on each other so many times more, ... */
+#define MOST_NOISE 1e-7 /* ... which is to falsify no step by more */
 #define GOLDEN 0.618033988749895 /* a step made again that much shorter meets no node of the one before, nor its end */
 #define SHORTER 0.8   /* at most, where it is known what lies ahead */
+#define MOST_VAIN 3   /* trials of a step that fail, but not as they come too near, before rows stay in its equations */
 #define LOOKS 16      /* how often the independence is looked at within a step */
 
 static double smaller(double a, double b)
@@ -38,6 +42,12 @@ static double most(const mbs_state *s)
     return s->start < HUGE_VAL ? larger(larger(s->before, s->start), s->greatest) : 0.0;
 }
 
+/* The largest in the trial itself: what is nearest in it is near beside that. */
+static double most_within(const mbs_state *s)
+{
+    return s->start < HUGE_VAL ? larger(s->start, s->greatest) : 0.0;
+}
+
 static double least(const mbs_state *s)
 {
     return smaller(s->least, s->start);
@@ -56,13 +66,16 @@ static int singular(mbs_run *r, double t)
 void mbs_begin_approach(mbs_run *r)
 {
     r->state->least = HUGE_VAL;
+    r->state->least_time = r->state->t;
     r->state->greatest = 0.0;
 }
 
-void mbs_note_independence(mbs_run *r)
+void mbs_note_independence(mbs_run *r, double t)
 {
     mbs_state *s = r->state;
     s->latest = independence(r);
+    if (s->latest < s->least)
+        s->least_time = t;
     s->least = smaller(s->least, s->latest);
     s->greatest = larger(s->greatest, s->latest);
 }
@@ -95,22 +108,29 @@ static int strays(const mbs_run *r, const double *x, const double *closed)
     return mbs_moved_far(r, x, closed, round_off(r->state) * mbs_largest(r->n, x)) >= 0;
 }
 
-int mbs_closed(mbs_run *r, double t, const double *x, double *closed)
+/* Put x onto the constraints as far as round-off lets it be; nothing is recorded of it. */
+static int put_onto_rows(mbs_run *r, double t, double *x)
 {
     double kept[] = {r->removed_position, r->drift_position, r->removed_velocity, r->drift_velocity};
-    mbs_copy(r->n, x, closed);
-    int status = mbs_project(r, t, closed, 0.0);
+    int status = mbs_project(r, t, x, 0.0);
     r->removed_position = kept[0];
     r->drift_position = kept[1];
     r->removed_velocity = kept[2];
     r->drift_velocity = kept[3];
+    return status;
+}
+
+int mbs_closed(mbs_run *r, double t, const double *x, double *closed)
+{
+    mbs_copy(r->n, x, closed);
+    int status = put_onto_rows(r, t, closed);
     return status == MBS_RUNNING && strays(r, x, closed) ? singular(r, t) : status;
 }
 
 int mbs_restart_approach(mbs_run *r)
 {
     mbs_state *s = r->state;
-    s->near = 0;
+    s->near = s->stiff = 0;
     s->before = s->rate = 0.0;
     s->start = s->latest;
     return s->start < LEAST ? singular(r, s->t) : MBS_RUNNING;
@@ -120,7 +140,12 @@ void mbs_advance_approach(mbs_run *r)
 {
     mbs_state *s = r->state;
     s->rate = (s->start - s->end) / (s->t_new - s->t);
+    int near = s->near;
     s->near = s->near && comes_near(s);
+    s->stiff = s->stiff && s->near;
+    s->vain = 0;
+    if (near && !s->near && r->method->collocation)
+        r->stepper->restart(r);
     s->before = s->start;
     s->start = s->end;
     s->peak = larger(s->peak, s->start);
@@ -131,33 +156,48 @@ int mbs_comes_unforeseen(const mbs_run *r)
     return comes_near(r->state) && !r->state->near;
 }
 
+/* Start the step on the constraints. */
+static void start_on_rows(mbs_run *r)
+{
+    mbs_copy(r->n, r->x, r->x_new);
+    if (put_onto_rows(r, r->state->t, r->x) == MBS_RUNNING &&
+        mbs_derivative(r, r->state->t, r->x, r->slope_new) == MBS_RUNNING)
+        mbs_copy(r->n, r->slope_new, r->slope);
+    else
+        mbs_copy(r->n, r->x_new, r->x);
+}
+
 void mbs_foresee(mbs_run *r)
 {
     r->state->near = 1;
     if (r->method->collocation)
         r->stepper->restart(r);
+    if (!r->problem->project)
+        start_on_rows(r);
+}
+
+static int comes_too_near(const mbs_state *s)
+{
+    return comes_near(s) && s->least < larger(LEAST, MARGIN * most_within(s));
+}
+
+int mbs_keeps_rows(mbs_run *r)
+{
+    mbs_state *s = r->state;
+    if (!r->system->index_2 || s->stiff || !s->near || comes_too_near(s))
+        return 0;
+    if (++s->vain < MOST_VAIN)
+        return 0;
+    s->stiff = 1;
+    r->stepper->restart(r);
+    return 1;
 }
 
 int mbs_verify_approach(mbs_run *r, double t)
 {
-    const mbs_state *s = r->state;
-    if (mbs_comes_unforeseen(r) || (comes_near(s) && s->least < larger(LEAST, MARGIN * most(s))))
+    if (mbs_comes_unforeseen(r) || comes_too_near(r->state))
         return singular(r, t);
     return MBS_RUNNING;
-}
-
-int mbs_verify_end(mbs_run *r, double t)
-{
-    mbs_state *s = r->state;
-    s->end = s->latest;
-    int status = mbs_verify_approach(r, t);
-    return status == MBS_RUNNING && s->near && strays(r, r->spare, r->x_new) ? singular(r, t) : status;
-}
-
-double mbs_noise(const mbs_run *r)
-{
-    const mbs_state *s = r->state;
-    return s->near ? round_off(s) * (most(s) - least(s)) / least(s) : 0.0;
 }
 
 /* The middle of the widest gap between the nodes of a step, as a part of it. */
@@ -180,15 +220,56 @@ static double widest_gap(const mbs_method *m)
     return middle;
 }
 
+/* The step ends so near before the singular position that the one across it would be much shorter. */
+static int leaves_no_room(const mbs_run *r)
+{
+    const mbs_state *s = r->state;
+    double left = ROOM * SHORTER * SHORTER * widest_gap(r->method);
+    return s->end < s->start && s->end <= s->least && s->end < left * (s->start - s->end);
+}
+
+int mbs_verify_end(mbs_run *r, double t)
+{
+    mbs_state *s = r->state;
+    s->end = s->latest;
+    int status = mbs_verify_approach(r, t);
+    if (status == MBS_RUNNING && s->near && (leaves_no_room(r) || strays(r, r->spare, r->x_new)))
+        return singular(r, t);
+    return status;
+}
+
+/* A step no longer than those that do elsewhere has no other error than round-off of that size. */
+double mbs_noise(const mbs_run *r)
+{
+    const mbs_state *s = r->state;
+    if (!s->near)
+        return 0.0;
+    double noise = round_off(s) * (most(s) - least(s)) / least(s);
+    return s->h <= s->smooth ? larger(noise, smaller(MANY * noise, MOST_NOISE)) : noise;
+}
+
+/* How long after the start of the step the independence is zero: beside the place in the trial where it was least, on the
+   side on which, going on as before, it would be; 0 if nothing tells. */
+static double way_to_singular(const mbs_state *s)
+{
+    double expected = s->rate > 0.0 ? s->start / s->rate : 0.0, ahead = s->least_time - s->t;
+    if (!(ahead > 0.0 && s->least < NEAR * s->start))
+        return expected;
+    double before = ahead * s->start / (s->start - s->least), behind = ahead * s->start / (s->start + s->least);
+    if (!(expected > 0.0))
+        return ahead;
+    return fabs(before - expected) < fabs(behind - expected) ? before : behind;
+}
+
 /* The next trial is to have the singular position in its widest gap between nodes; else the step after it will. */
 double mbs_retreat(mbs_run *r, double h, double otherwise)
 {
     const mbs_state *s = r->state;
     if (!s->near)
         return otherwise;
-    if (!(s->rate > 0.0))
+    double way = way_to_singular(s) / h, gap = widest_gap(r->method);
+    if (!(way > 0.0))
         return GOLDEN;
-    double way = s->start / (s->rate * h), gap = widest_gap(r->method);
     return way <= SHORTER * gap ? way / gap : smaller(way - SHORTER * SHORTER * gap, SHORTER);
 }
 

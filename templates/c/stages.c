@@ -53,6 +53,12 @@ mbs_stages mbs_stages_of(const mbs_run *r, int memory)
 
 /* ---- equations ---- */
 
+/* Slopes are taken at states put onto the constraints, and are found by iteration. */
+static int without_rows(const mbs_run *r)
+{
+    return r->state->near && !r->state->stiff;
+}
+
 void mbs_first_multipliers(mbs_run *r, const mbs_stages *p)
 {
     int ns = p->rows / 2;
@@ -67,8 +73,10 @@ void mbs_first_multipliers(mbs_run *r, const mbs_stages *p)
 int mbs_stage_values(mbs_run *r, const mbs_stages *p, double t, const double *y, double *values)
 {
     double *out[4] = {values, values + r->system->nq, values + p->n, values + p->n + p->rows / 2};
-    if (!p->rows)
+    if (!p->rows || without_rows(r)) {
+        mbs_fill(p->rows, 0.0, values + p->n);
         return mbs_derivative(r, t, y, values);
+    }
     r->further = y + p->n;
     mbs_call(r, r->system->index_2, t, y, out);
     ++r->state->evaluations;
@@ -99,14 +107,17 @@ void mbs_stage_jacobian(mbs_run *r, const mbs_stages *p)
 {
     const mbs_system *s = r->system;
     double *out[1] = {p->by_state};
-    r->further = p->multipliers;
-    mbs_call(r, p->rows ? s->index_2_by_state : s->jacobian, r->state->t, r->x, out);
     ++r->state->jacobians;
-    if (r->state->near && !p->rows)
-        mbs_fill(p->n * p->n, 0.0, p->by_state);
     for (int k = 0; k < p->n; ++k)
         p->active[k] = k;
     p->active[p->size] = p->n;
+    if (without_rows(r)) {
+        mbs_fill(p->n * p->n, 0.0, p->by_state);
+        mbs_fill(p->rows, 0.0, p->multipliers);
+        return;
+    }
+    r->further = p->multipliers;
+    mbs_call(r, p->rows ? s->index_2_by_state : s->jacobian, r->state->t, r->x, out);
     if (!p->rows)
         return;
     out[0] = p->by_multipliers;

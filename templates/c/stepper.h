@@ -101,7 +101,7 @@ int mbs_closed(mbs_run *r, double t, const double *x, double *closed);
 void mbs_begin_approach(mbs_run *r);
 
 /* a slope has been evaluated; */
-void mbs_note_independence(mbs_run *r);
+void mbs_note_independence(mbs_run *r, double t);
 
 /* nothing before the latest slope counts, which is no singular position; */
 int mbs_restart_approach(mbs_run *r);
@@ -126,6 +126,10 @@ int mbs_comes_unforeseen(const mbs_run *r);
    is off them, so implicit methods do without the Jacobian, which tells the contrary, and find their stages by iteration;
    what they know of other slopes does not count. */
 void mbs_foresee(mbs_run *r);
+
+/* A trial that failed as others of the step, but not as it came too near, is to be made again with the rows as part of its
+   equations, and those after it, as with stiff forces; 0 if it is not. */
+int mbs_keeps_rows(mbs_run *r);
 
 /* Over which part of a step over h, that failed, to make the next: `otherwise` far from singular positions. */
 double mbs_retreat(mbs_run *r, double h, double otherwise);

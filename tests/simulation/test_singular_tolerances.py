@@ -1,0 +1,106 @@
+"""Windows of four bars pass ten singular positions, in which each window might fold, by every method and tolerance."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from singular_mechanisms import MECHANISMS
+
+import multibody_sym as mbs
+from multibody_sym.runtime.integration import integrate
+from multibody_sym.runtime.problem import Problem
+from multibody_sym.simulation.overrides import with_settings
+from multibody_sym.simulation.problem import problem_of, settings_of
+from multibody_sym.simulation.runnable import runnable
+
+G, END = 9.81, 10.0
+WAYS = [
+    ("dormand_prince_8", {"projection": True}),
+    ("radau_5", {"projection": True}),
+    ("radau_5", {"index_2": True}),
+]
+
+
+@pytest.fixture(autouse=True, scope="module")
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    patch = pytest.MonkeyPatch()
+    patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+    yield
+    patch.undo()
+
+
+def windows(count: int) -> mbs.System:
+    """Return windows in a row, rods of 1 m and 1 kg, cranks upright and the couplers at 1 m/s."""
+    rod = mbs.Body(shape={"rod": 1, "mass": 1}, points={"end": [1, 0, 0]})
+    bodies = {"ground": mbs.Body(points={f"pivot{i}": [i, 0, 0] for i in range(count + 1)})}
+    bodies |= {f"{body}{i}": rod for body in ("crank", "coupler") for i in range(count + (body == "crank"))}
+    joints = {
+        f"A{i}": mbs.Revolute(f"ground.pivot{i}", f"crank{i}", axis="z", initial={"q": "90 deg", "u": -1})
+        for i in range(count + 1)
+    }
+    for i in range(count):
+        joints[f"B{i}"] = mbs.Revolute(f"crank{i}.end", f"coupler{i}", axis="z", initial={"q": "-90 deg", "u": 1})
+        joints[f"C{i}"] = mbs.Revolute(f"coupler{i}.end", f"crank{i + 1}.end", axis="z", cut=True)
+    return mbs.System("windows", gravity=[0, -G, 0], bodies=bodies, joints=joints, simulation={"t_end": END})
+
+
+def by_hand(count: int, t: np.ndarray) -> np.ndarray:
+    """Return the angle of all cranks: the couplers only shift, so that it is one pendulum."""
+    inertia, weight = (count + 1) / 3 + count, G * ((count + 1) / 2 + count)
+
+    def rate(_: float, x: np.ndarray) -> list[float]:
+        return [x[1], -weight * np.cos(x[0]) / inertia]
+
+    return solve_ivp(rate, (0, END), [np.pi / 2, -1.0], "DOP853", t, rtol=1e-13, atol=1e-13).y[0]
+
+
+def problem(system: mbs.System, method: str, constraints: dict[str, bool]) -> Problem:
+    ready = runnable(with_settings(system, {"method": method, "constraints": constraints}))
+    return problem_of(ready, settings_of(ready))
+
+
+def verify(compiled: Problem, count: int, rtol: float) -> None:
+    """Verify a run: ten crossings, on the one branch on which all cranks are parallel, with the energy and the way."""
+    run = integrate(replace(compiled, rtol=rtol, atol=rtol, samples=201))
+    assert run.failure is None
+    assert len(run.singular) == 10
+    exact = by_hand(count, run.t)[:, None]
+    cranks = run.u[:1] < 0.0  # turn forward at first; couplers turn back as much against them
+    assert np.abs(run.q - np.where(cranks, exact, -exact)).max() < 3e3 * rtol + 1e-6
+    parts = compiled.compiled.map("energy", run.t, run.q, run.u, compiled.parameters, [], compiled.modes)
+    energy = sum(parts)
+    assert np.ptp(energy) < (1e3 * rtol + 1e-8) * energy[0]
+
+
+@pytest.mark.parametrize(("method", "constraints"), WAYS, ids=str)
+def test_two_windows_at_every_tolerance(method: str, constraints: dict[str, bool]) -> None:
+    compiled = problem(windows(2), method, constraints)
+    for k in range(6, 12):
+        verify(compiled, 2, 10.0**-k)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("method", "constraints"), WAYS, ids=str)
+def test_forty_windows_at_every_tolerance(method: str, constraints: dict[str, bool]) -> None:
+    compiled = problem(windows(40), method, constraints)
+    for k in np.arange(6, 11.1, 0.2 if method == "dormand_prince_8" else 1):
+        verify(compiled, 40, 10.0**-k)
+
+
+@pytest.mark.parametrize("drive", ["0", "1e5*(1 + 3*t - phi) + 1e3*(3 - u_phi)"], ids=["free", "stiff"])
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_rows_as_part_of_the_equations_are_left_and_taken_again(name: str, drive: str) -> None:
+    """Stages found by iteration reach the finest tolerances; where forces are stiff the rows stay instead."""
+    mechanism = MECHANISMS[name]
+    compiled = problem(with_settings(mechanism.system(drive, g=9.81), {"t_end": 2}), "radau_5", {"index_2": True})
+    for k in (4, 8, 11) if drive == "0" else (6, 8):
+        run = integrate(replace(compiled, rtol=10.0**-k, atol=10.0**-k, samples=101))
+        assert run.failure is None
+        assert run.statistics.rejected < 0.5 * run.statistics.steps + 100
+        phi = run.q[:, 0]
+        side = mechanism.crossing(phi)
+        assert len(run.singular) == np.count_nonzero(side[1:] * side[:-1] < 0) >= 2
