@@ -47,7 +47,7 @@ class MultibodyError(Exception):
     def __init__(self, message: str, *, where: Where | None = None, excerpt: str | None = None) -> None:
         super().__init__(message)
         self.message = message
-        self.where = where or Where()
+        self.where = where if isinstance(where, Where) else Where()
         self.excerpt = excerpt
 
     def __str__(self) -> str:

@@ -42,7 +42,7 @@ from multibody_sym.dynamics.steps import (
 from multibody_sym.dynamics.subexpressions import Subexpressions, WrittenOut, tidied, value_of
 from multibody_sym.dynamics.symbolic_equations import READABLE, SymbolicEquations
 from multibody_sym.dynamics.symbols import Symbols, symbols_of
-from multibody_sym.errors import InputError
+from multibody_sym.errors import ArgumentError, InputError, shown
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import row_motions
@@ -66,9 +66,12 @@ def derive(model: System | Mechanism, method: str | None = None, *, budget: Budg
     """
     mechanism = model if isinstance(model, Mechanism) else examined(model)
     labels = labels_of(model) if isinstance(model, System) else {}
-    chosen = method or ("multipliers" if mechanism.rows else "lagrange")
-    if chosen not in METHODS:
-        what = f"{chosen!r} gives no closed form" if chosen in FORMALISMS else f"there is no method {chosen!r}"
+    chosen = ("multipliers" if mechanism.rows else "lagrange") if method is None else method
+    if not isinstance(budget, (Budget, type(None))):
+        raise ArgumentError(f"budget is to be a Budget, got {shown(budget)}")
+    if not isinstance(chosen, str) or chosen not in METHODS:
+        known = isinstance(chosen, str) and chosen in FORMALISMS
+        what = f"{chosen!r} gives no closed form" if known else f"there is no method {shown(chosen)}"
         raise InputError(f"{what}: choose {', '.join(METHODS)}")
     if chosen == "lagrange":
         verify_free(mechanism)

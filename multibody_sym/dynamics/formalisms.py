@@ -12,8 +12,10 @@ from multibody_sym.dynamics.equations import Formalism, TreeDynamics
 from multibody_sym.dynamics.massless import massless_speeds
 from multibody_sym.dynamics.newton_euler import newton_euler
 from multibody_sym.dynamics.sweep import sweep
+from multibody_sym.errors import InputError, shown
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.slots import at, suggestion
 
 
 def _lagrange(mechanism: Mechanism, state: State) -> TreeDynamics:
@@ -38,6 +40,15 @@ FORMALISMS: Final[Mapping[str, Formalism]] = {
     "multipliers": _multipliers,
 }
 """Each by name. Those that derive with sympy import it when they are called."""
+
+
+def verify_formalism(name: object) -> None:
+    """Raise InputError unless `name` is a formalism's, or None for the cheapest."""
+    if name is not None and (not isinstance(name, str) or name not in FORMALISMS):
+        with at("formalism"):
+            raise InputError(f"there is no formalism {shown(name)}{suggestion(str(name), FORMALISMS)}")
+
+
 _DEEPEST_FORMED: Final = {False: 4.5, True: 6.0}
 """Mean number of freedoms in a row up to which forming M takes fewer operations, without and with rows to hold."""
 

@@ -28,7 +28,7 @@ import numpy.typing as npt
 from scipy.linalg import qr
 
 from multibody_sym.dynamics.examined import examined, on_numbers
-from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
+from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest, verify_formalism
 from multibody_sym.dynamics.periodic import Multipliers, multipliers_of
 from multibody_sym.dynamics.programs import inputs_program, state_derivative
 from multibody_sym.dynamics.rounding import eigenvalues, without_rounding
@@ -45,6 +45,7 @@ from multibody_sym.program.derivatives import jacobian
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
 from multibody_sym.runtime.loading import load
+from multibody_sym.runtime.numbers import number
 from multibody_sym.scalars.node import as_node, leaves
 
 Floats = npt.NDArray[np.float64]
@@ -126,6 +127,7 @@ def period_multipliers(system: System, period: float, *, formalism: str | None =
     For motions that repeat themselves, in which A is not constant. Inputs that change with time are held.
     Raises InputError, and NoSolutionError where there is no start, or the motion does not repeat itself.
     """
+    period = number("period", period)
     if not (np.isfinite(period) and period > 0.0):
         raise ModelError(f"a period is a positive time, got {period:g}")
     flow, begin = _started(system, formalism)
@@ -134,6 +136,7 @@ def period_multipliers(system: System, period: float, *, formalism: str | None =
 
 def _started(system: System, formalism: str | None) -> tuple[Flow, Start]:
     """Return the flow in coordinates of joints and its start, which is regular."""
+    verify_formalism(formalism)
     declared = examined(system)
     resolved = declared.relative or declared
     begin = start(resolved, project=system.simulation.project)

@@ -16,7 +16,7 @@ from multibody_sym.dynamics.notation import Notation
 from multibody_sym.dynamics.start import parameter_values
 from multibody_sym.dynamics.subexpressions import Subexpressions, needed, value_of
 from multibody_sym.dynamics.symbols import Symbols
-from multibody_sym.errors import InputError, shown
+from multibody_sym.errors import ArgumentError, InputError, shown
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.program.solve import solve
 from multibody_sym.runtime.numbers import number, vector
@@ -68,6 +68,8 @@ class SymbolicEquations:
 
     def explicit(self, expression: Any) -> Any:
         """Return an expression or matrix with every name and number symbol replaced by what it stands for."""
+        if not isinstance(expression, (sympy.Basic, sympy.MatrixBase)):
+            raise ArgumentError(f"expected an expression or matrix of sympy, got {shown(expression)}")
         known = dict(self.numbers)
         definitions = dict(self.definitions)
         for name in needed(definitions, [expression]):
@@ -81,7 +83,7 @@ class SymbolicEquations:
         the order of `symbols.parameters`, the declared values by default; inputs take their declared expressions.
         Raises InputError, as the function does for what is no real number and for wrong lengths.
         """
-        if result not in ("accelerations", "terms"):
+        if not isinstance(result, str) or result not in ("accelerations", "terms"):
             raise InputError(f"result is 'accelerations' or 'terms', got {shown(result)}")
         evaluate, n, given = self._compiled(), len(self.symbols.speeds), self._arguments
 

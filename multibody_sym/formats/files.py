@@ -12,9 +12,9 @@ import secrets
 import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from typing import BinaryIO, Final
+from typing import Any, BinaryIO, Final
 
-from multibody_sym.errors import InputError, OutputError, Where
+from multibody_sym.errors import ArgumentError, InputError, OutputError, Where, shown
 
 try:
     import fcntl
@@ -25,6 +25,16 @@ PARTIAL: Final = ".partial"
 FileState = tuple[int, ...]
 _GROWING: Final = os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
 _NEW: Final = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
+
+
+def path_name(path: Any, what: str = "a file") -> str:
+    """Return a path as text; raises ArgumentError for what names no file."""
+    if not isinstance(path, (str, os.PathLike)):
+        raise ArgumentError(f"expected the path of {what}, got {shown(path)}")
+    name = os.fspath(path)
+    if not isinstance(name, str):
+        raise ArgumentError(f"expected the path of {what} as text, got {shown(path)}")
+    return name
 
 
 def write_whole(path: str | os.PathLike[str], content: bytes) -> None:
@@ -41,7 +51,7 @@ def write_new(path: str | os.PathLike[str], content: bytes) -> None:
 
     Raises InputError where it does, OutputError.
     """
-    name = os.fspath(path)
+    name = path_name(path)
     if is_special(name):
         write_whole(name, content)
         return
@@ -70,7 +80,7 @@ def replace_with(
     Where `path` is no longer what it was in the `begin`, the new file stays beside it, under the name that is returned.
     A device or pipe (`/dev/stdout`) is written to directly. Raises OutputError.
     """
-    name = os.fspath(path)
+    name = path_name(path)
     with output_errors(name):
         if is_special(name):
             with open(name, "wb") as file:

@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import Final
 
 from multibody_sym.errors import ExpressionError, InputError, MultibodyError, Where
+from multibody_sym.formats.files import path_name
 from multibody_sym.formats.yaml_tree import LARGEST_FILE, Place, Tree, read_bytes, read_text
+from multibody_sym.model import doors
 from multibody_sym.model.declaration import system_from_tree
 from multibody_sym.model.system import System
 
@@ -45,14 +47,13 @@ def load(path: str | os.PathLike[str]) -> System:
 
 def loads(text: str, name: str = _TEXT_NAME) -> System:
     """Return the System that a model file's text describes; `name` stands in the errors."""
-    return _with_places(read_text(text, name), name)[0]
+    name = doors.text("name", name)
+    return _with_places(read_text(doors.text("text", text), name), name)[0]
 
 
 def load_with_places(path: str | os.PathLike[str]) -> tuple[System, Places]:
     """Return what `load` returns, and the places for errors that come up later, as in `with places.shown(): ...`."""
-    if not isinstance(path, (str, os.PathLike)):
-        raise InputError(f"expected the path of a model file, got {path!r}")
-    name = os.fspath(path)
+    name = path_name(path, "a model file")
     content = read_content(name, LARGEST_FILE)
     if content.lstrip().startswith((b"<?xml", b"<robot")):
         message = "this is XML; multibody-sym import turns URDF into a model file, load_urdf(...) reads it in Python"

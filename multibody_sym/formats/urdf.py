@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.errors import InputError
+from multibody_sym.formats.files import path_name
 from multibody_sym.formats.reader import read_content
 from multibody_sym.formats.urdf_file import (
     ONE_COORDINATE,
@@ -30,6 +31,7 @@ from multibody_sym.formats.urdf_file import (
     read_robot,
 )
 from multibody_sym.formats.xml_tree import LARGEST_FILE, read_xml
+from multibody_sym.model import doors
 from multibody_sym.model.bodies import GROUND, pose_of
 from multibody_sym.model.declaration import VERSION, system_from_tree
 from multibody_sym.model.elements import Frame
@@ -65,7 +67,9 @@ def load_urdf(
 
     Raises InputError (with file, line and column) for a file that cannot be read or whose links make no tree.
     """
-    name = os.fspath(path)
+    name = path_name(path, "a robot description")
+    given = {"floating": floating, "damping": damping, "mimic": mimic}
+    floating, damping, mimic = (doors.flag(key, value) for key, value in given.items())
     try:
         robot = read_robot(read_xml(read_content(name, LARGEST_FILE), name), PurePath(name).stem)
         system = system_from_tree(tree_of(robot, floating=floating, damping=damping, mimic=mimic))

@@ -19,6 +19,7 @@ from multibody_sym.model.slots import (
     fields_tree,
     from_fields,
     holds,
+    is_text,
     slots_of,
     suggestion,
 )
@@ -91,7 +92,7 @@ MOST_REPEATS: Final = 10_000
 
 
 def _repeats(value: Any) -> list[tuple[tuple[str, ...], Repeat]]:
-    if value in (None, ""):
+    if value is None or is_text(value, ""):
         return []
     single: list[tuple[tuple[str, ...], Any]] = [((), value)]
     listed = [((str(i),), x) for i, x in enumerate(value)] if isinstance(value, list) else single

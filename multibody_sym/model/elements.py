@@ -30,6 +30,7 @@ from multibody_sym.model.slots import (
     fields_tree,
     from_fields,
     holds,
+    is_text,
     scalar,
 )
 from multibody_sym.scalars.node import Node
@@ -70,7 +71,7 @@ class ParameterSlot:
             return value
         if not isinstance(value, Mapping):
             return _parameter({"value": value})
-        if value.get("value") in (None, ""):
+        if value.get("value") is None or is_text(value["value"], ""):
             raise ModelError("a parameter needs a sample value: write value: and a number")
         return _parameter(value)
 
@@ -86,7 +87,7 @@ _DECIMAL: Final = re.compile(r"-?[0-9]+(\.[0-9]+)?")
 
 def _parameter(tree: Mapping[str, Any]) -> Parameter:
     content, value = dict(tree), tree["value"]
-    if value in (None, ""):
+    if value is None or is_text(value, ""):
         raise ModelError("a parameter needs a sample value")
     if isinstance(value, str):
         content["value"], dimension = parse_scalar(value)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, field, fields
 from types import MappingProxyType
@@ -46,7 +46,7 @@ def at(*steps: object) -> Iterator[None]:
 def suggestion(word: str, known: Iterable[str]) -> str:
     """Return `; did you mean ...?` where a known word is near, else the list of known words."""
     words = list(known)
-    near = difflib.get_close_matches(str(word), words, n=1)
+    near = difflib.get_close_matches(str(word)[:_SHOWN], words, n=1)
     if near:
         return f"; did you mean {near[0]}?"
     return f"; known: {', '.join(words)}" if words else ""
@@ -119,9 +119,10 @@ class Vector:
     unit: str | None = None
 
     def accept(self, value: Any) -> tuple[Node, Node, Node]:
-        if isinstance(value, (str, Mapping)) or not hasattr(value, "__len__") or len(value) != 3:
+        items = listed(value)
+        if items is None or len(items) != 3:
             raise ModelError(f"expected a list of three numbers or expressions, got {described(value)}")
-        x, y, z = (_item(i, component, Scalar(self.unit)) for i, component in enumerate(value))
+        x, y, z = (_item(i, component, Scalar(self.unit)) for i, component in enumerate(items))
         return x, y, z
 
     def tree(self, value: tuple[Node, ...]) -> list[str]:
@@ -191,7 +192,8 @@ class OptionalScalars:
 
     def accept(self, value: Any) -> tuple[Node | None, ...]:
         items = value if isinstance(value, (list, tuple)) else (value,)
-        return tuple(None if x in (None, "", _NOTHING) else _item(i, x, Scalar(self.unit)) for i, x in enumerate(items))
+        left_out = [x is None or is_text(x, "", _NOTHING) for x in items]
+        return tuple(None if left_out[i] else _item(i, x, Scalar(self.unit)) for i, x in enumerate(items))
 
     def tree(self, value: tuple[Node | None, ...]) -> Any:
         written = [_NOTHING if x is None else text(x) for x in value]
@@ -218,7 +220,7 @@ class Choice:
     words: tuple[str, ...]
 
     def accept(self, value: Any) -> str:
-        if value not in self.words:
+        if not isinstance(value, str) or value not in self.words:
             raise ModelError(f"{described(value)} is no choice here{suggestion(str(value), self.words)}")
         return str(value)
 
@@ -231,9 +233,9 @@ class Flag:
     """true or false."""
 
     def accept(self, value: Any) -> bool:
-        if value in (True, False) and isinstance(value, bool):
-            return bool(value)
-        if value in ("true", "false"):
+        if isinstance(value, bool):
+            return value
+        if is_text(value, "true", "false"):
             return bool(value == "true")
         raise ModelError(f"expected true or false, got {described(value)}")
 
@@ -283,7 +285,7 @@ class MapOf:
     item: Slot
 
     def accept(self, value: Any) -> Mapping[str, Any]:
-        if value is None or value == "":
+        if _is_empty(value):
             return Names()
         if not isinstance(value, Mapping):
             raise ModelError(f"expected a map of names, got {described(value)}")
@@ -453,6 +455,21 @@ def from_fields(cls: type[Element], tree: Mapping[str, Any]) -> Element:
             with at(key):
                 raise ModelError(f"{key} is empty: write what it is, or leave it out")
     return cls(**tree)
+
+
+def listed(value: Any) -> list[Any] | None:
+    """Return the items of a list, tuple, vector or the like in their order, None for what has none."""
+    if isinstance(value, (str, bytes)) or not (isinstance(value, Sequence) or hasattr(value, "tolist")):
+        return None
+    try:
+        return list(value)
+    except TypeError:  # an array without dimensions
+        return None
+
+
+def is_text(value: object, *words: str) -> bool:
+    """Return whether a value, which may be an array that compares item by item, is one of some words."""
+    return isinstance(value, str) and value in words
 
 
 def _is_empty(value: object) -> bool:

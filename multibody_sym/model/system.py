@@ -9,6 +9,7 @@ from typing import Any, Final, NamedTuple
 
 from multibody_sym.errors import ModelError
 from multibody_sym.model.constraints import CONSTRAINTS
+from multibody_sym.model.doors import flag, text
 from multibody_sym.model.elements import (
     FORCES,
     Ask,
@@ -34,6 +35,7 @@ from multibody_sym.model.slots import (
     at,
     described,
     holds,
+    listed,
 )
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, leaves, symbol, symbol_with
@@ -157,13 +159,14 @@ def parameters(
     """
     if not isinstance(names, str):
         raise ModelError(f"expected names separated by spaces, got {described(names)}")
-    words = names.split()
-    listed = [values] if isinstance(values, str) or not hasattr(values, "__iter__") else list(values)
-    unit_words = units.split() if units else [""] * len(words)
-    if not len(words) == len(listed) == len(unit_words):
-        raise ModelError(f"{len(words)} names, {len(listed)} values and {len(unit_words)} units do not match")
+    words, positive = names.split(), flag("positive", positive)
+    given = listed(values)
+    given = [values] if given is None else given
+    unit_words = [""] * len(words) if units is None else text("units", units).split()
+    if not len(words) == len(given) == len(unit_words):
+        raise ModelError(f"{len(words)} names, {len(given)} values and {len(unit_words)} units do not match")
     made = []
-    for name, value, unit in zip(words, listed, unit_words, strict=True):
+    for name, value, unit in zip(words, given, unit_words, strict=True):
         with at("parameters", name):
             verify_symbol(name)
             value = f"{value} {unit}" if unit else value
@@ -174,7 +177,7 @@ def parameters(
 
 def variable(name: str) -> Node:
     """Return the symbol of what a system declares under this name: a coordinate, speed, input, parameter; or of t."""
-    if name != "t":
+    if text("name", name) != "t":
         verify_symbol(name)
     return symbol(name)
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from multibody_sym.errors import InputError, OutputError
+from multibody_sym.errors import InputError, OutputError, shown
 from multibody_sym.runtime import cache
 from multibody_sym.runtime.compiler import CompilerError, build_library, find_compiler
 from multibody_sym.runtime.native import NativeFunction, open_library
@@ -92,8 +92,8 @@ def load(programs: Mapping[str, Program], *, native: bool = False, backend: Back
 
 def verify_backend(backend: object) -> None:
     """Raise InputError unless `backend` is one, or None."""
-    if backend not in (None, *get_args(Backend)):
-        raise InputError(f"there is no backend {backend!r}; known: {', '.join(get_args(Backend))}")
+    if backend is not None and not (isinstance(backend, str) and backend in get_args(Backend)):
+        raise InputError(f"there is no backend {shown(backend)}; known: {', '.join(get_args(Backend))}")
 
 
 def _in_c_or_python(

@@ -60,6 +60,10 @@ def apply(op: str, *values: Any) -> Any:
         raise UndefinedValueError(f"{op} has no real value here: {problem}") from None
 
 
+_OF_CONDITIONS: Final = ("where", "min", "max")
+"""What takes conditions: these are 1 and 0, so that the lesser of two is both."""
+
+
 def _of_floats(op: str, values: Iterable[Any]) -> float:
     try:
         return FLOAT_OPERATIONS[op](*values)
@@ -83,7 +87,7 @@ def _scalar(op: str, value: Any) -> Any:
 
     Nothing that sympy would turn into an expression by reading its text may come past here: reading is running.
     """
-    if isinstance(value, Node) or _is_sympy(value):
+    if isinstance(value, Node) or (_is_sympy(value) and (op in _OF_CONDITIONS or hasattr(value, "as_coefficient"))):
         return value
     held = unboxed(value)
     if isinstance(held, (int, float, Fraction)):

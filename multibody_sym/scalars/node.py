@@ -77,7 +77,7 @@ class Node:
 
     def __bool__(self) -> bool:
         if self.op in ("less", "less_equal"):
-            raise TypeError("the truth of a comparison of expressions is not known; use where(condition, a, b)")
+            raise ArgumentError("the truth of a comparison of expressions is not known; use where(condition, a, b)")
         return True
 
     def __add__(self, other: object) -> Node:
@@ -132,7 +132,9 @@ class Node:
 def _binary(operation: Callable[[Node, Node], Node], a: object, b: object) -> Node:
     try:
         left, right = as_node(a), as_node(b)
-    except TypeError:
+    except ArgumentError:
+        if any(str(type(x).__module__).startswith("sympy.") for x in (a, b)):  # which would look for a meaning
+            raise ArgumentError("expressions of sympy and of multibody_sym do not mix: write it all in one") from None
         return NotImplemented  # type: ignore[no-any-return]
     return operation(left, right)
 

@@ -18,7 +18,10 @@ from multibody_sym.dynamics.examined import examined
 from multibody_sym.dynamics.formalisms import FORMALISMS
 from multibody_sym.dynamics.programs import programs
 from multibody_sym.dynamics.start import start
-from multibody_sym.errors import InputError
+from multibody_sym.errors import InputError, shown
+from multibody_sym.formats.files import path_name
+from multibody_sym.model.doors import flag
+from multibody_sym.model.doors import text as text_of
 from multibody_sym.model.force_places import reasons
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.slots import at, suggestion
@@ -52,9 +55,10 @@ def export(
     Raises InputError for what the model contradicts and for files in the folder that no export wrote, NoSolutionError
     without a start, OutputError.
     """
-    if to not in TARGETS:
+    fold, folder = flag("fold", fold), path_name(directory, "a folder")
+    if text_of("to", to) not in TARGETS:
         with at("to"):
-            raise InputError(f"there is no target {to!r}{suggestion(to, TARGETS)}")
+            raise InputError(f"there is no target {shown(to)}{suggestion(to, TARGETS)}")
     with at("parameters"):
         valued = with_values(system, parameters)
     resolved = examined(valued)
@@ -68,7 +72,7 @@ def export(
         samples = {key: [(*s[:3], begin.parameters, *s[4:]) for s in listed] for key, listed in samples.items()}
     texts = c_source(made, samples=samples) if to == "c" else _python(made, samples)
     table = {"formalism": name, "folded": fold, **_names(resolved, state), "programs": _signatures(made)}
-    return write_export(Path(directory), texts, table)
+    return write_export(Path(folder), texts, table)
 
 
 def _python(made: Mapping[str, Program], samples: Samples) -> dict[str, str]:

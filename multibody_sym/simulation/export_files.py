@@ -25,6 +25,8 @@ def write_export(directory: Path, texts: Mapping[str, str], table: Mapping[str, 
     Raises InputError, and writes nothing, where one of them is there already and is not what an export wrote;
     OutputError.
     """
+    if "\0" in str(directory):
+        raise InputError("no folder has such a name", where=Where(file=repr(str(directory))))
     contents = {name: text.encode("utf-8") for name, text in texts.items()}
     earlier = _written_before(directory)
     written = {**earlier, **{name: _digest(content) for name, content in contents.items()}}
@@ -34,8 +36,8 @@ def write_export(directory: Path, texts: Mapping[str, str], table: Mapping[str, 
         _verify_replaceable(directory / name, content, earlier.get(name))
     try:
         directory.mkdir(parents=True, exist_ok=True)
-    except OSError as problem:
-        message = f"the folder cannot be made: {problem.strerror}"
+    except (OSError, ValueError) as problem:
+        message = f"the folder cannot be made: {getattr(problem, 'strerror', None) or problem}"
         raise OutputError(message, where=Where(file=str(directory))) from None
     for name, content in contents.items():
         write_whole(directory / name, content)

@@ -8,6 +8,7 @@ from typing import Any
 
 from multibody_sym.errors import ModelError
 from multibody_sym.expressions.parser import parse_scalar
+from multibody_sym.model.doors import values_by_name
 from multibody_sym.model.elements import Parameter
 from multibody_sym.model.slots import Names, at, scalar, suggestion
 from multibody_sym.model.system import System, verify_system
@@ -19,10 +20,11 @@ def with_values(system: System, values: Mapping[str, Any] | None) -> System:
     Raises InputError for a name that is no parameter and for a value of another dimension.
     """
     verify_system(system)
-    if not values:
+    given = values_by_name("parameters", values)
+    if not given:
         return system
     changed = dict(system.parameters)
-    for name, value in values.items():
+    for name, value in given.items():
         with at(name):
             if name not in changed:
                 raise ModelError(f"there is no parameter {name!r}{suggestion(name, changed)}")

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from multibody_sym.errors import OutputError
-from multibody_sym.formats.files import write_whole
+from multibody_sym.formats.files import path_name, write_whole
 from multibody_sym.model.mechanism import Coordinate, Speed
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def figure_of(samples: Samples) -> Any:
 
 def write_figure(figure: Any, path: str | os.PathLike[str]) -> None:
     """Write the figure as PNG, SVG or PDF, by the ending of `path`. Raises OutputError."""
-    content, ending = io.BytesIO(), os.path.splitext(os.fspath(path))[1].removeprefix(".").lower() or "png"
+    content, ending = io.BytesIO(), os.path.splitext(path_name(path))[1].removeprefix(".").lower() or "png"
     with _plain_style():
         try:
             figure.savefig(content, format=ending)

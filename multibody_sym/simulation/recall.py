@@ -6,10 +6,8 @@ from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
-from multibody_sym.errors import InputError
+from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest, verify_formalism
 from multibody_sym.model.mechanism import Coordinate, Limit, Mechanism, ParameterEntry, Speed
-from multibody_sym.model.slots import at, suggestion
 from multibody_sym.runtime import loading
 from multibody_sym.runtime.cache import digest
 from multibody_sym.runtime.loading import Backend, Compiled
@@ -32,9 +30,7 @@ def formalism_name(name: str | None, mechanism: Mechanism) -> str:
     """Return the name of a formalism, that of the cheapest one for None; raises InputError."""
     if name is None:
         return cheapest(mechanism)
-    if name not in FORMALISMS:
-        with at("formalism"):
-            raise InputError(f"there is no formalism {name!r}{suggestion(name, FORMALISMS)}")
+    verify_formalism(name)
     return name
 
 

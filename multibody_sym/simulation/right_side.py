@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import overload
+from typing import get_args, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from multibody_sym.errors import InputError
-from multibody_sym.model.system import System
+from multibody_sym.dynamics.formalisms import verify_formalism
+from multibody_sym.errors import ArgumentError, InputError, shown
+from multibody_sym.model.doors import flag
+from multibody_sym.model.system import System, verify_system
 from multibody_sym.runtime.loading import Backend
 from multibody_sym.runtime.numbers import vector
 from multibody_sym.simulation.arguments import Arguments, Floats, Values
@@ -28,6 +30,8 @@ class StateDerivative:
 
 def state_derivative(system: System, *, formalism: str | None = None) -> StateDerivative:
     """Return the state derivative x' of a system, x = (q, u), for `compile`."""
+    verify_system(system)
+    verify_formalism(formalism)
     return StateDerivative(system, formalism)
 
 
@@ -83,6 +87,9 @@ def compile(
     """
     if isinstance(wanted, System):
         raise InputError("a System is not compiled itself; compile(state_derivative(system)), mass_matrix(system) ...")
+    native = flag("native", native)
+    if not isinstance(wanted, (StateDerivative, *get_args(TreeQuestion))):
+        raise ArgumentError(f"expected state_derivative(system), mass_matrix(system) or the like, got {shown(wanted)}")
     if not isinstance(wanted, StateDerivative):
         return tree_function(wanted, native=native, backend=backend)
     ready = runnable(wanted.system, wanted.formalism, native=native, backend=backend)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from multibody_sym.integrators.flow import Status
+from multibody_sym.model.doors import callback, flag
 from multibody_sym.model.elements import Baumgarte
 from multibody_sym.model.slots import at
 from multibody_sym.model.system import System
@@ -50,6 +51,7 @@ def simulate(
     Returns what was computed until then if Ctrl-C interrupts it.
     Raises InputError, NoSolutionError (no start, no inertia) and FailedRunError, which holds what was computed.
     """
+    native, on_progress = flag("native", native), callback("on_progress", on_progress)
     chosen = {"baumgarte": {"baumgarte": {}}, "projection": {"projection": True}, "index_2": {"index_2": True}}
     named = chosen.get(constraints, constraints) if isinstance(constraints, str) else constraints
     if isinstance(constraints, Baumgarte):

@@ -13,9 +13,10 @@ from multibody_sym.dynamics.programs import inputs_program
 from multibody_sym.dynamics.start import parameter_values
 from multibody_sym.dynamics.tree_programs import hybrid_dynamics_program, inverse_dynamics_program, mass_matrix_program
 from multibody_sym.errors import InputError
+from multibody_sym.model.doors import names as listed_names
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.slots import suggestion
-from multibody_sym.model.system import System
+from multibody_sym.model.system import System, verify_system
 from multibody_sym.program.program import Program
 from multibody_sym.runtime.loading import Backend, load
 from multibody_sym.runtime.numbers import vector
@@ -61,6 +62,7 @@ TreeQuestion = MassMatrix | InverseDynamics | HybridDynamics
 
 def mass_matrix(system: System) -> MassMatrix:
     """Return the mass matrix of a system, for `compile`: M = f(t, q, u) (nu, nu)."""
+    verify_system(system)
     return MassMatrix(system)
 
 
@@ -70,6 +72,7 @@ def inverse_dynamics(system: System) -> InverseDynamics:
     forces = M udot + c - Q: what the accelerations need on top of the declared forces and the weight, one component a
     speed. `compile` raises ModelError where constraints restrict the tree.
     """
+    verify_system(system)
     return InverseDynamics(system)
 
 
@@ -80,7 +83,8 @@ def hybrid_dynamics(system: System, given: Iterable[str] | str) -> HybridDynamic
     stands in udot for them is not read. `forces` hold the given ones, zero elsewhere. Raises InputError for a name that
     is no joint's.
     """
-    names = (given,) if isinstance(given, str) else tuple(given)
+    verify_system(system)
+    names = listed_names("given", given)
     for name in names:
         if name not in system.joints:
             raise InputError(f"there is no joint {name!r}{suggestion(name, system.joints)}")

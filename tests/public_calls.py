@@ -1,0 +1,239 @@
+"""Every public callable with one valid call: its parameters, each with a value that is taken."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import multibody_sym as mbs
+
+MODEL = """\
+multibody_sym: 1
+name: pendulum
+gravity: [0, -g, 0]
+parameters: {m: 1 kg, l: {value: 0.5 m, positive: true}, g: 9.81, T: 1}
+bodies: {bob: {mass: m, com: [0, -l, 0], inertia: {Izz: 0.1}}}
+joints: {hinge: {type: revolute, parent: ground, child: bob, axis: z, q: theta, initial: {q: 30 deg}}}
+forces: {drive: {type: torque, joint: hinge, value: F}}
+inputs: {F: T*sin(t)}
+outputs: {pull: "reaction(hinge, fy)"}
+simulation: {t_end: 0.05, samples: 3}
+"""
+URDF = '<robot name="r"><link name="base"/></robot>'
+
+
+@dataclass(frozen=True)
+class Call:
+    """A callable with the parameters of a valid call; `slow` ones take more than a few milliseconds."""
+
+    name: str
+    function: Callable[..., Any]
+    given: Mapping[str, Any]
+    slow: bool = False
+
+    def __call__(self, given: Mapping[str, Any]) -> Any:
+        """Call the function, by position where it takes parameters so only."""
+        kinds = inspect.signature(self.function).parameters
+        by_position = [given[name] for name in given if kinds[name].kind is inspect.Parameter.POSITIONAL_ONLY]
+        named = {name: x for name, x in given.items() if kinds[name].kind is not inspect.Parameter.POSITIONAL_ONLY}
+        return self.function(*by_position, **named)
+
+
+def calls(folder: Path) -> list[Call]:
+    """Return a call for each public callable, and for what they return where that can be called too."""
+    system = mbs.loads(MODEL)
+    (folder / "model.yaml").write_text(MODEL, encoding="utf-8")
+    (folder / "robot.urdf").write_text(URDF, encoding="utf-8")
+    return [*_scalars(), *_elements(), *_doors(system), *_compiled(system), *_results(system)]
+
+
+def _scalars() -> list[Call]:
+    one = {name: Call(name, getattr(mbs, name), {"a": 0.5}) for name in _ONE}
+    two = [Call(name, getattr(mbs, name), {"a": 0.5, "b": mbs.t}) for name in ("minimum", "maximum")]
+    return [
+        *one.values(), *two,
+        Call("atan2", mbs.atan2, {"y": 0.5, "x": 1.0}),
+        Call("where", mbs.where, {"condition": mbs.t < 1, "a": 0.5, "b": mbs.t}),
+        Call("variable", mbs.variable, {"name": "x"}),
+        Call("parameters", mbs.parameters, {"names": "a", "values": [1], "positive": True, "units": "kg"}),
+    ]
+
+
+_ONE = "sin cos tan asin acos atan exp log sqrt absolute sign".split()
+_JOINT: dict[str, Any] = {"parent": "ground", "child": "b", "cut": False, "label": "A"}
+_STATE: dict[str, Any] = {"q": ["x"], "motion": [None], "initial": {"q": 1}, "limits": {"upper": 1}, **_JOINT}
+_MOVES: dict[str, Any] = {"q": None, "motion": None, "initial": {"known": True}, "limits": None, **_JOINT}
+_ENDS = {"between": ["a", "b"]}
+_ELEMENTS: dict[str, dict[str, Any]] = {
+    "Ask": {"value": None, "of": "b", "after": 1, "when": None, "at": None},
+    "Baumgarte": {"alpha": 1, "beta": 1},
+    "Body": {
+        "mass": 1, "com": [0, 0, 0], "inertia": {"Izz": 1}, "shape": None, "points": {"p": [0, 0, 0]},
+        "frames": {"f": {}}, "motion": {"x": 1}, "surfaces": {"s": {"sphere": 1}}, "label": "b",
+    },
+    "Coupler": {"joints": {"A": 1}, "value": 0, "acts": "in_joints"},
+    "Custom": {**_MOVES, "free": [{"rotate": "x"}]},
+    "Cylindrical": {**_MOVES, "axis": "x"},
+    "Damper": {"damping": 1, **_ENDS, "joint": None, "freedom": None},
+    "Direct": {"translate": None, "rotate": "x", "pitch": 1},
+    "Distance": {**_ENDS, "value": 1},
+    "Drag": {"on": "b", "at": "p", "linear": 1, "quadratic": 1},
+    "Expression": {"zero": mbs.t, "acts": "in_joints"},
+    "Fixed": _JOINT,
+    "Force": {"on": "b", "value": [0, 0, 1], "at": "p", "frame": "b"},
+    "Frame": {"position": [0, 0, 0], "rotate": [{"axis": "x", "angle": 1}]},
+    "Free": {**_MOVES, "angles": "xyz"},
+    "Gear": {"joints": ["A", "B"], "ratio": -2, "value": 0, "acts": None, "radii": [1, 2], "at": None},
+    "GroundMotion": {"x": 0, "y": 0, "z": 0, "turn": [{"axis": "x", "angle": 1}]},
+    "Initial": {"q": [1], "u": [1], "known": True},
+    "Limits": {"lower": 0, "upper": 1, "velocity": 1, "effort": 1},
+    "Line": {"through": "p", "direction": "x"},
+    "Motor": {"joint": "A", "voltage": 1, "resistance": 1, "constant": 1, "gear": 1, "freedom": "x"},
+    "Parameter": {"value": 1, "dimension": "kg", "positive": True, "label": "m"},
+    "Planar": _MOVES,
+    "Plane": {"through": "p", "normal": "x"},
+    "PointInPlane": {"point": "p", "plane": {"through": "p", "normal": "x"}},
+    "PointOnLine": {"point": "p", "line": {"through": "p", "direction": "x"}},
+    "PrescribedMotion": {"joint": "A", "value": mbs.t},
+    "Prismatic": {**_STATE, "q": ["x"], "motion": None, "axis": "x"},
+    "Pull": {**_ENDS, "value": 1},
+    "Pulley": {"at": "p", "radius": 1, "axis": "z"},
+    "Revolute": {**_STATE, "q": None, "initial": None, "axis": "x"},
+    "Rolling": {"body": "b.s", "on": "ground.p"},
+    "Rope": {"path": ["a", "b"], "length": 1, "slack": False},
+    "Screw": {**_STATE, "motion": None, "axis": "x", "pitch": 1},
+    "Settings": {
+        "t_end": 1, "step": None, "rtol": 1e-6, "atol": 1e-6, "method": "rk4", "samples": 3, "coordinates": "relative",
+        "constraints": {"projection": True}, "project": False, "multipliers": "basic",
+    },
+    "Shape": {"kind": "rod", "sizes": [1], "mass": 1},
+    "Spherical": {**_MOVES, "angles": "xyz"},
+    "SpringDamper": {"stiffness": 1, **_ENDS, "joint": None, "freedom": None, "damping": 1, "length": 1},
+    "Stabilisation": {"baumgarte": {"alpha": 1}, "projection": None, "index_2": None},
+    "Surface": {"sphere": 1, "disc": None, "axis": "z", "centre": [0, 0, 0], "plane": None, "normal": "z"},
+    "Table": {"table": [[0, 0], [1, 1]], "of": "t", "interpolation": "linear"},
+    "Torque": {"value": 1, "joint": "A", "freedom": "x", "on": None, "frame": "b"},
+    "Turn": {"axis": "x", "angle": 1},
+    "Universal": {**_MOVES, "axes": ["x", "y"]},
+    "VelocityConstraint": {"zero": mbs.t, "acts": "in_joints"},
+}
+_PENDULUM: dict[str, Any] = {
+    "name": "s", "gravity": [0, -9.81, 0], "parameters": {"m": 1}, "bodies": {"b": {"mass": "m", "com": [1, 0, 0]}},
+    "joints": {"A": {"type": "revolute", "parent": "ground", "child": "b"}},
+    "forces": {"f": {"type": "force", "on": "b", "value": [0, 0, 1]}},
+    "constraints": {"c": {"type": "expression", "zero": "A"}}, "pulleys": {"P": {"at": "b"}}, "inputs": {"F": "t"},
+    "outputs": {"o": "A"}, "stop": {"s": "A < 0"}, "ask": {"a": "A"}, "simulation": {"t_end": 1},
+}
+
+
+def _elements() -> list[Call]:
+    errors = [name for name in mbs.__all__ if name.endswith("Error")]
+    raised = {"message": "m", "where": None, "excerpt": "e"}
+    return [
+        *(Call(name, getattr(mbs, name), _accepted(getattr(mbs, name), given)) for name, given in _ELEMENTS.items()),
+        Call("System", mbs.System, _PENDULUM),
+        *(Call(name, getattr(mbs, name), raised) for name in errors),
+    ]
+
+
+def _accepted(cls: type[Any], given: dict[str, Any]) -> dict[str, Any]:
+    """Return the given parameters and those that are new since, left as they are by default."""
+    known = inspect.signature(cls).parameters
+    return {name: value for name, value in given.items() if name in known}
+
+
+def _doors(system: mbs.System) -> list[Call]:
+    """Return the functions that read, write and ask for results."""
+    whole, still = {"system": system}, mbs.loads(MODEL.replace("q: 30 deg", "q: 0"))
+    period = {"system": still, "period": 0.1}
+    run = {
+        "t_end": 0.02, "method": "rk4", "step": 0.01, "rtol": None, "atol": None, "samples": 2, "constraints": None,
+        "project": False, "coordinates": "relative", "parameters": {"m": 2}, "formalism": None, "native": False,
+        "backend": "python", "on_progress": None,
+    }
+    exported = {"to": "python", "directory": "out", "formalism": None, "parameters": {"m": 2}, "fold": False}
+    return [
+        Call("load", mbs.load, {"path": "model.yaml"}),
+        Call("loads", mbs.loads, {"text": MODEL, "name": "m"}),
+        Call("load_urdf", mbs.load_urdf, {"path": "robot.urdf", "floating": False, "damping": True, "mimic": True}),
+        Call("dump", mbs.dump, {**whole, "file": "dumped.yaml"}),
+        Call("dumps", mbs.dumps, whole),
+        Call("mechanism", mbs.mechanism, whole),
+        Call("derive", mbs.derive, {"model": system, "method": None, "budget": None}, slow=True),
+        Call("check", mbs.check, whole, slow=True),
+        Call("solve", mbs.solve, {**whole, "parameters": {"m": 2}, "formalism": None}, slow=True),
+        Call("linearize", mbs.linearize, {**whole, "formalism": None}, slow=True),
+        Call("period_multipliers", mbs.period_multipliers, {**period, "formalism": None}, slow=True),
+        Call("equilibrium", mbs.equilibrium, whole, slow=True),
+        Call("simulate", mbs.simulate, {**whole, **run}, slow=True),
+        Call("export", mbs.export, {**whole, **exported}, slow=True),
+        Call("state_derivative", mbs.state_derivative, {**whole, "formalism": None}),
+        Call("mass_matrix", mbs.mass_matrix, whole),
+        Call("inverse_dynamics", mbs.inverse_dynamics, whole),
+        Call("hybrid_dynamics", mbs.hybrid_dynamics, {**whole, "given": ["hinge"]}),
+        Call("compile", _compile, {"wanted": mbs.state_derivative(system), "native": False, "backend": "python"}),
+    ]
+
+
+def _compile(wanted: Any, native: Any, backend: Any) -> Any:
+    return mbs.compile(wanted, native=native, backend=backend)
+
+
+def _compiled(system: mbs.System) -> list[Call]:
+    more = {"parameters": {"m": 2}, "inputs": {"F": 1}}
+    rhs = mbs.compile(mbs.state_derivative(system), backend="python")
+    inertia = mbs.compile(mbs.mass_matrix(system), backend="python")
+    forces = mbs.compile(mbs.inverse_dynamics(system), backend="python")
+    hybrid = mbs.compile(mbs.hybrid_dynamics(system, ["hinge"]), backend="python")
+    tree = {"t": 0.0, "q": [0.1], "u": [0.2], "udot": None, **more}
+    numeric = {"q": [0.1], "u": [0.2], "t": 0.0, "parameters": [1, 0.5, 9.81, 1]}
+    equations = mbs.derive(system)
+    return [
+        Call("compiled state derivative", rhs.__call__, {"t": 0.0, "x": [0.1, 0.2], **more}),
+        Call("compiled mass matrix", inertia.__call__, tree),
+        Call("compiled inverse dynamics", forces.__call__, {**tree, "udot": [0.3]}),
+        Call("compiled hybrid dynamics", hybrid.__call__, {**tree, "udot": [0.3]}),
+        Call("lambdify", equations.lambdify, {"result": "terms"}, slow=True),
+        Call("lambdified terms", equations.lambdify("terms"), numeric),
+        Call("lambdified accelerations", equations.lambdify(), numeric),
+        Call("explicit", equations.explicit, {"expression": equations.forcing}),
+    ]
+
+
+def _results(system: mbs.System) -> list[Call]:
+    """Return the records that come back, made by hand, and what can be asked of them."""
+    records = [mbs.CheckReport, mbs.Equilibrium, mbs.Linearization, mbs.Solution, mbs.SymbolicEquations, mbs.Trajectory]
+    records.append(mbs.Multipliers)
+    made = [Call(cls.__name__, cls, dict.fromkeys(inspect.signature(cls).parameters, ())) for cls in records]
+    run = mbs.simulate(system, t_end=0.02, samples=2, backend="python")
+    return [
+        *made,
+        Call("UrdfNotice", _notice, {"text": "told"}),
+        Call("run[name]", run.__getitem__, {"name": "theta"}),
+        Call("run.plot", run.plot, {"path": None}, slow=True),
+        *(Call(f"t {sign} x", function, {"x": 1}) for sign, function in _OPERATORS.items()),
+    ]
+
+
+def _notice(text: Any) -> Any:
+    return mbs.UrdfNotice(text)
+
+
+_OPERATORS: dict[str, Callable[[Any], Any]] = {
+    "+": lambda x: mbs.t + x, "-": lambda x: mbs.t - x, "*": lambda x: mbs.t * x, "/": lambda x: mbs.t / x,
+    "**": lambda x: mbs.t**x, "<": lambda x: mbs.t < x, "<=": lambda x: mbs.t <= x, "==": lambda x: mbs.t == x,
+    "r+": lambda x: x + mbs.t, "r-": lambda x: x - mbs.t, "r/": lambda x: x / mbs.t, "r**": lambda x: x**mbs.t,
+}
+
+
+def not_called(known: list[Call]) -> list[str]:
+    """Return the public callables, and fields of elements, that stand in no call."""
+    given = {call.name: call.given for call in known}
+    names = [name for name in mbs.__all__ if callable(getattr(mbs, name))]
+    missing = [name for name in names if name not in given]
+    for name in _ELEMENTS:
+        missing += [f"{name}.{x}" for x in inspect.signature(getattr(mbs, name)).parameters if x not in given[name]]
+    return missing
