@@ -52,7 +52,7 @@ def closed_forms(mechanism: Mechanism, given: SymbolicState) -> ClosedForms:
 
     Raises NoClosedFormError where they are too long, or a sign is undecided at the sample.
     """
-    matrix, right = _linear_equations(motion_of(mechanism, given.state))
+    matrix, right = linear_equations(motion_of(mechanism, given.state))
     try:
         return _solved(mechanism, given, Field(WORK), matrix, right)
     except NoClosedFormError:
@@ -71,8 +71,8 @@ def _solved(
     return ClosedForms(field, solved[: len(udot)], solved[len(udot) :], known)
 
 
-def _linear_equations(motion: Motion) -> tuple[list[list[Node]], list[Node]]:
-    """Return the matrix [[M, -H^T], [H, 0]] and the right side (f, gamma); M itself may be singular."""
+def linear_equations(motion: Motion) -> tuple[list[list[Node]], list[Node]]:
+    """Return the matrix [[M, -H^T], [H, 0]] and the right side (f, gamma) over Nodes; M itself may be singular."""
     rows = row_motions(motion)
     upper = [[*row, *(-h.jacobian[k] for h in rows)] for k, row in enumerate(mass_matrix(motion))]
     lower = [[*h.jacobian, *([0] * len(rows))] for h in rows]

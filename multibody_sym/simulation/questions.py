@@ -124,6 +124,8 @@ class _Motion:
     def _in_numbers(self, name: str, question: Ask) -> Value:
         if question.after is not None:
             assert question.of is not None
+            if self.solved.rests:
+                return Value(0.0)
             return Value(self.simulated.path(question.of, self.solved.number(question.after)))
         condition = question.when or question.at or {}
         ((coordinate, value),) = condition.items()

@@ -20,6 +20,8 @@ Floats = npt.NDArray[np.float64]
 
 _SAMPLES: Final = 4001
 _RTOL: Final = 1e-11
+_ATOL: Final = _RTOL / 10
+"""To which coordinates, and in a second paths, are known: less is no motion."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 _STEPS: Final = 50
 _SAME: Final = 1e-14
@@ -37,7 +39,8 @@ class Simulated:
             return 0.0
         run = self._run(point, duration)
         v, a = _vectors(run, "velocity"), _vectors(run, "acceleration")
-        return float(sum(_way(v[k : k + 2], a[k : k + 2], run.t[k + 1] - run.t[k]) for k in range(len(v) - 1)))
+        way = float(sum(_way(v[k : k + 2], a[k : k + 2], run.t[k + 1] - run.t[k]) for k in range(len(v) - 1)))
+        return way if way > _ATOL * max(1.0, duration) else 0.0
 
     def time(self, coordinate: str, value: float) -> float | None:
         """Return the first time > 0 at which a coordinate has a value, None if that is not before `t_end`.
@@ -72,7 +75,7 @@ class Simulated:
         return self._simulated(replace(self.system, outputs=Names(asked)), duration)
 
     def _simulated(self, system: System, duration: float | None) -> Trajectory:
-        plain: dict[str, Any] = {} if system.simulation.step is not None else {"rtol": _RTOL, "atol": _RTOL / 10}
+        plain: dict[str, Any] = {} if system.simulation.step is not None else {"rtol": _RTOL, "atol": _ATOL}
         return simulate(replace(system, stop=Names()), t_end=duration, samples=_SAMPLES, **plain)
 
 
