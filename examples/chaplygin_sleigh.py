@@ -8,7 +8,7 @@ system = mbs.System(
     "chaplygin_sleigh",
     bodies={"sleigh": mbs.Body(mass=m, com=[a, 0, 0], inertia={"Izz": J})},
     joints={"table": mbs.Planar("ground", "sleigh", q=["x", "y", "theta"], initial={"u": [-1, 0, 0.1]})},
-    constraints={"edge": mbs.VelocityConstraint("-u_x*sin(theta) + u_y*cos(theta)")},
+    constraints={"edge": mbs.VelocityConstraint("-u_x*sin(theta) + u_y*cos(theta)", acts="in_joints")},
     outputs={"side_force": "multiplier(edge)", "energy": "total_energy()"},
     simulation={"t_end": "20 s"},
 )

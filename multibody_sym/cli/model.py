@@ -23,8 +23,8 @@ def model(options: argparse.Namespace) -> Iterator[System]:
     system, places = load_with_places(options.file)
     with at("--set"):
         changed = with_settings(with_values(system, options.set), {"project": options.project or None})
-    asked = with_settings(changed, {"coordinates": getattr(options, "coordinates", None)})
     try:
+        asked = with_settings(changed, {"coordinates": getattr(options, "coordinates", None)})
         with numbers_of(asked):
             yield asked
     except MultibodyError as error:
