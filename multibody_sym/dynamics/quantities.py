@@ -13,7 +13,7 @@ from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.loads import span, span_rate
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.rows import RowMotion, row_motions
-from multibody_sym.model.bodies import Pose
+from multibody_sym.model.bodies import COM, Pose
 from multibody_sym.model.mechanism import Marker, PointPull
 from multibody_sym.model.slots import AXES
 from multibody_sym.program.program import Program
@@ -90,8 +90,9 @@ def _component(vector: Vec, axis: str) -> S:
 def _marker(instant: Instant, name: str) -> Marker:
     """Return the point that a name stands for; a body alone stands for its centre of mass."""
     mechanism = instant.motion.mechanism
-    marker = mechanism.markers[name]
-    if marker.body < 0 or mechanism.bodies[marker.body].name != name:
+    body, _, own = name.rpartition(".") if name not in mechanism.markers else (name, "", COM)
+    marker = mechanism.markers[body]
+    if own != COM or marker.body < 0 or mechanism.bodies[marker.body].name != body:
         return marker
     return Marker(name, marker.body, Pose(mechanism.bodies[marker.body].mass.com))
 

@@ -13,6 +13,9 @@ from multibody_sym.scalars.rotations import turned
 from multibody_sym.scalars.vectors import product
 
 GROUND: Final = "ground"
+COM: Final = "com"
+OWN_POINTS: Final = ("origin", COM)
+"""The points that every body has, unless it declares others of these names."""
 Rotation = tuple[Point, Point, Point]
 
 ORIGIN: Final[Point] = (ZERO, ZERO, ZERO)

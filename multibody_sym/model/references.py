@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from multibody_sym.errors import ModelError
-from multibody_sym.model.bodies import GROUND, ORIGIN, Pose, pose_of
+from multibody_sym.model.bodies import COM, GROUND, ORIGIN, OWN_POINTS, Pose, mass_of, pose_of
 from multibody_sym.model.elements import Body, Surface
 from multibody_sym.model.mechanism import Bend, Drive, ExpressionRow, Marker, Row, VelocityRow
 from multibody_sym.model.slots import at, suggestion
@@ -47,11 +47,16 @@ class References:
     doubles: Mapping[str, int] = field(default_factory=dict)
 
     def marker(self, reference: str) -> Marker:
-        """Return the marker of a body, or of a point or frame of it, `body.point`."""
+        """Return the marker of a body's origin, or of a point or frame of it, `body.point`.
+
+        Every body has the points `origin` and `com`, its centre of mass, unless it declares others of these names.
+        """
         name, part = body_part(reference, self.system.bodies)
         body = self.system.bodies.get(name, BARE)
         if part in body.frames:
             return Marker(reference, self.numbers[name], pose_of(body.frames[part]))
+        if part in OWN_POINTS and part not in body.points:
+            return Marker(reference, self.numbers[name], Pose(mass_of(body).com if part == COM else ORIGIN))
         if part and part not in body.points:
             known = [f"{name}.{p}" for p in (*body.points, *body.frames)]
             raise ModelError(f"{name!r} has no point or frame {part!r}{suggestion(reference, known)}")

@@ -9,7 +9,7 @@ from typing import Final
 from multibody_sym.errors import ExpressionError, ModelError
 from multibody_sym.expressions.quantities import QUANTITIES
 from multibody_sym.expressions.units import Dimension, dimension_of
-from multibody_sym.model.bodies import GROUND
+from multibody_sym.model.bodies import GROUND, OWN_POINTS
 from multibody_sym.model.constraints import Distance, Rope, VelocityConstraint, row_names
 from multibody_sym.model.mechanism import COMPONENTS, Coordinate, Speed
 from multibody_sym.model.references import BARE
@@ -92,7 +92,7 @@ def _vocabulary(system: System) -> dict[str, list[str]]:
     """Return the names that each kind of argument of a quantity may be."""
     bodies = {GROUND: BARE, **system.bodies}
     return {
-        "point": [*bodies, *(f"{name}.{part}" for name, b in bodies.items() for part in (*b.points, *b.frames))],
+        "point": [*bodies, *(f"{name}.{p}" for name, b in bodies.items() for p in (*b.points, *b.frames, *OWN_POINTS))],
         "body": list(bodies),
         "joint": [*system.joints, *([GROUND] if ground_moves(system.bodies) else ())],
         "rope": [name for name, c in system.constraints.items() if isinstance(c, (Rope, Distance))],

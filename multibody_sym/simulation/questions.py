@@ -11,6 +11,7 @@ from functools import cached_property
 
 from multibody_sym.dynamics.quotient_field import NoClosedFormError, Quotient
 from multibody_sym.errors import ExpressionError, ModelError
+from multibody_sym.model.bodies import OWN_POINTS
 from multibody_sym.model.elements import Ask
 from multibody_sym.model.force_places import is_undetermined
 from multibody_sym.model.slots import at, suggestion
@@ -54,7 +55,8 @@ def _verify(solved: Solved, question: Ask) -> None:
         names = [c.name for k, c in enumerate(solved.mechanism.coordinates) if k not in quaternions]
         if coordinate not in names:
             raise ModelError(f"no coordinate is called {coordinate!r}{suggestion(coordinate, names)}")
-    if question.of is not None and question.of not in solved.mechanism.markers:
+    own = [f"{name}.{point}" for name in solved.system.bodies for point in OWN_POINTS]
+    if question.of is not None and question.of not in (*solved.mechanism.markers, *own):
         with at("of"):
             raise ModelError(f"no body is called {question.of!r}{suggestion(question.of, solved.mechanism.markers)}")
     if question.after is not None and not solved.number(question.after) >= 0.0:
