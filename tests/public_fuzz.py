@@ -117,7 +117,7 @@ WRONG: list[Any] = [
 ]
 PYTHON_S_OWN = (
     "unsupported operand type", "not supported between", "multiply sequence", "can only concatenate",
-    "not allowed in this context", "can't concat Node",
+    "not allowed in this context", "can't concat Node", "cannot sympify object",
 )
 """What Python and sympy say where both sides of an operator refuse."""
 LONG_RUNS = {
@@ -187,7 +187,7 @@ class Fuzz:
         except mbs.MultibodyError as error:
             self.count["refused"] += 1
             self.complain(call, name, value, "an empty message" if not error.message.strip() else "")
-        except TypeError as error:
+        except (TypeError, sympy.SympifyError) as error:
             told = call.name.startswith("t ") and any(words in str(error) for words in PYTHON_S_OWN)
             self.complain(call, name, value, "" if told else repr(error))
         except BaseException as error:
