@@ -42,11 +42,12 @@ class Readable:
         return self.known[expression]
 
     def _rewritten(self, expression: Any) -> Any:
-        before = terms_of(expression.replace(_has_inside, self._inside))
+        inside = expression.replace(_has_inside, self._inside)
+        before = terms_of(inside)
         after = with_angle_sums(self._reduced(before))
-        found = grouped(after, self.speeds)
+        found = grouped(with_squares(after, self.speeds, _sums(inside)), self.speeds)
         vanished = len(after) < len(before)
-        return expression if not vanished and expression.count_ops() < found.count_ops() else found
+        return inside if not vanished and inside.count_ops() < found.count_ops() else found
 
     def _inside(self, outer: Any) -> Any:
         return outer.func(*(self(part) for part in outer.args))
@@ -207,6 +208,40 @@ def _with(key: Monomial, changes: Mapping[Any, int], function: Any, factor: Any)
     """Return the term with some factors changed and a function put in; sympy turns sin(-x) into -sin x."""
     sign, plain = function.as_coeff_Mul()
     return _changed(key, {**changes, plain: 1}), sign * factor
+
+
+# --- squares -------------------------------------------------------------------------------------------------------
+
+
+def _sums(expression: Any) -> frozenset[Any]:
+    """Return the sums that an expression has in powers."""
+    return frozenset(power.base for power in expression.atoms(sympy.Pow) if power.base.is_Add)
+
+
+def with_squares(terms: Terms, speeds: frozenset[Any], known: frozenset[Any] = frozenset()) -> Terms:
+    """Return the terms with k x^2 - 2 k x y + k y^2 as k (x - y)^2, and what there is more of one square beside it.
+
+    x and y are symbols that are no speeds: m (R - r)^2 + 2 m r^2/5 for m R^2 - 2 m R r + 7 m r^2/5. A difference that
+    is `known` keeps its sign.
+    """
+    result = dict(terms)
+    for key, factor in terms.items():
+        plain = [b for b, e in key if e == 1 and b.is_Symbol and b not in speeds]
+        for x, y in combinations(plain, 2):
+            squares = [_changed(key, {x: 1, y: -1}), _changed(key, {x: -1, y: 1})]
+            sizes = [result.get(square, sympy.S.Zero) * sympy.sign(result.get(squares[0], 1)) for square in squares]
+            if result.get(key) != factor or min(sizes) != abs(factor) / 2:
+                continue
+            half = abs(factor) / 2 * sympy.sign(result[squares[0]])
+            del result[key]
+            for square in squares:
+                _added(result, square, -half)
+            first, second = (x, y) if sizes[1] >= sizes[0] else (y, x)
+            together = first + second * sympy.sign(factor * half)
+            together = -together if -together in known else together
+            _added(result, _changed(key, {x: -1, y: -1, together: 2}), half)
+            break
+    return result
 
 
 # --- grouping ------------------------------------------------------------------------------------------------------
