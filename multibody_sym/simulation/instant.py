@@ -41,6 +41,7 @@ _NOT_UNIQUE: Final = 1e-8
 _ASSEMBLED: Final = 16
 """To how many units in the last place, of 1 or more, start values are known that were found by closing constraints."""
 _MOST_BOUNDED: Final = 40
+_LONGEST_NUMBER: Final = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,6 +144,8 @@ class Solved:
             return None
         except (ExpressionError, *UNDEFINED):
             return None
+        if not leaves([expression], "symbol") and len(text(expression)) > _LONGEST_NUMBER:
+            return Value(number)  # a quotient of many digits tells less than its decimals
         return Value(number, expression) if abs(again - number) <= AGREEMENT * abs(number) + rounding else None
 
     @property

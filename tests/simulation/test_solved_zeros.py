@@ -59,3 +59,19 @@ def test_bounds_of_rounding_hold_and_are_not_loose() -> None:
     assert 3e-17 < square.bound < 1e-16
     assert 5e-17 < root.bound < 3e-16
     assert none.bound == float("inf")
+
+
+def test_a_quotient_of_many_digits_is_printed_as_a_decimal() -> None:
+    model = """
+multibody_sym: 1
+name: literal
+gravity: [0, -9.81, 0]
+bodies: {a: {mass: 1.37}, b: {mass: 2.913, com: [0.317, 0, 0], inertia: {Izz: 0.0371}}}
+joints:
+  A: {type: prismatic, parent: ground, child: a, axis: x, q: x}
+  B: {type: revolute, parent: a, child: b, axis: z, q: theta, initial: {u: 1.3}}
+"""
+    found = mbs.solve(mbs.loads(model)).accelerations
+    assert str(found["theta"]) == f"{found['theta'].value:.10g} rad/s^2"
+    by_hand = -9.81 * 2.913 * 0.317 / (0.0371 + 2.913 * 0.317**2)
+    assert found["theta"].value == pytest.approx(by_hand, rel=1e-12)
