@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Final
 
@@ -115,3 +118,23 @@ class OutputError(MultibodyError):
 
     code = "output"
     exit_code = 4
+
+
+@contextmanager
+def at(*steps: object) -> Iterator[None]:
+    """Name the place in the model to which errors raised inside belong."""
+    try:
+        yield
+    except InputError as error:
+        for step in reversed(steps):
+            error.under(str(step))
+        raise
+
+
+def suggestion(word: str, known: Iterable[str]) -> str:
+    """Return `; did you mean ...?` where a known word is near, else the list of known words."""
+    words = list(known)
+    near = difflib.get_close_matches(str(word)[:_SHOWN], words, n=1)
+    if near:
+        return f"; did you mean {near[0]}?"
+    return f"; known: {', '.join(words)}" if words else ""

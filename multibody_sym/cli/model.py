@@ -7,9 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from multibody_sym.dynamics.examined import numbers_of
-from multibody_sym.errors import MultibodyError, Where
+from multibody_sym.errors import MultibodyError, Where, at
 from multibody_sym.formats.reader import load_with_places
-from multibody_sym.model.slots import at
 from multibody_sym.model.system import System
 from multibody_sym.simulation.overrides import with_settings, with_values
 

@@ -22,6 +22,7 @@ from multibody_sym.codegen.layout import (
 )
 from multibody_sym.codegen.selftest import TOLERANCE, Samples
 from multibody_sym.codegen.templates import filled
+from multibody_sym.numerics import arrays
 from multibody_sym.program import floats, solve
 from multibody_sym.program.infix import Language, Texts, expression
 from multibody_sym.program.interpreter import interpret
@@ -51,6 +52,9 @@ from multibody_sym.program.floats import pow as real_power
 from multibody_sym.program.solve import solve_lists"""
 _OWN: Final = """\
 from __future__ import annotations
+
+{arrays}
+
 
 {floats}
 
@@ -89,13 +93,15 @@ def python_source(
 
 _NEEDED: Final = "\nNothing is needed beside this file but NumPy."
 _FUTURE: Final = "from __future__ import annotations\n"
+_PACKAGE: Final = "from multibody_sym."
 
 
 def _own_arithmetic() -> str:
     """Return the text of this package's arithmetic and solve, without the words at their heads."""
-    texts = [Path(str(module.__file__)).read_text(encoding="ascii") for module in (floats, solve)]
-    arithmetic, solver = (text.partition(_FUTURE)[2].strip() for text in texts)
-    return _OWN.format(floats=arithmetic, solve=solver)
+    texts = [Path(str(module.__file__)).read_text(encoding="ascii") for module in (arrays, floats, solve)]
+    bodies = [text.partition(_FUTURE)[2].splitlines() for text in texts]
+    own = ["\n".join(line for line in body if not line.startswith(_PACKAGE)).strip() for body in bodies]
+    return _OWN.format(arrays=own[0], floats=own[1], solve=own[2])
 
 
 def _selftest(programs: Mapping[str, Program], samples: Samples) -> str:

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import position, velocity
@@ -20,9 +19,8 @@ from multibody_sym.kinematics.relative import angular_velocity
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.bodies import GROUND, Pose
 from multibody_sym.model.mechanism import Marker, Mechanism, TreeBody
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.node import Node, symbol
-
-Floats = npt.NDArray[np.float64]
 
 _TURN: Final = 2 * math.pi
 _DIGITS: Final = 6

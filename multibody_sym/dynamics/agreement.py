@@ -10,7 +10,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from multibody_sym.dynamics.dalembert import Reference, dalembert
 from multibody_sym.dynamics.equations import Formalism
@@ -18,9 +17,8 @@ from multibody_sym.dynamics.forward_dynamics import forward_dynamics
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.program.solve import EPSILON, ROUNDING
-
-Floats = npt.NDArray[np.float64]
+from multibody_sym.numerics.arrays import EPSILON, Floats
+from multibody_sym.program.solve import ROUNDING
 
 LARGEST_ON_TREES: Final = 10.0
 LARGEST_WITH_ROWS: Final = 100.0

@@ -15,11 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.dynamics.composite_body import composite_body
-from multibody_sym.dynamics.forward_dynamics import UNDEFINED
 from multibody_sym.dynamics.places import Places
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
-
-Floats = npt.NDArray[np.float64]
+from multibody_sym.numerics.arrays import UNDEFINED, Floats
 
 _SAMPLES: Final = 4
 _SEED: Final = 13

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from multibody_sym.dynamics.closing import (
     CLOSED,
@@ -29,8 +28,7 @@ from multibody_sym.dynamics.row_values import verify_values
 from multibody_sym.dynamics.unclosable import unclosable
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.model.mechanism import Mechanism, TreeBody
-
-Floats = npt.NDArray[np.float64]
+from multibody_sym.numerics.arrays import Floats
 
 NEAR: Final = 1e-6
 """Values that are all given change as little as possible where rows are missed by less than this part of their size."""

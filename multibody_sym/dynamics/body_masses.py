@@ -15,18 +15,15 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import ModelError, at
 from multibody_sym.kinematics.motion import body_mass, body_motion, moving_parent
 from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.bodies import GROUND
 from multibody_sym.model.mechanism import Mechanism, TreeBody
-from multibody_sym.model.slots import at
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import ZERO_VECTOR
-
-Floats = npt.NDArray[np.float64]
 
 _ROUNDING: Final = 1e-6
 """Relative: inertias are written with few digits, and the moments of a thin plate add up exactly."""

@@ -8,14 +8,12 @@ from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from multibody_sym.dynamics.block_ldl import tree_factors
 from multibody_sym.dynamics.composite_body import mass_matrix
 from multibody_sym.dynamics.dependence import constraint_jacobian
 from multibody_sym.dynamics.equations import MassFactors
 from multibody_sym.dynamics.factorization import factorized
-from multibody_sym.dynamics.forward_dynamics import UNDEFINED
 from multibody_sym.dynamics.laws import Equality, solved
 from multibody_sym.dynamics.massless import completed_matrix, massless_speeds
 from multibody_sym.errors import ModelError, Where
@@ -25,10 +23,9 @@ from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism import AngleRow, ExpressionRow, Mechanism, is_holonomic
-from multibody_sym.program.solve import EPSILON
+from multibody_sym.numerics.arrays import EPSILON, UNDEFINED, Floats
 from multibody_sym.scalars.vectors import dot
 
-Floats = npt.NDArray[np.float64]
 Solver = Callable[[Floats, Floats], Floats]
 
 CLOSED: Final = 1e-13

@@ -15,15 +15,13 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from multibody_sym.dynamics.closing import Rows, least_missed, moved
 from multibody_sym.dynamics.dependence import contradiction
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.program.solve import scaled_rows
-
-Floats = npt.NDArray[np.float64]
 
 _ALLOWED: Final = 1e-8
 _ALLOWED_POSITION: Final = 1e-11

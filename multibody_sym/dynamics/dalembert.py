@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from math import hypot
 
 import numpy as np
-import numpy.typing as npt
 
 from multibody_sym.dynamics.dependence import constraint_jacobian
 from multibody_sym.dynamics.row_terms import row_terms
@@ -25,8 +24,7 @@ from multibody_sym.kinematics.points import velocity
 from multibody_sym.kinematics.rows import exerted, row_motions
 from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench
 from multibody_sym.model.mechanism import JointSpring, Load, PointSpring
-
-Floats = npt.NDArray[np.float64]
+from multibody_sym.numerics.arrays import Floats
 
 
 @dataclass(frozen=True)

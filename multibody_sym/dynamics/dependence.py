@@ -14,9 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.kinematics.rows import RowMotion, exerted
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.program.solve import scaled_rows, solve
-
-Floats = npt.NDArray[np.float64]
 
 NEGLIGIBLE: Final = 1e-8
 """Part of the largest share in a combination below which a row has none."""

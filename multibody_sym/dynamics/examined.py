@@ -14,11 +14,10 @@ from typing import Any, Final, TypeVar, cast
 
 from multibody_sym.dynamics.body_masses import verify_masses
 from multibody_sym.dynamics.start import parameter_values
-from multibody_sym.errors import ExpressionError, ModelError, Where
+from multibody_sym.errors import ExpressionError, ModelError, Where, at
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.mechanism import TIME, Mechanism, RopeRow
 from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.slots import at
 from multibody_sym.model.system import System, Written, expressions
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import ZERO, Node, leaves, postorder, slot, symbol

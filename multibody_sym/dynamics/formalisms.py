@@ -12,10 +12,9 @@ from multibody_sym.dynamics.equations import Formalism, TreeDynamics
 from multibody_sym.dynamics.massless import massless_speeds
 from multibody_sym.dynamics.newton_euler import newton_euler
 from multibody_sym.dynamics.sweep import sweep
-from multibody_sym.errors import InputError, shown
+from multibody_sym.errors import InputError, at, shown, suggestion
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.slots import at, suggestion
 
 
 def _lagrange(mechanism: Mechanism, state: State) -> TreeDynamics:

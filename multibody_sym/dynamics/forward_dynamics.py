@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from multibody_sym.dynamics.block_ldl import tree_factors
 from multibody_sym.dynamics.composite_body import mass_diagonal, mass_matrix
@@ -23,12 +22,8 @@ from multibody_sym.dynamics.massless import completed_matrix, massless_speeds
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.program.solve import EPSILON
+from multibody_sym.numerics.arrays import EPSILON, Floats
 
-Floats = npt.NDArray[np.float64]
-
-UNDEFINED: Final = (ValueError, ArithmeticError)
-"""What arithmetic on floats raises where an expression has no value."""
 _SAFETY: Final = 10
 
 

@@ -16,12 +16,10 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from multibody_sym.errors import NoSolutionError
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.program.solve import Solution, solve
-
-Floats = npt.NDArray[np.float64]
 
 SHORTEST: Final = 1e-6
 """Part of the longest row's length that scales shorter rows: what rounding has left of a row takes no force."""

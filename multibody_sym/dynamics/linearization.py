@@ -41,6 +41,7 @@ from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism import TIME, Mechanism
 from multibody_sym.model.system import System
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.program.derivatives import jacobian
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
@@ -48,7 +49,6 @@ from multibody_sym.runtime.loading import load
 from multibody_sym.runtime.numbers import number
 from multibody_sym.scalars.node import as_node, leaves
 
-Floats = npt.NDArray[np.float64]
 Function = Callable[..., tuple[Floats, ...]]
 
 _RANK: Final = 1e-9

@@ -14,13 +14,12 @@ import numpy as np
 import numpy.typing as npt
 from scipy.integrate import solve_ivp
 
-from multibody_sym.dynamics.forward_dynamics import UNDEFINED
 from multibody_sym.errors import NoSolutionError
+from multibody_sym.numerics.arrays import UNDEFINED
 
 if TYPE_CHECKING:
     from multibody_sym.dynamics.linearization import Flow
-
-Floats = npt.NDArray[np.float64]
+from multibody_sym.numerics.arrays import Floats
 
 _RTOL: Final = 1e-10
 _REPEATS: Final = 1e-6

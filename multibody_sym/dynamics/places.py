@@ -16,7 +16,6 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.dynamics.closing import Rows, normalize
-from multibody_sym.dynamics.forward_dynamics import UNDEFINED
 from multibody_sym.dynamics.linearization import Flow
 from multibody_sym.dynamics.steadiness import displaced
 from multibody_sym.kinematics.energy import stored_energy
@@ -38,8 +37,8 @@ from multibody_sym.model.mechanism import (
     RollingRow,
     RopeRow,
 )
+from multibody_sym.numerics.arrays import UNDEFINED, Floats
 
-Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 _SAME: Final = 1e-6

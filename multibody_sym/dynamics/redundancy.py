@@ -7,16 +7,14 @@ from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from multibody_sym.dynamics.dependence import NEGLIGIBLE, constraint_jacobian, dependence, support
 from multibody_sym.dynamics.equations import TreeDynamics
 from multibody_sym.dynamics.reactions import reactions
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.model.mechanism import COMPONENTS
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.program.solve import scaled_rows
-
-Floats = npt.NDArray[np.float64]
 
 _APPROXIMATE: Final = 1e-6
 _SHARE: Final = 0.1

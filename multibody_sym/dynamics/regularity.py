@@ -6,15 +6,13 @@ from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from multibody_sym.dynamics.closing import Rows, closed_near, moved
 from multibody_sym.dynamics.composite_body import composite_body
 from multibody_sym.dynamics.equations import TreeDynamics
 from multibody_sym.dynamics.redundancy import approximate_rank, losing_rank
 from multibody_sym.errors import NoSolutionError, Where
-
-Floats = npt.NDArray[np.float64]
+from multibody_sym.numerics.arrays import Floats
 
 _NEIGHBOURS: Final = 3
 _NEAR: Final = 0.1

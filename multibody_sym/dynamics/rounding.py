@@ -14,9 +14,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import eig, matrix_balance
 
-Floats = npt.NDArray[np.float64]
+from multibody_sym.numerics.arrays import EPSILON, Floats
 
-EPSILON: Final = float(np.finfo(float).eps)
 _LARGEST: Final = 1e150
 _SAFETY: Final = 8.0
 

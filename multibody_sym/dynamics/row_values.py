@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
-from multibody_sym.dynamics.forward_dynamics import UNDEFINED
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import ModelError, at
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.rows import row_motion
 from multibody_sym.model.mechanism import DistanceRow, Load, Marker, PointPull, PointSpring, RopeRow, Row
-from multibody_sym.model.slots import at
+from multibody_sym.numerics.arrays import UNDEFINED
 from multibody_sym.scalars.node import ZERO, leaves
 
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from multibody_sym.dynamics.closing import Rows, closed_near, moved
-from multibody_sym.dynamics.forward_dynamics import UNDEFINED, verify_inertia
+from multibody_sym.dynamics.forward_dynamics import verify_inertia
 from multibody_sym.dynamics.start import Start
 from multibody_sym.errors import MultibodyError
 from multibody_sym.kinematics.loads import applied
@@ -16,9 +15,8 @@ from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.program.solve import scaled_rows
-
-Floats = npt.NDArray[np.float64]
 
 _TRIES: Final = 20
 _DEPENDENT: Final = 1e-12

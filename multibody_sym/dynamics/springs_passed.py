@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from multibody_sym.dynamics.places import Places
 from multibody_sym.dynamics.steadiness import displaced
 from multibody_sym.kinematics.points import position
 from multibody_sym.model.mechanism import JointSpring, PointSpring
-
-Floats = npt.NDArray[np.float64]
+from multibody_sym.numerics.arrays import Floats
 
 _STEP: Final = 1e-4
 _LINE: Final = 1e-5

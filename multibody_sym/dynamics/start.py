@@ -8,26 +8,23 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from multibody_sym.dynamics.absolute_state import absolute_state
 from multibody_sym.dynamics.assembly import assembled_position, assembled_speeds
 from multibody_sym.dynamics.closing import Rows, normalize
 from multibody_sym.dynamics.contradiction import contradictions_named, verify_consistent
-from multibody_sym.dynamics.forward_dynamics import UNDEFINED, verify_inertia
+from multibody_sym.dynamics.forward_dynamics import verify_inertia
 from multibody_sym.dynamics.regularity import generic_rank, verify_regular
 from multibody_sym.dynamics.row_values import verify_direction, verify_lengths, verify_values
-from multibody_sym.errors import ModelError, Where
+from multibody_sym.errors import ModelError, Where, at, suggestion
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.model.bodies import GROUND
 from multibody_sym.model.mechanism import TIME, Coordinate, Mechanism, RopeRow, Speed
-from multibody_sym.model.slots import at, suggestion
+from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, leaves, slot
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

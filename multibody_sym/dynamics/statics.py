@@ -17,13 +17,11 @@ from itertools import count
 from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 from scipy.linalg import null_space
 
 from multibody_sym.dynamics.all_rest import are_all
 from multibody_sym.dynamics.closing import Rows, closed_near
 from multibody_sym.dynamics.examined import examined, on_numbers
-from multibody_sym.dynamics.forward_dynamics import UNDEFINED
 from multibody_sym.dynamics.linearization import Flow, Tangents
 from multibody_sym.dynamics.places import Mask, Places
 from multibody_sym.dynamics.springs_passed import passed
@@ -32,8 +30,7 @@ from multibody_sym.dynamics.steadiness import displaced
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.system import System
-
-Floats = npt.NDArray[np.float64]
+from multibody_sym.numerics.arrays import UNDEFINED, Floats
 
 _GUESSES: Final = 24
 """How many guesses around the start are tried, and how many on end must find nothing before the search ends."""

@@ -18,15 +18,14 @@ import numpy.typing as npt
 from scipy.linalg import eig, expm
 
 from multibody_sym.dynamics.closing import Rows, closed_near
-from multibody_sym.dynamics.forward_dynamics import UNDEFINED
-from multibody_sym.dynamics.rounding import EPSILON, eigenvalues, least_rounding, without_rounding
+from multibody_sym.dynamics.rounding import eigenvalues, least_rounding, without_rounding
+from multibody_sym.numerics.arrays import EPSILON, UNDEFINED
 from multibody_sym.scalars.rotations import quaternion_product
 
 if TYPE_CHECKING:
     from multibody_sym.dynamics.linearization import Flow, Tangents
     from multibody_sym.model.mechanism import Mechanism
-
-Floats = npt.NDArray[np.float64]
+from multibody_sym.numerics.arrays import Floats
 
 NO_EIGENVALUES: Final = "the state is no equilibrium and no steady motion, and A changes as soon as it is let go"
 _ADVICE: Final = (

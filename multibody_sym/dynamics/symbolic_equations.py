@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 import sympy
 
 from multibody_sym.dynamics.budget import Budget
@@ -18,10 +17,10 @@ from multibody_sym.dynamics.subexpressions import Subexpressions, needed, value_
 from multibody_sym.dynamics.symbols import Symbols
 from multibody_sym.errors import ArgumentError, InputError, shown
 from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.program.solve import solve
 from multibody_sym.runtime.numbers import number, vector
 
-Floats = npt.NDArray[np.float64]
 READABLE: Final = 2_000
 """Operations up to which a person reads equations."""
 

@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from multibody_sym.dynamics.forward_dynamics import Accelerations
 from multibody_sym.dynamics.inverse_dynamics import joint_wrenches
@@ -28,12 +27,11 @@ from multibody_sym.kinematics.state import State, slot_state
 from multibody_sym.kinematics.wrenches import Wrench, generalized_forces
 from multibody_sym.model.mechanism import TIME, Load, Mechanism
 from multibody_sym.model.slots import AXES
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.derivatives import derivative, gradient, tangents
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import ONE, Node, as_node, slot
 from multibody_sym.scalars.vectors import Vec, add, apply, cross, dot, scale
-
-Floats = npt.NDArray[np.float64]
 
 NEGLIGIBLE: Final = 1e-9
 """Rates below this part of the sum of what could cause them are rounding."""

@@ -5,12 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
-import numpy as np
-import numpy.typing as npt
-
 from multibody_sym.dynamics.closing import Rows, closed_from
-
-Floats = npt.NDArray[np.float64]
+from multibody_sym.numerics.arrays import Floats
 
 _ELEMENTS: Final = 6
 _SPEEDS: Final = 12

@@ -13,9 +13,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Final
 
-from multibody_sym.errors import InputError, ModelError
+from multibody_sym.errors import InputError, ModelError, suggestion
 from multibody_sym.formats.xml_tree import XmlElement
-from multibody_sym.model.slots import Text, suggestion
+from multibody_sym.model.slots import Text
 
 Triple = tuple[float, float, float]
 

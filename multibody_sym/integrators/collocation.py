@@ -18,11 +18,9 @@ from types import MappingProxyType
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from multibody_sym.integrators.surd import Surd, surd
-
-Floats = NDArray[np.float64]
+from multibody_sym.numerics.arrays import Floats
 
 
 @dataclass(frozen=True)

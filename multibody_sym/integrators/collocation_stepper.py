@@ -17,18 +17,9 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.integrators.collocation import Scheme
-from multibody_sym.integrators.flow import (
-    Floats,
-    Flow,
-    Status,
-    Step,
-    StepError,
-    Trial,
-    hermite,
-    require_finite,
-    scaled_norm,
-)
+from multibody_sym.integrators.flow import Flow, Status, Step, StepError, Trial, hermite, require_finite, scaled_norm
 from multibody_sym.integrators.stages import StageMatrices
+from multibody_sym.numerics.arrays import Floats
 
 KAPPA: Final = 0.01  # of the tolerance: how far Newton's iteration is from its limit when it ends
 SLOW: Final = 1e-2  # contraction from which on a new Jacobian is worth its price in the next step

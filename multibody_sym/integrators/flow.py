@@ -9,12 +9,11 @@ from enum import IntEnum
 from typing import Final, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from multibody_sym.integrators.pairing import Pairing
 from multibody_sym.integrators.stages import StageEquations
+from multibody_sym.numerics.arrays import Floats
 
-Floats = NDArray[np.float64]
 Derivative = Callable[[float, Floats], Floats]
 Settle = Callable[[float, Floats], Floats]
 

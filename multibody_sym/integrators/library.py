@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from multibody_sym.errors import OutputError
 from multibody_sym.integrators.flow import (
     Events,
-    Floats,
     Flow,
     Method,
     Status,
@@ -33,6 +32,7 @@ from multibody_sym.integrators.flow import (
     scaled_norm,
 )
 from multibody_sym.integrators.looks import PROBE, Ends, first_seen
+from multibody_sym.numerics.arrays import Floats
 
 SCIPY: Final = "scipy"
 SUNDIALS: Final = "scikit-sundae"

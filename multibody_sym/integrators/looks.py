@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from multibody_sym.numerics.arrays import Floats
 
 PROBE: Final = 2.0**-10  # part of a piece over which rates at its ends are measured
 LEAST_PIECE: Final = 2.0**-40  # part of a step that is not halved any more

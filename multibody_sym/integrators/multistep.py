@@ -15,13 +15,12 @@ from types import MappingProxyType
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from multibody_sym.integrators.dormand_prince_8 import dormand_prince_8
 from multibody_sym.integrators.runge_kutta import Tableau
+from multibody_sym.numerics.arrays import Floats
 
 Weights = tuple[Fraction, ...]
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

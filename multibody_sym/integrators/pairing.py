@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from multibody_sym.numerics.arrays import Floats
+
 Vector = tuple[float, float, float]
 
 SERIES: Final = 0.5  # |phi|^2 below which series are summed

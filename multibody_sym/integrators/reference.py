@@ -20,7 +20,6 @@ from multibody_sym.integrators.events import Watch
 from multibody_sym.integrators.flow import (
     LEAST_ERROR,
     Derivative,
-    Floats,
     Flow,
     Method,
     Status,
@@ -33,6 +32,7 @@ from multibody_sym.integrators.flow import (
 from multibody_sym.integrators.library import LibraryMethod, library_steps
 from multibody_sym.integrators.singular import Approach, moved_far
 from multibody_sym.integrators.steppers import stepper
+from multibody_sym.numerics.arrays import Floats
 
 SAFETY: Final = 0.9
 GROWTH: Final = 10.0

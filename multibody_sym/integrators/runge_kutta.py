@@ -14,12 +14,11 @@ from functools import cached_property
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from multibody_sym.integrators.order_conditions import reached_dense_order, reached_order, stage_weights
+from multibody_sym.numerics.arrays import Floats
 
 Weights = tuple[Fraction, ...]
-Floats = NDArray[np.float64]
 
 
 _ROUNDING: Final = 1e-11  # of order conditions in floating point

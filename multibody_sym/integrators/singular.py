@@ -16,19 +16,10 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.integrators.collocation import Collocation
-from multibody_sym.integrators.flow import (
-    Floats,
-    Flow,
-    Method,
-    Status,
-    Step,
-    StepError,
-    Stepper,
-    Trial,
-    require_finite,
-)
+from multibody_sym.integrators.flow import Flow, Method, Status, Step, StepError, Stepper, Trial, require_finite
 from multibody_sym.integrators.runge_kutta import RungeKutta
 from multibody_sym.integrators.stages import StageEquations
+from multibody_sym.numerics.arrays import Floats
 
 NEAR: Final = 0.5  # of the largest independence about a step: with less in it the step is near a singular position, ...
 NEAR_BY: Final = 0.1  # ... as with less than this part of the largest in the run

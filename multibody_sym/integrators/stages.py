@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from multibody_sym.integrators.collocation import Scheme
-
-Floats = NDArray[np.float64]
+from multibody_sym.numerics.arrays import Floats
 
 
 @dataclass(frozen=True)

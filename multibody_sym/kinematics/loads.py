@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import singledispatch
 from typing import Final
 
+from multibody_sym.errors import at
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import position, velocity
 from multibody_sym.kinematics.wrenches import Wrench, Wrenches, add_force, add_pair, generalized_forces
@@ -22,7 +23,6 @@ from multibody_sym.model.mechanism import (
     PointSpring,
     span_leaves,
 )
-from multibody_sym.model.slots import at
 from multibody_sym.scalars.derivatives import gradient
 from multibody_sym.scalars.functions import absolute, sqrt
 from multibody_sym.scalars.node import ZERO, Node, leaves

@@ -14,7 +14,7 @@ from functools import singledispatch
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.errors import InputError
+from multibody_sym.errors import InputError, at
 from multibody_sym.kinematics.motion import Motion, accelerations, coordinate_rates
 from multibody_sym.kinematics.points import acceleration, position, velocity
 from multibody_sym.kinematics.relative import angular_acceleration, angular_velocity, direction, seen
@@ -42,7 +42,6 @@ from multibody_sym.model.mechanism import (
     Row,
     VelocityRow,
 )
-from multibody_sym.model.slots import at
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import ONE, Node, slot

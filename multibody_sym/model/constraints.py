@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import ModelError, at
 from multibody_sym.model.elements import Point
 from multibody_sym.model.slots import (
     Choice,
@@ -19,7 +19,6 @@ from multibody_sym.model.slots import (
     Record,
     Scalar,
     Text,
-    at,
     holds,
 )
 from multibody_sym.scalars.node import Node

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import ModelError, at, suggestion
 from multibody_sym.model.elements import Body
 from multibody_sym.model.joints import JOINTS
 from multibody_sym.model.slots import (
@@ -14,14 +14,12 @@ from multibody_sym.model.slots import (
     Element,
     Record,
     Text,
-    at,
     described,
     fields_tree,
     from_fields,
     holds,
     is_text,
     slots_of,
-    suggestion,
 )
 from multibody_sym.model.system import System
 

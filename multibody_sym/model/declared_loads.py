@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import singledispatch
 
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import ModelError, at
 from multibody_sym.model.bodies import Pose, mass_of
 from multibody_sym.model.elements import Damper, Drag, Force, Motor, Pull, SpringDamper, Torque
 from multibody_sym.model.mechanism import (
@@ -20,7 +20,7 @@ from multibody_sym.model.mechanism import (
     PointSpring,
 )
 from multibody_sym.model.references import BARE, References
-from multibody_sym.model.slots import Element, at
+from multibody_sym.model.slots import Element
 from multibody_sym.scalars.node import ZERO, Node
 
 

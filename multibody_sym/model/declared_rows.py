@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import singledispatch
 from typing import TypeGuard
 
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import ModelError, at, suggestion
 from multibody_sym.model.bodies import unit_vector
 from multibody_sym.model.constraints import (
     Coupler,
@@ -38,7 +38,7 @@ from multibody_sym.model.mechanism import (
 )
 from multibody_sym.model.plane import in_plane, rows_in_plane
 from multibody_sym.model.references import References
-from multibody_sym.model.slots import Element, at, suggestion
+from multibody_sym.model.slots import Element
 from multibody_sym.model.surface_tangents import surface_tangents
 from multibody_sym.model.system import System
 from multibody_sym.scalars.derivatives import tangents

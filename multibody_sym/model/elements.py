@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.parser import parse_scalar
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.units import DIMENSIONLESS, Dimension, parse_unit
@@ -25,7 +25,6 @@ from multibody_sym.model.slots import (
     Scalars,
     Text,
     Vector,
-    at,
     described,
     fields_tree,
     from_fields,

@@ -17,7 +17,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import ModelError, at
 from multibody_sym.model.constraints import CONSTRAINTS
 from multibody_sym.model.joints import Step
 from multibody_sym.model.mechanism import (
@@ -29,7 +29,6 @@ from multibody_sym.model.mechanism import (
     Withheld,
 )
 from multibody_sym.model.plane import in_plane
-from multibody_sym.model.slots import at
 from multibody_sym.model.system import System
 from multibody_sym.model.tree import body_part
 from multibody_sym.scalars.node import Node, leaves

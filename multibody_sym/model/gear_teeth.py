@@ -20,13 +20,12 @@ from functools import cached_property
 from math import hypot, isfinite
 from typing import Final
 
-from multibody_sym.errors import ExpressionError, ModelError
+from multibody_sym.errors import ExpressionError, ModelError, at
 from multibody_sym.model.bodies import Pose, unit_vector
 from multibody_sym.model.constraints import Gear
 from multibody_sym.model.elements import Point
 from multibody_sym.model.mechanism import GearRow, Marker
 from multibody_sym.model.references import References
-from multibody_sym.model.slots import at
 from multibody_sym.model.tree import body_part
 from multibody_sym.scalars.functions import evaluate_float, sqrt
 from multibody_sym.scalars.node import Node, as_node, leaves, slot

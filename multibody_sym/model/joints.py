@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Final
 
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.elements import Point
 from multibody_sym.model.slots import (
@@ -24,7 +24,6 @@ from multibody_sym.model.slots import (
     Scalar,
     Scalars,
     Text,
-    at,
     holds,
 )
 from multibody_sym.scalars.node import PI, ZERO, Node

@@ -6,19 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.printer import text
-from multibody_sym.model.slots import (
-    Choice,
-    Element,
-    Scalar,
-    at,
-    described,
-    fields_tree,
-    from_fields,
-    holds,
-    scalar,
-)
+from multibody_sym.model.slots import Choice, Element, Scalar, described, fields_tree, from_fields, holds, scalar
 from multibody_sym.scalars.node import Node, as_node, less, where
 
 MOST_ROWS: Final = 1_000

@@ -10,11 +10,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Final
 
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import ModelError, suggestion
 from multibody_sym.model.bodies import GROUND, ORIGIN, Mass, Pose
 from multibody_sym.model.elements import Point
 from multibody_sym.model.joints import Step
-from multibody_sym.model.slots import suggestion
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.node import ZERO, Node, quantity, slot
 

@@ -6,11 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import ModelError, at, suggestion
 from multibody_sym.model.bodies import COM, GROUND, ORIGIN, OWN_POINTS, Pose, mass_of, pose_of
 from multibody_sym.model.elements import Body, Surface
 from multibody_sym.model.mechanism import Bend, Drive, ExpressionRow, Marker, Row, VelocityRow
-from multibody_sym.model.slots import at, suggestion
 from multibody_sym.model.system import System
 from multibody_sym.model.tree import body_part, coordinate_names, speed_names
 from multibody_sym.scalars.derivatives import derivative

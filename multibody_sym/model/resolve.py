@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any, Final
 
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import ModelError, at
 from multibody_sym.model.absolute import Freed, freed_bodies
 from multibody_sym.model.bodies import GROUND
 from multibody_sym.model.cuts import has_rows
@@ -27,7 +27,6 @@ from multibody_sym.model.mechanism import (
     span_leaves,
 )
 from multibody_sym.model.references import References
-from multibody_sym.model.slots import at
 from multibody_sym.model.system import System, expressions, verify_system, with_expressions
 from multibody_sym.model.tree import (
     SpanningTree,

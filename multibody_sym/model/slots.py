@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields
 from types import MappingProxyType
 from typing import Any, Protocol
 
-from multibody_sym.errors import ArgumentError, InputError, ModelError
+from multibody_sym.errors import ArgumentError, ModelError, at, shown, suggestion
 from multibody_sym.expressions.parser import parse_scalar
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.units import DIMENSIONLESS, Dimension, parse_unit
@@ -18,7 +16,6 @@ from multibody_sym.scalars.kinks import is_condition
 from multibody_sym.scalars.node import ONE, ZERO, Node, negate
 
 AXES = ("x", "y", "z")
-_SHOWN = 60
 _NOTHING = "null"
 
 
@@ -30,26 +27,6 @@ class Slot(Protocol):
 
     def tree(self, value: Any) -> Any:
         """Return the content as a file holds it: text, lists, maps."""
-
-
-@contextmanager
-def at(*steps: object) -> Iterator[None]:
-    """Name the place in the model to which errors raised inside belong."""
-    try:
-        yield
-    except InputError as error:
-        for step in reversed(steps):
-            error.under(str(step))
-        raise
-
-
-def suggestion(word: str, known: Iterable[str]) -> str:
-    """Return `; did you mean ...?` where a known word is near, else the list of known words."""
-    words = list(known)
-    near = difflib.get_close_matches(str(word)[:_SHOWN], words, n=1)
-    if near:
-        return f"; did you mean {near[0]}?"
-    return f"; known: {', '.join(words)}" if words else ""
 
 
 def scalar(value: Any, unit: str | None) -> Node:
@@ -76,9 +53,7 @@ def described(value: object) -> str:
         return "a map"
     if isinstance(value, (list, tuple)):
         return "a list"
-    shown = repr(value)
-    shown = shown if len(shown) <= _SHOWN else f"{shown[:_SHOWN]}..."
-    return "nothing" if _is_empty(value) else shown
+    return "nothing" if _is_empty(value) else shown(value)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, Final, NamedTuple
 
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import ModelError, at
 from multibody_sym.model.constraints import CONSTRAINTS
 from multibody_sym.model.doors import flag, text
 from multibody_sym.model.elements import (
@@ -32,7 +32,6 @@ from multibody_sym.model.slots import (
     Scalar,
     Text,
     Vector,
-    at,
     described,
     holds,
     listed,

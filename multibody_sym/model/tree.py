@@ -7,11 +7,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import ModelError, at, suggestion
 from multibody_sym.model.bodies import GROUND
 from multibody_sym.model.elements import Body
 from multibody_sym.model.joints import Joint, MovingJoint
-from multibody_sym.model.slots import at, suggestion
 from multibody_sym.model.system import System, expressions
 from multibody_sym.scalars.node import leaves
 

@@ -6,14 +6,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
-from multibody_sym.errors import ExpressionError, ModelError
+from multibody_sym.errors import ExpressionError, ModelError, at, suggestion
 from multibody_sym.expressions.quantities import QUANTITIES
 from multibody_sym.expressions.units import Dimension, dimension_of
 from multibody_sym.model.bodies import GROUND, OWN_POINTS
 from multibody_sym.model.constraints import Distance, Rope, VelocityConstraint, row_names
 from multibody_sym.model.mechanism import COMPONENTS, Coordinate, Speed
 from multibody_sym.model.references import BARE
-from multibody_sym.model.slots import AXES, at, dimension_of_unit, suggestion
+from multibody_sym.model.slots import AXES, dimension_of_unit
 from multibody_sym.model.system import RESERVED, System, expressions, verify_symbol
 from multibody_sym.model.tree import ground_moves
 from multibody_sym.scalars.node import Node, leaves, symbol

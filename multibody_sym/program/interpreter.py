@@ -8,13 +8,12 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.program.arithmetic import OPERATIONS, integer_exponent, power
 from multibody_sym.program.program import Assign, Call, Program, Record, ShapeError, Solve, Statement, targets
 from multibody_sym.program.scan import Loop, Scan
 from multibody_sym.program.solve import solve
 from multibody_sym.scalars.node import Node
-
-Floats = npt.NDArray[np.float64]
 
 
 class _Values(dict[Node, float]):

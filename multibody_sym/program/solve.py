@@ -10,11 +10,9 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from multibody_sym.numerics.arrays import EPSILON, Floats
 
-EPSILON: Final = 2.0**-52
 ROUNDING: Final = 2e-14
 """Rows whose numbers are below this part of the longest row's largest one count as zero."""
 TIE: Final = 1e-8

@@ -6,16 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from multibody_sym.integrators.flow import Status
 from multibody_sym.integrators.library import LibraryMethod
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.native_loop import native_loop
 from multibody_sym.runtime.prescribed_loop import prescribed_loop
 from multibody_sym.runtime.problem import Chunk, Event, Loop, Problem, Progress, RunFailure, Statistics
 from multibody_sym.runtime.python_loop import python_loop
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

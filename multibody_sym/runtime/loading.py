@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from multibody_sym.errors import InputError, OutputError, shown
 from multibody_sym.runtime import cache
@@ -22,8 +21,8 @@ from multibody_sym.runtime.signature import Signature
 
 if TYPE_CHECKING:
     from multibody_sym.program.program import Program
+from multibody_sym.numerics.arrays import Floats
 
-Floats = NDArray[np.float64]
 Backend = Literal["c", "python"]
 _PYTHON: Final = "python"
 

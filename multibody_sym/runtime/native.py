@@ -10,11 +10,10 @@ from itertools import accumulate, pairwise
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.signature import Signature
-
-Floats = NDArray[np.float64]
 
 
 class ProgramStruct(ctypes.Structure):

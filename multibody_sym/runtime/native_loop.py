@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.integrators.flow import Status
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.native import MethodStruct, NativeFunction, ProblemStruct, StateStruct, SystemStruct
 from multibody_sym.runtime.native_method import address, method_struct
 from multibody_sym.runtime.problem import Event, Problem, Progress, RunFailure, Statistics
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.intc]
 
 _FIRST_PIECE: Final = 200  # steps

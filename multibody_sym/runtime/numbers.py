@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from multibody_sym.errors import ArgumentError, InputError, shown
+from multibody_sym.numerics.arrays import Floats
 
-Floats = NDArray[np.float64]
 _REAL: Final = "fiub"
 _OBJECTS: Final = "O"
 

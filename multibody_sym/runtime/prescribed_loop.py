@@ -8,14 +8,12 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from multibody_sym.integrators.events import Watch
 from multibody_sym.integrators.flow import Events, Flow, Step
 from multibody_sym.integrators.reference import at_end, reaches
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.problem import Event, Problem, Progress, Statistics
-
-Floats = NDArray[np.float64]
 
 _LEAST_STEPS: Final = 200  # within each of which the conditions are looked at as within a step of a method
 _NOTHING: Final = np.zeros(0)

@@ -6,15 +6,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from multibody_sym.integrators.collocation import Collocation
 from multibody_sym.integrators.flow import Method, Status
 from multibody_sym.integrators.pairing import Pairing
 from multibody_sym.integrators.reference import sample_times
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.loading import Compiled
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -9,15 +9,13 @@ from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from multibody_sym.integrators.flow import Counts, Events, Flow, Rows, Status, Step, StepError
 from multibody_sym.integrators.reference import at_end, reaches, sampled, steps
 from multibody_sym.integrators.singular import strays
 from multibody_sym.integrators.stages import StageEquations, ordinary
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.problem import Event, Problem, Progress, RunFailure, Statistics
-
-Floats = NDArray[np.float64]
 
 _SECONDS: Final = 0.1
 _ROUNDS: Final = 20

@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.signature import Signature
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

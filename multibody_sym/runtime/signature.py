@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from multibody_sym.runtime.numbers import floats
 
 if TYPE_CHECKING:
     from multibody_sym.program.program import Program
+from multibody_sym.numerics.arrays import Floats
 
-Floats = NDArray[np.float64]
 Shaped = tuple[tuple[str, tuple[int, ...]], ...]
 
 

@@ -6,16 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from multibody_sym.dynamics.start import parameter_values
-from multibody_sym.errors import InputError
+from multibody_sym.errors import InputError, suggestion
 from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.slots import suggestion
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.loading import Compiled
 from multibody_sym.runtime.numbers import floats, number, vector
 
-Floats = NDArray[np.float64]
 Values = Mapping[str, float] | ArrayLike | None
 """Values by name in place of the system's, all of them as a vector, or None for the system's."""
 

@@ -6,15 +6,13 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from multibody_sym.dynamics.closing import Missed, Rows
 from multibody_sym.integrators.flow import Status
 from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem, RunFailure
-
-Floats = npt.NDArray[np.float64]
 
 _LEFT: Final = 1e-3
 """The part of a row's size, as `Missed` has it, by which a run that keeps it never misses it."""

@@ -18,13 +18,12 @@ from multibody_sym.dynamics.examined import examined
 from multibody_sym.dynamics.formalisms import FORMALISMS
 from multibody_sym.dynamics.programs import programs
 from multibody_sym.dynamics.start import start
-from multibody_sym.errors import InputError, shown
+from multibody_sym.errors import InputError, at, shown, suggestion
 from multibody_sym.formats.files import path_name
 from multibody_sym.model.doors import flag
 from multibody_sym.model.doors import text as text_of
 from multibody_sym.model.force_places import reasons
 from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.slots import at, suggestion
 from multibody_sym.model.system import System
 from multibody_sym.program.folding import folded
 from multibody_sym.program.interpreter import interpret

@@ -14,7 +14,7 @@ from multibody_sym.dynamics.closed_form import ClosedForms, closed_forms, linear
 from multibody_sym.dynamics.equations import TreeDynamics
 from multibody_sym.dynamics.examined import blame_numbers, examined
 from multibody_sym.dynamics.formalisms import FORMALISMS
-from multibody_sym.dynamics.forward_dynamics import UNDEFINED, Accelerations, forward_dynamics
+from multibody_sym.dynamics.forward_dynamics import Accelerations, forward_dynamics
 from multibody_sym.dynamics.quantities import Instant, quantities
 from multibody_sym.dynamics.quotient_field import NoClosedFormError, Quotient
 from multibody_sym.dynamics.quotient_functions import doubled
@@ -28,6 +28,7 @@ from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import slot_state, state_of
 from multibody_sym.model.mechanism import Coordinate, Mechanism, Speed
 from multibody_sym.model.system import System
+from multibody_sym.numerics.arrays import UNDEFINED
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import Node, as_node, leaves, symbol
 from multibody_sym.scalars.rounding import EPSILON, Bounded, bounded

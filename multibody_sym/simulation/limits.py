@@ -6,13 +6,11 @@ from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import slot
-
-Floats = NDArray[np.float64]
 
 ERROR_OF_A_RUN: Final = 1e-9
 """How far beyond a limit a motion that rests there may be found."""

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import ModelError, at, suggestion
 from multibody_sym.expressions.parser import parse_scalar
 from multibody_sym.model.doors import values_by_name
 from multibody_sym.model.elements import Parameter
-from multibody_sym.model.slots import Names, at, scalar, suggestion
+from multibody_sym.model.slots import Names, scalar
 from multibody_sym.model.system import System, verify_system
 
 

@@ -14,7 +14,8 @@ from multibody_sym.formats.files import path_name, write_whole
 from multibody_sym.model.mechanism import Coordinate, Speed
 
 if TYPE_CHECKING:
-    from multibody_sym.simulation.samples import Floats, Samples
+    from multibody_sym.numerics.arrays import Floats
+    from multibody_sym.simulation.samples import Samples
 
 _MOST_CURVES = 12
 

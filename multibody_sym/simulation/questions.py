@@ -10,11 +10,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from multibody_sym.dynamics.quotient_field import NoClosedFormError, Quotient
-from multibody_sym.errors import ExpressionError, ModelError
+from multibody_sym.errors import ExpressionError, ModelError, at, suggestion
 from multibody_sym.model.bodies import OWN_POINTS
 from multibody_sym.model.elements import Ask
 from multibody_sym.model.force_places import is_undetermined
-from multibody_sym.model.slots import at, suggestion
 from multibody_sym.scalars.node import Node
 from multibody_sym.simulation.instant import Solved
 from multibody_sym.simulation.simulated_motion import Simulated

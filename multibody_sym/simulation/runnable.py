@@ -6,18 +6,16 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from multibody_sym.dynamics.examined import examined, on_numbers
 from multibody_sym.dynamics.start import Start, start
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.system import System
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.loading import Backend, Compiled
 from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.simulation.recall import compiled, formalism_name
 from multibody_sym.simulation.settings import form_of
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

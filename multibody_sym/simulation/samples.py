@@ -7,16 +7,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from multibody_sym.errors import InputError, ModelError
+from multibody_sym.errors import InputError, ModelError, suggestion
 from multibody_sym.formats.tables import Table
 from multibody_sym.model.force_places import reasons
 from multibody_sym.model.mechanism import COMPONENTS, Mechanism, RopeRow
-from multibody_sym.model.slots import suggestion
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.simulation.runnable import Runnable
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from multibody_sym.errors import at
 from multibody_sym.integrators.flow import Status
 from multibody_sym.model.doors import callback, flag
 from multibody_sym.model.elements import Baumgarte
-from multibody_sym.model.slots import at
 from multibody_sym.model.system import System
 from multibody_sym.runtime.integration import Integration, integrate
 from multibody_sym.runtime.loading import Backend

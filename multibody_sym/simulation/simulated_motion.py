@@ -8,15 +8,13 @@ from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
 from multibody_sym.model.slots import AXES, Names
 from multibody_sym.model.system import System
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.node import quantity
 from multibody_sym.simulation.simulate import simulate
 from multibody_sym.simulation.trajectory import Trajectory
-
-Floats = npt.NDArray[np.float64]
 
 _SAMPLES: Final = 4001
 _RTOL: Final = 1e-11

@@ -6,16 +6,15 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism import Bend, DistanceRow, ExpressionRow, Mechanism, RopeRow, VelocityRow
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, leaves, slot
 from multibody_sym.scalars.vectors import Vec
 
-Floats = npt.NDArray[np.float64]
 _ROUNDING: Final = 1e-9
 
 

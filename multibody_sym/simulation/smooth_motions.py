@@ -12,10 +12,9 @@ from dataclasses import dataclass
 from itertools import islice, pairwise
 from typing import Final
 
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import ModelError, at
 from multibody_sym.integrators.looks import PROBE, Look, first_seen
 from multibody_sym.model.constraints import VelocityConstraint
-from multibody_sym.model.slots import at
 from multibody_sym.model.system import System, expressions
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.functions import evaluate_float

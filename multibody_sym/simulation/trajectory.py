@@ -16,10 +16,11 @@ from multibody_sym.dynamics.redundancy import Redundancy, redundancy
 from multibody_sym.integrators.flow import Status
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.limits import limits_passed
-from multibody_sym.simulation.samples import Floats, Samples
+from multibody_sym.simulation.samples import Samples
 
 _ROUNDING: Final = 1e-9
 

@@ -12,15 +12,15 @@ from multibody_sym.dynamics.examined import examined
 from multibody_sym.dynamics.programs import inputs_program
 from multibody_sym.dynamics.start import parameter_values
 from multibody_sym.dynamics.tree_programs import hybrid_dynamics_program, inverse_dynamics_program, mass_matrix_program
-from multibody_sym.errors import InputError
+from multibody_sym.errors import InputError, suggestion
 from multibody_sym.model.doors import names as listed_names
 from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.slots import suggestion
 from multibody_sym.model.system import System, verify_system
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.program.program import Program
 from multibody_sym.runtime.loading import Backend, load
 from multibody_sym.runtime.numbers import vector
-from multibody_sym.simulation.arguments import Arguments, Floats, Values
+from multibody_sym.simulation.arguments import Arguments, Values
 
 
 @dataclass(frozen=True)

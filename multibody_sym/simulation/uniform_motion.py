@@ -11,12 +11,11 @@ from functools import reduce
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from multibody_sym.dynamics.book_form import book_form, comparison
 from multibody_sym.dynamics.closed_form import ClosedForms, closed_forms, unknowns
 from multibody_sym.dynamics.composite_body import composite_body
-from multibody_sym.dynamics.forward_dynamics import UNDEFINED, forward_dynamics
+from multibody_sym.dynamics.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.quantities import Instant
 from multibody_sym.dynamics.quotient_field import NoClosedFormError, Quotient
 from multibody_sym.dynamics.quotient_functions import absolute, sqrt
@@ -25,11 +24,10 @@ from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.elements import Ask
 from multibody_sym.model.slots import AXES
+from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, as_node, quantity, symbol
 from multibody_sym.simulation.instant import AGREEMENT, Solved
-
-Floats = npt.NDArray[np.float64]
 
 _DISPLACED: Final = 3
 _FAR: Final = 1e-3

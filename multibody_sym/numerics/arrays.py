@@ -1,0 +1,16 @@
+"""Arrays of floats, the rounding of one, and what undefined arithmetic raises."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+# The spacing of doubles at 1: what every bound of rounding is a multiple of.
+EPSILON: Final = 2.0**-52
+
+UNDEFINED: Final = (ValueError, ArithmeticError)
+"""What arithmetic on floats raises where an expression has no value."""
