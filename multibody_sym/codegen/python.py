@@ -23,7 +23,8 @@ from multibody_sym.codegen.layout import (
 from multibody_sym.codegen.selftest import TOLERANCE, Samples
 from multibody_sym.codegen.templates import filled
 from multibody_sym.numerics import arrays
-from multibody_sym.program import floats, solve
+from multibody_sym.numerics import least_norm as solve
+from multibody_sym.program import floats
 from multibody_sym.program.infix import Language, Texts, expression
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.program import Assign, Call, Program, Solve, Statement
@@ -49,7 +50,7 @@ from math import atan, atan2, inf, nan, tanh
 
 from multibody_sym.program.floats import acos, asin, cos, cosh, divide, exp, log, power, sign, sin, sinh, sqrt, tan
 from multibody_sym.program.floats import pow as real_power
-from multibody_sym.program.solve import solve_lists"""
+from multibody_sym.numerics.least_norm import solve_lists"""
 _OWN: Final = """\
 from __future__ import annotations
 

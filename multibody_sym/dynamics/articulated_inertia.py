@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from multibody_sym.dynamics.rigid_inertia import RigidInertia, about_origin
 from multibody_sym.kinematics.motion import BodyMass
-from multibody_sym.kinematics.tensors import lower_triangle, turned_symmetric, turned_tensor
 from multibody_sym.kinematics.wrenches import Wrench
+from multibody_sym.scalars.tensors import lower_triangle, turned_symmetric, turned_tensor
 from multibody_sym.scalars.vectors import (
     Mat,
     S,

@@ -11,19 +11,18 @@ import numpy as np
 
 from multibody_sym.dynamics.block_ldl import tree_factors
 from multibody_sym.dynamics.composite_body import mass_matrix
-from multibody_sym.dynamics.dependence import constraint_jacobian
 from multibody_sym.dynamics.equations import MassFactors
-from multibody_sym.dynamics.factorization import factorized
 from multibody_sym.dynamics.laws import Equality, solved
 from multibody_sym.dynamics.massless import completed_matrix, massless_speeds
 from multibody_sym.errors import ModelError, Where
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.relative import direction
-from multibody_sym.kinematics.rows import RowMotion, row_motions
+from multibody_sym.kinematics.rows import RowMotion, constraint_jacobian, row_motions
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism import AngleRow, ExpressionRow, Mechanism, is_holonomic
 from multibody_sym.numerics.arrays import EPSILON, UNDEFINED, Floats
+from multibody_sym.scalars.ldl import factorized
 from multibody_sym.scalars.vectors import dot
 
 Solver = Callable[[Floats, Floats], Floats]

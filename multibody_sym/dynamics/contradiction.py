@@ -17,11 +17,11 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.closing import Rows, least_missed, moved
-from multibody_sym.dynamics.dependence import contradiction
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.program.solve import scaled_rows
+from multibody_sym.numerics.dependence import contradiction
+from multibody_sym.numerics.least_norm import scaled_rows
 
 _ALLOWED: Final = 1e-8
 _ALLOWED_POSITION: Final = 1e-11

@@ -16,12 +16,11 @@ from math import hypot
 
 import numpy as np
 
-from multibody_sym.dynamics.dependence import constraint_jacobian
 from multibody_sym.dynamics.row_terms import row_terms
 from multibody_sym.kinematics.loads import apart, applied, span
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.points import velocity
-from multibody_sym.kinematics.rows import exerted, row_motions
+from multibody_sym.kinematics.rows import constraint_jacobian, exerted, row_motions
 from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench
 from multibody_sym.model.mechanism import JointSpring, Load, PointSpring
 from multibody_sym.numerics.arrays import Floats

@@ -9,7 +9,9 @@ from typing import Any, Final
 
 import sympy
 
-from multibody_sym.dynamics.budget import Budget
+from multibody_sym.algebra.budget import Budget
+from multibody_sym.algebra.readable import LARGEST_SUM, Readable
+from multibody_sym.algebra.subexpressions import Subexpressions, WrittenOut, tidied, value_of
 from multibody_sym.dynamics.composite_body import mass_matrix
 from multibody_sym.dynamics.derivation import Derivation, Equation, Step
 from multibody_sym.dynamics.examined import examined
@@ -29,7 +31,6 @@ from multibody_sym.dynamics.lagrange import (
 from multibody_sym.dynamics.multipliers import RowTerms, rows_terms
 from multibody_sym.dynamics.newton_euler import without_reactions
 from multibody_sym.dynamics.notation import Notation, notation_of
-from multibody_sym.dynamics.readable import LARGEST_SUM, Readable
 from multibody_sym.dynamics.steps import (
     coordinate_step,
     energy_steps,
@@ -39,7 +40,6 @@ from multibody_sym.dynamics.steps import (
     position_steps,
     row_steps,
 )
-from multibody_sym.dynamics.subexpressions import Subexpressions, WrittenOut, tidied, value_of
 from multibody_sym.dynamics.symbolic_equations import READABLE, SymbolicEquations
 from multibody_sym.dynamics.symbols import Symbols, symbols_of
 from multibody_sym.errors import ArgumentError, InputError, shown

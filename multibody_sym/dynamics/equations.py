@@ -9,12 +9,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from multibody_sym.dynamics.factorization import factorized
 from multibody_sym.dynamics.massless import completed_forces, completed_matrix
 from multibody_sym.kinematics.motion import Motion, coordinate_rates
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.scalars.ldl import factorized
 from multibody_sym.scalars.vectors import S
 
 

@@ -15,13 +15,12 @@ import numpy as np
 
 from multibody_sym.dynamics.block_ldl import tree_factors
 from multibody_sym.dynamics.composite_body import mass_diagonal, mass_matrix
-from multibody_sym.dynamics.dependence import constraint_jacobian
 from multibody_sym.dynamics.equations import TreeDynamics
 from multibody_sym.dynamics.laws import Equality, shared, solved
 from multibody_sym.dynamics.massless import completed_matrix, massless_speeds
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.kinematics.motion import Motion
-from multibody_sym.kinematics.rows import row_motions
+from multibody_sym.kinematics.rows import constraint_jacobian, row_motions
 from multibody_sym.numerics.arrays import EPSILON, Floats
 
 _SAFETY: Final = 10

@@ -14,9 +14,9 @@ from typing import Any
 
 import sympy
 
+from multibody_sym.algebra.subexpressions import Subexpressions
 from multibody_sym.dynamics.derivation import Equation
 from multibody_sym.dynamics.lagrange import known_nodes
-from multibody_sym.dynamics.subexpressions import Subexpressions
 from multibody_sym.dynamics.symbols import Symbols
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion, accelerations, motion_of, pose, spread

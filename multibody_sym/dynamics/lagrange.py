@@ -16,9 +16,9 @@ from typing import Any
 
 import sympy
 
-from multibody_sym.dynamics.budget import Budget
+from multibody_sym.algebra.budget import Budget
+from multibody_sym.algebra.subexpressions import Subexpressions
 from multibody_sym.dynamics.equations import EquationsOfMotion, equations
-from multibody_sym.dynamics.subexpressions import Subexpressions
 from multibody_sym.dynamics.symbols import Symbols, numbered_symbols
 from multibody_sym.errors import ModelError
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy, split, stored_energy

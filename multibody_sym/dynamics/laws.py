@@ -19,7 +19,7 @@ import numpy as np
 
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.program.solve import Solution, solve
+from multibody_sym.numerics.least_norm import Solution, solve
 
 SHORTEST: Final = 1e-6
 """Part of the longest row's length that scales shorter rows: what rounding has left of a row takes no force."""

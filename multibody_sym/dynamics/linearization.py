@@ -31,7 +31,6 @@ from multibody_sym.dynamics.examined import examined, on_numbers
 from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest, verify_formalism
 from multibody_sym.dynamics.periodic import Multipliers, multipliers_of
 from multibody_sym.dynamics.programs import inputs_program, state_derivative
-from multibody_sym.dynamics.rounding import eigenvalues, without_rounding
 from multibody_sym.dynamics.start import Start, start, verify_regular_start
 from multibody_sym.dynamics.steadiness import NO_EIGENVALUES, constancy_of
 from multibody_sym.errors import ModelError, NoSolutionError
@@ -42,11 +41,12 @@ from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism import TIME, Mechanism
 from multibody_sym.model.system import System
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.numbers import number
+from multibody_sym.numerics.rounding import eigenvalues, without_rounding
 from multibody_sym.program.derivatives import jacobian
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
 from multibody_sym.runtime.loading import load
-from multibody_sym.runtime.numbers import number
 from multibody_sym.scalars.node import as_node, leaves
 
 Function = Callable[..., tuple[Floats, ...]]

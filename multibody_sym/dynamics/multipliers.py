@@ -12,7 +12,8 @@ from typing import Any
 
 import sympy
 
-from multibody_sym.dynamics.budget import Budget
+from multibody_sym.algebra.budget import Budget
+from multibody_sym.algebra.subexpressions import Subexpressions
 from multibody_sym.dynamics.equations import EquationsOfMotion
 from multibody_sym.dynamics.lagrange import (
     Energies,
@@ -24,7 +25,6 @@ from multibody_sym.dynamics.lagrange import (
     projected,
     time_rates,
 )
-from multibody_sym.dynamics.subexpressions import Subexpressions
 from multibody_sym.dynamics.symbols import Symbols, numbered_symbols
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism import Mechanism, is_holonomic

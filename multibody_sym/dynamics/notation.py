@@ -13,8 +13,8 @@ from typing import Any, Final
 
 import sympy
 
+from multibody_sym.algebra.script import LatexScript, TextScript, decimal
 from multibody_sym.dynamics.derivation import Label
-from multibody_sym.dynamics.script import LatexScript, TextScript, decimal
 from multibody_sym.dynamics.symbols import Symbols
 from multibody_sym.model.mechanism import COMPONENTS, Mechanism
 from multibody_sym.scalars.node import Node, leaves

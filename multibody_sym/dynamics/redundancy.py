@@ -8,13 +8,14 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.dynamics.dependence import NEGLIGIBLE, constraint_jacobian, dependence, support
 from multibody_sym.dynamics.equations import TreeDynamics
 from multibody_sym.dynamics.reactions import reactions
 from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.rows import constraint_jacobian
 from multibody_sym.model.mechanism import COMPONENTS
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.program.solve import scaled_rows
+from multibody_sym.numerics.dependence import NEGLIGIBLE, dependence, support
+from multibody_sym.numerics.least_norm import scaled_rows
 
 _APPROXIMATE: Final = 1e-6
 _SHARE: Final = 0.1

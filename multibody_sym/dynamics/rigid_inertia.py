@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from multibody_sym.kinematics.motion import BodyMass
-from multibody_sym.kinematics.tensors import lower_triangle, turned_symmetric
 from multibody_sym.kinematics.wrenches import Wrench
+from multibody_sym.scalars.tensors import lower_triangle, turned_symmetric
 from multibody_sym.scalars.vectors import (
     ZERO_VECTOR,
     Mat,

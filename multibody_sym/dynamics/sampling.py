@@ -16,7 +16,7 @@ from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
-from multibody_sym.program.solve import scaled_rows
+from multibody_sym.numerics.least_norm import scaled_rows
 
 _TRIES: Final = 20
 _DEPENDENT: Final = 1e-12

@@ -7,12 +7,12 @@ from typing import Any, Final
 
 import sympy
 
+from multibody_sym.algebra.subexpressions import Subexpressions
 from multibody_sym.dynamics.derivation import Equation, Label, Step
 from multibody_sym.dynamics.free_bodies import FreeBodies
 from multibody_sym.dynamics.lagrange import Energies, LagrangeTerms, known_nodes, totals
 from multibody_sym.dynamics.multipliers import RowTerms
 from multibody_sym.dynamics.notation import Notation, upright
-from multibody_sym.dynamics.subexpressions import Subexpressions
 from multibody_sym.dynamics.symbols import Symbols
 from multibody_sym.expressions.printer import text as in_model_language
 from multibody_sym.kinematics.motion import Motion, motion_of

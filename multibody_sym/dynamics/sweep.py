@@ -20,7 +20,6 @@ from typing import Final
 
 from multibody_sym.dynamics.articulated_inertia import Inertia, rigid_inertia
 from multibody_sym.dynamics.equations import TreeDynamics
-from multibody_sym.dynamics.factorization import Factors, factorized
 from multibody_sym.dynamics.massless import verify_massive
 from multibody_sym.dynamics.recursive import recursive_dynamics
 from multibody_sym.kinematics.alignment import economical_motion
@@ -28,6 +27,7 @@ from multibody_sym.kinematics.motion import Motion, from_parent
 from multibody_sym.kinematics.state import State
 from multibody_sym.kinematics.wrenches import Wrench, to_parent
 from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.scalars.ldl import Factors, factorized
 from multibody_sym.scalars.vectors import ZERO_VECTOR, Mat, S, Vec, add, combination, dot, subtract, symmetric
 
 

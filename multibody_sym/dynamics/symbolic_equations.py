@@ -9,17 +9,17 @@ from typing import Any, Final
 import numpy as np
 import sympy
 
-from multibody_sym.dynamics.budget import Budget
+from multibody_sym.algebra.budget import Budget
+from multibody_sym.algebra.subexpressions import Subexpressions, needed, value_of
 from multibody_sym.dynamics.derivation import Derivation, Equation
 from multibody_sym.dynamics.notation import Notation
 from multibody_sym.dynamics.start import parameter_values
-from multibody_sym.dynamics.subexpressions import Subexpressions, needed, value_of
 from multibody_sym.dynamics.symbols import Symbols
 from multibody_sym.errors import ArgumentError, InputError, shown
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.program.solve import solve
-from multibody_sym.runtime.numbers import number, vector
+from multibody_sym.numerics.least_norm import solve
+from multibody_sym.numerics.numbers import number, vector
 
 READABLE: Final = 2_000
 """Operations up to which a person reads equations."""

@@ -11,10 +11,10 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from multibody_sym.dynamics.book_form import book_form
-from multibody_sym.dynamics.exact_solve import exact_solve
-from multibody_sym.dynamics.quotient_field import PRECISE, Field, Letter, NoClosedFormError, Quotient
-from multibody_sym.dynamics.quotient_functions import exact
+from multibody_sym.algebra.book_form import book_form
+from multibody_sym.algebra.exact_solve import exact_solve
+from multibody_sym.algebra.quotient_functions import exact
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.dynamics.start import Start
 from multibody_sym.dynamics.symbolic_state import SymbolicState, parameter_letters
 from multibody_sym.errors import ExpressionError

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final
 
-from multibody_sym.dynamics.quotient_field import PRECISE, Field, Letter
-from multibody_sym.dynamics.quotient_functions import exact
+from multibody_sym.algebra.quotient_functions import exact
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter
 from multibody_sym.dynamics.start import Start
 from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.mechanism import Mechanism

@@ -42,6 +42,8 @@ from multibody_sym.model.mechanism import (
     Row,
     VelocityRow,
 )
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.dependence import _ROUNDING
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import ONE, Node, slot
@@ -225,3 +227,11 @@ def _rates(mechanism: Mechanism) -> dict[Node, Node]:
     q = [slot("q", i) for i in range(len(mechanism.coordinates))]
     qdot = coordinate_rates(mechanism, q, [slot("u", k) for k in range(len(mechanism.speeds))])
     return {TIME: ONE, **dict(zip(q, qdot, strict=True))}
+
+
+def constraint_jacobian(rows: Sequence[RowMotion]) -> Floats:
+    """Return H (s x n) of rows over floats, zero where a row moves nothing but by rounding of the forces it exerts."""
+    size = len(rows[0].jacobian) if rows else 0
+    jacobian = np.array([row.jacobian for row in rows], dtype=float).reshape(len(rows), size)
+    vanishing = np.abs(jacobian).max(axis=1, initial=0.0) <= _ROUNDING * exerted(rows)
+    return np.where(vanishing[:, None], 0.0, jacobian)

@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.least_norm import solve
 from multibody_sym.program.arithmetic import OPERATIONS, integer_exponent, power
 from multibody_sym.program.program import Assign, Call, Program, Record, ShapeError, Solve, Statement, targets
 from multibody_sym.program.scan import Loop, Scan
-from multibody_sym.program.solve import solve
 from multibody_sym.scalars.node import Node
 
 

@@ -82,7 +82,7 @@ class Call:
 
 @dataclass(frozen=True, repr=False)
 class Solve:
-    """Find the minimum-norm x with A x = r, and lambda with x = A^T lambda, as `multibody_sym.program.solve` does.
+    """Find the minimum-norm x with A x = r, and lambda with x = A^T lambda, as `numerics/least_norm.py` does.
 
     `matrix` holds the s rows of A, `right` r (s); the targets are `solution` x (n), `multipliers` lambda (s, zero for
     dependent rows) and `report` (rank, smallest part of a kept row, relative residual of the dependent rows). No more

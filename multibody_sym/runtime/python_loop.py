@@ -205,7 +205,7 @@ class _Run:
 
     def _kept(self, jacobian: Floats) -> list[int]:
         """Return the rows that are independent, of each level for itself."""
-        from multibody_sym.program.solve import independent_rows  # other runs need nothing of `program`
+        from multibody_sym.numerics.least_norm import independent_rows  # other runs need nothing of `program`
 
         n, nq, rows = len(self.problem.x0), len(self.problem.q0), self.problem.rows
         most = float(self.problem.parameters[-3])

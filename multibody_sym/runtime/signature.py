@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from multibody_sym.runtime.numbers import floats
+from multibody_sym.numerics.numbers import floats
 
 if TYPE_CHECKING:
     from multibody_sym.program.program import Program

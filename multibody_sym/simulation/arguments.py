@@ -12,8 +12,8 @@ from multibody_sym.dynamics.start import parameter_values
 from multibody_sym.errors import InputError, suggestion
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.numbers import floats, number, vector
 from multibody_sym.runtime.loading import Compiled
-from multibody_sym.runtime.numbers import floats, number, vector
 
 Values = Mapping[str, float] | ArrayLike | None
 """Values by name in place of the system's, all of them as a vector, or None for the system's."""

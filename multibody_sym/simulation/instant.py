@@ -9,15 +9,15 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.dynamics.book_form import book_form
+from multibody_sym.algebra.book_form import book_form
+from multibody_sym.algebra.quotient_functions import doubled
+from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.dynamics.closed_form import ClosedForms, closed_forms, linear_equations, unknowns
 from multibody_sym.dynamics.equations import TreeDynamics
 from multibody_sym.dynamics.examined import blame_numbers, examined
 from multibody_sym.dynamics.formalisms import FORMALISMS
 from multibody_sym.dynamics.forward_dynamics import Accelerations, forward_dynamics
 from multibody_sym.dynamics.quantities import Instant, quantities
-from multibody_sym.dynamics.quotient_field import NoClosedFormError, Quotient
-from multibody_sym.dynamics.quotient_functions import doubled
 from multibody_sym.dynamics.start import Start, start
 from multibody_sym.dynamics.symbolic_start import declared_state
 from multibody_sym.dynamics.symbolic_state import SymbolicState

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from multibody_sym.dynamics.quotient_field import NoClosedFormError, Quotient
+from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.errors import ExpressionError, ModelError, at, suggestion
 from multibody_sym.model.bodies import OWN_POINTS
 from multibody_sym.model.elements import Ask

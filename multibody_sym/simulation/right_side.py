@@ -13,8 +13,8 @@ from multibody_sym.errors import ArgumentError, InputError, shown
 from multibody_sym.model.doors import flag
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.numbers import vector
 from multibody_sym.runtime.loading import Backend
-from multibody_sym.runtime.numbers import vector
 from multibody_sym.simulation.arguments import Arguments, Values
 from multibody_sym.simulation.runnable import Runnable, runnable
 from multibody_sym.simulation.settings import run_settings

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Final
 
-from multibody_sym.dynamics.book_form import comparison
+from multibody_sym.algebra.book_form import comparison
+from multibody_sym.algebra.quotients import NoClosedFormError
 from multibody_sym.dynamics.examined import numbers_of
 from multibody_sym.dynamics.quantities import Instant
-from multibody_sym.dynamics.quotient_field import NoClosedFormError
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.force_places import reasons
 from multibody_sym.model.mechanism import (

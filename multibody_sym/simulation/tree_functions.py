@@ -17,9 +17,9 @@ from multibody_sym.model.doors import names as listed_names
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.numbers import vector
 from multibody_sym.program.program import Program
 from multibody_sym.runtime.loading import Backend, load
-from multibody_sym.runtime.numbers import vector
 from multibody_sym.simulation.arguments import Arguments, Values
 
 

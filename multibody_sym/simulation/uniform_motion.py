@@ -12,13 +12,13 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.dynamics.book_form import book_form, comparison
+from multibody_sym.algebra.book_form import book_form, comparison
+from multibody_sym.algebra.quotient_functions import absolute, sqrt
+from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.dynamics.closed_form import ClosedForms, closed_forms, unknowns
 from multibody_sym.dynamics.composite_body import composite_body
 from multibody_sym.dynamics.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.quantities import Instant
-from multibody_sym.dynamics.quotient_field import NoClosedFormError, Quotient
-from multibody_sym.dynamics.quotient_functions import absolute, sqrt
 from multibody_sym.dynamics.symbolic_state import any_state
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from c_solve import solve_in_c
 
+from multibody_sym.numerics.least_norm import Solution
 from multibody_sym.program.program import Program
-from multibody_sym.program.solve import Solution
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off")
 DOUBLES = ctypes.POINTER(ctypes.c_double)

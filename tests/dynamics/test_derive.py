@@ -22,7 +22,7 @@ from textbook import (
     top,
 )
 
-from multibody_sym.dynamics.budget import Budget
+from multibody_sym.algebra.budget import Budget
 from multibody_sym.dynamics.composite_body import composite_body
 from multibody_sym.dynamics.derive import METHODS, derive
 from multibody_sym.dynamics.forward_dynamics import forward_dynamics

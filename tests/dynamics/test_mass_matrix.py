@@ -10,9 +10,9 @@ from mechanisms import random_case, random_state
 from multibody_sym.dynamics.block_ldl import tree_factors
 from multibody_sym.dynamics.composite_body import mass_diagonal, mass_matrix
 from multibody_sym.dynamics.dalembert import dalembert
-from multibody_sym.dynamics.factorization import factorized
 from multibody_sym.kinematics.energy import kinetic_energy
 from multibody_sym.scalars.derivatives import gradient, tangents
+from multibody_sym.scalars.ldl import factorized
 from multibody_sym.scalars.node import ONE, as_node
 
 SEEDS = range(30)

@@ -10,8 +10,8 @@ import sympy
 from random_formulas import random_formula
 from textbook import double_pendulum, hanging_mass, top
 
+from multibody_sym.algebra.script import LatexScript, TextScript, decimal
 from multibody_sym.dynamics.notation import escaped, latex_name, notation_of, upright
-from multibody_sym.dynamics.script import LatexScript, TextScript, decimal
 from multibody_sym.dynamics.symbols import symbols_of
 from multibody_sym.expressions.parser import parse
 from multibody_sym.model.resolve import mechanism

@@ -6,7 +6,7 @@ import pytest
 import sympy
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.readable import expression_of, terms_of, with_squares
+from multibody_sym.algebra.readable import expression_of, terms_of, with_squares
 from multibody_sym.report.derivation import derivation_text
 
 BOWL = """

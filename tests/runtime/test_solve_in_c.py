@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from multibody_sym.codegen.profile import column_order, row_spans
-from multibody_sym.program.solve import solve
+from multibody_sym.numerics.least_norm import solve
 from multibody_sym.scalars.node import as_node
 
 

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
-from multibody_sym.dynamics.book_form import book_form, comparison
-from multibody_sym.dynamics.quotient_field import PRECISE, Field, Letter, NoClosedFormError, Quotient
-from multibody_sym.dynamics.quotient_functions import exact
+from multibody_sym.algebra.book_form import book_form, comparison
+from multibody_sym.algebra.quotient_functions import exact
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.expressions.parser import parse
 from multibody_sym.expressions.printer import text
 from multibody_sym.scalars.functions import evaluate_float

@@ -12,11 +12,11 @@ from sympy.polys.domains import ZZ
 from sympy.polys.orderings import lex
 from sympy.polys.rings import ring
 
-from multibody_sym.dynamics.book_form import book_form
-from multibody_sym.dynamics.exact_solve import exact_solve
-from multibody_sym.dynamics.factors import factored
-from multibody_sym.dynamics.quotient_field import PRECISE, Field, Letter, NoClosedFormError, Quotient
-from multibody_sym.dynamics.quotient_functions import doubled, exact, register_angles
+from multibody_sym.algebra.book_form import book_form
+from multibody_sym.algebra.exact_solve import exact_solve
+from multibody_sym.algebra.factors import factored
+from multibody_sym.algebra.quotient_functions import doubled, exact, register_angles
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.expressions.parser import parse
 from multibody_sym.expressions.printer import text
 from multibody_sym.scalars.functions import evaluate_float

@@ -13,7 +13,7 @@ from typing import Any, Final
 import sympy
 from sympy.logic.boolalg import Boolean
 
-from multibody_sym.dynamics.budget import Budget
+from multibody_sym.algebra.budget import Budget
 from multibody_sym.scalars.node import Node, as_node, postorder
 from multibody_sym.scalars.sympy_bridge import SYMPY_OPERATIONS, from_sympy, to_sympy
 

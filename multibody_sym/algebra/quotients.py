@@ -17,7 +17,7 @@ from sympy.polys.heuristicgcd import HeuristicGCDFailed
 from sympy.polys.orderings import lex
 from sympy.polys.rings import PolyRing
 
-from multibody_sym.dynamics.factors import Poly
+from multibody_sym.algebra.factors import Poly
 from multibody_sym.scalars.node import PI, Node, leaves
 
 PRECISE: Final = MPContext()

@@ -13,9 +13,8 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.kinematics.rows import RowMotion, exerted
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.program.solve import scaled_rows, solve
+from multibody_sym.numerics.least_norm import scaled_rows, solve
 
 NEGLIGIBLE: Final = 1e-8
 """Part of the largest share in a combination below which a row has none."""
@@ -37,14 +36,6 @@ def dependence(matrix: Floats) -> Dependence:
     kept = solve(matrix, matrix @ _generic(matrix.shape[1])).multipliers != 0.0
     left_over: list[int] = np.flatnonzero(~kept).tolist()
     return Dependence(int(kept.sum()), tuple(left_over), tuple(_sparser(_circuits(rows, kept), left_over)))
-
-
-def constraint_jacobian(rows: Sequence[RowMotion]) -> Floats:
-    """Return H (s x n) of rows over floats, zero where a row moves nothing but by rounding of the forces it exerts."""
-    size = len(rows[0].jacobian) if rows else 0
-    jacobian = np.array([row.jacobian for row in rows], dtype=float).reshape(len(rows), size)
-    vanishing = np.abs(jacobian).max(axis=1, initial=0.0) <= _ROUNDING * exerted(rows)
-    return np.where(vanishing[:, None], 0.0, jacobian)
 
 
 def support(combination: Floats) -> tuple[int, ...]:

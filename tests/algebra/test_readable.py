@@ -9,7 +9,7 @@ import pytest
 import sympy
 from random_formulas import L, a, b, k, m1, random_formula, u, v
 
-from multibody_sym.dynamics.readable import LARGEST_SUM, Readable, expanded_size
+from multibody_sym.algebra.readable import LARGEST_SUM, Readable, expanded_size
 
 m2 = sympy.Symbol("m2", positive=True)
 c = sympy.Symbol("c", real=True)

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 import sympy
 
-from multibody_sym.dynamics.budget import Budget
-from multibody_sym.dynamics.subexpressions import Subexpressions, partials, tidied
+from multibody_sym.algebra.budget import Budget
+from multibody_sym.algebra.subexpressions import Subexpressions, partials, tidied
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.expressions.parser import parse
 from multibody_sym.scalars.functions import evaluate_float

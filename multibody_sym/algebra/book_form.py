@@ -9,9 +9,9 @@ from functools import reduce
 from math import gcd
 from typing import Final
 
-from multibody_sym.dynamics.decimal_sums import decimal_scales, exact_root, looks_decimal, names_pi_alone
-from multibody_sym.dynamics.factors import Poly, factored
-from multibody_sym.dynamics.quotient_field import Field, Letter, NoClosedFormError, Quotient
+from multibody_sym.algebra.decimal_sums import decimal_scales, exact_root, looks_decimal, names_pi_alone
+from multibody_sym.algebra.factors import Poly, factored
+from multibody_sym.algebra.quotients import Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.expressions.printer import text
 from multibody_sym.scalars.node import BUILD, ONE, ZERO, Node, add, divide, flatten, multiply, negate, number, power
 

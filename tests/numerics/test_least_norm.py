@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from multibody_sym.program.solve import Solution, solve
+from multibody_sym.numerics.least_norm import Solution, solve
 
 
 def random_system(seed: int) -> tuple[np.ndarray, np.ndarray]:

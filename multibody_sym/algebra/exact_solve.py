@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from multibody_sym.dynamics.quotient_field import NoClosedFormError, Quotient
+from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 
 
 @dataclass

@@ -10,9 +10,9 @@ from typing import Any, Final
 
 from sympy.ntheory import factorint
 
-from multibody_sym.dynamics.book_form import book_form, trigonometric_forms
-from multibody_sym.dynamics.factors import Poly, factored
-from multibody_sym.dynamics.quotient_field import PRECISE, Field, Letter, NoClosedFormError, Quotient
+from multibody_sym.algebra.book_form import book_form, trigonometric_forms
+from multibody_sym.algebra.factors import Poly, factored
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.scalars.node import BUILD, PI, TWO, Node, multiply, postorder
 
 _HIGHEST_MULTIPLE: Final = 12

@@ -9,8 +9,8 @@ from fractions import Fraction
 from math import gcd, isqrt
 from typing import Final
 
-from multibody_sym.dynamics.factors import Poly
-from multibody_sym.dynamics.quotient_field import Field
+from multibody_sym.algebra.factors import Poly
+from multibody_sym.algebra.quotients import Field
 
 _FIVE: Final = 5
 _TEN: Final = 10
