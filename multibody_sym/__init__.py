@@ -2,14 +2,18 @@
 
 TYPE_CHECKING = False  # as in typing, without importing it
 if TYPE_CHECKING:
+    from multibody_sym.analysis.equilibrium import Equilibrium as Equilibrium
+    from multibody_sym.analysis.equilibrium import equilibrium as equilibrium
+    from multibody_sym.analysis.linearization import Linearization as Linearization
+    from multibody_sym.analysis.linearization import linearize as linearize
+    from multibody_sym.analysis.linearization import period_multipliers as period_multipliers
+    from multibody_sym.analysis.periodic import Multipliers as Multipliers
+    from multibody_sym.answers.solution import Solution as Solution
+    from multibody_sym.answers.solve import solve as solve
+    from multibody_sym.checking.check import CheckReport as CheckReport
+    from multibody_sym.checking.check import check as check
     from multibody_sym.cli.version import __version__ as __version__
     from multibody_sym.dynamics.derive import derive as derive
-    from multibody_sym.dynamics.linearization import Linearization as Linearization
-    from multibody_sym.dynamics.linearization import linearize as linearize
-    from multibody_sym.dynamics.linearization import period_multipliers as period_multipliers
-    from multibody_sym.dynamics.periodic import Multipliers as Multipliers
-    from multibody_sym.dynamics.statics import Equilibrium as Equilibrium
-    from multibody_sym.dynamics.statics import equilibrium as equilibrium
     from multibody_sym.dynamics.symbolic_equations import SymbolicEquations as SymbolicEquations
     from multibody_sym.errors import ExpressionError as ExpressionError
     from multibody_sym.errors import InputError as InputError
@@ -90,25 +94,24 @@ if TYPE_CHECKING:
     from multibody_sym.scalars.functions import sqrt as sqrt
     from multibody_sym.scalars.functions import tan as tan
     from multibody_sym.scalars.functions import where as where
-    from multibody_sym.simulation.check import CheckReport as CheckReport
-    from multibody_sym.simulation.check import check as check
     from multibody_sym.simulation.export import export as export
     from multibody_sym.simulation.right_side import compile as compile
     from multibody_sym.simulation.right_side import state_derivative as state_derivative
     from multibody_sym.simulation.simulate import simulate as simulate
-    from multibody_sym.simulation.solution import Solution as Solution
-    from multibody_sym.simulation.solve import solve as solve
     from multibody_sym.simulation.trajectory import Trajectory as Trajectory
     from multibody_sym.simulation.tree_functions import hybrid_dynamics as hybrid_dynamics
     from multibody_sym.simulation.tree_functions import inverse_dynamics as inverse_dynamics
     from multibody_sym.simulation.tree_functions import mass_matrix as mass_matrix
 
 _NAMES = {
+    "analysis.equilibrium": "Equilibrium equilibrium",
+    "analysis.linearization": "Linearization linearize period_multipliers",
+    "analysis.periodic": "Multipliers",
+    "answers.solution": "Solution",
+    "answers.solve": "solve",
+    "checking.check": "CheckReport check",
     "cli.version": "__version__",
     "dynamics.derive": "derive",
-    "dynamics.linearization": "Linearization linearize period_multipliers",
-    "dynamics.periodic": "Multipliers",
-    "dynamics.statics": "Equilibrium equilibrium",
     "dynamics.symbolic_equations": "SymbolicEquations",
     "errors": "ExpressionError InputError ModelError MultibodyError NoSolutionError OutputError RunError",
     "formats.reader": "load loads",
@@ -124,12 +127,9 @@ _NAMES = {
     "model.resolve": "mechanism",
     "model.system": "System parameters t variable",
     "scalars.functions": "absolute acos asin atan atan2 cos exp log maximum minimum pi sign sin sqrt tan where",
-    "simulation.check": "CheckReport check",
     "simulation.export": "export",
     "simulation.right_side": "compile state_derivative",
     "simulation.simulate": "simulate",
-    "simulation.solution": "Solution",
-    "simulation.solve": "solve",
     "simulation.trajectory": "Trajectory",
     "simulation.tree_functions": "hybrid_dynamics inverse_dynamics mass_matrix",
 }

@@ -20,11 +20,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Answer:
     """Check; a model without a start, and routes that disagree, end with 3."""
+    from multibody_sym.checking.check import check
     from multibody_sym.cli.model import model
     from multibody_sym.model.resolve import mechanism
-    from multibody_sym.report.check import check_text
-    from multibody_sym.simulation.check import check
     from multibody_sym.simulation.recall import formalism_name
+    from multibody_sym.writing.check import check_text
 
     with model(options) as system:
         formalism_name(options.formalism, mechanism(system))

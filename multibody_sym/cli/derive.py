@@ -30,7 +30,7 @@ def run(options: argparse.Namespace) -> Answer:
     """Derive and print in the format asked for."""
     from multibody_sym.cli.model import model
     from multibody_sym.dynamics.derive import derive
-    from multibody_sym.report.derivation import derivation_data
+    from multibody_sym.writing.derivation import derivation_data
 
     with model(options) as system:
         equations = derive(system, options.method or options.formalism)
@@ -40,7 +40,7 @@ def run(options: argparse.Namespace) -> Answer:
 
 
 def _written(equations: SymbolicEquations, options: argparse.Namespace) -> str:
-    from multibody_sym.report.derivation import derivation_latex, derivation_text
+    from multibody_sym.writing.derivation import derivation_latex, derivation_text
 
     write = derivation_latex if options.format == "latex" else derivation_text
     return write(equations, steps=options.steps)

@@ -19,9 +19,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Answer:
     """Find positions of equilibrium, from the start and from positions around it."""
+    from multibody_sym.analysis.equilibrium import equilibrium
     from multibody_sym.cli.model import model
-    from multibody_sym.dynamics.statics import equilibrium
-    from multibody_sym.report.statics import equilibrium_text
+    from multibody_sym.writing.statics import equilibrium_text
 
     with model(options) as system:
         found = equilibrium(system)

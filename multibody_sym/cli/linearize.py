@@ -21,9 +21,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Answer:
     """Linearise about the state at t = 0."""
+    from multibody_sym.analysis.linearization import linearize, period_multipliers
     from multibody_sym.cli.model import model
-    from multibody_sym.dynamics.linearization import linearize, period_multipliers
-    from multibody_sym.report.linearization import linearization_text, multipliers_text
+    from multibody_sym.writing.linearization import linearization_text, multipliers_text
 
     with model(options) as system:
         if options.period is not None:

@@ -53,7 +53,7 @@ def run(options: argparse.Namespace) -> Answer:
         table.finish(done)
     if figure is not None:
         done.plot(figure)
-    from multibody_sym.report.run_summary import run_summary
+    from multibody_sym.writing.run_summary import run_summary
 
     written = [path for path in (table and table.place, figure) if path is not None]
     lines = [run_summary(done), *(f"wrote {path}" for path in written)]
@@ -84,8 +84,8 @@ def _figure_name(options: argparse.Namespace) -> str | None:
 
 def _simulated(options: argparse.Namespace, table: Recording | None) -> Trajectory:
     from multibody_sym.cli.model import model
-    from multibody_sym.report.progress import progress_bar
     from multibody_sym.simulation.simulate import simulate
+    from multibody_sym.writing.progress import progress_bar
 
     settings = {name: getattr(options, name) for name in _SETTINGS}
     with ExitStack() as stack:

@@ -11,6 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from multibody_sym.analysis.limits import limits_passed
 from multibody_sym.dynamics.composite_body import composite_body
 from multibody_sym.dynamics.redundancy import Redundancy, redundancy
 from multibody_sym.integrators.flow import Status
@@ -19,7 +20,6 @@ from multibody_sym.kinematics.state import state_of
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem
-from multibody_sym.simulation.limits import limits_passed
 from multibody_sym.simulation.samples import Samples
 
 _ROUNDING: Final = 1e-9

@@ -33,7 +33,7 @@ def test_no_start_ends_with_3(capsys: pytest.CaptureFixture[str], tmp_path: Path
 
 
 def test_routes_that_disagree_end_with_3(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    from multibody_sym.simulation import check
+    from multibody_sym.checking import check
 
     monkeypatch.setattr(check, "agrees", lambda *_arguments: False)
     assert main(["check", PENDULUM]) == 3

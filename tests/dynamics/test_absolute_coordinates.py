@@ -17,10 +17,10 @@ from mechanisms import Case, random_case, random_state
 from random_loops import blocks, closed
 
 import multibody_sym as mbs
+from multibody_sym.analysis.agreement import LARGEST_WITH_ROWS, ratio
+from multibody_sym.analysis.reference import dalembert
 from multibody_sym.dynamics.absolute_state import absolute_state
-from multibody_sym.dynamics.agreement import LARGEST_WITH_ROWS, ratio
 from multibody_sym.dynamics.composite_body import composite_body
-from multibody_sym.dynamics.dalembert import dalembert
 from multibody_sym.dynamics.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.programs import state_derivative
 from multibody_sym.dynamics.reactions import reactions

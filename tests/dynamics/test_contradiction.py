@@ -10,8 +10,8 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.dynamics.start import start
 from multibody_sym.errors import NoSolutionError
-from multibody_sym.report.run_summary import run_summary
 from multibody_sym.simulation.failures import FailedRunError
+from multibody_sym.writing.run_summary import run_summary
 
 PLANAR = {"j": mbs.Planar("ground", "plate", initial=mbs.Initial(q=[0.6, 0.8, 0]))}
 HINGE = {"j": mbs.Revolute("ground", "plate", q="a")}

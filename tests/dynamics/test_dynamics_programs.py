@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from mechanisms import Case, random_case, random_state
 
-from multibody_sym.dynamics.agreement import LARGEST_WITH_ROWS, ratio
+from multibody_sym.analysis.agreement import LARGEST_WITH_ROWS, ratio
+from multibody_sym.analysis.reference import dalembert
 from multibody_sym.dynamics.composite_body import composite_body, mass_matrix
-from multibody_sym.dynamics.dalembert import dalembert
 from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
 from multibody_sym.dynamics.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.programs import programs

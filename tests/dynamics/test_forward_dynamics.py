@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from mechanisms import Case, random_case, random_state
 
+from multibody_sym.analysis.reference import dalembert
 from multibody_sym.dynamics.composite_body import composite_body
-from multibody_sym.dynamics.dalembert import dalembert
 from multibody_sym.dynamics.forward_dynamics import forward_dynamics, speed_without_inertia, verify_inertia
 from multibody_sym.dynamics.start import start
 from multibody_sym.errors import NoSolutionError

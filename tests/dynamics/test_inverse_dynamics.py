@@ -7,12 +7,12 @@ import pytest
 from exact import Exact
 from mechanisms import random_case, random_state
 
+from multibody_sym.analysis.reference import dalembert
+from multibody_sym.analysis.theorems import rates_of
 from multibody_sym.dynamics.composite_body import composite_body
-from multibody_sym.dynamics.dalembert import dalembert
 from multibody_sym.dynamics.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.inverse_dynamics import inverse_dynamics
 from multibody_sym.dynamics.reactions import acting, reactions
-from multibody_sym.dynamics.theorems import rates_of
 from multibody_sym.kinematics.motion import pose
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.rows import row_motions

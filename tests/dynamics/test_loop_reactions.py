@@ -10,8 +10,8 @@ from mechanisms import Case
 from random_loops import closed
 
 import multibody_sym as mbs
+from multibody_sym.analysis.reference import partial_velocities
 from multibody_sym.dynamics.composite_body import composite_body
-from multibody_sym.dynamics.dalembert import partial_velocities
 from multibody_sym.dynamics.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.reactions import reactions
 from multibody_sym.dynamics.redundancy import redundancy

@@ -7,9 +7,9 @@ import pytest
 from exact import Exact
 from mechanisms import random_case, random_state
 
+from multibody_sym.analysis.reference import dalembert
 from multibody_sym.dynamics.block_ldl import tree_factors
 from multibody_sym.dynamics.composite_body import mass_diagonal, mass_matrix
-from multibody_sym.dynamics.dalembert import dalembert
 from multibody_sym.kinematics.energy import kinetic_energy
 from multibody_sym.scalars.derivatives import gradient, tangents
 from multibody_sym.scalars.ldl import factorized

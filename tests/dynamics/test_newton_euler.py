@@ -24,7 +24,7 @@ from multibody_sym.model.elements import Body, Torque
 from multibody_sym.model.joints import Prismatic, Revolute, Spherical
 from multibody_sym.model.mechanism import COMPONENTS
 from multibody_sym.model.system import System
-from multibody_sym.report.derivation import derivation_data, derivation_text
+from multibody_sym.writing.derivation import derivation_data, derivation_text
 
 SEEDS = range(15)
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from mechanisms import Case, random_case, random_state
 
+from multibody_sym.analysis.reference import partial_velocities
 from multibody_sym.dynamics.composite_body import composite_body
-from multibody_sym.dynamics.dalembert import partial_velocities
 from multibody_sym.dynamics.forward_dynamics import Accelerations, forward_dynamics
 from multibody_sym.dynamics.quantities import quantities
 from multibody_sym.expressions.quantities import QUANTITIES

@@ -10,9 +10,9 @@ from mechanisms import Case
 from random_loops import blocks, closed
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.agreement import LARGEST_WITH_ROWS, agreement, ratio
+from multibody_sym.analysis.agreement import LARGEST_WITH_ROWS, agreement, ratio
+from multibody_sym.analysis.reference import dalembert
 from multibody_sym.dynamics.composite_body import composite_body
-from multibody_sym.dynamics.dalembert import dalembert
 from multibody_sym.dynamics.formalisms import FORMALISMS
 from multibody_sym.dynamics.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.massless import massless_speeds

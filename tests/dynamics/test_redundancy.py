@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from multibody_sym.checking.check import check
 from multibody_sym.dynamics.composite_body import composite_body
 from multibody_sym.dynamics.redundancy import Redundancy, redundancy
 from multibody_sym.dynamics.start import start
@@ -15,7 +16,6 @@ from multibody_sym.model.joints import Initial, Planar, Prismatic, Revolute
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System
 from multibody_sym.runtime.loading import Backend
-from multibody_sym.simulation.check import check
 from multibody_sym.simulation.simulate import simulate
 
 

@@ -7,7 +7,7 @@ import sympy
 
 import multibody_sym as mbs
 from multibody_sym.algebra.readable import expression_of, terms_of, with_squares
-from multibody_sym.report.derivation import derivation_text
+from multibody_sym.writing.derivation import derivation_text
 
 BOWL = """
 multibody_sym: 1

@@ -7,8 +7,8 @@ import pytest
 from mechanisms import random_case, random_state
 from plain_sweep import inverted, plain_sweep
 
-from multibody_sym.dynamics.agreement import LARGEST_ON_TREES, agreement, ratio
-from multibody_sym.dynamics.dalembert import dalembert
+from multibody_sym.analysis.agreement import LARGEST_ON_TREES, agreement, ratio
+from multibody_sym.analysis.reference import dalembert
 from multibody_sym.dynamics.formalisms import FORMALISMS
 from multibody_sym.dynamics.hybrid_dynamics import hybrid_dynamics
 from multibody_sym.dynamics.inverse_dynamics import inverse_dynamics, joint_wrenches, unbalanced_wrenches

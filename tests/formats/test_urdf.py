@@ -12,6 +12,7 @@ import pytest
 from hostile import verdict
 from scipy.spatial.transform import Rotation
 
+from multibody_sym.answers.solve import solve
 from multibody_sym.errors import InputError
 from multibody_sym.formats.reader import load, loads
 from multibody_sym.formats.urdf import UrdfNotice, load_urdf
@@ -21,7 +22,6 @@ from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.bodies import pose_of
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System
-from multibody_sym.simulation.solve import solve
 
 ARM = Path(__file__).parent / "data" / "arm.urdf"
 MUTATE = Path(__file__).with_name("mutate_urdf.py")

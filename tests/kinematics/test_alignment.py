@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mechanisms import random_case, random_state
 
-from multibody_sym.dynamics.agreement import LARGEST_ON_TREES, LARGEST_WITH_ROWS, agreement
+from multibody_sym.analysis.agreement import LARGEST_ON_TREES, LARGEST_WITH_ROWS, agreement
 from multibody_sym.dynamics.formalisms import FORMALISMS
 from multibody_sym.kinematics.alignment import aligned
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy

@@ -6,6 +6,8 @@ from typing import Any
 
 import pytest
 
+from multibody_sym.answers.solve import solve
+from multibody_sym.checking.check import check
 from multibody_sym.errors import ModelError
 from multibody_sym.formats.reader import loads
 from multibody_sym.formats.writer import dumps
@@ -14,10 +16,8 @@ from multibody_sym.model.elements import Body, Torque
 from multibody_sym.model.joints import Initial, Limits, Planar, Prismatic, Revolute, Spherical
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System
-from multibody_sym.report.run_summary import run_summary
-from multibody_sym.simulation.check import check
 from multibody_sym.simulation.simulate import simulate
-from multibody_sym.simulation.solve import solve
+from multibody_sym.writing.run_summary import run_summary
 
 WHEELS = {"a": Body(mass=1, inertia={"Izz": 2}), "b": Body(mass=1, inertia={"Izz": 5})}
 

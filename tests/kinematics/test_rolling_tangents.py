@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from multibody_sym.answers.solve import solve
 from multibody_sym.formats.reader import loads
 from multibody_sym.model.mechanism import RollingRow
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, symbol
-from multibody_sym.simulation.solve import solve
 
 WHEEL = """\
 multibody_sym: 1

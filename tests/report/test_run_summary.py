@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.report.check import check_text
-from multibody_sym.report.run_summary import run_summary
+from multibody_sym.writing.check import check_text
+from multibody_sym.writing.run_summary import run_summary
 
 SWING = """
 multibody_sym: 1

@@ -9,7 +9,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.formats.tables import write_table
-from multibody_sym.report.run_summary import run_summary
+from multibody_sym.writing.run_summary import run_summary
 
 THROWN = """
 multibody_sym: 1

@@ -1,0 +1,79 @@
+"""Periodic motions: the multipliers by which small deviations grow over one period (Floquet).
+
+Where A is not constant its eigenvalues say nothing. The equations of deviations, z' = F(t) z, are integrated beside the
+motion itself; with X spanning the constraints' tangents at the start and P picking the independent components, the
+multipliers are the eigenvalues of P Z(T) X. The motion is stable where none is larger than one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+import numpy.typing as npt
+from scipy.integrate import solve_ivp
+
+from multibody_sym.errors import NoSolutionError
+from multibody_sym.numerics.arrays import UNDEFINED
+
+if TYPE_CHECKING:
+    from multibody_sym.analysis.linearization import Flow
+from multibody_sym.numerics.arrays import Floats
+
+_RTOL: Final = 1e-10
+_REPEATS: Final = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Multipliers:
+    """The `multipliers` of small changes of `states` over one `period` (s), the largest first."""
+
+    states: tuple[str, ...]
+    period: float
+    multipliers: npt.NDArray[np.complex128]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `linearize --period --json` prints."""
+        found = [[float(x.real), float(x.imag)] for x in self.multipliers]
+        return {"states": list(self.states), "period": self.period, "multipliers": found}
+
+
+def multipliers_of(flow: Flow, q: Floats, u: Floats, period: float) -> Multipliers:
+    """Return the multipliers over one period (s) of the motion from a state at t = 0.
+
+    Raises NoSolutionError where the motion cannot be followed, or does not repeat itself in all that A depends on.
+    """
+    found, tangents = flow.linearized(q, u), flow.tangents(q, u)
+    sizes = len(q), len(u), len(tangents.places)
+
+    def rates(t: float, y: Floats) -> Floats:
+        at, speeds, Z = _parts(y, sizes)
+        known = flow.known(at, speeds, t)
+        by_state, _ = flow.derivatives(known)
+        return np.concatenate([*flow.rates(known), np.ravel(by_state @ Z)])
+
+    begin = np.concatenate([q, u, np.ravel(tangents.X)])
+    try:
+        run = solve_ivp(rates, (0.0, period), begin, method="DOP853", rtol=_RTOL, atol=_RTOL)
+    except UNDEFINED as error:
+        raise NoSolutionError(f"the motion cannot be followed over a period ({error})") from None
+    at, speeds, Z = _parts(run.y[:, -1], sizes)
+    if not run.success:
+        raise NoSolutionError(f"the motion cannot be followed over a period: {run.message}")
+    known = flow.known(at, speeds, period)
+    by_state, _ = flow.derivatives(known)
+    there = by_state[tangents.places] @ flow.span(known, tangents.places)
+    missed = float(np.abs(there - found.A).max(initial=0.0))
+    if missed > _REPEATS * max(1.0, float(np.abs(found.A).max(initial=0.0))):
+        raise NoSolutionError(
+            f"the motion does not repeat itself after {period:g} s: A differs by {missed:.3g} from that of the start"
+        )
+    values = np.linalg.eigvals(Z[tangents.places]).astype(complex)
+    return Multipliers(found.states, period, values[np.lexsort((values.imag, -np.abs(values)))])
+
+
+def _parts(y: Floats, sizes: tuple[int, int, int]) -> tuple[Floats, Floats, Floats]:
+    """Return q, u and Z (2 nu x m) from one vector."""
+    nq, nu, count = sizes
+    return y[:nq], y[nq : nq + nu], y[nq + nu :].reshape(2 * nu, count)

@@ -1,0 +1,257 @@
+"""The start of a system, solved: in floats, and in closed form as far as there is one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.algebra.book_form import book_form
+from multibody_sym.algebra.quotient_functions import doubled
+from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
+from multibody_sym.answers.closed_form import ClosedForms, closed_forms, linear_equations, unknowns
+from multibody_sym.answers.solution import Value
+from multibody_sym.answers.symbolic_start import declared_state
+from multibody_sym.answers.symbolic_state import SymbolicState
+from multibody_sym.dynamics.equations import TreeDynamics
+from multibody_sym.dynamics.examined import blame_numbers, examined
+from multibody_sym.dynamics.formalisms import FORMALISMS
+from multibody_sym.dynamics.forward_dynamics import Accelerations, forward_dynamics
+from multibody_sym.dynamics.quantities import Instant, quantities
+from multibody_sym.dynamics.start import Start, start
+from multibody_sym.errors import ExpressionError, NoSolutionError, Where
+from multibody_sym.expressions.parser import parse
+from multibody_sym.expressions.printer import text
+from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.state import slot_state, state_of
+from multibody_sym.model.mechanism import Coordinate, Mechanism, Speed
+from multibody_sym.model.system import System
+from multibody_sym.numerics.arrays import UNDEFINED
+from multibody_sym.scalars.functions import evaluate, evaluate_float
+from multibody_sym.scalars.node import Node, as_node, leaves, symbol
+from multibody_sym.scalars.rounding import EPSILON, Bounded, bounded
+from multibody_sym.simulation.recall import formalism_name
+
+AGREEMENT: Final = 1e-9
+"""How near a closed form must come to the number found in floats, relative to it."""
+_CONTRADICTION: Final = 1e-8
+_NOT_UNIQUE: Final = 1e-8
+_ASSEMBLED: Final = 16
+"""To how many units in the last place, of 1 or more, start values are known that were found by closing constraints."""
+_MOST_BOUNDED: Final = 40
+_LONGEST_NUMBER: Final = 20
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """A system at its start: `numbers` over floats, `nodes` over Nodes, and `forms`, the closed forms of those Nodes.
+
+    `slots` is the same over slots, nothing folded, as floats are calculated. `others` are the same instant in floats
+    with other multipliers that satisfy the equations as well, where constraints depend on each other. `reasons`
+    collects why closed forms were left out.
+    """
+
+    system: System
+    mechanism: Mechanism
+    begin: Start
+    numbers: Instant
+    others: tuple[Instant, ...]
+    symbolic: SymbolicState
+    nodes: Instant
+    slots: Instant
+    forms: ClosedForms | None
+    reasons: dict[str, None] = field(default_factory=dict)
+
+    def values(self, ask: Callable[[Instant], Mapping[str, Any]], units: Mapping[str, str]) -> dict[str, Value]:
+        """Return what `ask` finds at the instant, as numbers with closed forms where they agree."""
+        numbers, nodes, slots = ask(self.numbers), self._nodes(ask), ask(self.slots)
+        others = [ask(other) for other in self.others]
+        compared = (*numbers.values(), *self.numbers.udot, *self.numbers.multipliers)
+        scale = max((abs(float(x)) for x in compared), default=0.0)
+        found = {}
+        for name, number in numbers.items():
+            unique = all(abs(other[name] - number) <= _NOT_UNIQUE * scale for other in others)
+            rounding = self._rounding(as_node(slots[name]))
+            near = 0.0 if abs(number) <= rounding else float(number)
+            closed = unique and name in nodes
+            known = self.value(as_node(nodes[name]), near, rounding) if closed else Value(near)
+            found[name] = replace(known, unique=unique, unit=units.get(name, ""))
+        return found
+
+    def _nodes(self, ask: Callable[[Instant], Mapping[str, Any]]) -> Mapping[str, Any]:
+        """Return what `ask` finds over Nodes; nothing where an expression has no value at the exact start."""
+        try:
+            return ask(self.nodes) if self.forms is not None else {}
+        except ExpressionError as reason:
+            self.reasons[reason.message] = None
+            return {}
+
+    def value(self, node: Node, number: float, rounding: float = 0.0) -> Value:
+        """Return a number with the closed form of a Node, where they agree to within the number's rounding."""
+        closed = self.closed(lambda forms: forms.of([node])[0])
+        if closed is None or abs(float(closed.sample) - number) > AGREEMENT * abs(number) + rounding:
+            return Value(number)
+        return self.value_of(closed, rounding) or Value(number)
+
+    def _rounding(self, node: Node) -> float:
+        """Return a bound of the rounding in a number that a Node in slots stands for, 0 where none is known."""
+        bound = bounded([node], self._leaves)[0].bound
+        return bound if np.isfinite(bound) else 0.0
+
+    @cached_property
+    def rests(self) -> bool:
+        """Whether nothing moves, now and later: no speeds, no accelerations, and nothing that depends on time."""
+        names = [speed.name for speed in self.mechanism.speeds]
+        found = self.values(lambda instant: dict(zip(names, instant.udot, strict=True)), {})
+        matrix, right = linear_equations(self.slots.motion)
+        timed = leaves([as_node(x) for x in (*(x for row in matrix for x in row), *right)], "slot")
+        moved = any(leaf.data[0] in ("t", "inputs") for leaf in timed) or bool(self.mechanism.drives)
+        return not (moved or any(self.begin.u) or any(value.value for value in found.values()))
+
+    @cached_property
+    def _leaves(self) -> dict[Node, Bounded]:
+        """Parameters, start values, accelerations and multipliers, each with a bound of its rounding."""
+        declared: list[Coordinate | Speed] = [*self.mechanism.coordinates, *self.mechanism.speeds]
+        assembled = {self.mechanism.symbols[symbol(x.name)] for x in declared if x.name in self.begin.assembled}
+        known = {
+            node: Bounded(x, EPSILON * (_ASSEMBLED * max(1.0, abs(x)) if node in assembled else abs(x)))
+            for node, x in self.numbers.motion.state.slots.items()
+        }
+        places = [x for group in unknowns(self.mechanism) for x in group]
+        found = [float(x) for x in (*self.numbers.udot, *self.numbers.multipliers)]
+        bounds = _solved_bounds(*linear_equations(self.slots.motion), known, np.array(found))
+        return {**known, **{node: Bounded(x, b) for node, x, b in zip(places, found, bounds, strict=True)}}
+
+    def closed(self, find: Callable[[ClosedForms], Quotient]) -> Quotient | None:
+        """Return a quotient found among the closed forms, None (and the reason noted) where there is none."""
+        try:
+            return None if self.forms is None else find(self.forms)
+        except NoClosedFormError as reason:
+            self.reasons[str(reason)] = None
+            return None
+
+    def value_of(self, closed: Quotient, rounding: float = 0.0) -> Value | None:
+        """Return a quotient as a value with its expression, None where its text does not give that value again."""
+        number = float(closed.sample)
+        number = 0.0 if abs(number) <= rounding else number
+        try:
+            expression = book_form(doubled(closed))
+            again = evaluate_float([parse(text(expression))], self.sample)[0]
+        except NoClosedFormError as reason:
+            self.reasons[str(reason)] = None
+            return None
+        except (ExpressionError, *UNDEFINED):
+            return None
+        if not leaves([expression], "symbol") and len(text(expression)) > _LONGEST_NUMBER:
+            return Value(number)  # a quotient of many digits tells less than its decimals
+        return Value(number, expression) if abs(again - number) <= AGREEMENT * abs(number) + rounding else None
+
+    @property
+    def sample(self) -> dict[Node, float]:
+        """The values of the symbols of closed forms."""
+        return {node: float(letter.sample) for node, letter in self.symbolic.letters.items()}
+
+    def number(self, node: Node) -> float:
+        """Return the value of an expression in the names of the model at the instant."""
+        return float(self.asked(node)(self.numbers)[""])
+
+    def asked(self, node: Node) -> Callable[[Instant], Mapping[str, Any]]:
+        """Return the question for an expression in the names of the model."""
+        in_slots = evaluate([node], lambda leaf: self.mechanism.symbols.get(leaf, leaf))
+        wanted = leaves(in_slots, "quantity")
+
+        def ask(instant: Instant) -> Mapping[str, Any]:
+            state = instant.motion.state
+            found = quantities(instant.motion, instant.udot, instant.multipliers, wanted)
+            return {"": evaluate(in_slots, {**state.slots, **found}, state.scalar)[0]}
+
+        return ask
+
+
+def solved_start(system: System, formalism: str | None = None) -> Solved:
+    """Return the system solved at its start, the numbers by a formalism, in coordinates of its joints.
+
+    Raises InputError, and NoSolutionError where there is no start, no inertia, or constraints contradict each other.
+    """
+    declared = examined(system)
+    resolved = declared.relative or declared
+    begin = start(resolved, project=system.simulation.project)
+    state = state_of(resolved, float, 0.0, begin.q, begin.u, begin.parameters)
+    motion = motion_of(resolved, state)
+    dynamics = FORMALISMS[formalism_name(formalism, resolved)](resolved, state)
+    found = forward_dynamics(dynamics, minimum_norm=resolved.minimum_norm)
+    if not (np.isfinite(found.udot).all() and np.isfinite(found.report).all()):
+        blame_numbers(system)
+    _verify(resolved, dynamics, found)
+    numbers = Instant(motion, found.udot.tolist(), found.multipliers.tolist())
+    others = tuple(
+        Instant(motion, numbers.udot, (found.multipliers + change).tolist())
+        for change in _undetermined(np.array(dynamics.constraint_jacobian, dtype=float), found)
+    )
+    symbolic = declared_state(resolved, begin)
+    nodes = Instant(motion_of(resolved, symbolic.state), *unknowns(resolved))
+    reasons: dict[str, None] = {}
+    slots = Instant(motion_of(resolved, slot_state(resolved)), *unknowns(resolved))
+    forms = _forms(resolved, symbolic, reasons)
+    return Solved(system, resolved, begin, numbers, others, symbolic, nodes, slots, forms, reasons)
+
+
+def _solved_bounds(matrix: list[list[Node]], right: list[Node], known: Mapping[Node, Bounded], x: Any) -> list[float]:
+    """Return bounds of the rounding in x, matrix x = right: |K^-1| (bounds of right + bounds of K |x|), to first order.
+
+    Infinite where the equations have too many terms to look at, or no values.
+    """
+    size = len(x)
+    entries = [as_node(y) for row in matrix for y in row]
+    if size > _MOST_BOUNDED or size == 0:
+        return [np.inf] * size
+    found = bounded([*entries, *map(as_node, right)], known)
+    values, bounds = (np.array(y, dtype=float) for y in zip(*found, strict=True))
+    if not (np.isfinite(values).all() and np.isfinite(bounds).all()):
+        return [np.inf] * size
+    inverse = np.abs(np.linalg.pinv(values[: size * size].reshape(size, size)))
+    terms = bounds[size * size :] + bounds[: size * size].reshape(size, size) @ np.abs(x)
+    return [float(bound) for bound in inverse @ terms + EPSILON * np.abs(x)]
+
+
+def _forms(resolved: Mechanism, symbolic: SymbolicState, reasons: dict[str, None]) -> ClosedForms | None:
+    try:
+        return closed_forms(resolved, symbolic)
+    except NoClosedFormError as reason:
+        reasons[str(reason)] = None
+    except ExpressionError as reason:
+        reasons[reason.message] = None
+    return None
+
+
+def _verify(resolved: Mechanism, dynamics: TreeDynamics, found: Accelerations) -> None:
+    """Raise NoSolutionError where rows that depend on each other only here ask for different accelerations."""
+    rank, gamma = found.report[0], np.array(dynamics.constraint_forcing, dtype=float)
+    jacobian = np.array(dynamics.constraint_jacobian, dtype=float).reshape(len(gamma), len(found.udot))
+    misses = np.abs(jacobian @ found.udot - gamma)
+    missed = float(misses.max(initial=0.0))
+    if not (np.isfinite(found.udot).all() and np.isfinite(found.report).all()):
+        raise NoSolutionError("the accelerations are no finite numbers: values of the model are too large or too small")
+    size = max(1.0, float(np.abs(gamma).max(initial=0.0)), float(np.abs(found.udot).max(initial=0.0)))
+    if rank < len(resolved.rows) and missed > _CONTRADICTION * size:
+        names = ", ".join(row.name for row in resolved.rows)
+        raise NoSolutionError(
+            f"the start is a singular position of {names}, and no acceleration satisfies them with these speeds; start "
+            "from another position, or at rest",
+            where=Where(path=resolved.row_path(int(np.argmax(misses)))),
+        )
+
+
+def _undetermined(jacobian: Any, found: Accelerations) -> Sequence[Any]:
+    """Return the changes of the multipliers that exert nothing: H^T change = 0 (rows of the left null space)."""
+    rank = int(found.report[0])
+    if rank == len(found.multipliers):
+        return []
+    lengths = np.linalg.norm(jacobian, axis=1)
+    lengths[lengths == 0.0] = 1.0
+    left = np.linalg.svd(jacobian / lengths[:, None])[0]
+    size = max(1.0, float(np.abs(found.multipliers).max(initial=0.0)))
+    return [size * change / lengths for change in left[:, rank:].T]

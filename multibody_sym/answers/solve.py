@@ -1,0 +1,157 @@
+"""`solve`: accelerations, tensions and reactions at the given instant, in numbers and in closed form."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, Final
+
+from multibody_sym.algebra.book_form import comparison
+from multibody_sym.algebra.quotients import NoClosedFormError
+from multibody_sym.analysis.slipped_wheels import slipped_wheels
+from multibody_sym.answers.instant import Solved, solved_start
+from multibody_sym.answers.questions import answered
+from multibody_sym.answers.solution import RowKind, Solution, Value
+from multibody_sym.dynamics.examined import numbers_of
+from multibody_sym.dynamics.quantities import Instant
+from multibody_sym.expressions.printer import text
+from multibody_sym.model.force_places import reasons
+from multibody_sym.model.mechanism import (
+    COMPONENTS,
+    Coordinate,
+    DistanceRow,
+    ExpressionRow,
+    Mechanism,
+    RopeRow,
+    Row,
+    Speed,
+    VelocityRow,
+)
+from multibody_sym.model.system import System
+from multibody_sym.scalars.node import as_node, quantity, symbol
+from multibody_sym.simulation.overrides import with_values
+
+_ROUNDING: Final = 1e-12
+_UNITS: Final = {**dict.fromkeys(COMPONENTS[:3], "N"), **dict.fromkeys(COMPONENTS[3:], "N*m"), "tension": "N"}
+
+
+def solve(system: System, parameters: Mapping[str, Any] | None = None, formalism: str | None = None) -> Solution:
+    """Return what holds at t = 0.
+
+    Arguments: `parameters`, values by name in place of those declared; `formalism` by name, for the numbers.
+    Numbers come from M udot = f + H^T lambda, H udot = gamma in floats, closed forms from the same equations over exact
+    quotients. A closed form is given only where its value equals the number (to 1e-9), and if it is of bearable length.
+    Raises InputError, NoSolutionError (no start, no inertia, contradicting constraints).
+    """
+    valued = with_values(system, parameters)
+    with numbers_of(valued):
+        return _solution(solved_start(valued, formalism))
+
+
+def _solution(solved: Solved) -> Solution:
+    """Return what holds at a start that was solved."""
+    resolved, begin = solved.mechanism, solved.begin
+    names = acceleration_names(resolved)
+    units = {name: f"{speed.unit}^2" for name, speed in zip(names, resolved.speeds, strict=True)}
+    accelerations = solved.values(lambda instant: dict(zip(names, instant.udot, strict=True)), units)
+    reactions = _reactions(solved)
+    answers, remarks = answered(solved)
+    return Solution(
+        name=resolved.name,
+        coordinates=dict(zip((c.name for c in resolved.coordinates), begin.q, strict=True)),
+        speeds=dict(zip((s.name for s in resolved.speeds), begin.u, strict=True)),
+        accelerations=accelerations,
+        reactions=reactions,
+        kinds={row.name: _kind(row) for row in resolved.rows if row.name in reactions},
+        conditions=(*_tension_conditions(solved, reactions), *_sign_conditions(solved), *remarks),
+        answers=answers,
+        notes=(
+            *slipped_wheels(resolved, begin.parameters),
+            *(f"numbers only, where no closed form is given: {reason}" for reason in solved.reasons),
+        ),
+        assembled=_assembled(solved),
+        shifts=dict(begin.shifts),
+        withheld={name: each.components for name, each in resolved.withheld.items()},
+        withheld_reasons=tuple(reasons(resolved.withheld)),
+    )
+
+
+def _assembled(solved: Solved) -> dict[str, Value]:
+    """Return the start values that constraints determined, but for given ones that were right and speeds that vanish.
+
+    Those that formulas name have no expression of their own.
+    """
+    found: dict[str, Value] = {}
+    begin, state = solved.begin, solved.symbolic.state
+    declared: list[Coordinate | Speed] = [*solved.mechanism.coordinates, *solved.mechanism.speeds]
+    pairs = zip(declared, (*state.q, *state.u), (*begin.q, *begin.u), strict=True)
+    for each, node, number in pairs:
+        letter = as_node(node) is symbol(each.name)
+        if each.name in begin.assembled and (letter or each.name in begin.shifts or not (each.given or number == 0.0)):
+            value = Value(number) if letter else solved.value(as_node(node), number)
+            found[each.name] = replace(value, unit=each.unit)
+    return found
+
+
+def acceleration_names(resolved: Mechanism) -> list[str]:
+    """Return a name for each acceleration: the coordinate's of which it is the second derivative, else the speed's."""
+    names = [speed.name for speed in resolved.speeds]
+    for body in resolved.bodies:
+        for q, u in zip(body.step_q, body.step_u, strict=True):
+            names[u] = resolved.coordinates[q].name
+    return names
+
+
+def _reactions(solved: Solved) -> dict[str, dict[str, Value]]:
+    """Return the reactions of joints, cut ones too, and the multipliers of constraints."""
+    found: dict[str, dict[str, Value]] = {}
+    withheld = solved.mechanism.withheld
+    for name in solved.mechanism.joint_names:
+
+        def of_joint(instant: Instant, name: str = name) -> Mapping[str, Any]:
+            return instant.reactions[name]
+
+        values = solved.values(of_joint, _UNITS)
+        undetermined = withheld[name].components if name in withheld else ()
+        found[name] = {c: Value(None, unit=_UNITS[c]) if c in undetermined else x for c, x in values.items()}
+    for k, row in enumerate(solved.mechanism.rows):
+        if row.name.rpartition(".")[0] in solved.mechanism.joint_names:
+            continue
+        component = "multiplier" if isinstance(row, ExpressionRow) else "tension"
+
+        def of_row(instant: Instant, component: str = component, k: int = k) -> Mapping[str, Any]:
+            return {component: instant.multipliers[k]}
+
+        units = {} if isinstance(row, VelocityRow) else _UNITS
+        found.setdefault(row.name, {})[component] = solved.values(of_row, units)[component]
+    return found
+
+
+def _kind(row: Row) -> RowKind:
+    if isinstance(row, (ExpressionRow, VelocityRow)):
+        return "multiplier"
+    return "rope" if isinstance(row, RopeRow) else "rod" if isinstance(row, DistanceRow) else "force"
+
+
+def _tension_conditions(solved: Solved, reactions: Mapping[str, Mapping[str, Value]]) -> list[str]:
+    """Return for each rope whether it is taut, as it was assumed to be."""
+    found = []
+    for row in solved.mechanism.rows:
+        if isinstance(row, RopeRow):
+            tension = reactions[row.name]["tension"].value or 0.0
+            largest = max(abs(x) for x in solved.numbers.multipliers)
+            taut = tension >= -_ROUNDING * largest
+            outcome = "holds" if taut else "fails: the rope would push; in truth it goes slack"
+            found.append(f"{text(quantity('tension', (row.name,)))} >= 0 {outcome}")
+    return found
+
+
+def _sign_conditions(solved: Solved) -> list[str]:
+    """Return what the closed forms take for granted about signs, as the given values have them."""
+    found = []
+    for positive in solved.forms.field.positive if solved.forms else ():
+        try:
+            found.append(f"{comparison(positive)} holds")
+        except NoClosedFormError:
+            solved.reasons["a condition is too long"] = None
+    return found

@@ -1,0 +1,187 @@
+"""The start over Nodes: as it is declared, what constraints determine in closed form where one is found, else a letter.
+
+A number that came from closing constraints holds for one choice of parameters only, a guess that happens to be right
+too. So neither stands in a formula: what was assembled keeps its declared expression only where all rows are satisfied
+by it whatever the parameters are, takes the closed form that the rows give, or else keeps its name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from multibody_sym.algebra.book_form import book_form
+from multibody_sym.algebra.exact_solve import exact_solve
+from multibody_sym.algebra.quotient_functions import exact
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
+from multibody_sym.answers.symbolic_state import SymbolicState, parameter_letters
+from multibody_sym.dynamics.start import Start
+from multibody_sym.errors import ExpressionError
+from multibody_sym.kinematics.motion import Motion, motion_of
+from multibody_sym.kinematics.rows import RowMotion, row_motions
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.mechanism import Coordinate, Mechanism, RopeRow, Speed
+from multibody_sym.scalars.functions import evaluate, evaluate_float, sqrt
+from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
+
+_AS_DECLARED: Final = 1e-12
+_WORK: Final = 10_000
+_MOST_GUESSES: Final = 4
+
+
+def declared_state(mechanism: Mechanism, begin: Start) -> SymbolicState:
+    """Return the start with coordinates and speeds as declared, in parameters; assembled ones as this module says."""
+    found = _SymbolicStart.of(mechanism, begin)
+    found.find_positions()
+    found.find_speeds()
+    return found.given()
+
+
+@dataclass
+class _SymbolicStart:
+    """The start as it becomes known: q (nq) and u (nu) over Nodes, letters by node.
+
+    `guesses` are the declared expressions of what was assembled, by place, where they have the value that was found.
+    """
+
+    mechanism: Mechanism
+    begin: Start
+    parameters: list[Node]
+    letters: dict[Node, Letter]
+    q: list[Node]
+    u: list[Node]
+    q_guesses: dict[int, Node]
+    u_guesses: dict[int, Node]
+
+    @classmethod
+    def of(cls, mechanism: Mechanism, begin: Start) -> _SymbolicStart:
+        """Return the start with a letter for everything that was assembled."""
+        parameters, letters = parameter_letters(mechanism)
+        values = {slot("parameters", i): node for i, node in enumerate(parameters)}
+        sample = {node: float(letter.sample) for node, letter in letters.items()}
+        assembled = set(begin.assembled)
+
+        def declared(
+            named: Sequence[Coordinate | Speed], nodes: Sequence[Node], found: Sequence[float]
+        ) -> tuple[list[Node], dict[int, Node]]:
+            kept, guesses = list(nodes), {}
+            for k, each in enumerate(named):
+                agrees = abs(evaluate_float([nodes[k]], sample)[0] - found[k]) <= _AS_DECLARED * max(1.0, abs(found[k]))
+                if agrees and each.name in assembled:
+                    guesses[k] = nodes[k]
+                if not agrees or each.name in assembled:
+                    kept[k] = symbol(each.name)
+                    letters[kept[k]] = Letter(kept[k], PRECISE.mpf(found[k]))
+            return kept, guesses
+
+        initial = [as_node(x) for x in evaluate([c.initial for c in mechanism.coordinates], values)]
+        q, q_guesses = declared(mechanism.coordinates, _normalized(mechanism, initial), begin.q)
+        speeds = [as_node(x) for x in evaluate([s.initial for s in mechanism.speeds], values)]
+        u, u_guesses = declared(mechanism.speeds, speeds, begin.u)
+        return cls(mechanism, begin, parameters, letters, q, u, q_guesses, u_guesses)
+
+    def given(self) -> SymbolicState:
+        """Return the state as far as it is known."""
+        return SymbolicState(self._motion(self.q, self.u).state, self.letters)
+
+    def _motion(self, q: Sequence[Node], u: Sequence[Node]) -> Motion:
+        return motion_of(self.mechanism, state_of(self.mechanism, Node, ZERO, list(q), list(u), self.parameters))
+
+    def _field(self) -> tuple[Field, dict[Node, Quotient]]:
+        field = Field(_WORK)
+        return field, {node: field.letter(node, letter) for node, letter in self.letters.items()}
+
+    # --- positions ------------------------------------------------------------------------------------------------
+
+    def find_positions(self) -> None:
+        """Put declared expressions or closed forms in place of assembled coordinates, where rows confirm all of them.
+
+        Guesses are kept all, or all but one: a guess may be right for one choice of the parameters only.
+        """
+        unknown = [k for k, c in enumerate(self.mechanism.coordinates) if self.q[k] is symbol(c.name)]
+        guessed = list(self.q_guesses)
+        dropped: list[tuple[int, ...]] = [(), *((k,) for k in guessed if len(guessed) <= _MOST_GUESSES)]
+        for leave in dropped if unknown else ():
+            kept = {k: node for k, node in self.q_guesses.items() if k not in leave}
+            try:
+                confirmed = self._confirmed(kept, [k for k in unknown if k not in kept])
+            except (NoClosedFormError, ExpressionError):
+                continue
+            if confirmed is not None:
+                self.q = confirmed
+                return
+
+    def _confirmed(self, kept: dict[int, Node], unknown: Sequence[int]) -> list[Node] | None:
+        """Return coordinates with which all rows vanish whatever the parameters are, the unknown ones from the rows."""
+        q = [kept.get(k, node) for k, node in enumerate(self.q)]
+        if unknown:
+            from_zero = [ZERO if k in unknown else node for k, node in enumerate(q)]
+            closed = self._linear(from_zero, unknown)
+            if closed is None:
+                return None
+            q = [closed.get(k, node) for k, node in enumerate(q)]
+        field, known = self._field()
+        residuals = exact(field, [as_node(row.phi) for row in self._closing(self._motion(q, self.u))], known)
+        return q if all(x.is_zero for x in residuals) else None
+
+    def _linear(self, q: Sequence[Node], unknown: Sequence[int]) -> dict[int, Node] | None:
+        """Return the unknown coordinates by one step from where they are zero, which is right for linear rows."""
+        places = {i: k for body in self.mechanism.bodies for i, k in zip(body.step_q, body.step_u, strict=True)}
+        if not all(k in places for k in unknown):
+            return None
+        rows = self._closing(self._motion(q, self.u))
+        return self._solved(rows, [as_node(row.phi) for row in rows], {k: places[k] for k in unknown}, self.begin.q)
+
+    def _closing(self, motion: Motion) -> list[RowMotion]:
+        """Return the rows that restrict positions: all but nonholonomic ones, and ropes that take their length here."""
+        measured = {slot("parameters", i) for i, entry in enumerate(self.mechanism.parameters) if entry.value is None}
+        pairs = zip(self.mechanism.rows, row_motions(motion), strict=True)
+        return [m for row, m in pairs if m.holonomic and not (isinstance(row, RopeRow) and row.length in measured)]
+
+    # --- speeds ---------------------------------------------------------------------------------------------------
+
+    def find_speeds(self) -> None:
+        """Put declared expressions or closed forms in place of assembled speeds, as H u = -phi_t gives them."""
+        unknown = [k for k, speed in enumerate(self.mechanism.speeds) if self.u[k] is symbol(speed.name)]
+        if not unknown:
+            return
+        try:
+            kept = [self.u_guesses.get(k, node) for k, node in enumerate(self.u)]
+            field, known = self._field()
+            moving = [as_node(row.phidot) for row in row_motions(self._motion(self.q, kept))]
+            if len(self.u_guesses) == len(unknown) and all(x.is_zero for x in exact(field, moving, known)):
+                self.u = kept
+                return
+            rows = row_motions(self._motion(self.q, [ZERO if k in unknown else node for k, node in enumerate(self.u)]))
+            right = [as_node(row.phidot) for row in rows]
+            closed = self._solved(rows, right, {k: k for k in unknown}, self.begin.u)
+        except (NoClosedFormError, ExpressionError):
+            return
+        self.u = [(closed or {}).get(k, node) for k, node in enumerate(self.u)]
+
+    # --- both -----------------------------------------------------------------------------------------------------
+
+    def _solved(
+        self, rows: Sequence[RowMotion], missed: Sequence[Node], unknown: dict[int, int], values: Collection[float]
+    ) -> dict[int, Node] | None:
+        """Return the unknown (place: speed) with J unknown = -missed; None where these are not the values found."""
+        field, known = self._field()
+        matrix = [exact(field, [as_node(row.jacobian[k]) for k in unknown.values()], known) for row in rows]
+        found = exact_solve(matrix, [-x for x in exact(field, missed, known)])
+        wanted = [list(values)[k] for k in unknown]
+        near = (
+            abs(float(x.sample) - value) <= _AS_DECLARED * max(1.0, abs(value))
+            for x, value in zip(found, wanted, strict=True)
+        )
+        return dict(zip(unknown, map(book_form, found), strict=True)) if all(near) else None
+
+
+def _normalized(mechanism: Mechanism, q: list[Node]) -> list[Node]:
+    """Return coordinates with each quaternion divided by its length."""
+    normal = list(q)
+    for body in mechanism.bodies:
+        length = sqrt(sum((q[k] ** 2 for k in body.quaternion), ZERO))
+        for k in body.quaternion:
+            normal[k] = q[k] / length
+    return normal

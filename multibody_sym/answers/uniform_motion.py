@@ -1,0 +1,196 @@
+"""Motions whose accelerations never change: paths, times and speeds in closed form.
+
+    q = q0 + u0 t + a t^2/2        v = v0 + A t
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import reduce
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.algebra.book_form import book_form, comparison
+from multibody_sym.algebra.quotient_functions import absolute, sqrt
+from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
+from multibody_sym.answers.closed_form import ClosedForms, closed_forms, unknowns
+from multibody_sym.answers.instant import AGREEMENT, Solved
+from multibody_sym.answers.symbolic_state import any_state
+from multibody_sym.dynamics.composite_body import composite_body
+from multibody_sym.dynamics.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.quantities import Instant
+from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.elements import Ask
+from multibody_sym.model.slots import AXES
+from multibody_sym.numerics.arrays import UNDEFINED, Floats
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import Node, as_node, quantity, symbol
+
+_DISPLACED: Final = 3
+_FAR: Final = 1e-3
+_SAME: Final = 1e-7
+_MOMENTS: Final = 1001
+_TINY: Final = 1e-300
+
+
+@dataclass(frozen=True, eq=False)
+class UniformMotion:
+    """A motion in which no acceleration depends on time, coordinates or speeds; `anywhere` is the proof."""
+
+    solved: Solved
+    forms: ClosedForms
+    anywhere: ClosedForms
+    nodes: Instant
+    variables: frozenset[Node]
+
+    # --- coordinates ----------------------------------------------------------------------------------------------
+
+    def time(self, coordinate: str, value: Node) -> Quotient | None:
+        """Return the first time at which a coordinate has a value, None if it never has."""
+        k = [c.name for c in self.solved.mechanism.coordinates].index(coordinate)
+        state = self.solved.nodes.motion.state
+        q, u = self.forms.of([as_node(state.q[k]), as_node(state.u[k])])
+        return _first_time(self.given(value) - q, u, self.forms.udot[k])
+
+    def given(self, value: Node) -> Quotient:
+        """Return an expression of parameters in closed form."""
+        return self.forms.of([as_node(self.solved.asked(value)(self.solved.nodes)[""])])[0]
+
+    def broken(self, until: float) -> list[tuple[str, float]]:
+        """Return the conditions of this motion that fail before `until`, each with the time when it does."""
+        times = np.linspace(0.0, until, _MOMENTS)
+        begin, udot = self.solved.begin, np.array(self.solved.numbers.udot)
+        q, u = np.array(begin.q), np.array(begin.u)
+        names = [c.name for c in self.solved.mechanism.coordinates]
+        found = []
+        for condition in self.anywhere.field.positive:
+            node = book_form(condition)
+            for t in times[:-1]:
+                moved = dict(zip(map(symbol, names), q + u * t + udot * t * t / 2, strict=True))
+                if evaluate_float([node], {**self.solved.sample, **moved, symbol("t"): float(t)})[0] <= 0.0:
+                    found.append((comparison(condition), float(t)))
+                    break
+        return found
+
+    def confirms(self, question: Ask, time: float, answer: float) -> bool:
+        """Return whether the same answer follows from the accelerations in floats."""
+        numbers = self.solved.numbers
+        if question.of is None:
+            ((coordinate, value),) = (question.when or {}).items()
+            k = [c.name for c in self.solved.mechanism.coordinates].index(coordinate)
+            way = self.solved.number(value) - self.solved.begin.q[k]
+            gone = [self.solved.begin.u[k] * time, numbers.udot[k] * time * time / 2]
+            return bool(abs(sum(gone) - way) <= AGREEMENT * max(map(abs, gone)))
+        v, a = (
+            np.array([self.solved.number(quantity(f, (question.of, axis))) for axis in AXES])
+            for f in ("velocity", "acceleration")
+        )
+        if question.at is not None:
+            return bool(abs(float(np.linalg.norm(v + a * time)) - answer) <= AGREEMENT * answer)
+        turn = min(max(-float(v @ a) / max(float(a @ a), _TINY), 0.0), time)
+        there, end = (v * t + a * t * t / 2 for t in (turn, time))
+        return abs(float(np.linalg.norm(there) + np.linalg.norm(end - there)) - answer) <= AGREEMENT * answer
+
+    # --- points ---------------------------------------------------------------------------------------------------
+
+    def path(self, point: str, duration: Quotient) -> Quotient | None:
+        """Return the length of the path of a point, None where it is curved or not uniformly accelerated."""
+        v, a = self._along(point)
+        if a is None:
+            return None
+        if all(x.is_zero for x in v):
+            return _length(a) * duration * duration / 2
+        if all(x.is_zero for x in a):
+            return _length(v) * duration
+        if any(not (v[i] * a[j] - v[j] * a[i]).is_zero for i, j in ((0, 1), (1, 2), (0, 2))):
+            return None
+        speed = _length(v)
+        rate = (v[0] * a[0] + v[1] * a[1] + v[2] * a[2]) / speed
+        forth = speed * duration + rate * duration * duration / 2
+        turns = rate.sample < 0 and -speed.sample / rate.sample < duration.sample
+        return -(speed * speed / rate) - forth if turns else forth
+
+    def speed(self, point: str, time: Quotient) -> Quotient | None:
+        """Return the speed of a point at a time, None where it is not uniformly accelerated."""
+        v, a = self._along(point)
+        return None if a is None else _length([x + y * time for x, y in zip(v, a, strict=True)])
+
+    def _along(self, point: str) -> tuple[list[Quotient], list[Quotient] | None]:
+        """Return a point's velocity at the start and its acceleration, None for that where it changes."""
+        v, a, changing = [], [], []
+        for axis in AXES:
+            velocity = self.solved.asked(quantity("velocity", (point, axis)))(self.solved.nodes)[""]
+            ask = self.solved.asked(quantity("acceleration", (point, axis)))
+            v += self.forms.of([as_node(velocity)])
+            a += self.forms.of([as_node(ask(self.solved.nodes)[""])])
+            changing += self.anywhere.of([as_node(ask(self.nodes)[""])])
+        return v, None if any(x.symbols & self.variables for x in changing) else a
+
+
+def uniform_motion(solved: Solved) -> UniformMotion | None:
+    """Return the motion if all accelerations are constant along it, None if they are not or this is not proved."""
+    resolved, forms = solved.mechanism, solved.forms
+    if forms is None or any(body.quaternion for body in resolved.bodies) or not _seems_uniform(solved):
+        return None
+    general = any_state(resolved, solved.begin)
+    names = ("t", *(c.name for c in resolved.coordinates), *(s.name for s in resolved.speeds))
+    variables = frozenset(map(symbol, names))
+    try:
+        anywhere = closed_forms(resolved, general)
+    except NoClosedFormError:
+        return None
+    if any(x.symbols & variables for x in anywhere.udot):
+        return None
+    nodes = Instant(motion_of(resolved, general.state), *unknowns(resolved))
+    return UniformMotion(solved, forms, anywhere, nodes, variables)
+
+
+def _seems_uniform(solved: Solved) -> bool:
+    """Return whether the accelerations at displaced states are those at the start."""
+    begin, rng = solved.begin, np.random.default_rng(0)
+    here, size = _accelerations(solved, 0.0, np.array(begin.q), np.array(begin.u))
+    for k in range(_DISPLACED):
+        q, u = (np.array(x) + _FAR * rng.normal(size=len(x)) for x in (begin.q, begin.u))
+        try:
+            there, _ = _accelerations(solved, 0.1 * (k + 1), q, u)
+        except UNDEFINED:
+            return False
+        if not bool((np.abs(there - here) <= _SAME * size).all()):
+            return False
+    return True
+
+
+def _accelerations(solved: Solved, t: float, q: Floats, u: Floats) -> tuple[Floats, float]:
+    """Return udot at a state in floats, and the size of what it is made of: the accelerations without rows."""
+    resolved = solved.mechanism
+    state = state_of(resolved, float, t, q.tolist(), u.tolist(), solved.begin.parameters)
+    dynamics = composite_body(resolved, state)
+    free = max((abs(x) for x in dynamics.bias_acceleration), default=0.0)
+    udot = forward_dynamics(dynamics).udot
+    return udot, max(free, float(np.abs(udot).max(initial=0.0)))
+
+
+def _first_time(way: Quotient, u: Quotient, a: Quotient) -> Quotient | None:
+    """Return the smallest t > 0 with u t + a t^2/2 = way (0 if way is 0 and that time does not come again)."""
+    if way.is_zero:
+        return -2 * u / a if not a.is_zero and (u / a).sample < 0 else way
+    if a.is_zero:
+        return None if u.is_zero or (way / u).sample < 0 else way / u
+    square = u * u + 2 * (a * way)
+    if u.is_zero:
+        return sqrt(2 * way / a) if square.sample > 0 else None
+    if square.sample < 0 and not square.vanishes:
+        return None
+    root = sqrt(square) * (1 if a.sample > 0 else -1)
+    times = [t for t in ((-u - root) / a, (-u + root) / a) if t.sample > 0]
+    return min(times, key=lambda t: t.sample, default=None)
+
+
+def _length(vector: Sequence[Quotient]) -> Quotient:
+    parts = [x for x in vector if not x.is_zero]
+    if len(parts) == 1:
+        return absolute(parts[0])
+    return sqrt(reduce(lambda total, x: total + x * x, parts, vector[0].field.constant(0)))

@@ -1,0 +1,264 @@
+"""`check`: whether a system is what its author means, and whether all routes to its equations agree."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.analysis.agreement import agreement, agrees
+from multibody_sym.analysis.limits import limits_passed
+from multibody_sym.analysis.slipped_wheels import slipped_wheels
+from multibody_sym.analysis.theorems import NEGLIGIBLE, conserved, instant_of, rates_of, theorems
+from multibody_sym.dynamics.body_masses import holes
+from multibody_sym.dynamics.closing import Rows
+from multibody_sym.dynamics.contradiction import contradiction_of
+from multibody_sym.dynamics.examined import blame_numbers, examined, on_numbers
+from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
+from multibody_sym.dynamics.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.massless import massless_speeds
+from multibody_sym.dynamics.redundancy import redundancy
+from multibody_sym.dynamics.sampling import sampled_states
+from multibody_sym.dynamics.start import Start, parameter_values, start, verify_regular_start
+from multibody_sym.errors import NoSolutionError
+from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.state import State
+from multibody_sym.model.bodies import GROUND
+from multibody_sym.model.constraints import Rope
+from multibody_sym.model.force_places import reasons
+from multibody_sym.model.mechanism import TIME, Mechanism, RopeRow
+from multibody_sym.model.system import System, expressions
+from multibody_sym.scalars.kinks import switching_functions
+from multibody_sym.scalars.node import ZERO, leaves, symbol
+
+_STATES: Final = 4
+_LARGE: Final = 200
+_MOST: Final[Mapping[str, int]] = {
+    "lagrange": 12,
+    "multipliers": 12,
+    "composite_body": _LARGE,
+    "dalembert_lagrange": _LARGE,
+    "newton_euler": _LARGE,
+}
+"""The most speeds for which a formalism takes seconds: of those that derive closed forms, then of those in floats."""
+
+
+@dataclass(frozen=True)
+class CheckReport:
+    """What `check` found.
+
+    `rank` of the constraints at the start and the `redundant` rows, both without `doubles`: massless bodies by which
+    joints keep their coordinates, with as many speeds as the joint, each held by a row of its own; `not_unique`: rows
+    and joints whose forces are not
+    determined; `dependencies`, for each redundant row the rows that follow from each other; `ambiguous`, elements whose
+    forces are not determined, joints with the components; `agreement`: each formalism's worst scaled residual (rounding
+    is below 10, with constraints below 100); `theorems`: relative residuals; `conserved` quantities; `held` and
+    `assembled` start values, by how much given ones changed (`shifts`), and the largest such `shift`; `failure`: why
+    there is no start to go on from, or no motion, if there is none; `hints` for the author; `withheld`: components of
+    joints' reactions that are not determined, as constraints do not say where their forces act, with the reasons.
+    """
+
+    degrees_of_freedom: int
+    rank: int
+    redundant: tuple[str, ...]
+    not_unique: tuple[str, ...]
+    dependencies: tuple[tuple[str, ...], ...] = ()
+    ambiguous: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    agreement: Mapping[str, float] = field(default_factory=dict)
+    theorems: Mapping[str, float] = field(default_factory=dict)
+    conserved: tuple[str, ...] = ()
+    held: tuple[str, ...] = ()
+    assembled: tuple[str, ...] = ()
+    shifts: Mapping[str, float] = field(default_factory=dict)
+    shift: float = 0.0
+    agrees: bool = False
+    failure: str | None = None
+    hints: tuple[str, ...] = ()
+    withheld: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    withheld_reasons: tuple[str, ...] = ()
+    doubles: Mapping[str, int] = field(default_factory=dict)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `check --json` prints; without a start there are no numbers."""
+        tree: dict[str, Any] = {name: list(x) if isinstance(x, tuple) else x for name, x in vars(self).items()}
+        for name in ("agreement", "theorems"):
+            tree[name] = {key: x if math.isfinite(x) else None for key, x in tree[name].items()}
+        return tree if self.failure is None else {**tree, **dict.fromkeys(("degrees_of_freedom", "rank", "shift"))}
+
+
+@on_numbers
+def check(system: System) -> CheckReport:
+    """Return degrees of freedom, redundant constraints, the formalisms' agreement, theorems and hints for a system.
+
+    Raises InputError for what the declaration contradicts.
+    """
+    resolved = examined(system)
+    declared = _declared_hints(system)
+    try:
+        begin = start(resolved, project=system.simulation.project)
+        verify_regular_start(resolved, begin)
+    except NoSolutionError as error:
+        count = len(resolved.speeds)
+        return CheckReport(count, 0, (), (), failure=str(error), hints=(*declared, *_massless_hint(system, error)))
+    return _with_dynamics(system, resolved, begin, declared)
+
+
+def _with_dynamics(system: System, resolved: Mechanism, begin: Start, declared: Sequence[str]) -> CheckReport:
+    states = sampled_states(resolved, begin, _STATES if len(resolved.speeds) <= _LARGE else 0)
+    motion = motion_of(resolved, states[0])
+    formalism = FORMALISMS[cheapest(resolved)]
+    rank = redundancy(motion, formalism(resolved, states[0]))
+    compared = {name: f for name, f in FORMALISMS.items() if _is_compared(name, resolved)}
+    ratios = agreement(resolved, states, compared)
+    found = [forward_dynamics(formalism(resolved, state)) for state in states]
+    rates = rates_of(resolved)
+    instants = [instant_of(resolved, rates, state, x) for state, x in zip(states, found, strict=True)]
+    residuals = theorems(instants)
+    tensions = _pushing(resolved, found[0].multipliers.tolist())
+    physical = (*_gravity_hint(resolved, states[0]), *_hole_hints(resolved))
+    wheels = slipped_wheels(resolved, begin.parameters)
+    hints = (*declared, *physical, *_start_hints(resolved, begin, states), *tensions, *wheels)
+    if not all(map(math.isfinite, (*ratios.values(), *residuals.values()))):
+        blame_numbers(system)
+    agreed = agrees(resolved, ratios) and all(x <= NEGLIGIBLE for x in residuals.values())
+    failure = None if agreed else _contradiction(resolved, begin, states)
+    doubles = {body.joint_name: len(body.u) for body in resolved.bodies if body.is_double}
+    return CheckReport(
+        degrees_of_freedom=len(resolved.speeds) - rank.rank,
+        rank=rank.rank - sum(doubles.values()),
+        redundant=rank.redundant,
+        not_unique=rank.not_unique,
+        dependencies=rank.dependencies,
+        ambiguous=rank.ambiguous,
+        agreement=ratios,
+        theorems=residuals,
+        conserved=tuple(conserved(instants)),
+        held=begin.held,
+        assembled=begin.assembled,
+        shifts=begin.shifts,
+        shift=begin.shift,
+        agrees=agreed,
+        failure=failure,
+        hints=(*hints, *_not_compared(resolved)),
+        withheld={name: each.components for name, each in resolved.withheld.items()},
+        withheld_reasons=tuple(reasons(resolved.withheld)),
+        doubles=doubles,
+    )
+
+
+def _contradiction(resolved: Mechanism, begin: Start, states: Sequence[State]) -> str | None:
+    """Return which constraints contradict each other at one of the states, so that no formalism has a solution."""
+    generic = int(begin.parameters[-3]) if resolved.rows else 0
+    for state in states if generic < len(resolved.rows) else ():
+        t = float(state.slots[TIME])
+        rows = Rows(resolved, begin.parameters, range(len(resolved.rows)), t)
+        q, u = (np.array(x, dtype=float) for x in (state.q, state.u))
+        found = contradiction_of(rows, q, u, generic)
+        if found is not None:
+            return found.message(resolved, f"at t = {t:.3g} s")
+    return None
+
+
+def _is_compared(name: str, resolved: Mechanism) -> bool:
+    massless = bool(massless_speeds(resolved))
+    refused = {"lagrange": bool(resolved.rows), "block_ldl": massless, "sweep": massless}
+    return not refused.get(name) and len(resolved.speeds) <= _MOST.get(name, len(resolved.speeds))
+
+
+def _not_compared(resolved: Mechanism) -> list[str]:
+    left_out = [name for name, most in _MOST.items() if len(resolved.speeds) > most]
+    hints = [f"not compared, as it would take long for so many speeds: {', '.join(left_out)}"] if left_out else []
+    return hints if len(resolved.speeds) <= _LARGE else [*hints, "compared at the start only, for the same reason"]
+
+
+# --- hints ---------------------------------------------------------------------------------------------------------
+
+
+def _declared_hints(system: System) -> list[str]:
+    """Return what the declaration alone suggests was forgotten."""
+    hints = []
+    if all(component.shadow == 0 for component in system.gravity):
+        hints.append("no gravity is declared; write gravity: [0, -9.81, 0] or the like if there is any")
+    named = _named(system)
+    for section, what in (("parameters", "parameter"), ("inputs", "input")):
+        hints += [f"{what} {name} is not used" for name in getattr(system, section) if name not in named]
+    for name, joint in system.joints.items():
+        if switching_functions([x for x in getattr(joint, "motion", None) or () if x is not None]):
+            hints.append(f"the motion of joint {name} has a kink or jump: no impulse is computed where its speed jumps")
+    ropes = [step for c in system.constraints.values() if isinstance(c, Rope) for step in c.path]
+    hints += [f"no rope runs over pulley {name}" for name in system.pulleys if name not in ropes]
+    carriers = [joint.parent for joint in system.joints.values()]
+    for name, body in system.bodies.items():
+        carries = any(parent == name or parent.startswith(f"{name}.") for parent in carriers)
+        if name != "ground" and not carries and body.mass is None and body.shape is None:
+            hints.append(f"body {name} has no mass")
+    return hints if system.outputs else [*hints, "no outputs are declared: a run tells coordinates and speeds only"]
+
+
+def _named(system: System) -> set[str]:
+    """Return the names that expressions use, other than in their own declaration."""
+    return {
+        leaf.data
+        for path, node, _ in expressions(system)
+        for leaf in leaves([node], "symbol")
+        if path[:2] != ("parameters", leaf.data)
+    }
+
+
+def _massless_hint(system: System, error: NoSolutionError) -> list[str]:
+    """Return that a body is declared as a particle where its joint's freedom finds no inertia."""
+    joint = system.joints.get(error.where.path[1]) if error.where.path[:1] == ("joints",) else None
+    name = joint.child.partition(".")[0] if joint is not None else ""
+    body = system.bodies.get(name)
+    if body is None or body.inertia is not None or body.shape is not None:
+        return []
+    return [f"body {name} has no inertia: it is a particle at its com, which does not resist turning about itself"]
+
+
+def _hole_hints(resolved: Mechanism) -> list[str]:
+    """Return the bodies that count as taken out of others."""
+    base = resolved.relative or resolved
+    pairs = holes(base, parameter_values(base, {}))
+    return [f"body {name} has a negative mass: it counts as a hole, taken out of {of}" for name, of in pairs]
+
+
+def _gravity_hint(resolved: Mechanism, state: State) -> list[str]:
+    """Return that gravity does not turn with ground, where ground turns about another direction than gravity's."""
+    gravity = np.array(state.values(resolved.gravity), dtype=float)
+    for body in resolved.bodies:
+        if body.joint_name != GROUND or not gravity.any():
+            continue
+        steps = [(s, g) for s, g in zip(body.steps, body.given, strict=True) if s.kind == "rotate" and g is not None]
+        moves = any(given[1] is not ZERO for _, given in steps)
+        axes = [np.array(state.values(step.axis), dtype=float) for step, _ in steps]
+        if moves and any(np.abs(np.cross(axis, gravity)).max() > NEGLIGIBLE * np.abs(gravity).max() for axis in axes):
+            return ["ground turns, and gravity does not turn with it: it keeps its direction among the stars, and seen "
+                    "from ground it turns the other way"]
+    return []
+
+
+def _start_hints(resolved: Mechanism, begin: Start, states: Sequence[State]) -> list[str]:
+    hints = _limit_hints(resolved, begin, states[0])
+    if len(resolved.speeds) <= _LARGE and len(states) <= _STATES:
+        hints.append("at most states near the start something declared has no value, or the mass matrix is singular")
+    return hints
+
+
+def _limit_hints(resolved: Mechanism, begin: Start, state: State) -> list[str]:
+    def at_start(name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+        return np.array(state.values([resolved.symbols[symbol(name)]]), dtype=float)
+
+    crossed = limits_passed(resolved, begin.parameters, at_start)
+    return [f"joint {at.joint} starts beyond its {at.limit} limit, {at.bound:g}" for at in crossed]
+
+
+def _pushing(resolved: Mechanism, multipliers: Sequence[float]) -> list[str]:
+    """Return the ropes that would have to push at the start."""
+    return [
+        f"rope {row.name} would have to push with {-force:.6g} N at the start: it goes slack"
+        for row, force in zip(resolved.rows, multipliers, strict=True)
+        if isinstance(row, RopeRow) and force < 0.0
+    ]

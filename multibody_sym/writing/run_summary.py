@@ -1,0 +1,114 @@
+"""What a run came to, in a few lines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+from multibody_sym.integrators.flow import Status
+from multibody_sym.kinematics.energy import working
+from multibody_sym.simulation.samples import mechanism_units
+from multibody_sym.simulation.trajectory import Trajectory
+from multibody_sym.writing.redundancy import redundancy_lines
+from multibody_sym.writing.shifts import shifts_text
+from multibody_sym.writing.withheld import withheld_text
+
+_MOST: Final = 20
+_MOST_NAMED: Final = 6
+_SINGULAR: Final = "singular position"
+
+
+def run_summary(run: Trajectory) -> str:
+    """Return how the run was done, where it ended, and how well energy and constraints were kept."""
+    started = shifts_text(run.ready.start.shifts)
+    kept = [*_energy(run), *_constraints(run), *_withheld(run)]
+    return "\n".join([_headline(run), *started, *_stop(run), *_end(run), *kept, *_events(run)])
+
+
+def _headline(run: Trajectory) -> str:
+    problem, taken, ready = run.problem, run.integration.statistics, run.ready
+    accuracy = f"step {problem.step:g} s" if problem.step else f"rtol {problem.rtol:g}, atol {problem.atol:g}"
+    if problem.step and problem.step > problem.t_end - problem.t0:
+        accuracy += ", longer than the run"
+    code = {"c": "C", "python": "Python"}[ready.compiled.backend]
+    done = "done" if run.stop is None else f"stopped by {run.stop['element']!r}"
+    if run.integration.failure is not None:
+        done = "interrupted" if run.interrupted else "failed"
+    jacobians = f", {taken.jacobians} Jacobians" if taken.jacobians else ""
+    return (
+        f"{ready.mechanism.name}: {done} at t = {run.t_final:g} s of {problem.t_end:g} s, {len(run)} samples\n"
+        f"{problem.method.name} ({accuracy}), {ready.formalism} in {code}: {taken.steps} steps, "
+        f"{taken.rejected} rejected, {taken.evaluations} evaluations{jacobians}"
+    )
+
+
+def _stop(run: Trajectory) -> list[str]:
+    if run.stop is None or run.stop["t"] > run.problem.t0:
+        return []
+    return [f"the run ended at once: the condition of stop {run.stop['element']!r} holds at the start"]
+
+
+def _end(run: Trajectory) -> list[str]:
+    mechanism = run.ready.mechanism
+    units = mechanism_units(mechanism)
+    values: Mapping[str, float] = {**run.final["coordinates"], **run.final["speeds"]}
+    width = max(map(len, values), default=0)
+    lines = [f"  {name:{width}} {value: .10g} {units[name]}".rstrip() for name, value in values.items()]
+    more = [f"  ... {len(lines) - _MOST} more"] if len(lines) > _MOST else []
+    return [f"at t = {run.t_final:g} s:", *lines[:_MOST], *more]
+
+
+def _energy(run: Trajectory) -> list[str]:
+    if len(run) == 0:
+        return []
+    drives = ", ".join(run.ready.mechanism.drives)
+    told = f"it changed by at most {run.drift['energy']:.2g} J"
+    acting = working(run.ready.mechanism)
+    if acting:
+        more = f" and {len(acting) - _MOST_NAMED} more" if len(acting) > _MOST_NAMED else ""
+        told += f", the work of {', '.join(acting[:_MOST_NAMED])}{more} included"
+    if drives:
+        told = f"prescribed motion ({drives}) does work, so that its change tells nothing about the integration"
+    return [f"total energy {run.energy[0]:.6g} J at the start; {told}"]
+
+
+def _constraints(run: Trajectory) -> list[str]:
+    drift, lines = run.drift, []
+    if run.ready.mechanism.rows:
+        how = "projection after each step" if run.problem.project else "nothing"
+        if run.problem.index_2:
+            how = "equations of index 2"
+        if run.baumgarte is not None and any(run.baumgarte.values()):
+            how = "Baumgarte with alpha = {alpha:.4g}/s, beta = {beta:.4g}/s".format(**run.baumgarte)
+        reached = f"|phi| <= {drift['position']:.2g}, |phidot| <= {drift['velocity']:.2g}"
+        kept = "left, not kept" if run.integration.status is Status.LEFT else "kept"
+        lines += [f"constraints {kept} by {how}: {reached}", *redundancy_lines(run.redundancy)]
+    if drift["quaternion"]:
+        lines.append(f"quaternions were within {drift['quaternion']:.2g} of unit length when they were normalised")
+    return lines
+
+
+def _withheld(run: Trajectory) -> list[str]:
+    lines = withheld_text(run.withheld, run.withheld_reasons)
+    untold = run.ready.mechanism.untold
+    return [*lines, f"  outputs without a value for that: {', '.join(untold)}"] if untold else lines
+
+
+def _events(run: Trajectory) -> list[str]:
+    told = [event for event in run.events if event != run.stop and event["kind"] != _SINGULAR]
+    return [*_singular(run), *(_warning(event["kind"], event["element"], event["t"]) for event in told)]
+
+
+def _singular(run: Trajectory) -> list[str]:
+    times = [f"{t:.6g}" for t in run.integration.singular]
+    if not times:
+        return []
+    shown = ", ".join(times if len(times) <= _MOST else [*times[:_MOST], "..."])
+    named = f"{len(times)} singular positions" if len(times) > 1 else "a singular position"
+    return [f"passed {named}, in which constraints depend on each other, at t = {shown} s"]
+
+
+def _warning(kind: str, element: str, t: float) -> str:
+    if kind.endswith("limit"):
+        return f"warning: joint {element} passes its {kind} at t = {t:g} s; nothing stops it there"
+    return f"warning: from t = {t:g} s on rope {element} would have to push; a real one goes slack there"

@@ -1,0 +1,35 @@
+"""Positions of equilibrium as text."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from multibody_sym.analysis.equilibrium import Equilibrium
+
+_WORDS: Final = {True: "stable", False: "unstable", None: "indifferent"}
+_ROUNDING: Final = 1e-9
+
+
+def equilibrium_text(found: Equilibrium) -> str:
+    """Return the positions for a person to read."""
+    lines = []
+    each = zip(found.positions, found.stable, found.free, found.beyond, strict=True)
+    for position, stable, free, beyond in each:
+        values = ", ".join(f"{name} = {0.0 if abs(x) < _ROUNDING else x:.9g}" for name, x in position.items())
+        along = f"; and so is every position beside it along {', '.join(free)}" if free else ""
+        past = f"; beyond the other end of {', '.join(beyond)}" if beyond else ""
+        lines.append(f"{_WORDS[stable]}: {values}{along}{past}")
+    return "\n".join([*lines, *_notes(found)])
+
+
+def _notes(found: Equilibrium) -> list[str]:
+    """Return what is not known of the answer, and what it leaves out."""
+    notes = []
+    if found.cut_short:
+        notes.append(f"note: cut short after {found.guesses} guesses, as its time was up: there may be others")
+    elif not found.complete:
+        notes.append(f"note: found from {found.guesses} guesses; it is not proved that there are no others")
+    if found.speeds_left_out:
+        names = ", ".join(found.speeds_left_out)
+        notes.append(f"note: at rest, start speeds are left out ({names}); steady motion: `linearize`")
+    return notes

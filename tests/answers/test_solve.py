@@ -1,0 +1,308 @@
+"""`solve`: textbook problems as books print them, formulas that hold beyond their sample, and questions."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from textbook_problems import HEAD, PROBLEMS
+
+import multibody_sym as mbs
+from multibody_sym.answers.solution import Value
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import symbol
+
+
+def problem(model: str) -> mbs.System:
+    """Return the system of a model file without its head."""
+    return mbs.loads(HEAD + model)
+
+
+def values(solution: mbs.Solution) -> dict[str, Value]:
+    """Return everything that was found, as `accelerations.x`, `answers.path`, `joint.fx`, `rope.tension`."""
+    found = {f"accelerations.{name}": value for name, value in solution.accelerations.items()}
+    found |= {f"answers.{name}": value for name, value in solution.answers.items()}
+    found |= {f"{e}.{c}": value for e, parts in solution.reactions.items() for c, value in parts.items()}
+    return found
+
+
+def number(value: Value) -> float:
+    assert value.value is not None
+    return value.value
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_formulas_are_those_of_the_book(name: str) -> None:
+    found = values(mbs.solve(problem(PROBLEMS[name].model)))
+    printed = {key: found[key].as_json()["expression"] for key in PROBLEMS[name].printed}
+    assert printed == PROBLEMS[name].printed
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_a_formula_holds_for_other_values_too(name: str) -> None:
+    """Formulas found at the sample, evaluated elsewhere, against the equations solved in floats there."""
+    model, _, vary = PROBLEMS[name]
+    system = problem(model)
+    rng = np.random.default_rng(5)
+    before = values(mbs.solve(system))
+    for _ in range(2):
+        given = {p: evaluate_float([system.parameters[p].value], {})[0] * rng.uniform(0.8, 1.2) for p in vary.split()}
+        after = values(mbs.solve(system, given))
+        letters = {symbol(p): x for p, x in given.items()}
+        for key, value in before.items():
+            if value.expression is not None:
+                elsewhere = evaluate_float([value.expression], letters)[0]
+                assert elsewhere == pytest.approx(number(after[key]), rel=1e-9, abs=1e-9), key
+
+
+# --- the textbook's own ----------------------------------------------------------------------------------------------
+
+TWO_BLOCKS = """
+bodies: {left: {mass: 0.2 kg}, right: {mass: 0.3 kg}}
+joints:
+  a: {type: prismatic, parent: ground, child: left, axis: x}
+  b: {type: prismatic, parent: ground, child: right, axis: x, initial: {q: 0.5 m}}
+constraints: {string: {type: rope, path: [left, right]}}
+forces:
+  pull1: {type: force, on: left, value: [-0.1 N, 0, 0]}
+  pull2: {type: force, on: right, value: [0.6 N, 0, 0]}
+"""
+
+
+def test_numbers_in_the_file_give_numbers() -> None:
+    found = values(mbs.solve(problem(TWO_BLOCKS)))
+    assert number(found["accelerations.a"]) == pytest.approx(1.0, rel=1e-14)
+    assert number(found["string.tension"]) == pytest.approx(0.3, rel=1e-14)
+    assert str(found["string.tension"]) == "0.3 N"
+
+
+def test_json_is_the_object_that_was_promised() -> None:
+    found = json.loads(json.dumps(mbs.solve(problem(TWO_BLOCKS)).as_json()))
+    assert set(found) >= {"coordinates", "accelerations", "reactions", "states", "conditions", "answers"}
+    assert found["coordinates"] == {"a": 0.0, "b": 0.5}
+    assert found["accelerations"]["b"] == {"value": 1.0, "expression": "1", "unit": "m/s^2"}
+    assert set(found["reactions"]["a"]) == {"fx", "fy", "fz", "mx", "my", "mz"}
+    assert set(found["reactions"]["string"]) == {"tension"}
+    assert found["states"] == {}
+    assert found["conditions"] == ["tension(string) >= 0 holds"]
+
+
+def test_values_of_parameters_change_numbers_and_not_formulas() -> None:
+    system = problem(PROBLEMS["MOVABLE_PULLEY"].model)
+    a, b = values(mbs.solve(system)), values(mbs.solve(system, {"m1": "5 kg", "m2": 1}))
+    assert a["string.tension"].expression is b["string.tension"].expression
+    assert number(b["string.tension"]) == pytest.approx(3 * 10 * 5 / 9, rel=1e-14)
+
+
+def test_a_rope_that_would_push_is_reported() -> None:
+    system = problem(TWO_BLOCKS.replace("-0.1 N", "2 N"))
+    assert mbs.solve(system).conditions[0].startswith("tension(string) >= 0 fails")
+
+
+@pytest.mark.parametrize("formalism", ["composite_body", "block_ldl", "multipliers"])
+def test_every_formalism_gives_the_same_numbers(formalism: str) -> None:
+    system = problem(PROBLEMS["THREE_HANGING"].model)
+    reference, found = mbs.solve(system), mbs.solve(system, formalism=formalism)
+    for key, value in values(found).items():
+        assert number(value) == pytest.approx(number(values(reference)[key]), rel=1e-12, abs=1e-12)
+
+
+# --- what cannot be answered by a formula ----------------------------------------------------------------------------
+
+LOOP = """
+gravity: [0, -9.81, 0]
+parameters: {r: {value: 0.1 m, positive: true}, l: {value: 0.3 m, positive: true}, m: 1 kg}
+bodies:
+  crank: {mass: m, com: [r/2, 0, 0], inertia: {Izz: m*r^2/12}, points: {pin: [r, 0, 0]}}
+  rod: {mass: m, com: [l/2, 0, 0], inertia: {Izz: m*l^2/12}, points: {pin: [l, 0, 0]}}
+joints:
+  A: {type: revolute, parent: ground, child: crank, axis: z, q: phi, initial: {q: 30 deg, u: 10, known: true}}
+  B: {type: revolute, parent: crank.pin, child: rod, axis: z, q: psi}
+constraints: {guide: {type: expression, zero: r*sin(phi) + l*sin(phi + psi)}}
+"""
+
+
+def test_assembled_coordinates_keep_their_names() -> None:
+    """A coordinate that was found numerically stands in the formula as a letter; the formula holds there."""
+    system = problem(LOOP)
+    solution = mbs.solve(system)
+    psi = -math.asin(0.1 * 0.5 / 0.3) - math.pi / 6
+    assert solution.coordinates["psi"] == pytest.approx(psi, rel=1e-12)
+    letters = {symbol("r"): 0.1, symbol("l"): 0.3, symbol("m"): 1.0}
+    letters |= {symbol(name): x for name, x in (*solution.coordinates.items(), *solution.speeds.items())}
+    formula = solution.reactions["guide"]["multiplier"].expression
+    if formula is not None:
+        assert evaluate_float([formula], letters)[0] == pytest.approx(number(solution.reactions["guide"]["multiplier"]))
+    run = mbs.simulate(system, t_end=1e-4, samples=3, backend="python", rtol=1e-12)
+    rate = (run["u_psi"][2] - run["u_psi"][0]) / 1e-4 - 0.0
+    assert number(solution.accelerations["psi"]) == pytest.approx(rate, rel=1e-2)
+
+
+def test_assembled_speeds_have_a_closed_form() -> None:
+    system = problem("""
+gravity: [0, -g, 0]
+parameters: {g: 10, v: 2, m: 1 kg, d: {value: 1, positive: true}, h: {value: 2, positive: true}}
+bodies: {ground: {points: {top: [0, h, 0]}}, cart: {mass: m}, load: {mass: m}}
+joints:
+  track: {type: prismatic, parent: ground, child: cart, axis: x, q: x, initial: {q: -d, u: v}}
+  line: {type: prismatic, parent: ground.top, child: load, axis: -y, q: y, initial: {q: 1}}
+pulleys: {P: {at: ground.top}}
+constraints: {string: {type: rope, path: [cart, P, load]}}
+ask: {speed: u_y}
+""")
+    found = mbs.solve(system).answers["speed"]
+    assert found.as_json()["expression"] == "d*v/sqrt(d^2 + h^2)"
+
+
+def test_long_formulas_are_left_out_and_said_so() -> None:
+    links = """
+gravity: [0, -g, 0]
+parameters: {g: 9.81, m: 0.1, l: {value: 0.2, positive: true}}
+repeat:
+  count: 7
+  body: {mass: m, com: [0, -l, 0], points: {end: [0, -l, 0]}}
+  joint: {type: revolute, parent: end, axis: z, initial: {q: 0.3}}
+"""
+    solution = mbs.solve(problem(links))
+    assert all(value.expression is None and math.isfinite(number(value)) for value in solution.accelerations.values())
+    assert any("too long" in note for note in solution.notes)
+
+
+def test_dependent_ropes_are_not_unique_but_the_motion_is() -> None:
+    solution = mbs.solve(problem("""
+gravity: [0, -g, 0]
+parameters: {m: 1 kg, g: 10}
+bodies: {ground: {points: {a: [0, 1, 0]}}, b: {mass: m}, c: {mass: m}}
+joints:
+  j: {type: prismatic, parent: ground, child: b, axis: y, q: y}
+  k: {type: prismatic, parent: ground, child: c, axis: x, q: x}
+constraints: {r1: {type: rope, path: [ground.a, b]}, r2: {type: rope, path: [ground.a, b]}}
+"""))
+    assert solution.not_unique == ["r1", "r2"]
+    assert solution.reactions["r1"]["tension"].expression is None
+    assert solution.accelerations["y"].as_json() == {"value": 0.0, "expression": "0", "unit": "m/s^2"}
+    assert solution.reactions["k"]["fy"].as_json()["expression"] == "g*m"
+    total = number(solution.reactions["r1"]["tension"]) + number(solution.reactions["r2"]["tension"])
+    assert total == pytest.approx(10.0, rel=1e-13)
+
+
+def test_contradicting_constraints_are_named() -> None:
+    model = """
+bodies: {b: {mass: 1}}
+joints: {a: {type: prismatic, parent: ground, child: b, axis: y, q: y}}
+constraints: {one: {type: expression, zero: y - t}, two: {type: expression, zero: y - t - t^2}}
+"""
+    with pytest.raises(mbs.NoSolutionError, match="no accelerations satisfy one and two together"):
+        mbs.solve(problem(model))
+
+
+# --- questions -------------------------------------------------------------------------------------------------------
+
+PENDULUM = """
+gravity: [0, -g, 0]
+parameters: {m: 1 kg, g: 10, l: {value: 2, positive: true}}
+bodies: {bob: {mass: m, com: [0, -l, 0]}}
+joints: {hinge: {type: revolute, parent: ground, child: bob, axis: z, q: phi, initial: {q: 30 deg}}}
+"""
+
+
+def test_a_pendulum_s_path_time_and_speed_come_from_a_simulation() -> None:
+    asked = "ask: {path: {of: bob, after: 3 s}, time: {phi: 0}, speed: {of: bob, at: {phi: 0}}, never: {phi: 1}}\n"
+    solution = mbs.solve(problem(PENDULUM + asked))
+    quarter = math.sqrt(2 / 10) * 1.5981420021347  # K(sin 15 deg): a quarter of the period
+    swings, rest = divmod(3, quarter)
+    assert number(solution.answers["time"]) == pytest.approx(quarter, rel=1e-9)
+    assert number(solution.answers["speed"]) == pytest.approx(math.sqrt(2 * 10 * 2 * (1 - math.sqrt(3) / 2)), rel=1e-9)
+    arc = 2 * math.pi / 6
+    k = math.sin(math.pi / 12)
+    from scipy.special import ellipj
+
+    turned = 2 * math.asin(k * float(ellipj(rest * math.sqrt(5) + 1.5981420021347 * (swings + 1), k**2)[0]))
+    left = abs(turned) * 2 if int(swings) % 2 else arc - abs(turned) * 2
+    assert number(solution.answers["path"]) == pytest.approx(swings * arc + left, rel=1e-8)
+    assert solution.answers["never"].value is None
+    assert any("never" in condition for condition in solution.conditions)
+    assert all(answer.expression is None for answer in solution.answers.values())
+
+
+THROWN_UP = """
+gravity: [0, -g, 0]
+parameters: {g: {value: 10, positive: true}, v: {value: 20, positive: true}, T: 3 s}
+bodies: {ball: {mass: 1}}
+joints: {a: {type: prismatic, parent: ground, child: ball, axis: y, q: y, initial: {u: v}}}
+ask: {path: {of: ball, after: T}, never: {y: 21 m}}
+"""
+
+
+def test_a_path_that_turns_back_counts_both_ways() -> None:
+    solution = mbs.solve(problem(THROWN_UP))
+    assert number(solution.answers["path"]) == pytest.approx(20.0 + 5.0, rel=1e-14)
+    early = mbs.solve(problem(THROWN_UP), {"T": 1})
+    assert number(early.answers["path"]) == pytest.approx(15.0, rel=1e-14)
+    assert early.answers["path"].expression is not solution.answers["path"].expression
+    assert solution.answers["never"].value is None
+    assert "never: y never has this value" in solution.conditions
+
+
+def test_a_curved_path_is_measured_by_simulation() -> None:
+    answers = mbs.solve(problem(PROBLEMS["THROWN"].model + "  path: {of: ball, after: 1 s}\n")).answers
+    vx, vy = 20 * math.cos(math.pi / 6), 10.0  # the integral of sqrt(vx^2 + (vy - g t)^2) from 0 to vy/g
+    by_hand = (vy * math.hypot(vx, vy) + vx**2 * math.asinh(vy / vx)) / 20
+    assert answers["path"].expression is None
+    assert number(answers["path"]) == pytest.approx(by_hand, rel=1e-9)
+
+
+def test_what_the_answer_takes_for_granted_is_checked_along_the_motion() -> None:
+    solution = mbs.solve(problem("""
+gravity: [0, -g, 0]
+parameters: {m1: 1 kg, m2: 2 kg, g: {value: 10, positive: true}, h: {value: 1 m, positive: true}}
+bodies: {ground: {points: {axle: [0, h, 0]}}, a: {mass: m1}, b: {mass: m2}}
+pulleys: {P: {at: ground.axle}}
+joints:
+  ja: {type: prismatic, parent: ground, child: a, axis: y, q: y1}
+  jb: {type: prismatic, parent: ground, child: b, axis: y, q: y2}
+constraints: {string: {type: rope, path: [a, P, b]}}
+ask: {path: {of: b, after: 5 s}}
+"""))
+    assert number(solution.answers["path"]) == pytest.approx(125 / 3, rel=1e-14)
+    (warning,) = [condition for condition in solution.conditions if condition.startswith("path")]
+    found = re.search(r"h > y1 holds until t = ([0-9.]+) s", warning)
+    assert found
+    assert float(found[1]) == pytest.approx(math.sqrt(2 * 1 / (10 / 3)), abs=0.01)
+
+
+@pytest.mark.parametrize(("question", "message"), [
+    ("{z: 1}", "no coordinate is called 'z'"),
+    ("{of: bab, after: 1 s}", "did you mean bob"),
+    ("{of: bob, at: {z: 1}}", "no coordinate is called 'z'"),
+    ("{of: bob, after: -1 s}", "negative"),
+])  # fmt: skip
+def test_wrong_names_in_questions_are_errors_with_their_place(question: str, message: str) -> None:
+    with pytest.raises(mbs.ModelError, match=message) as raised:
+        mbs.solve(problem(PENDULUM + f"ask: {{what: {question}}}\n"))
+    assert raised.value.where.path[:2] == ("ask", "what")
+
+
+def test_a_rope_without_direction_says_what_to_do() -> None:
+    with pytest.raises(mbs.ModelError, match="left and right are at the same place") as raised:
+        mbs.solve(problem(TWO_BLOCKS.replace(", initial: {q: 0.5 m}", "")))
+    assert raised.value.where.path == ("constraints", "string")
+
+
+@pytest.mark.parametrize("coordinates", ["relative", "absolute"])
+def test_the_joint_that_closes_a_loop_has_a_reaction_like_the_others(coordinates: str) -> None:
+    model = mbs.load(Path(__file__).parents[2] / "examples" / "four_bar.yaml")
+    settings = replace(model.simulation, coordinates=coordinates)
+    system = replace(model, simulation=settings)
+    solution, run = mbs.solve(system), mbs.simulate(model, t_end=0.01, samples=2)
+    largest = max(float(np.abs(x).max()) for parts in run.reactions.values() for x in parts.values())
+    for name in model.joints:
+        expected = {component: float(values[0]) for component, values in run.reactions[name].items()}
+        found = {component: value.value for component, value in solution.reactions[name].items()}
+        for component in ("fx", "fy", "mz"):
+            assert found[component] == pytest.approx(expected[component], rel=1e-9, abs=1e-10 * largest)

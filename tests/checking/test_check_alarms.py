@@ -1,0 +1,124 @@
+"""`check` calls no good model wrong, whatever its terms cancel to, and sees an error of 1e-6 in one of its routes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from rolling_and_loops import linkage, rolling
+
+import multibody_sym as mbs
+from multibody_sym.analysis.agreement import LARGEST_WITH_ROWS
+from multibody_sym.checking import check as checking
+from multibody_sym.dynamics.equations import Formalism, TreeDynamics
+from multibody_sym.dynamics.formalisms import FORMALISMS
+from multibody_sym.dynamics.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.sampling import sampled_states
+from multibody_sym.dynamics.start import start
+from multibody_sym.scalars.ldl import factorized
+
+BALL = """
+multibody_sym: 1
+name: ball
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {surfaces: {table: {plane: [0, 0, 0], normal: y}}}
+  ball: {mass: 2, inertia: {Ixx: 0.008, Iyy: 0.008, Izz: 0.008}, surfaces: {skin: {sphere: 0.1}}}
+joints:
+  J: {type: free, parent: ground, child: ball, initial: {q: [0, 0.1, 0, 1, 0, 0, 0], u: [0.3, 0, 0.5, 1, 2, 3]}}
+constraints: {roll: {type: rolling, body: ball.skin, on: ground.table}}
+"""
+MODELS: tuple[Callable[[int], mbs.System], ...] = (rolling, linkage)
+
+
+def alarms(seeds: range) -> list[tuple[str, float]]:
+    """Return the models that are called wrong, with their worst ratio."""
+    found = []
+    for seed in seeds:
+        report = mbs.check(MODELS[seed % 2](seed))
+        if not report.agrees:
+            found.append((f"{MODELS[seed % 2].__name__} {seed}", max(report.agreement.values(), default=np.nan)))
+    return found
+
+
+def test_a_ball_that_rolls_accelerates_by_rounding_only_and_no_route_is_blamed() -> None:
+    report = mbs.check(mbs.loads(BALL))
+    assert report.agrees
+    assert max(report.agreement.values()) < 1.0
+
+
+def test_good_models_raise_no_alarm() -> None:
+    assert alarms(range(40)) == []
+
+
+@pytest.mark.long
+def test_no_good_model_of_hundreds_raises_an_alarm() -> None:
+    assert alarms(range(500)) == []
+
+
+def wrong_in(part: str) -> Formalism:
+    """Return d'Alembert and Lagrange's route with one of its parts wrong by 1e-6 of itself."""
+
+    def formalism(mechanism: Any, state: Any) -> Any:
+        found = FORMALISMS["dalembert_lagrange"](mechanism, state)
+        if part == "forcing":
+            return replace(found, forcing=[x * (1 + 1e-6) for x in found.forcing])
+        if part == "mass_matrix":
+            matrix = [[x * (1 + 1e-6) for x in row] for row in found.mass_matrix]
+            return replace(found, mass_matrix=matrix, factors=factorized(matrix))
+        if part == "gamma":
+            return replace(found, rows=[replace(row, gamma=row.gamma * (1 + 1e-6)) for row in found.rows])
+        rows = [replace(row, jacobian=[x * (1 + 1e-6) for x in row.jacobian]) for row in found.rows]
+        return replace(found, rows=rows)
+
+    return formalism
+
+
+def planted(model: mbs.System, rng: np.random.Generator) -> tuple[str, Formalism]:
+    """Return a part and the route wrong in it; another part where the error changes no answer: M of what rests."""
+    resolved = mbs.mechanism(model)
+    states = sampled_states(resolved, start(resolved), 3)
+    right = FORMALISMS["dalembert_lagrange"]
+    for part in rng.permutation(["mass_matrix", "forcing", "gamma", "jacobian"]).tolist():
+        wrong = wrong_in(part)
+        pairs = ((answers(right(resolved, at)), answers(wrong(resolved, at))) for at in states)
+        if any(np.abs(x - y).max() > 1e-8 * np.abs(x).max() for x, y in pairs):
+            return part, wrong
+    raise AssertionError("no part of the model matters")
+
+
+def answers(dynamics: TreeDynamics) -> np.ndarray:
+    """Return udot and lambda."""
+    found = forward_dynamics(dynamics)
+    return np.concatenate([found.udot, found.multipliers])
+
+
+def seen(monkeypatch: pytest.MonkeyPatch, seeds: range) -> tuple[int, list[str]]:
+    """Return how many planted errors `check` tells, and what it does not."""
+    missed = []
+    for seed in seeds:
+        model = MODELS[seed % 2](seed)
+        part, wrong = planted(model, np.random.default_rng([seed, 3]))
+        routes = {"composite_body": FORMALISMS["composite_body"], "block_ldl": FORMALISMS["block_ldl"]}
+        monkeypatch.setattr(checking, "FORMALISMS", {**routes, "dalembert_lagrange": wrong})
+        report = checking.check(model)
+        others = [value for name, value in report.agreement.items() if name != "dalembert_lagrange"]
+        assert max(others) <= LARGEST_WITH_ROWS
+        if report.agrees:
+            missed.append(f"{MODELS[seed % 2].__name__} {seed}: {part}")
+    return len(seeds) - len(missed), missed
+
+
+def test_planted_errors_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    found, missed = seen(monkeypatch, range(20))
+    assert found == 20, missed
+
+
+@pytest.mark.long
+def test_nearly_all_of_hundreds_of_planted_errors_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    found, missed = seen(monkeypatch, range(1000, 1200))
+    print(found, missed)
+    assert found >= 196, missed

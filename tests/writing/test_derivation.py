@@ -1,0 +1,119 @@
+"""Derivations as text, LaTeX and data."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from textbook import chain, hanging_mass, pendulum, top
+
+from multibody_sym.dynamics.composite_body import composite_body
+from multibody_sym.dynamics.derive import derive
+from multibody_sym.expressions.parser import parse
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.resolve import mechanism
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import leaves, symbol
+from multibody_sym.writing.derivation import derivation_data, derivation_latex, derivation_text
+
+STEPS = """\
+pendulum: Lagrange's equations of the second kind
+
+Coordinates
+    hinge: theta
+
+Positions and velocities
+    r_bob = [l*sin(theta), -l*cos(theta), 0]
+    v_bob = [l*theta'*cos(theta), l*theta'*sin(theta), 0]
+
+Kinetic energy
+    T = m*l^2*theta'^2/2
+
+Potential energy
+    V = -m*g*l*cos(theta)
+
+Generalised forces
+    V holds all loads
+
+Momenta
+    dT/dtheta' = m*l^2*theta'
+
+Their rates
+    d/dt dT/dtheta' = m*l^2*theta''
+
+Gradient of T
+    dT/dtheta = 0
+
+Gradient of V
+    dV/dtheta = m*g*l*sin(theta)
+
+Equations of motion
+    m*l^2*theta'' + m*g*l*sin(theta) = 0
+
+Matrix form
+    M = [m*l^2]
+    f = [-m*g*l*sin(theta)]
+    M u' = f"""
+
+RESULT = """\
+hanging_mass: Lagrange's equations with multipliers
+
+Kinetic energy
+    T = m*y'^2/2
+
+Potential energy
+    V = m*g*y
+
+Constraints
+    phi_rod = l - abs(y)
+    d/dt phi_rod = -y'*sign(y)
+    phi = 0; the multiplier is positive for a pulling rope or rod
+
+Equations of motion
+    m*y'' + m*g = -lambda_rod*sign(y)"""
+
+
+def test_steps_as_text() -> None:
+    assert derivation_text(derive(pendulum()), steps=True) == STEPS
+
+
+def test_result_as_text() -> None:
+    assert derivation_text(derive(hanging_mass())) == RESULT
+
+
+def test_latex_has_a_paragraph_for_each_step() -> None:
+    equations = derive(top())
+    latex = derivation_latex(equations, steps=True)
+    assert [f"\\paragraph{{{step.title}}}" in latex for step in equations.steps] == [True] * len(equations.steps)
+    assert latex.count(r"\begin{align*}") == latex.count(r"\end{align*}") > 0
+    assert r"\frac{d}{dt} \frac{\partial T}{\partial \omega_{z}}" in latex
+
+
+def test_long_equations_come_with_names_and_advice() -> None:
+    equations = derive(chain([f"m{k}" for k in range(11)], [f"l{k}" for k in range(11)]))
+    text = derivation_text(equations)
+    assert "\nwhere\n    z1 = " in text
+    assert text.endswith("recursive formalism (--formalism composite_body or block_ldl)")
+    assert all(f"{name} = " in text for name, _ in equations.definitions)
+
+
+@pytest.mark.parametrize("links", [2, 6])
+def test_data_is_in_the_models_own_language(links: int) -> None:
+    """M of the JSON object, read by the parser and evaluated, is that of composite bodies; names included."""
+    system = chain([f"m{k}" for k in range(links)], [f"l{k}" for k in range(links)])
+    data = json.loads(json.dumps(derivation_data(derive(system))))
+    resolved = mechanism(system)
+    q, u = list(np.linspace(0.3, 1, links)), list(np.linspace(1, -1, links))
+    parameters = [1.0 + 0.1 * k for k in range(2 * links)] + [9.81]
+    values = dict(zip(map(symbol, [*data["coordinates"], *data["speeds"]]), [*q, *u], strict=True))
+    values.update(zip((symbol(p.name) for p in resolved.parameters), parameters, strict=True))
+    for name, text in data["definitions"].items():
+        values[symbol(name)] = evaluate_float([parse(text)], values)[0]
+    expected = composite_body(resolved, state_of(resolved, float, 0.0, q, u, parameters))
+    matrix = [evaluate_float([parse(text) for text in row], values) for row in data["mass_matrix"]]
+    assert np.array(matrix) == pytest.approx(np.array(expected.mass_matrix), rel=1e-12)
+    forcing = evaluate_float([parse(text) for text in data["forcing"]], values)
+    assert forcing == pytest.approx(expected.forcing, rel=1e-10)
+    assert not leaves([parse(text) for text in data["forcing"]], "quantity")
+    assert [set(e) for e in data["equations"]] == [{"text", "latex"}] * links
