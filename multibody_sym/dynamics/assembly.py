@@ -8,7 +8,7 @@ matrix, where that is asked for, and where all were given, none marked, and the 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -25,7 +25,6 @@ from multibody_sym.dynamics.closing import (
 )
 from multibody_sym.dynamics.row_terms import power_terms
 from multibody_sym.dynamics.row_values import verify_values
-from multibody_sym.dynamics.unclosable import unclosable
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.model.mechanism import Mechanism, TreeBody
 from multibody_sym.numerics.arrays import Floats
@@ -211,3 +210,29 @@ def _failure(rows: Rows, what: str, missed: Missed | None) -> NoSolutionError:
     reasons = ", ".join(listed) or "a joint that closes a loop is turned over"
     where = Where(path=rows.mechanism.row_path(next(iter(still_open), rows.active[0])))
     return NoSolutionError(f"{what}: {reasons}{advice}", where=where)
+
+
+_ELEMENTS: Final = 6
+
+
+_SPEEDS: Final = 12
+"""Larger systems are not searched: each element costs a search for positions from many guesses."""
+
+
+def unclosable(rows: Rows, q: Floats) -> Rows | None:
+    """Return those of rows that do not close which still do not, though they do without any one of their elements.
+
+    None where there are too many to try.
+    """
+    elements = list(dict.fromkeys(rows.mechanism.row_path(k) for k in rows.active))
+    if len(elements) > _ELEMENTS or len(rows.mechanism.speeds) > _SPEEDS:
+        return None
+    for element in elements:
+        rest = replace(rows, active=[k for k in rows.active if rows.mechanism.row_path(k) != element])
+        if not _closes(rest, q):
+            rows = rest
+    return rows
+
+
+def _closes(rows: Rows, q: Floats) -> bool:
+    return not rows.active or closed_from(rows, q, range(len(rows.mechanism.speeds)), weighted=False) is not None

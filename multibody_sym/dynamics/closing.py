@@ -12,7 +12,7 @@ import numpy as np
 from multibody_sym.dynamics.block_ldl import tree_factors
 from multibody_sym.dynamics.composite_body import mass_matrix
 from multibody_sym.dynamics.equations import MassFactors
-from multibody_sym.dynamics.laws import Equality, solved
+from multibody_sym.dynamics.forward_dynamics import Equality, solved
 from multibody_sym.dynamics.massless import completed_matrix, massless_speeds
 from multibody_sym.errors import ModelError, Where
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of

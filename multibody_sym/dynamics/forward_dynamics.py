@@ -16,12 +16,12 @@ import numpy as np
 from multibody_sym.dynamics.block_ldl import tree_factors
 from multibody_sym.dynamics.composite_body import mass_diagonal, mass_matrix
 from multibody_sym.dynamics.equations import TreeDynamics
-from multibody_sym.dynamics.laws import Equality, shared, solved
 from multibody_sym.dynamics.massless import completed_matrix, massless_speeds
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import constraint_jacobian, row_motions
 from multibody_sym.numerics.arrays import EPSILON, Floats
+from multibody_sym.numerics.least_norm import Solution, solve
 
 _SAFETY: Final = 10
 
@@ -99,3 +99,53 @@ def speed_without_inertia(matrix: Sequence[Sequence[float]]) -> int | None:
             return k
         m[:k, :k] -= np.outer(m[:k, k], m[k, :k] / m[k, k])
     return None
+
+
+SHORTEST: Final = 1e-6
+"""Part of the longest row's length that scales shorter rows: what rounding has left of a row takes no force."""
+
+
+@dataclass(frozen=True)
+class Equality:
+    """The law of a constraint that holds both ways: a cut joint, a rod, rolling, a gear, a prescribed motion."""
+
+
+@dataclass(frozen=True)
+class Unilateral:
+    """The law of what holds one way only: a contact's normal, a rope that may slacken."""
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Coulomb's law in the tangent of a contact whose normal is row number `normal`."""
+
+    normal: int
+    static: float
+    kinetic: float
+
+
+Law = Equality | Unilateral | Friction
+
+
+def solved(matrix: Floats, right: Floats, laws: Sequence[Law]) -> Solution:
+    """Return x (n) and lambda (s) with which each row does what its law asks, and the solve's report.
+
+    Arguments: A (s, n), r (s,), and a law for each row. Multipliers of dependent rows are zero.
+    Raises NoSolutionError for a law that is not Equality: no others are solved.
+    """
+    others = {type(law).__name__.lower() for law in laws if not isinstance(law, Equality)}
+    if others:
+        raise NoSolutionError(f"rows under the law of {' and '.join(sorted(others))} cannot be solved, only equalities")
+    return solve(matrix, right)
+
+
+def shared(matrix: Floats, x: Floats) -> Floats:
+    """Return among the lambda (s) with A^T lambda = x those of least norm, each times its row's length.
+
+    Rows that are alike share what they carry in equal parts.
+    """
+    lengths = np.linalg.norm(matrix, axis=1)
+    lengths = np.maximum(lengths, SHORTEST * lengths.max(initial=0.0))
+    lengths[lengths == 0.0] = 1.0
+    multipliers: Floats = solve((matrix / lengths[:, None]).T, x).solution / lengths
+    return multipliers

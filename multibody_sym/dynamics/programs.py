@@ -7,10 +7,9 @@ from functools import reduce
 
 from multibody_sym.dynamics.block_ldl import block_ldl
 from multibody_sym.dynamics.equations import Formalism, TreeDynamics
-from multibody_sym.dynamics.events import events
+from multibody_sym.dynamics.forward_dynamics import SHORTEST
 from multibody_sym.dynamics.index_2 import index_2_programs
-from multibody_sym.dynamics.laws import SHORTEST
-from multibody_sym.dynamics.quantities import Sources, answered
+from multibody_sym.dynamics.quantities import Sources, answered, events
 from multibody_sym.dynamics.scanned import scanned_normalize, scanned_sources, worth_scanning
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of

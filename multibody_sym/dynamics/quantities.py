@@ -13,8 +13,9 @@ from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.loads import span, span_rate
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.rows import RowMotion, row_motions
+from multibody_sym.kinematics.state import arrays
 from multibody_sym.model.bodies import COM, Pose
-from multibody_sym.model.mechanism import Marker, PointPull
+from multibody_sym.model.mechanism import Marker, Mechanism, PointPull
 from multibody_sym.model.slots import AXES
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
@@ -220,3 +221,16 @@ _QUANTITIES: Final[dict[str, Callable[..., S]]] = {
     "momentum": _momentum,
     "angular_momentum": _angular_momentum,
 }
+
+
+def events(mechanism: Mechanism, sources: Sources) -> Program | None:
+    """Return (t, q, u, ...) -> values: stops, then kinks; None where there are none.
+
+    A stop's value becomes positive where its condition holds; a kink's value changes its sign.
+    """
+    asked = [*mechanism.stops.values(), *mechanism.kinks]
+    if not asked:
+        return None
+    trace = Trace("events", arrays(mechanism))
+    values = answered(trace, sources, asked)
+    return trace.finish({"values": ((len(values),), values)})

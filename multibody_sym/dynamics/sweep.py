@@ -20,12 +20,14 @@ from typing import Final
 
 from multibody_sym.dynamics.articulated_inertia import Inertia, rigid_inertia
 from multibody_sym.dynamics.equations import TreeDynamics
+from multibody_sym.dynamics.inverse_dynamics import unbalanced_wrenches
 from multibody_sym.dynamics.massless import verify_massive
 from multibody_sym.dynamics.recursive import recursive_dynamics
 from multibody_sym.kinematics.alignment import economical_motion
+from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion, from_parent
 from multibody_sym.kinematics.state import State
-from multibody_sym.kinematics.wrenches import Wrench, to_parent
+from multibody_sym.kinematics.wrenches import Wrench, joint_projection, to_parent
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.scalars.ldl import Factors, factorized
 from multibody_sym.scalars.vectors import ZERO_VECTOR, Mat, S, Vec, add, combination, dot, subtract, symmetric
@@ -170,3 +172,22 @@ def _power(linear: Vec, angular: Vec, wrench: Wrench) -> S:
 
 _TRIANGLE: Final = ((0, 0), (1, 1), (2, 2), (1, 0), (2, 0), (2, 1))
 _NOTHING: Final = (ZERO_VECTOR, ZERO_VECTOR)
+
+
+def hybrid_dynamics(motion: Motion, given: Collection[int], udot: Sequence[S]) -> tuple[list[S], list[S]]:
+    """Return all accelerations (nu), and the generalised forces (nu) that hold the given ones.
+
+    The joints of the bodies `given` have the accelerations `udot` (nu; the others' are not read), all others move
+    under the loads. The forces come on top of the loads; they are zero where nothing is given.
+    """
+    held = {k for index in given for k in motion.mechanism.bodies[index].u}
+    begin = [x if k in held else 0 for k, x in enumerate(udot)]
+    forces = applied(motion)
+    found, wrenches = Sweep(motion, swept_joints(motion, given)).swept(
+        unbalanced_wrenches(motion, begin, forces.of_body), forces.of_speed
+    )
+    transmitted = joint_projection(motion, wrenches)
+    needed = [
+        transmitted[k] - drive if k in held else 0 for k, drive in enumerate(forces.of_speed)
+    ]
+    return [a + b for a, b in zip(begin, found, strict=True)], needed

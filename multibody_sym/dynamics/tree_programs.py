@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from multibody_sym.dynamics.composite_body import mass_matrix
-from multibody_sym.dynamics.hybrid_dynamics import hybrid_dynamics
 from multibody_sym.dynamics.inverse_dynamics import joint_wrenches
 from multibody_sym.dynamics.massless import massless_speeds
+from multibody_sym.dynamics.sweep import hybrid_dynamics
 from multibody_sym.errors import ModelError, NoSolutionError
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import motion_of

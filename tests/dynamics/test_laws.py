@@ -9,8 +9,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.composite_body import composite_body
-from multibody_sym.dynamics.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.laws import Equality, Friction, Unilateral, shared, solved
+from multibody_sym.dynamics.forward_dynamics import Equality, Friction, Unilateral, forward_dynamics, shared, solved
 from multibody_sym.dynamics.start import start
 from multibody_sym.errors import ModelError, NoSolutionError
 from multibody_sym.kinematics.state import state_of

@@ -10,9 +10,8 @@ from plain_sweep import inverted, plain_sweep
 from multibody_sym.analysis.agreement import LARGEST_ON_TREES, agreement, ratio
 from multibody_sym.analysis.reference import dalembert
 from multibody_sym.dynamics.formalisms import FORMALISMS
-from multibody_sym.dynamics.hybrid_dynamics import hybrid_dynamics
 from multibody_sym.dynamics.inverse_dynamics import inverse_dynamics, joint_wrenches, unbalanced_wrenches
-from multibody_sym.dynamics.sweep import Sweep, swept_joints
+from multibody_sym.dynamics.sweep import Sweep, hybrid_dynamics, swept_joints
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.state import state_of
