@@ -28,8 +28,8 @@ import numpy as np
 from multibody_sym.analysis.agreement import ratio
 from multibody_sym.analysis.reference import dalembert
 from multibody_sym.codegen.c import c_source
-from multibody_sym.dynamics.block_ldl import block_ldl
-from multibody_sym.dynamics.programs import programs
+from multibody_sym.dynamics.formalisms.block_ldl import block_ldl
+from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.elements import Body

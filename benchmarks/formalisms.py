@@ -12,8 +12,8 @@ import sys
 from collections.abc import Iterator
 from importlib.metadata import version
 
-from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
-from multibody_sym.dynamics.programs import state_derivative
+from multibody_sym.dynamics.programs.system import state_derivative
+from multibody_sym.dynamics.routes import FORMALISMS, cheapest
 from multibody_sym.kinematics.state import slot_state
 from multibody_sym.model.constraints import Distance
 from multibody_sym.model.elements import Body, Frame, Turn

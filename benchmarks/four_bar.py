@@ -23,9 +23,9 @@ import numpy as np
 import pinocchio as pin
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
-from multibody_sym.dynamics.programs import state_derivative
-from multibody_sym.dynamics.start import parameter_values
+from multibody_sym.dynamics.programs.system import state_derivative
+from multibody_sym.dynamics.routes import FORMALISMS, cheapest
+from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.kinematics.state import slot_state
 from multibody_sym.program.folding import folded
 from multibody_sym.program.measures import operation_count

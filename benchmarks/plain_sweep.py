@@ -16,8 +16,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from multibody_sym.dynamics.articulated_inertia import rigid_inertia
-from multibody_sym.dynamics.inverse_dynamics import unbalanced_wrenches
+from multibody_sym.dynamics.formalisms.inverse_dynamics import unbalanced_wrenches
+from multibody_sym.dynamics.inertia.articulated import rigid_inertia
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import BodyMass, BodyMotion, Motion
 from multibody_sym.kinematics.wrenches import Wrench

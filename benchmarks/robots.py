@@ -23,8 +23,8 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
-from multibody_sym.dynamics.programs import state_derivative
+from multibody_sym.dynamics.programs.system import state_derivative
+from multibody_sym.dynamics.routes import FORMALISMS, cheapest
 from multibody_sym.formats.urdf import UrdfNotice, load_urdf
 from multibody_sym.kinematics.state import slot_state
 from multibody_sym.model.elements import Torque

@@ -35,9 +35,9 @@ import numpy as np
 from chains import INERTIA
 from plain_sweep import Link, Matrix, links, plain_sweep, swept
 
-from multibody_sym.dynamics.block_ldl import block_ldl
-from multibody_sym.dynamics.inverse_dynamics import forcing
-from multibody_sym.dynamics.sweep import Sweep, swept_joints
+from multibody_sym.dynamics.formalisms.block_ldl import block_ldl
+from multibody_sym.dynamics.formalisms.inverse_dynamics import forcing
+from multibody_sym.dynamics.formalisms.sweep import Sweep, swept_joints
 from multibody_sym.kinematics.alignment import economical_motion
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.elements import Body

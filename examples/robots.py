@@ -12,8 +12,8 @@ from importlib.metadata import files
 import numpy as np
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
-from multibody_sym.dynamics.programs import state_derivative
+from multibody_sym.dynamics.programs.system import state_derivative
+from multibody_sym.dynamics.routes import FORMALISMS, cheapest
 from multibody_sym.kinematics.state import slot_state
 from multibody_sym.program.measures import operation_count
 from multibody_sym.runtime.loading import load

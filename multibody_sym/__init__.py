@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from multibody_sym.checking.check import CheckReport as CheckReport
     from multibody_sym.checking.check import check as check
     from multibody_sym.cli.version import __version__ as __version__
+    from multibody_sym.dynamics.derivation.symbolic_equations import SymbolicEquations as SymbolicEquations
     from multibody_sym.dynamics.derive import derive as derive
-    from multibody_sym.dynamics.symbolic_equations import SymbolicEquations as SymbolicEquations
     from multibody_sym.errors import ExpressionError as ExpressionError
     from multibody_sym.errors import InputError as InputError
     from multibody_sym.errors import ModelError as ModelError
@@ -111,8 +111,8 @@ _NAMES = {
     "answers.solve": "solve",
     "checking.check": "CheckReport check",
     "cli.version": "__version__",
+    "dynamics.derivation.symbolic_equations": "SymbolicEquations",
     "dynamics.derive": "derive",
-    "dynamics.symbolic_equations": "SymbolicEquations",
     "errors": "ExpressionError InputError ModelError MultibodyError NoSolutionError OutputError RunError",
     "formats.reader": "load loads",
     "formats.urdf": "UrdfNotice load_urdf",

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from multibody_sym.dynamics.composite_body import mass_matrix
-from multibody_sym.dynamics.massless import massless_speeds
-from multibody_sym.dynamics.start import parameter_values
+from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
+from multibody_sym.dynamics.formalisms.massless import massless_speeds
+from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.kinematics.loads import applied, span
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.relative import direction

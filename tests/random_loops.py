@@ -12,7 +12,7 @@ from mechanisms import Case, random_case, random_state
 
 import multibody_sym as mbs
 from multibody_sym.analysis.reference import partial_velocities
-from multibody_sym.dynamics.start import parameter_values
+from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State

@@ -26,8 +26,8 @@ from mechanisms import random_case
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
 from multibody_sym.codegen.python import python_source
-from multibody_sym.dynamics.formalisms import FORMALISMS
-from multibody_sym.dynamics.programs import programs
+from multibody_sym.dynamics.programs.system import programs
+from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.simulation.recall import formalism_name
 
 EXAMPLES: Final = Path(__file__).parent.parent / "examples"

@@ -12,8 +12,8 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.analysis.reference import Reference, dalembert
-from multibody_sym.dynamics.equations import Formalism
-from multibody_sym.dynamics.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.formalisms.equations import Formalism
+from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism import Mechanism

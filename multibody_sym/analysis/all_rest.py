@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.analysis.places import Places
-from multibody_sym.dynamics.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 

@@ -24,9 +24,9 @@ from multibody_sym.analysis.linearization import Flow, Tangents
 from multibody_sym.analysis.places import Mask, Places
 from multibody_sym.analysis.springs_passed import passed
 from multibody_sym.analysis.steadiness import displaced
-from multibody_sym.dynamics.closing import Rows, closed_near
-from multibody_sym.dynamics.examined import examined, on_numbers
-from multibody_sym.dynamics.start import Start, start
+from multibody_sym.dynamics.constraints.closing import Rows, closed_near
+from multibody_sym.dynamics.start.examined import examined, on_numbers
+from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.system import System

@@ -29,10 +29,10 @@ from scipy.linalg import qr
 
 from multibody_sym.analysis.periodic import Multipliers, multipliers_of
 from multibody_sym.analysis.steadiness import NO_EIGENVALUES, constancy_of
-from multibody_sym.dynamics.examined import examined, on_numbers
-from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest, verify_formalism
-from multibody_sym.dynamics.programs import inputs_program, state_derivative
-from multibody_sym.dynamics.start import Start, start, verify_regular_start
+from multibody_sym.dynamics.programs.system import inputs_program, state_derivative
+from multibody_sym.dynamics.routes import FORMALISMS, cheapest, verify_formalism
+from multibody_sym.dynamics.start.examined import examined, on_numbers
+from multibody_sym.dynamics.start.start import Start, start, verify_regular_start
 from multibody_sym.errors import ModelError, NoSolutionError
 from multibody_sym.kinematics.energy import potential_energy
 from multibody_sym.kinematics.motion import coordinate_rates, motion_of

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from multibody_sym.analysis.linearization import Flow
 from multibody_sym.analysis.steadiness import displaced
-from multibody_sym.dynamics.closing import Rows, normalize
+from multibody_sym.dynamics.constraints.closing import Rows, normalize
 from multibody_sym.kinematics.energy import stored_energy
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import position

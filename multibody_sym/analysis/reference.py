@@ -16,10 +16,10 @@ from math import hypot
 
 import numpy as np
 
-from multibody_sym.dynamics.row_terms import row_terms
 from multibody_sym.kinematics.loads import apart, applied, span
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.points import velocity
+from multibody_sym.kinematics.row_sizes import row_terms
 from multibody_sym.kinematics.rows import constraint_jacobian, exerted, row_motions
 from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench
 from multibody_sym.model.mechanism import JointSpring, Load, PointSpring

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import eig, expm
 
-from multibody_sym.dynamics.closing import Rows, closed_near
+from multibody_sym.dynamics.constraints.closing import Rows, closed_near
 from multibody_sym.numerics.arrays import EPSILON, UNDEFINED
 from multibody_sym.numerics.rounding import eigenvalues, least_rounding, without_rounding
 from multibody_sym.scalars.rotations import quaternion_product

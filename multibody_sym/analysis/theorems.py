@@ -16,9 +16,9 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.dynamics.forward_dynamics import Accelerations
-from multibody_sym.dynamics.inverse_dynamics import joint_wrenches
-from multibody_sym.dynamics.reactions import acting
+from multibody_sym.dynamics.formalisms.forward_dynamics import Accelerations
+from multibody_sym.dynamics.formalisms.inverse_dynamics import joint_wrenches
+from multibody_sym.dynamics.programs.reactions import acting
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy, split
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of

@@ -15,8 +15,8 @@ from multibody_sym.algebra.exact_solve import exact_solve
 from multibody_sym.algebra.quotient_functions import exact, register_angles
 from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
 from multibody_sym.answers.symbolic_state import SymbolicState
-from multibody_sym.dynamics.composite_body import mass_matrix
-from multibody_sym.dynamics.inverse_dynamics import inverse_dynamics
+from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
+from multibody_sym.dynamics.formalisms.inverse_dynamics import inverse_dynamics
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import row_motions

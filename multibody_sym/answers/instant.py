@@ -16,12 +16,12 @@ from multibody_sym.answers.closed_form import ClosedForms, closed_forms, linear_
 from multibody_sym.answers.solution import Value
 from multibody_sym.answers.symbolic_start import declared_state
 from multibody_sym.answers.symbolic_state import SymbolicState
-from multibody_sym.dynamics.equations import TreeDynamics
-from multibody_sym.dynamics.examined import blame_numbers, examined
-from multibody_sym.dynamics.formalisms import FORMALISMS
-from multibody_sym.dynamics.forward_dynamics import Accelerations, forward_dynamics
-from multibody_sym.dynamics.quantities import Instant, quantities
-from multibody_sym.dynamics.start import Start, start
+from multibody_sym.dynamics.formalisms.equations import TreeDynamics
+from multibody_sym.dynamics.formalisms.forward_dynamics import Accelerations, forward_dynamics
+from multibody_sym.dynamics.programs.quantities import Instant, quantities
+from multibody_sym.dynamics.routes import FORMALISMS
+from multibody_sym.dynamics.start.examined import blame_numbers, examined
+from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.errors import ExpressionError, NoSolutionError, Where
 from multibody_sym.expressions.parser import parse
 from multibody_sym.expressions.printer import text

@@ -12,8 +12,8 @@ from multibody_sym.analysis.slipped_wheels import slipped_wheels
 from multibody_sym.answers.instant import Solved, solved_start
 from multibody_sym.answers.questions import answered
 from multibody_sym.answers.solution import RowKind, Solution, Value
-from multibody_sym.dynamics.examined import numbers_of
-from multibody_sym.dynamics.quantities import Instant
+from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.dynamics.start.examined import numbers_of
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.force_places import reasons
 from multibody_sym.model.mechanism import (

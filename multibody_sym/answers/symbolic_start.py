@@ -16,7 +16,7 @@ from multibody_sym.algebra.exact_solve import exact_solve
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.answers.symbolic_state import SymbolicState, parameter_letters
-from multibody_sym.dynamics.start import Start
+from multibody_sym.dynamics.start.start import Start
 from multibody_sym.errors import ExpressionError
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import RowMotion, row_motions

@@ -18,9 +18,9 @@ from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.closed_form import ClosedForms, closed_forms, unknowns
 from multibody_sym.answers.instant import AGREEMENT, Solved
 from multibody_sym.answers.symbolic_state import any_state
-from multibody_sym.dynamics.composite_body import composite_body
-from multibody_sym.dynamics.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.quantities import Instant
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.elements import Ask

@@ -13,16 +13,17 @@ from multibody_sym.analysis.agreement import agreement, agrees
 from multibody_sym.analysis.limits import limits_passed
 from multibody_sym.analysis.slipped_wheels import slipped_wheels
 from multibody_sym.analysis.theorems import NEGLIGIBLE, conserved, instant_of, rates_of, theorems
-from multibody_sym.dynamics.body_masses import holes
-from multibody_sym.dynamics.closing import Rows
-from multibody_sym.dynamics.contradiction import contradiction_of
-from multibody_sym.dynamics.examined import blame_numbers, examined, on_numbers
-from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
-from multibody_sym.dynamics.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.massless import massless_speeds
-from multibody_sym.dynamics.redundancy import redundancy
-from multibody_sym.dynamics.sampling import sampled_states
-from multibody_sym.dynamics.start import Start, parameter_values, start, verify_regular_start
+from multibody_sym.dynamics.constraints.closing import Rows
+from multibody_sym.dynamics.constraints.contradiction import contradiction_of
+from multibody_sym.dynamics.constraints.redundancy import redundancy
+from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.formalisms.massless import massless_speeds
+from multibody_sym.dynamics.routes import FORMALISMS, cheapest
+from multibody_sym.dynamics.start.body_masses import holes
+from multibody_sym.dynamics.start.examined import blame_numbers, examined, on_numbers
+from multibody_sym.dynamics.start.parameters import parameter_values
+from multibody_sym.dynamics.start.sampling import sampled_states
+from multibody_sym.dynamics.start.start import Start, start, verify_regular_start
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import State

@@ -10,7 +10,7 @@ from multibody_sym.cli.answer import Answer
 from multibody_sym.cli.coordinates import add_coordinates
 
 if TYPE_CHECKING:
-    from multibody_sym.dynamics.symbolic_equations import SymbolicEquations
+    from multibody_sym.dynamics.derivation.symbolic_equations import SymbolicEquations
 
 HELP: Final = "derive energies and equations of motion in symbols"
 _FORMATS: Final = ("text", "latex", "json")

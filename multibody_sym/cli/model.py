@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from multibody_sym.dynamics.examined import numbers_of
+from multibody_sym.dynamics.start.examined import numbers_of
 from multibody_sym.errors import MultibodyError, Where, at
 from multibody_sym.formats.reader import load_with_places
 from multibody_sym.model.system import System

@@ -12,13 +12,8 @@ import sympy
 from multibody_sym.algebra.budget import Budget
 from multibody_sym.algebra.readable import LARGEST_SUM, Readable
 from multibody_sym.algebra.subexpressions import Subexpressions, WrittenOut, tidied, value_of
-from multibody_sym.dynamics.composite_body import mass_matrix
-from multibody_sym.dynamics.derivation import Derivation, Equation, Step
-from multibody_sym.dynamics.examined import examined
-from multibody_sym.dynamics.formalisms import FORMALISMS
-from multibody_sym.dynamics.free_bodies import FreeBodies, free_bodies
-from multibody_sym.dynamics.inverse_dynamics import inverse_dynamics
-from multibody_sym.dynamics.lagrange import (
+from multibody_sym.dynamics.derivation.free_bodies import FreeBodies, free_bodies
+from multibody_sym.dynamics.derivation.lagrange import (
     Energies,
     LagrangeTerms,
     energies,
@@ -28,10 +23,10 @@ from multibody_sym.dynamics.lagrange import (
     totals,
     verify_free,
 )
-from multibody_sym.dynamics.multipliers import RowTerms, rows_terms
-from multibody_sym.dynamics.newton_euler import without_reactions
-from multibody_sym.dynamics.notation import Notation, notation_of
-from multibody_sym.dynamics.steps import (
+from multibody_sym.dynamics.derivation.multipliers import RowTerms, rows_terms
+from multibody_sym.dynamics.derivation.notation import Notation, notation_of
+from multibody_sym.dynamics.derivation.record import Derivation, Equation, Step
+from multibody_sym.dynamics.derivation.steps import (
     coordinate_step,
     energy_steps,
     free_body_steps,
@@ -40,8 +35,13 @@ from multibody_sym.dynamics.steps import (
     position_steps,
     row_steps,
 )
-from multibody_sym.dynamics.symbolic_equations import READABLE, SymbolicEquations
-from multibody_sym.dynamics.symbols import Symbols, symbols_of
+from multibody_sym.dynamics.derivation.symbolic_equations import READABLE, SymbolicEquations
+from multibody_sym.dynamics.derivation.symbols import Symbols, symbols_of
+from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
+from multibody_sym.dynamics.formalisms.inverse_dynamics import inverse_dynamics
+from multibody_sym.dynamics.formalisms.newton_euler import without_reactions
+from multibody_sym.dynamics.routes import FORMALISMS
+from multibody_sym.dynamics.start.examined import examined
 from multibody_sym.errors import ArgumentError, InputError, shown
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import Motion, motion_of

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from multibody_sym.dynamics.start import parameter_values
+from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import InputError, suggestion
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats

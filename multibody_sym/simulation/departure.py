@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.dynamics.closing import Missed, Rows
+from multibody_sym.dynamics.constraints.closing import Missed, Rows
 from multibody_sym.integrators.flow import Status
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats

@@ -14,10 +14,10 @@ from multibody_sym.codegen.c import c_source
 from multibody_sym.codegen.python import python_source
 from multibody_sym.codegen.selftest import Samples, spread_samples
 from multibody_sym.codegen.templates import template_text
-from multibody_sym.dynamics.examined import examined
-from multibody_sym.dynamics.formalisms import FORMALISMS
-from multibody_sym.dynamics.programs import programs
-from multibody_sym.dynamics.start import start
+from multibody_sym.dynamics.programs.system import programs
+from multibody_sym.dynamics.routes import FORMALISMS
+from multibody_sym.dynamics.start.examined import examined
+from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import InputError, at, shown, suggestion
 from multibody_sym.formats.files import path_name
 from multibody_sym.model.doors import flag

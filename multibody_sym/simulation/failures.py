@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from multibody_sym.dynamics.closing import Rows
-from multibody_sym.dynamics.composite_body import composite_body
-from multibody_sym.dynamics.contradiction import Contradiction, contradiction_of
-from multibody_sym.dynamics.redundancy import nearly_dependent
+from multibody_sym.dynamics.constraints.closing import Rows
+from multibody_sym.dynamics.constraints.contradiction import Contradiction, contradiction_of
+from multibody_sym.dynamics.constraints.redundancy import nearly_dependent
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.errors import RunError
 from multibody_sym.integrators.flow import Status
 from multibody_sym.model.mechanism import Mechanism

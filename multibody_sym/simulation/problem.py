@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.dynamics.start import verify_regular_start
+from multibody_sym.dynamics.start.start import verify_regular_start
 from multibody_sym.errors import ModelError, at
 from multibody_sym.integrators.flow import Status
 from multibody_sym.integrators.pairing import Pairing

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from multibody_sym.dynamics.reactions import reactions
+from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import arrays, slot_state

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest, verify_formalism
+from multibody_sym.dynamics.routes import FORMALISMS, cheapest, verify_formalism
 from multibody_sym.model.mechanism import Coordinate, Limit, Mechanism, ParameterEntry, Speed
 from multibody_sym.runtime import loading
 from multibody_sym.runtime.cache import digest
@@ -50,7 +50,7 @@ def compiled(
     recalled = loading.recall(key, native=native, backend=backend)
     if recalled is not None:
         return recalled.compiled
-    from multibody_sym.dynamics.programs import programs  # a run that recalls needs none of it
+    from multibody_sym.dynamics.programs.system import programs  # a run that recalls needs none of it
 
     derived = programs(mechanism, FORMALISMS[formalism], form)
     made = loading.load(derived.as_mapping(), native=native, backend=backend)

@@ -8,7 +8,7 @@ from typing import get_args, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from multibody_sym.dynamics.formalisms import verify_formalism
+from multibody_sym.dynamics.routes import verify_formalism
 from multibody_sym.errors import ArgumentError, InputError, shown
 from multibody_sym.model.doors import flag
 from multibody_sym.model.system import System, verify_system

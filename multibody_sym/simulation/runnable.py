@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from multibody_sym.dynamics.examined import examined, on_numbers
-from multibody_sym.dynamics.start import Start, start
+from multibody_sym.dynamics.start.examined import examined, on_numbers
+from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.model.system import System
 from multibody_sym.numerics.arrays import Floats

@@ -12,8 +12,8 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.analysis.limits import limits_passed
-from multibody_sym.dynamics.composite_body import composite_body
-from multibody_sym.dynamics.redundancy import Redundancy, redundancy
+from multibody_sym.dynamics.constraints.redundancy import Redundancy, redundancy
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.integrators.flow import Status
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from multibody_sym.dynamics.examined import examined
-from multibody_sym.dynamics.programs import inputs_program
-from multibody_sym.dynamics.start import parameter_values
-from multibody_sym.dynamics.tree_programs import hybrid_dynamics_program, inverse_dynamics_program, mass_matrix_program
+from multibody_sym.dynamics.programs.system import inputs_program
+from multibody_sym.dynamics.programs.tree import hybrid_dynamics_program, inverse_dynamics_program, mass_matrix_program
+from multibody_sym.dynamics.start.examined import examined
+from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import InputError, suggestion
 from multibody_sym.model.doors import names as listed_names
 from multibody_sym.model.mechanism import Mechanism

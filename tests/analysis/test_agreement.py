@@ -15,9 +15,9 @@ from mechanisms import Case, random_case, random_state
 
 from multibody_sym.analysis.agreement import LARGEST_ON_TREES, LARGEST_WITH_ROWS, agreement, agrees, ratio
 from multibody_sym.analysis.reference import dalembert
-from multibody_sym.dynamics.equations import Formalism, TreeDynamics
-from multibody_sym.dynamics.formalisms import FORMALISMS
-from multibody_sym.dynamics.programs import state_derivative
+from multibody_sym.dynamics.formalisms.equations import Formalism, TreeDynamics
+from multibody_sym.dynamics.programs.system import state_derivative
+from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.kinematics.state import State, slot_state
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.program.interpreter import interpret

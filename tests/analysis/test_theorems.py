@@ -9,10 +9,10 @@ import pytest
 from mechanisms import random_case, random_state
 
 from multibody_sym.analysis.theorems import conserved, instant_of, rates_of, theorems
-from multibody_sym.dynamics.composite_body import composite_body
-from multibody_sym.dynamics.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.sampling import sampled_states
-from multibody_sym.dynamics.start import start
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.start.sampling import sampled_states
+from multibody_sym.dynamics.start.start import start
 from multibody_sym.model.constraints import Distance, Expression
 from multibody_sym.model.elements import Body, Force, SpringDamper
 from multibody_sym.model.joints import Free, Initial, Planar, Prismatic, Revolute, Spherical

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.start import start
+from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import ModelError
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.rows import row_motions

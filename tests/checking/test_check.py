@@ -8,7 +8,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.checking.check import check
-from multibody_sym.dynamics.formalisms import FORMALISMS
+from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.errors import ModelError
 from multibody_sym.model.constraints import Distance, Expression, PrescribedMotion, Rope
 from multibody_sym.model.elements import Body, Pulley

@@ -13,11 +13,11 @@ from rolling_and_loops import linkage, rolling
 import multibody_sym as mbs
 from multibody_sym.analysis.agreement import LARGEST_WITH_ROWS
 from multibody_sym.checking import check as checking
-from multibody_sym.dynamics.equations import Formalism, TreeDynamics
-from multibody_sym.dynamics.formalisms import FORMALISMS
-from multibody_sym.dynamics.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.sampling import sampled_states
-from multibody_sym.dynamics.start import start
+from multibody_sym.dynamics.formalisms.equations import Formalism, TreeDynamics
+from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.routes import FORMALISMS
+from multibody_sym.dynamics.start.sampling import sampled_states
+from multibody_sym.dynamics.start.start import start
 from multibody_sym.scalars.ldl import factorized
 
 BALL = """

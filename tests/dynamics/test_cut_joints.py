@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.composite_body import composite_body
-from multibody_sym.dynamics.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.quantities import Instant
-from multibody_sym.dynamics.start import start
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.dynamics.start.start import start
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.joints import Joint

@@ -23,10 +23,10 @@ from textbook import (
 )
 
 from multibody_sym.algebra.budget import Budget
-from multibody_sym.dynamics.composite_body import composite_body
+from multibody_sym.dynamics.derivation.symbolic_equations import READABLE, SymbolicEquations
 from multibody_sym.dynamics.derive import METHODS, derive
-from multibody_sym.dynamics.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.symbolic_equations import READABLE, SymbolicEquations
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.errors import InputError, ModelError, NoSolutionError
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.constraints import Expression

@@ -12,9 +12,9 @@ from mechanisms import Case, random_case, random_state
 
 from multibody_sym.analysis.agreement import agreement, agrees
 from multibody_sym.analysis.theorems import instant_of, rates_of, theorems
-from multibody_sym.dynamics.composite_body import composite_body
-from multibody_sym.dynamics.formalisms import FORMALISMS
-from multibody_sym.dynamics.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.model.constraints import CONSTRAINTS
 from multibody_sym.model.elements import FORCES, GroundMotion
 from multibody_sym.model.joints import JOINTS

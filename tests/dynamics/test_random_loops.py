@@ -12,13 +12,13 @@ from random_loops import blocks, closed
 import multibody_sym as mbs
 from multibody_sym.analysis.agreement import LARGEST_WITH_ROWS, agreement, ratio
 from multibody_sym.analysis.reference import dalembert
-from multibody_sym.dynamics.composite_body import composite_body
-from multibody_sym.dynamics.formalisms import FORMALISMS
-from multibody_sym.dynamics.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.massless import massless_speeds
-from multibody_sym.dynamics.programs import programs
-from multibody_sym.dynamics.redundancy import redundancy
-from multibody_sym.dynamics.start import parameter_values
+from multibody_sym.dynamics.constraints.redundancy import redundancy
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.formalisms.massless import massless_speeds
+from multibody_sym.dynamics.programs.system import programs
+from multibody_sym.dynamics.routes import FORMALISMS
+from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism import TIME

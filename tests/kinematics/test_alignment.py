@@ -9,7 +9,7 @@ import pytest
 from mechanisms import random_case, random_state
 
 from multibody_sym.analysis.agreement import LARGEST_ON_TREES, LARGEST_WITH_ROWS, agreement
-from multibody_sym.dynamics.formalisms import FORMALISMS
+from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.kinematics.alignment import aligned
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.motion import motion_of

@@ -9,7 +9,7 @@ import pytest
 from exact import Exact
 from mechanisms import Case, random_case, random_state
 
-from multibody_sym.dynamics.composite_body import mass_matrix
+from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy, split
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import coordinate_rates

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from multibody_sym.dynamics.composite_body import composite_body
 from multibody_sym.dynamics.derive import derive
-from multibody_sym.dynamics.formalisms import FORMALISMS
-from multibody_sym.dynamics.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.errors import ModelError
 from multibody_sym.expressions.parser import parse
 from multibody_sym.formats.reader import loads

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from multibody_sym.dynamics.composite_body import composite_body
 from multibody_sym.dynamics.derive import derive
-from multibody_sym.dynamics.formalisms import FORMALISMS
-from multibody_sym.dynamics.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.reactions import reactions
-from multibody_sym.dynamics.start import start
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.programs.reactions import reactions
+from multibody_sym.dynamics.routes import FORMALISMS
+from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import ModelError
 from multibody_sym.formats.reader import loads
 from multibody_sym.formats.writer import dumps

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from mechanisms import random_case, random_state
 
-from multibody_sym.dynamics.composite_body import composite_body
-from multibody_sym.dynamics.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.errors import ModelError
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration import system_from_tree, tree_from_system

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from multibody_sym.dynamics.formalisms import FORMALISMS
-from multibody_sym.dynamics.quantities import quantities
+from multibody_sym.dynamics.programs.quantities import quantities
+from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from multibody_sym.dynamics.composite_body import composite_body
-from multibody_sym.dynamics.formalisms import FORMALISMS, cheapest
-from multibody_sym.dynamics.inverse_dynamics import inverse_dynamics
-from multibody_sym.dynamics.programs import state_derivative
-from multibody_sym.dynamics.quantities import quantities
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.inverse_dynamics import inverse_dynamics
+from multibody_sym.dynamics.programs.quantities import quantities
+from multibody_sym.dynamics.programs.system import state_derivative
+from multibody_sym.dynamics.routes import FORMALISMS, cheapest
 from multibody_sym.formats.urdf import UrdfNotice, load_urdf
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.motion import motion_of

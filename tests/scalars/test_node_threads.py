@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.formalisms import FORMALISMS
-from multibody_sym.dynamics.programs import programs
+from multibody_sym.dynamics.programs.system import programs
+from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import Written, expressions
 from multibody_sym.scalars import node as nodes

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.dynamics import programs as derivation
-from multibody_sym.dynamics.formalisms import FORMALISMS
-from multibody_sym.dynamics.programs import programs
+from multibody_sym.dynamics.programs import system as derivation
+from multibody_sym.dynamics.programs.system import programs
+from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.tree import spanning_tree
 from multibody_sym.simulation.recall import structure_key

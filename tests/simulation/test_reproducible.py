@@ -10,8 +10,8 @@ import sys
 import pytest
 
 from multibody_sym.codegen.c import c_source
-from multibody_sym.dynamics.formalisms import FORMALISMS
-from multibody_sym.dynamics.programs import programs
+from multibody_sym.dynamics.programs.system import programs
+from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.formats.reader import loads
 from multibody_sym.model.resolve import mechanism
 
@@ -43,8 +43,8 @@ WORDS = re.findall(r"<(\w+)>", MODEL)
 HASHES = """
 import hashlib, sys
 from multibody_sym.codegen.c import c_source
-from multibody_sym.dynamics.formalisms import FORMALISMS
-from multibody_sym.dynamics.programs import programs
+from multibody_sym.dynamics.routes import FORMALISMS
+from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.formats.reader import loads
 from multibody_sym.model.resolve import mechanism
 text = sys.stdin.read()

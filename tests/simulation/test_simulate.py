@@ -10,7 +10,7 @@ import pytest
 from scipy.special import ellipj
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.formalisms import FORMALISMS
+from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.simulation import problem
 from multibody_sym.simulation.failures import FailedRunError
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from textbook import chain, hanging_mass, pendulum, top
 
-from multibody_sym.dynamics.composite_body import composite_body
 from multibody_sym.dynamics.derive import derive
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.expressions.parser import parse
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.resolve import mechanism

@@ -1,0 +1,299 @@
+"""Closing: coordinates moved by Newton's method until rows hold, in floats."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from multibody_sym.dynamics.formalisms.block_ldl import tree_factors
+from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
+from multibody_sym.dynamics.formalisms.equations import MassFactors
+from multibody_sym.dynamics.formalisms.forward_dynamics import Equality, solved
+from multibody_sym.dynamics.formalisms.massless import completed_matrix, massless_speeds
+from multibody_sym.errors import ModelError, Where
+from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
+from multibody_sym.kinematics.points import position
+from multibody_sym.kinematics.relative import direction
+from multibody_sym.kinematics.rows import RowMotion, constraint_jacobian, row_motions
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.mechanism import AngleRow, ExpressionRow, Mechanism, is_holonomic
+from multibody_sym.numerics.arrays import EPSILON, UNDEFINED, Floats
+from multibody_sym.scalars.ldl import factorized
+from multibody_sym.scalars.vectors import dot
+
+Solver = Callable[[Floats, Floats], Floats]
+
+CLOSED: Final = 1e-13
+"""Rows are closed that are missed by less than this part of their size."""
+_STEPS: Final = 60
+_HALVINGS: Final = 8
+_SLOW: Final = 0.95
+_SLOW_STEPS: Final = 4
+"""Newton's method gives up where so many steps on end leave more than this part of phi."""
+_RESTARTS: Final = 12
+_SPREAD: Final = 0.2
+"""By how much the guesses of each restart lie farther around the first than those before."""
+_LARGEST_STEP: Final = 1.0
+_TRIALS: Final = 200
+_SOFTEST: Final = 1e-3
+_STIFFEST: Final = 1e12
+_TINY: Final = 1e-9
+_SEED: Final = 1
+_DAMPING: Final = 1e-2
+_DEPENDENT: Final = 1e-8
+
+
+class Missed(NamedTuple):
+    """What rows are missed by (s), and what they are made of (s): the sizes that tell it from rounding."""
+
+    residuals: Floats
+    sizes: Floats
+
+    def within(self, part: float) -> bool:
+        """Return whether every row is missed by no more than this part of its size."""
+        return bool((np.abs(self.residuals) <= part * self.sizes).all())
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Those rows of a mechanism that are to be closed, for given parameters, at the start or another time."""
+
+    mechanism: Mechanism
+    parameters: Sequence[float]
+    active: Sequence[int]
+    t: float = 0.0
+
+    def motion(self, q: Floats, u: Floats) -> Motion:
+        """Return the motion of all bodies."""
+        state = state_of(self.mechanism, float, self.t, q.tolist(), u.tolist(), self.parameters)
+        return motion_of(self.mechanism, state)
+
+    def of(self, motion: Motion) -> list[RowMotion]:
+        """Return the active rows."""
+        rows = row_motions(motion) if self.active else []
+        return [rows[k] for k in self.active]
+
+    def holonomic(self) -> Rows:
+        """Return those of the rows that restrict positions."""
+        every = self.mechanism.rows
+        return replace(self, active=[k for k in self.active if is_holonomic(every[k])])
+
+    def at(self, q: Floats) -> tuple[Floats, Floats] | None:
+        """Return phi (s) and H (s x n) of holonomic rows at rest, None where they have no value."""
+        try:
+            rows = self.of(self.motion(q, np.zeros(len(self.mechanism.speeds))))
+        except UNDEFINED:
+            return None
+        phi, jacobian = np.array([row.phi for row in rows], dtype=float), self.jacobian(rows)
+        return (phi, jacobian) if np.isfinite(phi).all() and np.isfinite(jacobian).all() else None
+
+    def jacobian(self, rows: Sequence[RowMotion]) -> Floats:
+        """Return H (s x n) of rows, without what rounding leaves of rows that move nothing."""
+        return constraint_jacobian(rows).reshape(-1, len(self.mechanism.speeds))
+
+    def missed(self, q: Floats) -> Missed | None:
+        """Return phi of holonomic rows beside the model's length, or |H| by such lengths where rows are expressions.
+
+        That length is how far a body or a named point is from the origin; a direction counts as one. None where the
+        rows have no value.
+        """
+        here = self.at(q)
+        if here is None:
+            return None
+        motion = self.motion(q, np.zeros(len(self.mechanism.speeds)))
+        points = [*(position(motion, x) for x in self.mechanism.markers.values()), *(p for _, p in motion.poses)]
+        length = float(np.linalg.norm(np.array(points, dtype=float), axis=1).max(initial=0.0))
+        sizes = np.abs(here[1]) @ np.array([length if speed.unit == "m/s" else 1.0 for speed in self.mechanism.speeds])
+        for j, row in enumerate(self.mechanism.rows[k] for k in self.active):
+            if not isinstance(row, ExpressionRow):
+                sizes[j] = 1.0 if isinstance(row, AngleRow) else length
+        return Missed(here[0], sizes)
+
+
+def closed_from(rows: Rows, start: Floats, free: Sequence[int], weighted: bool) -> Floats | None:
+    """Return coordinates with phi = 0 by Newton's method on the free speeds, from other guesses if the first fails."""
+    rng = np.random.default_rng(_SEED)
+    tries = [(True, 0.0), (False, 0.0)] if weighted else [(False, 0.0)]
+    if _suffice(rows, start, free):
+        tries += [(False, _SPREAD * k) for k in range(1, _RESTARTS + 1)]
+    for by_mass, spread in tries:
+        change = np.zeros(len(rows.mechanism.speeds))
+        change[list(free)] = spread * rng.normal(size=len(free))
+        found = _newton(rows, moved(rows.mechanism, start, change), free, by_mass)
+        if found is not None and not _turned_over(rows, found):
+            return found
+    return None
+
+
+def _suffice(rows: Rows, q: Floats, free: Sequence[int]) -> bool:
+    """Return whether the free speeds can do to the rows whatever all speeds together can."""
+    jacobian = generic_jacobian(rows, q)
+    if jacobian is None or not free:
+        return bool(free)
+    of_free, of_all = (np.linalg.matrix_rank(matrix, _DEPENDENT) for matrix in (jacobian[:, list(free)], jacobian))
+    return bool(of_free == of_all)
+
+
+def generic_jacobian(rows: Rows, q: Floats) -> Floats | None:
+    """Return H beside q, where columns that vanish at q itself (a rod along an axis) do not."""
+    count = len(rows.mechanism.speeds)
+    near = rows.at(moved(rows.mechanism, q, np.random.default_rng(_SEED).uniform(0.01, 0.1, count)))
+    return None if near is None else near[1]
+
+
+def _turned_over(rows: Rows, q: Floats) -> bool:
+    """Return whether a cut joint's frames satisfy its rows with an axis that they share pointing opposite ways."""
+    angles = [row for row in (rows.mechanism.rows[k] for k in rows.active) if isinstance(row, AngleRow)]
+    if not angles:
+        return False
+    motion = rows.motion(q, np.zeros(len(rows.mechanism.speeds)))
+    for row in angles:
+        if row.shared is not None and dot(*(direction(motion, frame, row.shared) for frame in row.frames)) < 0.0:
+            return True
+    return False
+
+
+def closed_near(rows: Rows, q: Floats) -> Floats | None:
+    """Return coordinates with phi = 0 near q, None where Newton's method finds none, or joints turned over."""
+    rows = rows.holonomic()
+    found = _newton(rows, q, range(len(rows.mechanism.speeds)), weighted=False) if rows.active else q
+    return None if found is None or _turned_over(rows, found) else found
+
+
+def _newton(rows: Rows, q: Floats, free: Sequence[int], weighted: bool) -> Floats | None:
+    here, slow = rows.at(q), 0
+    for _ in range(_STEPS):
+        if here is None:
+            return None
+        phi, jacobian = here
+        size = float(np.linalg.norm(phi))
+        step = least_change(rows, q, jacobian, -phi, free, weighted, damped)
+        if _is_rounding(step) and _closed(rows, q, EPSILON):  # a coordinate near zero could follow phi far below it
+            return q
+        step *= min(1.0, _LARGEST_STEP / max(float(np.abs(step).max(initial=0.0)), _LARGEST_STEP))
+        ahead = _line_search(rows, q, step, size)
+        slow = slow + 1 if ahead is None or float(np.linalg.norm(ahead[1][0])) > _SLOW * size else 0
+        if ahead is None or slow >= _SLOW_STEPS:
+            break
+        q, here = ahead
+    return q if _closed(rows, q, CLOSED) else None
+
+
+def _closed(rows: Rows, q: Floats, part: float) -> bool:
+    missed = rows.missed(q)
+    return missed is not None and missed.within(part)
+
+
+def _is_rounding(step: Floats) -> bool:
+    return float(np.abs(step).max(initial=0.0)) < _TINY
+
+
+def least_missed(rows: Rows, q: Floats, free: Sequence[int] | None = None) -> Floats | None:
+    """Return coordinates near q, moved by the free speeds (all), at which |phi| is least; None where it has no value.
+
+    Source: Levenberg, Marquardt.
+    """
+    here, stiffness = rows.at(q), _SOFTEST
+    places = slice(None) if free is None else list(free)
+    for _ in range(_TRIALS):
+        if here is None:
+            return None
+        phi, jacobian = here[0], here[1][:, places]
+        square = jacobian.T @ jacobian
+        step = np.zeros(len(rows.mechanism.speeds))
+        step[places] = np.linalg.solve(square + stiffness * np.eye(len(square)), -jacobian.T @ phi)
+        ahead = moved(rows.mechanism, q, step)
+        there = rows.at(ahead)
+        if there is not None and float(there[0] @ there[0]) < float(phi @ phi):
+            q, here, stiffness = ahead, there, 0.1 * stiffness
+        else:
+            stiffness *= 10.0
+        if stiffness > _STIFFEST:
+            break
+    return q
+
+
+def guessed(rows: Rows, q: Floats, unknown: Sequence[int]) -> Floats:
+    """Return q with what these speeds move where the rows are missed least, looked for from all around."""
+    rng, count = np.random.default_rng(_SEED), len(rows.mechanism.speeds)
+    found, least = q, math.inf
+    for number in range(_RESTARTS):
+        change = np.zeros(count)
+        change[list(unknown)] = (number > 0) * rng.uniform(-math.pi, math.pi, len(unknown))
+        near = least_missed(rows, moved(rows.mechanism, q, change), unknown)
+        here = None if near is None else rows.at(near)
+        if near is not None and here is not None and float(here[0] @ here[0]) < least:
+            found, least = near, float(here[0] @ here[0])
+    return found
+
+
+def _line_search(rows: Rows, q: Floats, step: Floats, size: float) -> tuple[Floats, tuple[Floats, Floats]] | None:
+    """Return the farthest of ever smaller steps that brings phi down, None where none does."""
+    for halving in range(1 if _is_rounding(step) else _HALVINGS):  # a part of rounding is no better than the whole
+        ahead = moved(rows.mechanism, q, step / 2**halving)
+        there = rows.at(ahead)
+        if there is not None and float(np.linalg.norm(there[0])) < size:
+            return ahead, there
+    return None
+
+
+def moved(mechanism: Mechanism, q: Floats, change: Floats) -> Floats:
+    """Return q moved by a small change of the speeds' integrals, quaternions normalised."""
+    found: Floats = q + np.array(coordinate_rates(mechanism, q.tolist(), change.tolist()), dtype=float)
+    normalize(mechanism, found)
+    return found
+
+
+def normalize(mechanism: Mechanism, q: Floats) -> None:
+    """Give every quaternion in q unit length. Raises ModelError naming the joint of one that is zero."""
+    for body in mechanism.bodies:
+        if body.ball:
+            places = list(body.quaternion)
+            length = float(np.linalg.norm(q[places]))
+            if length == 0.0:
+                where = Where(path=("joints", body.joint_name, "initial", "q"))
+                raise ModelError("the quaternion is zero; no rotation is [1, 0, 0, 0]", where=where)
+            q[places] /= length
+
+
+def _weights(motion: Motion) -> MassFactors:
+    if massless_speeds(motion.mechanism):
+        return factorized(completed_matrix(motion, mass_matrix(motion), row_motions(motion)))
+    return tree_factors(motion)
+
+
+def least_change(
+    rows: Rows, q: Floats, jacobian: Floats, wanted: Floats, free: Sequence[int], weighted: bool, solver: Solver
+) -> Floats:
+    """Return the smallest change of the free speeds with H change = wanted, as `solver` finds it."""
+    change = np.zeros(len(rows.mechanism.speeds))
+    if weighted:
+        factors = _weights(rows.motion(q, change))
+        matrix = np.array([factors.weighted(row) for row in jacobian.tolist()], dtype=float)
+        return np.array(factors.unweighted(solver(matrix, wanted).tolist()), dtype=float)
+    if free:
+        change[list(free)] = solver(jacobian[:, list(free)], wanted)
+    return change
+
+
+def exactly(matrix: Floats, wanted: Floats) -> Floats:
+    """Return the smallest x with A x = r over rows that are independent to rounding."""
+    return solved(matrix, wanted, [Equality()] * len(wanted)).solution
+
+
+def damped(matrix: Floats, wanted: Floats) -> Floats:
+    """Return A^T (A A^T + mu E)^-1 r with mu -> 0 as |r|^2, over rows of unit length (Levenberg, Marquardt).
+
+    Rows that are dependent where they hold are independent beside it, and would lead Newton's method astray.
+    """
+    lengths = np.linalg.norm(matrix, axis=1)
+    lengths[lengths == 0.0] = 1.0
+    u, sizes, v = np.linalg.svd(matrix / lengths[:, None], full_matrices=False)
+    damping = min(_DAMPING, float(wanted @ wanted))
+    gains = np.where(sizes > _DEPENDENT, sizes / (sizes * sizes + damping + (sizes == 0.0)), 0.0)
+    step: Floats = v.T @ (gains * (u.T @ (wanted / lengths)))
+    return step

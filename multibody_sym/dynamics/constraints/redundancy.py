@@ -1,0 +1,117 @@
+"""Dependent rows: the rank of the constraints at a state, which rows it leaves over, and what they make ambiguous."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.dynamics.formalisms.equations import TreeDynamics
+from multibody_sym.dynamics.programs.reactions import reactions
+from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.rows import constraint_jacobian
+from multibody_sym.model.mechanism import COMPONENTS
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.dependence import NEGLIGIBLE, dependence, support
+from multibody_sym.numerics.least_norm import scaled_rows
+
+_APPROXIMATE: Final = 1e-6
+_SHARE: Final = 0.1
+
+
+@dataclass(frozen=True)
+class Redundancy:
+    """The rank of H, the rows it leaves over, and what that makes ambiguous, by name.
+
+    `dependencies`: for each row left over the rows that depend on each other, in the order of declaration; one alone
+    holds what nothing could move. `ambiguous`: joints with the components of their reactions that are not unique, and
+    constraints that are no joints.
+    """
+
+    rank: int
+    redundant: tuple[str, ...]
+    not_unique: tuple[str, ...]
+    dependencies: tuple[tuple[str, ...], ...] = ()
+    ambiguous: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+
+def redundancy(motion: Motion, dynamics: TreeDynamics) -> Redundancy:
+    """Return the rank of the rows at a state over floats, judged as the solver judges it (H G^-1 with M = G^T G).
+
+    Multipliers are not unique where a combination of them exerts nothing on the system: rows with a share in one, and
+    joints that it loads.
+    """
+    if not dynamics.rows:
+        return Redundancy(0, (), ())
+    matrix = _weighted(dynamics, constraint_jacobian(dynamics.rows))
+    found, names = dependence(matrix), dynamics.row_names
+    idle = [_unit(circuit / scaled_rows(matrix)[0]) for circuit in found.circuits]
+    shared = {k for circuit in found.circuits for k in support(circuit)}
+    loaded = _ambiguous(motion, dynamics, idle)
+    of_joints = {k for cut in motion.mechanism.cuts for k in cut.rows}
+    joints = [body.joint_name for body in motion.mechanism.bodies if body.joint_name in loaded]
+    return Redundancy(
+        found.rank,
+        tuple(names[k] for k in found.left_over),
+        (*(names[k] for k in sorted(shared)), *joints),
+        tuple(tuple(names[k] for k in support(circuit)) for circuit in found.circuits),
+        {**{names[k]: () for k in sorted(shared - of_joints)}, **loaded},
+    )
+
+
+def nearly_dependent(dynamics: TreeDynamics, rank: int) -> tuple[str, ...]:
+    """Return the rows that come nearest to dependence, or to vanishing, where `rank` of all are independent."""
+    matrix = np.array([dynamics.factors.weighted(row.jacobian) for row in dynamics.rows], dtype=float)
+    shares = np.abs(np.linalg.svd(matrix)[0][:, rank - 1])
+    return tuple(name for name, share in zip(dynamics.row_names, shares, strict=True) if share > _SHARE)
+
+
+def losing_rank(here: TreeDynamics, beside: TreeDynamics, rank: int) -> tuple[str, ...]:
+    """Return the rows that depend on each other, or vanish, here and do not beside, where the rank is the greater."""
+    found = dependence(_weighted(here, constraint_jacobian(here.rows)))
+    unit = scaled_rows(_weighted(beside, constraint_jacobian(beside.rows)))[1]
+    losing = {k for circuit in found.circuits if _independent(unit[list(support(circuit))]) for k in support(circuit)}
+    return tuple(here.row_names[k] for k in sorted(losing)) or nearly_dependent(here, rank)
+
+
+def _independent(rows: Floats) -> bool:
+    return bool(np.linalg.svd(rows, compute_uv=False)[-1] > _APPROXIMATE) and len(rows) <= rows.shape[1]
+
+
+def approximate_rank(dynamics: TreeDynamics) -> int:
+    """Return the rank of the rows at a state that satisfies them only nearly."""
+    if not dynamics.rows:
+        return 0
+    matrix = _weighted(dynamics, constraint_jacobian(dynamics.rows))
+    values = np.linalg.svd(scaled_rows(matrix)[1], compute_uv=False)
+    return int((values > _APPROXIMATE).sum())
+
+
+def _weighted(dynamics: TreeDynamics, jacobian: Floats) -> Floats:
+    """Return H G^-1 (s x n)."""
+    return np.array([dynamics.factors.weighted(row) for row in jacobian.tolist()], dtype=float)
+
+
+def _unit(combination: Floats) -> Floats:
+    unit: Floats = combination / np.linalg.norm(combination)
+    return unit
+
+
+def _ambiguous(motion: Motion, dynamics: TreeDynamics, idle: list[Floats]) -> dict[str, tuple[str, ...]]:
+    """Return the components of each joint's reaction that combinations of multipliers which exert nothing change."""
+    if not idle:
+        return {}
+    at_rest = [0.0] * len(dynamics.speeds)
+    without = reactions(motion, at_rest, dynamics.rows, [0.0] * len(dynamics.rows))
+    with_each = [reactions(motion, at_rest, dynamics.rows, combination.tolist()) for combination in idle]
+    changed = {
+        name: tuple(c for c in COMPONENTS if any(_differs(found[name][c], known[c]) for found in with_each))
+        for name, known in without.items()
+    }
+    return {name: components for name, components in changed.items() if components}
+
+
+def _differs(value: float, other: float) -> bool:
+    return abs(value - other) > NEGLIGIBLE * max(1.0, abs(other))

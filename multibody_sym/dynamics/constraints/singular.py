@@ -1,0 +1,58 @@
+"""Regular and singular positions: in a singular one rows depend on each other that are independent beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.dynamics.constraints.closing import Rows, closed_near, moved
+from multibody_sym.dynamics.constraints.redundancy import approximate_rank, losing_rank
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.equations import TreeDynamics
+from multibody_sym.errors import NoSolutionError, Where
+from multibody_sym.numerics.arrays import Floats
+
+_NEIGHBOURS: Final = 3
+_NEAR: Final = 0.1
+_SEED: Final = 7
+
+
+def generic_rank(rows: Rows, q: Floats) -> tuple[int, int]:
+    """Return how many rows are independent at q, and in positions that satisfy them: at q, or around it.
+
+    Rows may depend on each other only where they hold; beside such a position rounding makes all of them independent.
+    """
+    here = approximate_rank(_dynamics(rows, q))
+    around = _neighbours(rows, q) if here < len(rows.active) else iter(())
+    return here, max(here, *map(approximate_rank, around), 0)
+
+
+def verify_regular(rows: Rows, q: Floats, here: int, generic: int) -> None:
+    """Raise NoSolutionError where the rank of rows at q is less than the generic one, naming those that lose theirs."""
+    if here == generic:
+        return
+    beside = max(_neighbours(rows, q), key=approximate_rank)
+    names = losing_rank(_dynamics(rows, q), beside, generic)
+    first = next((k for k, row in enumerate(rows.mechanism.rows) if row.name in names), rows.active[0])
+    depend, hold = ("depend", "hold") if len(names) > 1 else ("depends", "holds")
+    raise NoSolutionError(
+        f"the start is a singular position: {', '.join(names)} {depend} on the other constraints there, or {hold} "
+        f"nothing (the rank of the constraints is {here} there and {generic} nearby), and the motion may go on along "
+        "more than one way; start beside it",
+        where=Where(path=rows.mechanism.row_path(first)),
+    )
+
+
+def _neighbours(rows: Rows, q: Floats) -> Iterator[TreeDynamics]:
+    """Yield the dynamics in positions around q that satisfy the rows."""
+    rng = np.random.default_rng(_SEED)
+    for _ in range(_NEIGHBOURS):
+        near = closed_near(rows, moved(rows.mechanism, q, rng.uniform(-_NEAR, _NEAR, len(rows.mechanism.speeds))))
+        if near is not None:
+            yield _dynamics(rows, near)
+
+
+def _dynamics(rows: Rows, q: Floats) -> TreeDynamics:
+    return composite_body(rows.mechanism, rows.motion(q, np.zeros(len(rows.mechanism.speeds))).state)

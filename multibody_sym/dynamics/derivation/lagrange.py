@@ -1,0 +1,250 @@
+"""Lagrange's equations of the second kind, derived with sympy from T, V and the generalised forces.
+
+    N(q)^T ( d/dt dT/dqdot - dT/dq + dV/dq ) = Q
+
+T and V are the energies of the kinematics; Q is the virtual work of everything that V does not hold. Derivatives are
+exact and by the chain rule over named sub-expressions. The result is M udot = Q - c like every other formalism's, with
+dV/dq inside Q; it is lowered to Nodes, so that what sympy derived is what is compiled.
+"""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import sympy
+
+from multibody_sym.algebra.budget import Budget
+from multibody_sym.algebra.subexpressions import Subexpressions
+from multibody_sym.dynamics.derivation.symbols import Symbols, numbered_symbols
+from multibody_sym.dynamics.formalisms.equations import EquationsOfMotion, equations
+from multibody_sym.errors import ModelError
+from multibody_sym.kinematics.energy import kinetic_energy, potential_energy, split, stored_energy
+from multibody_sym.kinematics.loads import TINY, applied, applied_generalized_forces
+from multibody_sym.kinematics.motion import coordinate_rates, joint_rates, motion_of
+from multibody_sym.kinematics.rows import RowMotion, row_motions
+from multibody_sym.kinematics.state import State, slot_state
+from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.scalars.node import Node, as_node, slot
+from multibody_sym.scalars.vectors import cross
+
+
+def lagrange(mechanism: Mechanism, state: State) -> EquationsOfMotion:
+    """Return the equations of motion at a state; raises ModelError where rows restrict the tree."""
+    verify_free(mechanism)
+    return derived_once(mechanism, _lowered_tree).at(mechanism, state)
+
+
+def verify_free(mechanism: Mechanism) -> None:
+    """Raise ModelError where rows restrict the tree, so that its coordinates are not independent."""
+    if mechanism.rows:
+        raise ModelError(
+            f"{mechanism.rows[0].name!r} restricts the coordinates; Lagrange's equations of the second kind need "
+            "independent ones: choose multipliers"
+        )
+
+
+@dataclass(frozen=True)
+class Energies:
+    """What the equations are derived from, in sympy.
+
+    `kinetic` T(q, u); `potential` V(q, t), the weight's and each spring's; `forces` the generalised forces Q (nu) of
+    each load that V does not hold; `constraints` phi(q, t) of each row, psi(q, u, t) of a nonholonomic one.
+    """
+
+    kinetic: Any
+    potential: tuple[Any, ...]
+    forces: tuple[tuple[Any, ...], ...]
+    constraints: tuple[Any, ...]
+
+
+def energies(mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> Energies:
+    """Return T, V, the virtual work of what V does not hold, and what the rows restrict.
+
+    Springs belong to V where stiffness and rest are constant or given in time; all other loads, and the damping of
+    every spring, to Q. Quaternions have length one here, which holds wherever the equations do.
+    """
+    names.budget.enter("the energies")
+    parts = energy_nodes(mechanism)
+    translated = names.translated([x for part in parts for x in part], known_nodes(mechanism, symbols))
+    (T,), potential, constraints, *forces = _cut([names.name(e) for e in translated], parts)
+    return Energies(T, tuple(potential), tuple(map(tuple, forces)), tuple(constraints))
+
+
+def energy_nodes(mechanism: Mechanism) -> list[list[Node]]:
+    """Return as Nodes in slots [T], the parts of V, what the rows restrict, and Q (nu) of each load outside V."""
+    motion = motion_of(mechanism, slot_state(mechanism))
+    stored, working = split(mechanism.loads)
+    weight = potential_energy(replace(motion, mechanism=replace(mechanism, loads=())))
+    potential = [weight, *(stored_energy(load, motion) for load in stored)]
+    forces = [applied_generalized_forces(motion, applied(motion, [load], weight=False)) for load in working]
+    parts = [[kinetic_energy(motion)], potential, [_restricted(row) for row in row_motions(motion)], *forces]
+    return [[as_node(x) for x in part] for part in parts]
+
+
+def _restricted(row: RowMotion) -> Any:
+    return row.phi if row.holonomic else row.phidot
+
+
+def known_nodes(mechanism: Mechanism, symbols: Symbols) -> dict[Node, Any]:
+    """Return the symbol of every slot, and 1 for |q|^2 of every quaternion, built as the kinematics builds it.
+
+    What keeps derivatives finite where a speed is zero is left out of closed forms.
+    """
+    known = {**symbols.slots, as_node(TINY): sympy.S.Zero}
+    for body in mechanism.bodies:
+        if body.ball:
+            w, x, y, z = (slot("q", k) for k in body.quaternion)
+            known[w * w + x * x + y * y + z * z] = sympy.S.One
+    return known
+
+
+# --- the equations -------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class LagrangeTerms:
+    """The parts of the equations, in sympy, each by speed (nu): what a student writes one after the other.
+
+    `momenta` dT/du; `mass_matrix` M; `momentum_rates` d/dt dT/du without udot; `turning` what quasi-velocities add
+    (omega x dT/domega); `kinetic_gradient` N^T dT/dq; `potential_gradient` N^T dV/dq; `forces` Q of loads outside V.
+    Together: `velocity_terms` c, what the left side holds without udot and V; `applied` Q - N^T dV/dq.
+    """
+
+    momenta: list[Any]
+    mass_matrix: list[list[Any]]
+    momentum_rates: list[Any]
+    turning: list[Any]
+    kinetic_gradient: list[Any]
+    potential_gradient: list[Any]
+    forces: list[Any]
+    velocity_terms: list[Any]
+    applied: list[Any]
+
+
+def lagrange_terms(mechanism: Mechanism, symbols: Symbols, names: Subexpressions, given: Energies) -> LagrangeTerms:
+    """Derive the terms of Lagrange's equations."""
+    q, u = symbols.coordinates, symbols.speeds
+    names.budget.enter("the momenta dT/du and the gradient dT/dq")
+    derivatives = names.gradient(given.kinetic, [*u, *q])
+    momenta, kinetic = derivatives[: len(u)], derivatives[len(u) :]
+    names.budget.enter("the mass matrix, d/dt dT/du")
+    mass_matrix = _symmetric([names.tangents(momenta[: k + 1], {u[k]: 1}) for k in range(len(u))])
+    names.budget.enter("the velocity terms of d/dt dT/du")
+    rates = names.tangents(momenta, time_rates(mechanism, symbols, names))
+    turned = [names.name(x) for x in turning(mechanism, u, momenta)]
+    gradient = projected(mechanism, q, kinetic, names)
+    names.budget.enter("the gradient dV/dq")
+    pulls = [projected(mechanism, q, names.gradient(part, q), names) for part in given.potential]
+    potential, forces = totals(pulls, len(u)), totals(given.forces, len(u))
+    return LagrangeTerms(
+        momenta,
+        mass_matrix,
+        rates,
+        turned,
+        gradient,
+        potential,
+        forces,
+        velocity_terms=[names.sum([a, b, -c]) for a, b, c in zip(rates, turned, gradient, strict=True)],
+        applied=[force - pull for force, pull in zip(forces, potential, strict=True)],
+    )
+
+
+def totals(parts: Sequence[Sequence[Any]], size: int) -> list[Any]:
+    """Return the sums over all parts, element by element (`size` of them)."""
+    return [sympy.Add(*(part[k] for part in parts)) for k in range(size)]
+
+
+def time_rates(mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> dict[Any, Any]:
+    """Return the rates of t and q at constant u: the direction of d/dt without accelerations."""
+    qdot = [names.sum([rate]) for rate in coordinate_rates(mechanism, symbols.coordinates, symbols.speeds)]
+    return {symbols.time: 1, **dict(zip(symbols.coordinates, qdot, strict=True))}
+
+
+def projected(mechanism: Mechanism, q: Sequence[Any], gradient: Sequence[Any], names: Subexpressions) -> list[Any]:
+    """Return N(q)^T g (nu) of a gradient g (nq)."""
+    found: list[Any] = []
+    for body in mechanism.bodies:
+        for k in body.u:
+            column = joint_rates(body, q, [int(j == k) for j in range(len(mechanism.speeds))])
+            found.append(names.sum(n * gradient[i] for n, i in zip(column, body.q, strict=True)))
+    return found
+
+
+def turning(mechanism: Mechanism, u: Sequence[Any], momenta: Sequence[Any]) -> list[Any]:
+    """Return what N^T (d/dt dT/dqdot - dT/dq) holds besides d/dt dT/du - N^T dT/dq: nothing where u = qdot.
+
+    Of a ball's angular velocity omega = 2 E(q) qdot, N = E^T / 2: with p = dT/domega, dT/dqdot = 2 E^T p, and the
+    projection leaves N^T (d/dt (2 E^T) - (d(2 E qdot)/dq)^T) p = omega x p; the multiplier of |q| = 1 drops out
+    because N^T q = 0.
+    """
+    terms: list[Any] = []
+    for body in mechanism.bodies:
+        terms += [sympy.S.Zero] * len(body.step_u)
+        if body.ball:
+            terms += cross([u[k] for k in body.u[-3:]], [momenta[k] for k in body.u[-3:]])
+    return terms
+
+
+def _symmetric(upper: Sequence[Sequence[Any]]) -> list[list[Any]]:
+    """Return the matrix whose column k down to the diagonal is `upper[k]`."""
+    size = len(upper)
+    return [[upper[max(i, j)][min(i, j)] for j in range(size)] for i in range(size)]
+
+
+# --- what sympy derived, as Nodes ----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Lowered:
+    """Derived equations as lists of Nodes in slots: the rows of M, Q, c (nu each); then (phi, phidot, gamma, H_j)."""
+
+    lists: tuple[tuple[Node, ...], ...]
+
+    def at(self, mechanism: Mechanism, state: State) -> EquationsOfMotion:
+        """Return the equations of motion over the state's scalar."""
+        n = len(mechanism.speeds)
+        motion = motion_of(mechanism, state)
+        values = _cut(state.values([x for part in self.lists for x in part]), self.lists)
+        rows = [
+            RowMotion(phi if row.holonomic else None, phidot, jacobian, gamma, row.of_body, row.all_told)
+            for (phi, phidot, gamma, *jacobian), row in zip(values[n + 2 :], row_motions(motion), strict=True)
+        ]
+        return equations(motion, values[:n], values[n], values[n + 1], rows)
+
+
+def lowered(
+    symbols: Symbols, names: Subexpressions, terms: LagrangeTerms, rows: Sequence[Sequence[Any]] = ()
+) -> Lowered:
+    """Return derived terms, and rows (phi, phidot, gamma, H_j ...), as Nodes."""
+    lists = [*terms.mass_matrix, terms.applied, terms.velocity_terms, *rows]
+    leaves_of = {symbol: node for node, symbol in symbols.slots.items()}
+    nodes = names.lowered([x for part in lists for x in part], leaves_of)
+    return Lowered(tuple(tuple(part) for part in _cut(nodes, lists)))
+
+
+def _cut(flat: Sequence[Any], like: Sequence[Sequence[Any]]) -> list[list[Any]]:
+    """Return one list cut into lists as long as those of `like`."""
+    values = iter(flat)
+    return [[next(values) for _ in part] for part in like]
+
+
+def _lowered_tree(mechanism: Mechanism) -> Lowered:
+    symbols = numbered_symbols(mechanism)
+    names = Subexpressions(symbols.free_prefix, Budget())
+    given = energies(mechanism, symbols, names)
+    return lowered(symbols, names, lagrange_terms(mechanism, symbols, names, given))
+
+
+_known: dict[int, Lowered] = {}
+
+
+def derived_once(mechanism: Mechanism, derive: Callable[[Mechanism], Lowered]) -> Lowered:
+    """Return what `derive` makes of a mechanism, made once as long as the mechanism lives."""
+    key = id(mechanism)
+    if key not in _known:
+        _known[key] = derive(mechanism)
+        weakref.finalize(mechanism, _known.pop, key, None)
+    return _known[key]

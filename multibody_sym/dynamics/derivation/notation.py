@@ -1,0 +1,177 @@
+"""How derived expressions are spelt and ordered for a person: the book's letters, masses first, accelerations last.
+
+Rates of coordinates carry primes in text and dots in LaTeX.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Final
+
+import sympy
+
+from multibody_sym.algebra.script import LatexScript, TextScript, decimal
+from multibody_sym.dynamics.derivation.record import Label
+from multibody_sym.dynamics.derivation.symbols import Symbols
+from multibody_sym.model.mechanism import COMPONENTS, Mechanism
+from multibody_sym.scalars.node import Node, leaves
+
+MASS, GRAVITY, PARAMETER, COORDINATE, NAME, SPEED, ACCELERATION, MULTIPLIER = range(8)
+"""Kinds of symbols in the order in which a product names them; functions of them come last."""
+
+_LETTERS: Final = (
+    "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi "
+    "omega Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega"
+)
+_GREEK: Final = frozenset(_LETTERS.split())
+
+
+@dataclass(frozen=True)
+class Notation:
+    """The spelling of each symbol, and its place (kind, number), which orders sums and products."""
+
+    spelling: Mapping[Any, Label]
+    places: Mapping[Any, tuple[int, int]]
+
+    def text(self, expression: Any) -> str:
+        """Return a label, an expression or a matrix as one line of text."""
+        return expression.text if isinstance(expression, Label) else self._text.shown(expression)
+
+    def latex(self, expression: Any) -> str:
+        """Return a label, an expression or a matrix in LaTeX."""
+        return expression.latex if isinstance(expression, Label) else self._latex.shown(expression)
+
+    @cached_property
+    def _text(self) -> TextScript:
+        return TextScript({s: label.text for s, label in self.spelling.items()}, self.places)
+
+    @cached_property
+    def _latex(self) -> LatexScript:
+        return LatexScript({s: label.latex for s, label in self.spelling.items()}, self.places)
+
+
+def notation_of(
+    mechanism: Mechanism,
+    symbols: Symbols,
+    names: Sequence[Any] = (),
+    numbers: Mapping[Any, Node] | None = None,
+    labels: Mapping[str, str] | None = None,
+) -> Notation:
+    """Return the notation of a mechanism's symbols, of named sub-expressions, and of symbols that stand for numbers.
+
+    `labels` gives the book's letters of parameters and coordinates where they differ from the model's names.
+    """
+    book = labels or {}
+    spelling: dict[Any, Label] = {}
+    for s in (symbols.time, *symbols.coordinates, *symbols.parameters, *symbols.inputs, *names):
+        spelling[s] = Label(s.name, latex_name(book.get(s.name, s.name)))
+    spelling.update(_balls(mechanism, symbols))
+    spelling.update(_rates(mechanism, symbols, spelling))
+    for row, s in zip(mechanism.rows, symbols.multipliers, strict=True):
+        spelling[s] = Label(s.name, rf"\lambda_{{{upright(row.name)}}}")
+    spelling.update(_reactions(mechanism, symbols))
+    spelling.update((s, _number(node)) for s, node in (numbers or {}).items())
+    places = {s: (NAME, i) for i, s in enumerate((*names, *(numbers or ())))}
+    return Notation(spelling, {**places, **_places(mechanism, symbols)})
+
+
+def _reactions(mechanism: Mechanism, symbols: Symbols) -> dict[Any, Label]:
+    """Return the spelling of the components of reactions: F and M with the joint's name and the axis."""
+    of = [(body.joint_name, component) for body in mechanism.bodies for component in COMPONENTS]
+    return {
+        s: Label(s.name, f"{component[0].upper()}_{{{upright(name)},{component[1]}}}")
+        for s, (name, component) in zip(symbols.reactions, of, strict=True)
+    }
+
+
+def _rates(mechanism: Mechanism, symbols: Symbols, spelling: Mapping[Any, Label]) -> dict[Any, Label]:
+    """Return the spelling of speeds and accelerations: theta', theta'' where u is the rate of theta."""
+    found = {}
+    coordinate_of = {u: q for body in mechanism.bodies for u, q in zip(body.step_u, body.step_q, strict=True)}
+    for k, (u, a) in enumerate(zip(symbols.speeds, symbols.accelerations, strict=True)):
+        if k in coordinate_of:
+            text, latex = spelling[symbols.coordinates[coordinate_of[k]]]
+            found[u], found[a] = Label(text + "'", _dotted(latex, "dot")), Label(text + "''", _dotted(latex, "ddot"))
+        else:
+            found[a] = Label(u.name + "'", _dotted(spelling[u].latex, "dot"))
+    return found
+
+
+def _balls(mechanism: Mechanism, symbols: Symbols) -> dict[Any, Label]:
+    """Return the spelling of quaternions and angular velocities: with the joint's name where there are several."""
+    balls = [body for body in mechanism.bodies if body.ball]
+    found = {}
+    for body in balls:
+        of_joint = rf"{upright(body.joint_name)}," if len(balls) > 1 else ""
+        for letter, part, numbers in (("q", "wxyz", body.quaternion), (r"\omega", "xyz", body.u[-3:])):
+            for component, k in zip(part, numbers, strict=True):
+                s = symbols.coordinates[k] if letter == "q" else symbols.speeds[k]
+                default = s.name.endswith(("_q" if letter == "q" else "_w") + component)
+                found[s] = Label(s.name, f"{letter}_{{{of_joint}{component}}}" if default else latex_name(s.name))
+    return found
+
+
+def _dotted(latex: str, accent: str) -> str:
+    """Return a letter with dots, the subscript left without."""
+    letter, underscore, rest = latex.partition("_")
+    return rf"\{accent}{{{letter}}}{underscore}{rest}"
+
+
+def latex_name(name: str) -> str:
+    r"""Return a name in LaTeX: theta_1 and theta1 as \theta_{1}, words upright, everything else harmless."""
+    letter, rest = re.match(r"([A-Za-z]*)_*(.*)", name, re.DOTALL).groups()  # type: ignore[union-attr]
+    head = f"\\{letter}" if letter in _GREEK else letter if len(letter) == 1 else upright(letter or name)
+    if not letter or not rest:
+        return head
+    return f"{head}_{{{_subscript(rest)}}}"
+
+
+def _subscript(rest: str) -> str:
+    parts = [part for part in rest.split("_") if part]
+    return ",".join(f"\\{p}" if p in _GREEK else p if p.isdigit() or len(p) == 1 else upright(p) for p in parts)
+
+
+_SPECIAL: Final = {
+    "\\": r"\textbackslash{}",
+    "^": r"\textasciicircum{}",
+    "~": r"\textasciitilde{}",
+    **{c: f"\\{c}" for c in "#$%&_{}"},
+}
+
+
+def upright(words: str) -> str:
+    """Return words in upright letters, in mathematics."""
+    return rf"\mathrm{{{words}}}" if words.isascii() and words.isalnum() else rf"\text{{{escaped(words)}}}"
+
+
+def escaped(words: str) -> str:
+    """Return text in which LaTeX finds no command."""
+    return "".join(_SPECIAL.get(c, c) for c in words)
+
+
+def _number(node: Node) -> Label:
+    exact = decimal(sympy.Rational(node.data.numerator, node.data.denominator)) if node.op == "number" else None
+    spelt = exact or f"{node.shadow:.12g}"
+    return Label(spelt, spelt)
+
+
+def _places(mechanism: Mechanism, symbols: Symbols) -> dict[Any, tuple[int, int]]:
+    masses = {leaf for body in mechanism.bodies for leaf in leaves([body.mass.mass], "slot")}
+    gravity = set(leaves(mechanism.gravity, "slot"))
+    places: dict[Any, tuple[int, int]] = {}
+    for i, s in enumerate(symbols.parameters):
+        node = next(node for node, known in symbols.slots.items() if known is s)
+        places[s] = (MASS if node in masses else GRAVITY if node in gravity else PARAMETER, i)
+    kinds = {
+        COORDINATE: (*symbols.coordinates, symbols.time),
+        SPEED: symbols.speeds,
+        ACCELERATION: symbols.accelerations,
+        MULTIPLIER: (*symbols.multipliers, *symbols.reactions),
+        PARAMETER: symbols.inputs,
+    }
+    for kind, group in kinds.items():
+        places.update((s, (kind, len(symbols.parameters) + i)) for i, s in enumerate(group))
+    return places

@@ -1,0 +1,158 @@
+"""SymbolicEquations: equations of motion in sympy, to be read, shown in a notebook, or evaluated with NumPy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import sympy
+
+from multibody_sym.algebra.budget import Budget
+from multibody_sym.algebra.subexpressions import Subexpressions, needed, value_of
+from multibody_sym.dynamics.derivation.notation import Notation
+from multibody_sym.dynamics.derivation.record import Derivation, Equation
+from multibody_sym.dynamics.derivation.symbols import Symbols
+from multibody_sym.dynamics.start.parameters import parameter_values
+from multibody_sym.errors import ArgumentError, InputError, shown
+from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.least_norm import solve
+from multibody_sym.numerics.numbers import number, vector
+
+READABLE: Final = 2_000
+"""Operations up to which a person reads equations."""
+
+
+@dataclass(frozen=True)
+class SymbolicEquations:
+    """Equations of motion of a system with n speeds and s rows, derived by `method`.
+
+        M udot = f + H^T lambda        H udot = gamma        f = Q - c
+
+    `mass_matrix` M (n x n), `forcing` f (n x 1), `constraint_jacobian` H (s x n), `constraint_forcing` gamma (s x 1);
+    `kinetic_energy` T, `potential_energy` V, `generalized_forces` (n) of all loads outside V, `constraints` phi (s);
+    `equations` left = right as a student writes them: one for each speed or, by newton_euler, up to six for each body,
+    with those of its `reactions` that do not vanish. All are sympy expressions in the symbols of `symbols` and in the
+    names that `definitions` explains, each by earlier ones; `numbers` holds the values of symbols that stand for
+    numbers. `steps` is the derivation, `notation` how it is written.
+    """
+
+    method: str
+    mechanism: Mechanism
+    symbols: Symbols
+    kinetic_energy: Any
+    potential_energy: Any
+    generalized_forces: tuple[Any, ...]
+    mass_matrix: Any
+    forcing: Any
+    constraint_jacobian: Any
+    constraint_forcing: Any
+    constraints: tuple[Any, ...]
+    equations: tuple[Equation, ...]
+    reactions: tuple[Any, ...]
+    definitions: tuple[tuple[Any, Any], ...]
+    numbers: Mapping[Any, Any]
+    steps: Derivation
+    notation: Notation
+
+    @property
+    def operations(self) -> int:
+        """The number of operations in M, f, H and gamma, each shared sub-expression counted once."""
+        upper = [self.mass_matrix[i, j] for i in range(self.mass_matrix.rows) for j in range(i + 1)]
+        parts = [*upper, *self.forcing, *self.constraint_jacobian, *self.constraint_forcing]
+        definitions = dict(self.definitions)
+        return sum(int(e.count_ops()) for e in (*parts, *(definitions[s] for s in needed(definitions, parts))))
+
+    def explicit(self, expression: Any) -> Any:
+        """Return an expression or matrix with every name and number symbol replaced by what it stands for."""
+        if not isinstance(expression, (sympy.Basic, sympy.MatrixBase)):
+            raise ArgumentError(f"expected an expression or matrix of sympy, got {shown(expression)}")
+        known = dict(self.numbers)
+        definitions = dict(self.definitions)
+        for name in needed(definitions, [expression]):
+            known[name] = definitions[name].xreplace(known)
+        return expression.xreplace(known)
+
+    def lambdify(self, result: str = "accelerations") -> Callable[..., Any]:
+        """Return a NumPy function of (q, u, t=0, parameters=None): arrays (nq,), (nu,), a number, (np,).
+
+        With result "accelerations" it returns udot (n,), with "terms" the arrays (M, f, H, gamma). Parameters are in
+        the order of `symbols.parameters`, the declared values by default; inputs take their declared expressions.
+        Raises InputError, as the function does for what is no real number and for wrong lengths.
+        """
+        if not isinstance(result, str) or result not in ("accelerations", "terms"):
+            raise InputError(f"result is 'accelerations' or 'terms', got {shown(result)}")
+        evaluate, n, given = self._compiled(), len(self.symbols.speeds), self._arguments
+
+        def terms(
+            q: Sequence[float], u: Sequence[float], t: float = 0.0, parameters: Sequence[float] | None = None
+        ) -> tuple[Floats, Floats, Floats, Floats]:
+            M, f, H, gamma = (np.array(x, dtype=float) for x in evaluate(*given(q, u, t, parameters)))
+            return M.reshape(n, n), f.reshape(n), H.reshape(-1, n), gamma.reshape(-1)
+
+        def accelerations(
+            q: Sequence[float], u: Sequence[float], t: float = 0.0, parameters: Sequence[float] | None = None
+        ) -> Floats:
+            return _accelerations(*terms(q, u, t, parameters))
+
+        return terms if result == "terms" else accelerations
+
+    def _arguments(self, q: Any, u: Any, t: Any, parameters: Any) -> tuple[float, Floats, Floats, Floats]:
+        """Return t, q, u, parameters as real numbers; raises InputError."""
+        values = parameter_values(self.mechanism, {}) if parameters is None else parameters
+        s = self.symbols
+        state, rates = vector("q", q, len(s.coordinates)), vector("u", u, len(s.speeds))
+        return number("t", t), state, rates, vector("parameters", values, len(s.parameters))
+
+    def _compiled(self) -> Callable[..., Any]:
+        """Return the compiled function of (t, q, u, parameters); every symbol becomes a Dummy, whatever its name."""
+        s = self.symbols
+        declared = Subexpressions("input ", Budget())
+        inputs = declared.translated(list(self.mechanism.inputs.values()), s.slots)
+        definitions = [*declared.definitions.items(), *zip(s.inputs, inputs, strict=True), *self.definitions]
+        numbers = {**self.numbers, **{symbol: value_of(node) for symbol, node in declared.numbers.items()}}
+        given = (s.time, *s.coordinates, *s.speeds, *s.parameters)
+        dummies = {x: sympy.Dummy() for x in (*given, *(x for x, _ in definitions))}
+        replaced = {**{symbol: sympy.Float(float(value)) for symbol, value in numbers.items()}, **dummies}
+        shared = [(dummies[x], e.xreplace(replaced)) for x, e in definitions]
+        parts = (self.mass_matrix, self.forcing, self.constraint_jacobian, self.constraint_forcing)
+        matrices = [list(part.xreplace(replaced)) for part in parts]
+        groups = (s.coordinates, s.speeds, s.parameters)
+        arguments = [dummies[s.time], *([dummies[x] for x in group] for group in groups)]
+        compiled: Callable[..., Any] = sympy.lambdify(
+            arguments, matrices, modules="numpy", cse=lambda expressions: (shared, list(expressions))
+        )
+        return compiled
+
+    def __str__(self) -> str:
+        """Return the equations as text, one a line; names first."""
+        write = self.notation.text
+        named = [f"{write(name)} = {write(e)}" for name, e in self.definitions]
+        return "\n".join([*named, *(f"{write(e.left)} = {write(e.right)}" for e in self.equations)])
+
+    def _repr_latex_(self) -> str:
+        """Return what a notebook shows: the equations, or their size where nobody would read them."""
+        if self.operations > READABLE:
+            size = rf"\text{{{self.operations} operations in {len(self.definitions)} named sub-expressions}}"
+            return rf"$\displaystyle {size}$"
+        write = self.notation.latex
+        lines = [rf"{write(name)} &= {write(e)}" for name, e in self.definitions]
+        lines += [rf"{write(e.left)} &= {write(e.right)}" for e in self.equations]
+        return r"$\displaystyle \begin{aligned}" + r" \\ ".join(lines) + r"\end{aligned}$"
+
+
+def _accelerations(M: Floats, f: Floats, H: Floats, gamma: Floats) -> Floats:
+    """Return udot of M udot = f + H^T lambda, H udot = gamma, whatever the rank of H.
+
+    Where rows hold freedoms without mass, M + w H^T H and f + w H^T gamma stand for M and f: same udot, regular matrix.
+    """
+    if not len(gamma):
+        return np.asarray(np.linalg.solve(M, f), dtype=float)
+    weight = np.trace(M) if np.linalg.matrix_rank(M) < len(M) else 0.0
+    L = np.linalg.cholesky(M + weight * H.T @ H)
+    free = np.linalg.solve(L, f + weight * H.T @ gamma)
+    A = np.asarray(np.linalg.solve(L, H.T).T, dtype=float)
+    found = solve(A, np.asarray(gamma - A @ free, dtype=float))
+    return np.asarray(np.linalg.solve(L.T, free + found.solution), dtype=float)

@@ -1,0 +1,224 @@
+"""From dynamics over Nodes to the Programs that a simulation runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import reduce
+
+from multibody_sym.dynamics.formalisms.block_ldl import block_ldl
+from multibody_sym.dynamics.formalisms.equations import Formalism, TreeDynamics
+from multibody_sym.dynamics.formalisms.forward_dynamics import SHORTEST
+from multibody_sym.dynamics.programs.index_2 import index_2_programs
+from multibody_sym.dynamics.programs.quantities import Sources, answered, events
+from multibody_sym.dynamics.programs.scanned import scanned_normalize, scanned_sources, worth_scanning
+from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
+from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
+from multibody_sym.kinematics.rows import RowMotion
+from multibody_sym.kinematics.state import arrays, slot_state
+from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.program.derivatives import total_jacobian
+from multibody_sym.program.program import Program
+from multibody_sym.program.programs import Form, Programs
+from multibody_sym.program.trace import Trace
+from multibody_sym.scalars.functions import maximum, sqrt
+from multibody_sym.scalars.node import ZERO, Node, as_node
+from multibody_sym.scalars.rotations import unit_quaternion
+
+
+def programs(mechanism: Mechanism, formalism: Formalism, form: Form = "explicit") -> Programs:
+    """Return all Programs of a mechanism by one formalism, with those that a method needs for its `form`.
+
+    Those of `block_ldl` are scanned where that shortens them, but for their Jacobian, which has a scan for each column.
+    """
+    like = worth_scanning(mechanism) if formalism is block_ldl and form == "explicit" else None
+    if like is not None:
+        return _programs(mechanism, scanned_sources(mechanism, like), scanned_normalize(mechanism, like))
+    dynamics = formalism(mechanism, slot_state(mechanism))
+
+    def motion(trace: Trace) -> Motion:
+        return motion_of(mechanism, slot_state(mechanism))
+
+    sources = Sources(state_derivative(mechanism, dynamics), _energy(mechanism), motion)
+    constrained = dynamics if mechanism.rows else None
+    return _programs(mechanism, sources, _normalize(mechanism), constrained, form)
+
+
+def _programs(
+    mechanism: Mechanism,
+    sources: Sources,
+    normalize: Program | None,
+    constrained: TreeDynamics | None = None,
+    form: Form = "explicit",
+) -> Programs:
+    derivative, inputs = sources.state_derivative, inputs_program(mechanism)
+    return Programs(
+        inputs=inputs,
+        state_derivative=derivative,
+        project_position=_project_position(mechanism, constrained) if constrained else None,
+        project_velocity=_project_velocity(mechanism, constrained) if constrained else None,
+        normalize=normalize,
+        energy=sources.energy,
+        outputs=_outputs(mechanism, sources),
+        events=events(mechanism, sources),
+        jacobian=total_jacobian(derivative, ("qdot", "udot"), ("q", "u"), inputs) if form == "implicit" else None,
+        **(index_2_programs(mechanism, constrained, inputs) if constrained and form == "index_2" else {}),
+    )
+
+
+def state_derivative(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
+    """Return (t, q, u, ...) -> qdot, udot, multipliers, report.
+
+    Without rows udot = M^-1 f, written out. Multipliers of dependent rows are zero, or of minimum norm.
+    """
+    trace = Trace("state_derivative", arrays(mechanism))
+    rows = len(dynamics.rows)
+    if rows == 0:
+        udot = dynamics.bias_acceleration
+        multipliers: Sequence[Node] = ()
+        report: Sequence[Node] = (ZERO,) * 3
+    else:
+        udot, multipliers, report = _constrained(trace, mechanism, dynamics)
+    return trace.finish(
+        {
+            "qdot": ((len(dynamics.rates),), dynamics.rates),
+            "udot": ((len(udot),), udot),
+            "multipliers": ((rows,), multipliers),
+            "report": ((3,), report),
+        }
+    )
+
+
+def _constrained(
+    trace: Trace, mechanism: Mechanism, dynamics: TreeDynamics
+) -> tuple[list[Node], list[Node], Sequence[Node]]:
+    """Return udot, multipliers and the solve's report: with M = G^T G, x = G udot = x_f + A^T lambda, A x = gamma.
+
+    The accelerations x_f without rows may be huge beside x (a light body that heavy ones hold), and what they round
+    away is missing in A x = gamma: a second solve with the residual brings it back.
+    """
+    factors, acting = dynamics.factors, _acting(dynamics.rows)
+    rows = [dynamics.rows[k] for k in acting]
+    free = factors.weighted(dynamics.forcing)
+    matrix = _nodes([factors.weighted(row.jacobian) for row in rows])
+    wanted = _stabilised(rows, mechanism)
+    most = _most(mechanism)
+    first = trace.solve(matrix, _missing(wanted, matrix, free), len(free), most)
+    near = factors.unweighted([x + d for x, d in zip(free, first.solution, strict=True)])
+    second = trace.solve(matrix, _missing(wanted, [row.jacobian for row in rows], near), len(free), most)
+    udot = [x + d for x, d in zip(near, factors.unweighted(second.solution), strict=True)]
+    if mechanism.minimum_norm and rows:
+        x = [a + b for a, b in zip(first.solution, second.solution, strict=True)]
+        multipliers = _shared(trace, matrix, x, most)
+    else:
+        multipliers = [a + b for a, b in zip(first.multipliers, second.multipliers, strict=True)]
+    return udot, _placed(multipliers, acting, len(dynamics.rows)), first.report
+
+
+def _shared(trace: Trace, matrix: Sequence[Sequence[Node]], x: Sequence[Node], most: Node) -> list[Node]:
+    """Return the multipliers with A^T lambda = x that `laws.shared` does."""
+    lengths = [sqrt(sum((a * a for a in row), ZERO)) for row in matrix]
+    shortest = as_node(SHORTEST) * reduce(maximum, lengths)
+    bounded = [maximum(length, shortest) for length in lengths]
+    transposed = [[row[i] / length for row, length in zip(matrix, bounded, strict=True)] for i in range(len(x))]
+    solution = trace.solve(transposed, x, len(matrix), most).solution
+    return [value / length for value, length in zip(solution, bounded, strict=True)]
+
+
+def _acting(rows: Sequence[RowMotion]) -> list[int]:
+    """Return the rows that do not vanish identically, as some of a joint in space do that closes a loop in a plane."""
+    return [k for k, row in enumerate(rows) if {*map(as_node, row.jacobian), as_node(row.gamma)} != {ZERO}]
+
+
+def _placed(values: Sequence[Node], places: Sequence[int], size: int) -> list[Node]:
+    """Return `size` numbers: the values at their places, zero elsewhere."""
+    found: list[Node] = [ZERO] * size
+    for place, value in zip(places, values, strict=True):
+        found[place] = value
+    return found
+
+
+def _missing(wanted: Sequence[Node], matrix: Sequence[Sequence[Node]], x: Sequence[Node]) -> list[Node]:
+    """Return wanted - matrix x."""
+    return [
+        value - sum((a * b for a, b in zip(row, x, strict=True)), ZERO)
+        for row, value in zip(matrix, wanted, strict=True)
+    ]
+
+
+def _most(mechanism: Mechanism) -> Node:
+    """Return the parameter that holds how many rows are independent at most."""
+    return arrays(mechanism)[3].slots[-3]
+
+
+def _stabilised(rows: Sequence[RowMotion], mechanism: Mechanism) -> list[Node]:
+    """Return gamma - 2 alpha phidot - beta^2 phi, of nonholonomic rows gamma - alpha psi (Baumgarte 1972)."""
+    alpha, beta = arrays(mechanism)[3].slots[-2:]
+    return [
+        row.gamma - 2 * alpha * row.phidot - beta**2 * row.phi if row.holonomic else row.gamma - alpha * row.phidot
+        for row in rows
+    ]
+
+
+def _correction(
+    trace: Trace, mechanism: Mechanism, dynamics: TreeDynamics, rows: Sequence[RowMotion], wanted: Sequence[Node]
+) -> list[Node]:
+    """Return the change of the speeds, smallest in the norm of the mass matrix, with H change = wanted."""
+    factors = dynamics.factors
+    matrix = [factors.weighted(row.jacobian) for row in rows]
+    solved = trace.solve(_nodes(matrix), wanted, len(dynamics.speeds), _most(mechanism))
+    return factors.unweighted(solved.solution)
+
+
+def _project_position(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
+    trace = Trace("project_position", arrays(mechanism))
+    rows = [dynamics.rows[k] for k in _acting(dynamics.rows) if dynamics.rows[k].holonomic]
+    change = _correction(trace, mechanism, dynamics, rows, [-row.phi for row in rows])
+    phi = [row.phi if row.holonomic else ZERO for row in dynamics.rows]
+    correction = coordinate_rates(mechanism, trace["q"], change)
+    return trace.finish({"phi": ((len(phi),), phi), "correction": ((len(correction),), correction)})
+
+
+def _project_velocity(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
+    trace = Trace("project_velocity", arrays(mechanism))
+    rows = [dynamics.rows[k] for k in _acting(dynamics.rows)]
+    correction = _correction(trace, mechanism, dynamics, rows, [-row.phidot for row in rows])
+    phidot = [row.phidot for row in dynamics.rows]
+    return trace.finish({"residual": ((len(phidot),), phidot), "correction": ((len(correction),), correction)})
+
+
+def _normalize(mechanism: Mechanism) -> Program | None:
+    trace = Trace("normalize", arrays(mechanism))
+    q = list(trace["q"])
+    deviation: Node = ZERO
+    for body in mechanism.bodies:
+        if body.ball:
+            unit, off = unit_quaternion([q[k] for k in body.quaternion])
+            deviation = maximum(deviation, off)
+            q[body.quaternion[0] : body.quaternion[-1] + 1] = unit
+    if deviation is ZERO:
+        return None
+    return trace.finish({"q": ((len(q),), q), "deviation": ((), [deviation])})
+
+
+def inputs_program(mechanism: Mechanism) -> Program:
+    """Return (t, q, u, parameters) -> inputs (nw,), from their declared expressions."""
+    trace = Trace("inputs", arrays(mechanism)[:4])
+    values = list(mechanism.inputs.values())
+    return trace.finish({"inputs": ((len(values),), values)})
+
+
+def _energy(mechanism: Mechanism) -> Program:
+    motion = motion_of(mechanism, slot_state(mechanism))
+    trace = Trace("energy", arrays(mechanism))
+    kinetic, potential = as_node(kinetic_energy(motion)), as_node(potential_energy(motion))
+    return trace.finish({"kinetic": ((), [kinetic]), "potential": ((), [potential])})
+
+
+def _outputs(mechanism: Mechanism, sources: Sources) -> Program:
+    trace = Trace("outputs", arrays(mechanism))
+    values = answered(trace, sources, list(mechanism.outputs.values()))
+    return trace.finish({"values": ((len(values),), values)})
+
+
+def _nodes(matrix: Sequence[Sequence[Node]]) -> list[list[Node]]:
+    return [[as_node(x) for x in row] for row in matrix]

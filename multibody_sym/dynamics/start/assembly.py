@@ -1,0 +1,238 @@
+"""Assembly: coordinates with phi = 0 and speeds with H u = -phi_t from declared ones, in floats.
+
+Which declared values are held is one rule for both: those marked `known`; without marks those that were given, in
+their order, as long as the rest can close. None are held, and the change is the smallest in the norm of the mass
+matrix, where that is asked for, and where all were given, none marked, and the rows nearly close.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from multibody_sym.dynamics.constraints.closing import (
+    CLOSED,
+    Missed,
+    Rows,
+    closed_from,
+    exactly,
+    generic_jacobian,
+    guessed,
+    least_change,
+)
+from multibody_sym.dynamics.constraints.row_values import verify_values
+from multibody_sym.errors import NoSolutionError, Where
+from multibody_sym.kinematics.row_sizes import power_terms
+from multibody_sym.model.mechanism import Mechanism, TreeBody
+from multibody_sym.numerics.arrays import Floats
+
+NEAR: Final = 1e-6
+"""Values that are all given change as little as possible where rows are missed by less than this part of their size."""
+_LEAST: Final = 0.01
+"""No speed counts as smaller than this part of the largest, from which it has its rounding."""
+_ROUNDING: Final = 1e-14
+"""Smaller changes of given values, against one or the value, are not told."""
+
+
+@dataclass(frozen=True)
+class Assembled:
+    """Coordinates or speeds that satisfy the rows; names of those held and found; by how much given ones changed."""
+
+    values: Floats
+    held: tuple[str, ...] = ()
+    found: tuple[str, ...] = ()
+    shifts: Mapping[str, float] = field(default_factory=dict)
+
+
+class _Item(NamedTuple):
+    """What is held or found together: a coordinate or speed, or a quaternion; its places in q or u, and its speeds."""
+
+    names: tuple[str, ...]
+    places: tuple[int, ...]
+    speeds: tuple[int, ...]
+    given: bool
+    known: bool
+
+
+Close = Callable[[Sequence[int], bool], Floats | None]
+"""Find values with these speeds free; weighted by the mass matrix or not. None where the rows do not close."""
+
+
+# --- positions -----------------------------------------------------------------------------------------------------
+
+
+def assembled_position(rows: Rows, q: Floats, *, project: bool = False) -> Assembled:
+    """Return coordinates with phi = 0, from declared ones.
+
+    Raises NoSolutionError with the residuals by name, or ModelError naming a row without any where nothing closes.
+    """
+    rows = rows.holonomic()
+    if not rows.active:
+        return Assembled(q)
+    missed = rows.missed(q)
+
+    items = _position_items(rows.mechanism)
+    unknown = [k for item in items if not item.given for k in item.speeds]
+
+    def close(free: Sequence[int], weighted: bool) -> Floats | None:
+        found = closed_from(rows, q, free, weighted)
+        if found is None and unknown and len(unknown) < len(free):
+            found = closed_from(rows, guessed(rows, q, unknown), free, weighted)
+        return found
+
+    found = _chosen(items, generic_jacobian(rows, q), missed, close, project)
+    if found is None and missed is None:
+        verify_values(rows.motion(q, np.zeros(len(rows.mechanism.speeds))))
+    if found is None:
+        raise _not_closed(rows, q)
+    return _compared(q, *found)
+
+
+def _not_closed(rows: Rows, q: Floats) -> NoSolutionError:
+    """Return the error that names the fewest elements found that no positions satisfy, or all rows that are missed."""
+    known = any(c.known for c in rows.mechanism.coordinates)  # which may be all that keeps the rows from closing
+    fewest = (None if known else unclosable(rows, q)) or rows
+    names = list(dict.fromkeys(rows.mechanism.row_path(k)[1] for k in fewest.active))
+    what = "the start values do not satisfy the constraints"
+    if fewest is not rows and len(names) > 1:
+        listed = f"{', '.join(names[:-1])} and {names[-1]}"
+        what = f"no positions were found that satisfy {listed} together, though they were without any one of them"
+    return _failure(fewest, what, fewest.missed(q))
+
+
+def _position_items(mechanism: Mechanism) -> list[_Item]:
+    items = []
+    for body in mechanism.bodies:
+        for places, speeds in _groups(body):
+            declared = [mechanism.coordinates[i] for i in places]
+            names = tuple(c.name for c in declared)
+            items.append(_Item(names, places, speeds, declared[0].given, declared[0].known))
+    return items
+
+
+def _groups(body: TreeBody) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
+    """Return the coordinates that can be held on their own, each with its speeds; a quaternion is held as a whole."""
+    groups: list[tuple[tuple[int, ...], tuple[int, ...]]] = []
+    groups += [((i,), (k,)) for i, k in zip(body.step_q, body.step_u, strict=True)]
+    return [*groups, (body.quaternion, body.u[-3:])] if body.ball else groups
+
+
+# --- speeds --------------------------------------------------------------------------------------------------------
+
+
+def assembled_speeds(rows: Rows, q: Floats, u: Floats, *, project: bool = False) -> Assembled:
+    """Return speeds with H u = -phi_t, from declared ones. Raises NoSolutionError with the residuals by name."""
+    if not rows.active:
+        return Assembled(u)
+    motion = rows.motion(q, u)
+    moving = rows.of(motion)
+    phidot, jacobian = np.array([row.phidot for row in moving], dtype=float), rows.jacobian(moving)
+    terms = np.abs(phidot - jacobian @ u) + np.array(power_terms(motion, moving), dtype=float)
+
+    def missed(values: Floats) -> Missed:
+        sizes = np.abs(values) + _LEAST * np.abs(values).max()
+        return Missed(phidot + jacobian @ (values - u), np.abs(jacobian) @ sizes + terms)
+
+    def close(free: Sequence[int], weighted: bool) -> Floats | None:
+        found: Floats = u + least_change(rows, q, jacobian, -phidot, free, weighted, exactly)
+        return found if missed(found).within(CLOSED) else None
+
+    chosen = _chosen(_speed_items(rows.mechanism), jacobian, missed(u), close, project)
+    if chosen is None:
+        raise _failure(rows, "the initial speeds do not satisfy the constraints", missed(u))
+    return _compared(u, *chosen)
+
+
+def _speed_items(mechanism: Mechanism) -> list[_Item]:
+    known = {c.joint for c in mechanism.coordinates if c.known}
+    return [_Item((s.name,), (k,), (k,), s.given, s.given and s.joint in known) for k, s in enumerate(mechanism.speeds)]
+
+
+# --- both ----------------------------------------------------------------------------------------------------------
+
+
+def _chosen(
+    items: Sequence[_Item], jacobian: Floats | None, missed: Missed | None, close: Close, project: bool
+) -> tuple[Floats, Sequence[_Item], Sequence[_Item]] | None:
+    """Return closed values, the items held, and those that could have moved; None where nothing closes."""
+    concerned = [item for item in items if jacobian is None or np.abs(jacobian[:, list(item.speeds)]).max() > 0]
+    given = [item for item in concerned if item.given]
+    known = [item for item in concerned if item.known]
+    near = len(given) == len(concerned) and missed is not None and missed.within(NEAR)
+
+    def attempt(held: Sequence[_Item]) -> Floats | None:
+        fixed = {k for item in held for k in item.speeds}
+        free = [k for item in items for k in item.speeds if k not in fixed]
+        return close(free, not held)
+
+    held: Sequence[_Item] = [] if project or (near and not known) else known or given
+    values = attempt(held)
+    if values is None and held and not known:
+        held, values = _held_one_by_one(given, attempt)
+    return None if values is None else (values, held, concerned)
+
+
+def _held_one_by_one(
+    given: Sequence[_Item], attempt: Callable[[Sequence[_Item]], Floats | None]
+) -> tuple[list[_Item], Floats | None]:
+    held: list[_Item] = []
+    values = attempt(held)
+    for item in given if values is not None else ():
+        trial = attempt([*held, item])
+        if trial is not None:
+            held, values = [*held, item], trial
+    return held, values
+
+
+def _compared(declared: Floats, values: Floats, held: Sequence[_Item], concerned: Sequence[_Item]) -> Assembled:
+    found = [item for item in concerned if item not in held]
+    given = [pair for item in found if item.given for pair in zip(item.names, item.places, strict=True)]
+    told = _ROUNDING * np.maximum(1.0, np.abs(declared))
+    shifts = {name: float(values[k] - declared[k]) for name, k in given if abs(values[k] - declared[k]) > told[k]}
+    names = [tuple(name for item in part for name in item.names) for part in (held, found)]
+    return Assembled(values, names[0], names[1], shifts)
+
+
+def _failure(rows: Rows, what: str, missed: Missed | None) -> NoSolutionError:
+    """Return the error that names the residuals of rows which cannot be closed, at the place of the first."""
+    if missed is None:
+        where = Where(path=rows.mechanism.row_path(rows.active[0]))
+        return NoSolutionError(f"{what}: they have no value there", where=where)
+    pairs = zip(rows.active, missed.residuals, missed.sizes, strict=True)
+    still_open = {k: residual for k, residual, size in pairs if not abs(residual) <= CLOSED * size}
+    names = [row.name for row in rows.mechanism.rows]
+    listed = [f"{names[k]} misses by {abs(residual):.6g}" for k, residual in still_open.items()]
+    known = any(c.known for c in rows.mechanism.coordinates)
+    advice = "; leave out `known` where values may change, or put all onto the constraints (--project)" if known else ""
+    reasons = ", ".join(listed) or "a joint that closes a loop is turned over"
+    where = Where(path=rows.mechanism.row_path(next(iter(still_open), rows.active[0])))
+    return NoSolutionError(f"{what}: {reasons}{advice}", where=where)
+
+
+_ELEMENTS: Final = 6
+
+
+_SPEEDS: Final = 12
+"""Larger systems are not searched: each element costs a search for positions from many guesses."""
+
+
+def unclosable(rows: Rows, q: Floats) -> Rows | None:
+    """Return those of rows that do not close which still do not, though they do without any one of their elements.
+
+    None where there are too many to try.
+    """
+    elements = list(dict.fromkeys(rows.mechanism.row_path(k) for k in rows.active))
+    if len(elements) > _ELEMENTS or len(rows.mechanism.speeds) > _SPEEDS:
+        return None
+    for element in elements:
+        rest = replace(rows, active=[k for k in rows.active if rows.mechanism.row_path(k) != element])
+        if not _closes(rest, q):
+            rows = rest
+    return rows
+
+
+def _closes(rows: Rows, q: Floats) -> bool:
+    return not rows.active or closed_from(rows, q, range(len(rows.mechanism.speeds)), weighted=False) is not None

@@ -1,0 +1,184 @@
+"""The numbers of a model: which expression has no finite value, or one too large or small to compute with, and where.
+
+Arithmetic on declared values can fail anywhere in kinematics and dynamics. It is not guarded there, but where a model's
+numbers come in: what fails is traced back to a declaration, and stays a defect of the program where none explains it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from functools import wraps
+from typing import Any, Final, TypeVar, cast
+
+from multibody_sym.dynamics.start.body_masses import verify_masses
+from multibody_sym.dynamics.start.parameters import parameter_values
+from multibody_sym.errors import ExpressionError, ModelError, Where, at
+from multibody_sym.expressions.printer import text
+from multibody_sym.model.mechanism import TIME, Mechanism, RopeRow
+from multibody_sym.model.resolve import mechanism
+from multibody_sym.model.system import System, Written, expressions
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import ZERO, Node, leaves, postorder, slot, symbol
+
+F = TypeVar("F", bound=Callable[..., Any])
+Values = Mapping[Node, float]
+
+_LARGE: Final = 1e70
+"""Past which a product of a few such numbers, or of their reciprocals, has no float."""
+_SHOWN: Final = 60
+_FAILURES: Final = (ArithmeticError, ValueError, ExpressionError)
+"""What arithmetic raises; numpy raises ValueErrors where it meets infinities."""
+
+
+def examined(system: System) -> Mechanism:
+    """Return the mechanism of a system whose declared numbers are finite, and whose masses bodies can have.
+
+    Raises ModelError with the path of an expression of parameters that has no finite value, or of a body.
+    """
+    with numbers_of(system):
+        resolved = mechanism(system)
+        base = resolved.relative or resolved
+        parameters = parameter_values(base, {})
+        _verify_finite(expressions(system), _parameters(base, parameters))
+        verify_masses(base, parameters)
+        _verify_radii(base, parameters)
+    return resolved
+
+
+def _verify_radii(base: Mechanism, parameters: Sequence[float]) -> None:
+    """Raise ModelError at the first rope or wheel that runs on a negative radius."""
+    known = {slot("parameters", k): x for k, x in enumerate(parameters)}
+    for k, row in enumerate(base.rows):
+        radii = [bend.radius for bend in row.path] if isinstance(row, RopeRow) else [getattr(row, "radius", ZERO)]
+        least = min(evaluate_float(radii, known), default=0.0)
+        if least < 0.0:
+            with at(*base.row_path(k)):
+                raise ModelError(f"it runs on a radius of {least:g} m, and no radius is negative")
+
+
+@contextmanager
+def numbers_of(system: System) -> Iterator[None]:
+    """Blame a declared number for arithmetic that fails inside, with its place; raise what none explains as it is."""
+    try:
+        yield
+    except _FAILURES as failure:
+        if isinstance(failure, ExpressionError) and failure.where.path:
+            raise
+        found = _culprit(system)
+        if found is None:
+            raise
+        raise found from None
+
+
+def blame_numbers(system: System) -> None:
+    """Raise ModelError at the declared number that explains results which are not finite, if there is one."""
+    found = _culprit(system)
+    if found is not None:
+        raise found
+
+
+def on_numbers(function: F) -> F:
+    """Let a function blame the numbers of its system, the first argument, for arithmetic that fails."""
+
+    @wraps(function)
+    def guarded(system: System, *arguments: Any, **named: Any) -> Any:
+        with numbers_of(system):
+            return function(system, *arguments, **named)
+
+    return cast(F, guarded)
+
+
+def _culprit(system: System) -> ModelError | None:
+    """Return the error about the first expression without a finite value at the start, else about an extreme value."""
+    declared, known = list(expressions(system)), dict[Node, float]()
+    with suppress(*_FAILURES):  # constants are known without a mechanism
+        resolved = mechanism(system)
+        known = _start(resolved.relative or resolved)
+    try:
+        _verify_finite(declared, known)
+    except ModelError as error:
+        return error
+    return _extreme(declared, known)
+
+
+def _parameters(base: Mechanism, values: Sequence[float]) -> dict[Node, float]:
+    """Return the values of declared parameters by their symbols."""
+    return {symbol(entry.name): x for entry, x in zip(base.parameters, values, strict=True) if entry.value is not None}
+
+
+def _start(base: Mechanism) -> dict[Node, float]:
+    """Return the values at the start, as declared, of what expressions may name; what has none is left out."""
+    slots = {slot("parameters", k): x for k, x in enumerate(parameter_values(base, {}))}
+    slots[TIME] = 0.0
+    initial = {"q": [c.initial for c in base.coordinates], "u": [s.initial for s in base.speeds]}
+    for array, nodes in (*initial.items(), ("inputs", list(base.inputs.values()))):
+        found = {slot(array, k): _value(node, slots) for k, node in enumerate(nodes)}
+        slots.update({leaf: x for leaf, x in found.items() if x is not None})
+    values = {name: _value(node, slots) for name, node in base.symbols.items()}
+    return {name: x for name, x in values.items() if x is not None}
+
+
+def _value(node: Node, known: Values) -> float | None:
+    """Return the value of an expression; None where it has none, or names what is not known."""
+    try:
+        return evaluate_float([node], known)[0]
+    except (*_FAILURES, KeyError):
+        return None
+
+
+def _verify_finite(declared: Iterable[Written], known: Values) -> None:
+    """Raise ModelError at the first expression of known leaves alone that has no finite value."""
+    judged = [written for written in declared if written.node.shadow is None and _is_known(written.node, known)]
+    try:
+        if all(map(math.isfinite, evaluate_float([written.node for written in judged], known))):
+            return
+    except _FAILURES:
+        pass
+    for path, node, _ in judged:
+        found = _value(node, known)
+        if found is None or not math.isfinite(found):
+            raise ModelError(_undefined(node, known), where=Where(path=path))
+
+
+def _is_known(node: Node, known: Values) -> bool:
+    return all(leaf in known for leaf in leaves([node], "symbol", "quantity"))
+
+
+def _undefined(node: Node, known: Values) -> str:
+    """Return what of an expression has no finite value, and with which values."""
+    for n in postorder([node]):
+        found = n.shadow if n.shadow is not None else known.get(n) if not n.args else _value(n, known)
+        if found is None or not math.isfinite(found):
+            named = [f"{leaf} = {known[leaf]:g}" for leaf in leaves([n], "symbol")]
+            part = "" if n is node else f", for {_brief(n)} has none"
+            return f"{_brief(node)} has no finite value{part} with {', '.join(named)}"
+    return f"{_brief(node)} has no finite value"
+
+
+def _brief(node: Node) -> str:
+    shown = text(node)
+    return shown if len(shown) <= _SHOWN else f"{shown[:_SHOWN]}..."
+
+
+def _extreme(declared: Sequence[Written], known: Values) -> ModelError | None:
+    """Return the error about the number farthest from 1 that is too large or too small to compute with."""
+    farthest, found = math.log(_LARGE), None
+    named = {leaf.data for path, node, _ in declared for leaf in leaves([node], "symbol")}
+    for path, node, _ in declared:
+        if path[0] == "parameters" and path[1] not in named:
+            continue
+        for n in postorder([node]):
+            value = n.shadow if n.shadow is not None else _value(n, known) if n is node else None
+            if value and math.isfinite(value) and abs(math.log(abs(value))) > farthest:
+                farthest, found = abs(math.log(abs(value))), (path, value)
+    if found is None:
+        return None
+    path, value = found
+    size = "large" if abs(value) > 1.0 else "small"
+    message = (
+        f"{value:g} is too {size} to compute with: what follows from it passes the range of floating-point numbers "
+        "(1e-308 to 1e308); correct it, or choose other units for the model"
+    )
+    return ModelError(message, where=Where(path=path))

@@ -1,0 +1,75 @@
+"""Random states of a mechanism, at which routes and theorems are compared."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.dynamics.constraints.closing import Rows, closed_near, moved
+from multibody_sym.dynamics.formalisms.forward_dynamics import verify_inertia
+from multibody_sym.dynamics.start.start import Start
+from multibody_sym.errors import MultibodyError
+from multibody_sym.kinematics.loads import applied
+from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.rows import RowMotion, row_motions
+from multibody_sym.kinematics.state import State, state_of
+from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.numerics.arrays import UNDEFINED, Floats
+from multibody_sym.numerics.least_norm import scaled_rows
+
+_TRIES: Final = 20
+_DEPENDENT: Final = 1e-12
+_NEARLY_DEPENDENT: Final = 1e-4
+
+
+def sampled_states(mechanism: Mechanism, begin: Start, count: int, seed: int = 0) -> list[State]:
+    """Return the state at the start and up to `count` random ones around it, over floats.
+
+    Speeds satisfy H u = -phi_t, coordinates phi = 0 where Newton's method brings them there (the equations of motion
+    hold without). States at which something declared has no value, or M is singular, are passed over.
+    """
+    rng = np.random.default_rng(seed)
+    states = [state_of(mechanism, float, 0.0, begin.q, begin.u, begin.parameters)]
+    for _ in range(_TRIES * count):
+        if len(states) > count:
+            break
+        try:
+            states.append(_near(mechanism, begin, rng))
+        except (*UNDEFINED, MultibodyError):
+            continue
+    return states
+
+
+def _near(mechanism: Mechanism, begin: Start, rng: np.random.Generator) -> State:
+    change, u = (rng.uniform(-1.0, 1.0, len(mechanism.speeds)) for _ in range(2))
+    rows = Rows(mechanism, begin.parameters, range(len(mechanism.rows)), float(rng.uniform(0.0, 1.0)))
+    apart = moved(mechanism, np.array(begin.q, dtype=float), change)
+    closed = closed_near(rows, apart)
+    q = apart if closed is None else closed
+    motion = rows.motion(q, u + _correction(rows.motion(q, u)))
+    verify_inertia(motion)
+    _verify_regular(motion)
+    applied(motion)
+    return motion.state
+
+
+def _jacobian(motion: Motion, rows: list[RowMotion]) -> Floats:
+    return np.array([row.jacobian for row in rows], dtype=float).reshape(len(rows), len(motion.state.u))
+
+
+def _verify_regular(motion: Motion) -> None:
+    """Raise ValueError where rows are nearly but not quite dependent: forces grow there beyond all bounds."""
+    jacobian = _jacobian(motion, row_motions(motion))
+    sizes = np.linalg.svd(scaled_rows(jacobian)[1], compute_uv=False)
+    if ((sizes > _DEPENDENT) & (sizes < _NEARLY_DEPENDENT)).any():
+        raise ValueError("a nearly singular position")
+
+
+def _correction(motion: Motion) -> Floats:
+    """Return the smallest change of the speeds that satisfies H u = -phi_t."""
+    rows = row_motions(motion)
+    jacobian = _jacobian(motion, rows)
+    phidot = np.array([row.phidot for row in rows], dtype=float)
+    change: Floats = np.linalg.lstsq(jacobian, -phidot, rcond=_NEARLY_DEPENDENT)[0]
+    return change

@@ -1,0 +1,196 @@
+"""Start: parameter values, and the coordinates and speeds at t = 0 that satisfy all constraints, in floats."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from multibody_sym.dynamics.constraints.closing import Rows, normalize
+from multibody_sym.dynamics.constraints.contradiction import contradictions_named, verify_consistent
+from multibody_sym.dynamics.constraints.row_values import verify_direction, verify_lengths, verify_values
+from multibody_sym.dynamics.constraints.singular import generic_rank, verify_regular
+from multibody_sym.dynamics.formalisms.forward_dynamics import verify_inertia
+from multibody_sym.dynamics.start.absolute_state import absolute_state
+from multibody_sym.dynamics.start.assembly import assembled_position, assembled_speeds
+from multibody_sym.dynamics.start.parameters import _finite, parameter_values
+from multibody_sym.errors import ModelError, Where, at
+from multibody_sym.kinematics.loads import applied
+from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.rows import row_motions
+from multibody_sym.model.bodies import GROUND
+from multibody_sym.model.mechanism import TIME, Coordinate, Mechanism, RopeRow, Speed
+from multibody_sym.numerics.arrays import UNDEFINED, Floats
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import slot
+
+
+@dataclass(frozen=True)
+class Start:
+    """The state at t = 0: parameter vector (np), q (nq), u (nu).
+
+    `held` names the coordinates and speeds that kept their declared values while constraints were closed, `assembled`
+    those that were found; `shifts` tells by how much values that were given changed. `rank` of the rows: where it is
+    less than the generic one, among the parameters, the start is a singular position.
+    """
+
+    parameters: tuple[float, ...]
+    q: tuple[float, ...]
+    u: tuple[float, ...]
+    held: tuple[str, ...]
+    assembled: tuple[str, ...]
+    shifts: Mapping[str, float]
+    rank: int
+
+    @property
+    def shift(self) -> float:
+        """The largest change of a value that was given."""
+        return max(map(abs, self.shifts.values()), default=0.0)
+
+
+def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None, *, project: bool = False) -> Start:
+    """Return the state at t = 0: declared values, with what the constraints need of the others.
+
+    Joints marked `known` keep their values and the others are assembled; without marks those with an `initial` are
+    held in their order as long as the rest can close. If all are given, none marked, and miss the constraints by less
+    than 1e-6, and whenever `project` asks for it, all change as little as possible, in the norm of the mass matrix.
+    Ropes without a length are measured in the assembled position.
+    Raises NoSolutionError (constraints that contradict each other, by name, or do not close, with residuals by name; a
+    speed that no inertia resists) and ModelError (values that are not finite or not positive).
+    """
+    if mechanism.relative is not None:
+        return _in_absolute_coordinates(mechanism, start(mechanism.relative, overrides, project=project))
+    declared = parameter_values(mechanism, overrides or {})
+    _verify_motions(mechanism, declared)
+    q, u = _declared_state(mechanism, declared)
+    measured = _measured_ropes(mechanism)
+    rows = Rows(mechanism, declared, [k for k in range(len(mechanism.rows)) if k not in measured])
+    _verify_inertia(rows, q, u)
+    verify_lengths(rows.motion(q, u))
+    with contradictions_named(rows, q, u):
+        position = assembled_position(rows, q, project=project)
+    verify_values(rows.motion(position.values, u))
+    parameters = _with_lengths(rows, position.values, measured)
+    every = Rows(mechanism, parameters, range(len(mechanism.rows)))
+    with contradictions_named(every, position.values, u):
+        speeds = assembled_speeds(every, position.values, u, project=project)
+    rank = 0
+    if mechanism.rows:
+        rank, generic = generic_rank(every, position.values)
+        parameters[-3] = float(generic)
+        verify_consistent(every, position.values, speeds.values, generic)
+    _verify_loads(every.motion(position.values, speeds.values))
+    return Start(
+        tuple(parameters),
+        tuple(position.values.tolist()),
+        tuple(speeds.values.tolist()),
+        (*position.held, *speeds.held),
+        (*position.found, *speeds.found),
+        {**position.shifts, **speeds.shifts},
+        rank,
+    )
+
+
+def _in_absolute_coordinates(mechanism: Mechanism, joints: Start) -> Start:
+    """Return the start that is known in the coordinates of the joints, in which it is declared."""
+    assert mechanism.relative is not None
+    entries = zip(mechanism.relative.parameters, joints.parameters, strict=True)
+    values = {entry.name: value for entry, value in entries}
+    parameters = [values.get(entry.name, 0.0) for entry in mechanism.parameters]
+    relative = Rows(mechanism.relative, joints.parameters, [])
+    motion = relative.motion(np.array(joints.q, dtype=float), np.array(joints.u, dtype=float))
+    q, u = absolute_state(mechanism, motion, parameters)
+    rank = 0
+    if mechanism.rows:
+        rank, generic = generic_rank(Rows(mechanism, parameters, range(len(mechanism.rows))), q)
+        parameters[-3] = float(generic)
+    return replace(joints, parameters=tuple(parameters), q=tuple(q.tolist()), u=tuple(u.tolist()), rank=rank)
+
+
+def verify_regular_start(mechanism: Mechanism, begin: Start) -> None:
+    """Raise NoSolutionError where rows depend on each other at the start that are independent beside it, by name."""
+    if mechanism.rows:
+        rows = Rows(mechanism, begin.parameters, range(len(mechanism.rows)))
+        verify_regular(rows, np.array(begin.q, dtype=float), begin.rank, int(begin.parameters[-3]))
+
+
+def _verify_motions(mechanism: Mechanism, parameters: Sequence[float]) -> None:
+    """Raise ModelError where a prescribed motion, its rate or its acceleration has no value at the start."""
+    values = {TIME: 0.0, **{slot("parameters", i): value for i, value in enumerate(parameters)}}
+    for body in mechanism.bodies:
+        place = ("bodies",) if body.joint_name == GROUND else ("joints",)
+        for given in body.given:
+            with at(*place, body.joint_name, "motion"), _valued():
+                evaluate_float(given or (), values)
+
+
+def _verify_inertia(rows: Rows, q: Floats, u: Floats) -> None:
+    motion = rows.motion(q, u)
+    try:
+        with _valued():
+            verify_inertia(motion)
+    except ModelError:
+        verify_values(motion)
+        raise
+
+
+def _verify_loads(motion: Motion) -> None:
+    for load in motion.mechanism.loads:
+        with at("forces", load.name):
+            verify_direction(motion, load)
+            with _valued():
+                applied(motion, [load])
+
+
+@contextmanager
+def _valued() -> Iterator[None]:
+    try:
+        yield
+    except UNDEFINED as error:
+        raise ModelError(f"an expression has no finite value at the start ({error})") from None
+
+
+# --- parameters ----------------------------------------------------------------------------------------------------
+
+
+def _measured_ropes(mechanism: Mechanism) -> dict[int, int]:
+    """Return the rows whose rope is measured at the start, each with its length's position among the parameters."""
+    places = {slot("parameters", i): i for i, entry in enumerate(mechanism.parameters) if entry.value is None}
+    return {
+        k: places[row.length]
+        for k, row in enumerate(mechanism.rows)
+        if isinstance(row, RopeRow) and row.length in places
+    }
+
+
+def _with_lengths(rows: Rows, q: Floats, measured: Mapping[int, int]) -> list[float]:
+    """Return the parameters with the ropes' lengths at q: phi = length - path, where length is still zero."""
+    parameters = list(rows.parameters)
+    if measured:
+        with _valued():
+            motions = row_motions(rows.motion(q, np.zeros(len(rows.mechanism.speeds))))
+        for row, place in measured.items():
+            parameters[place] = -float(motions[row].phi)
+    return parameters
+
+
+# --- declared state ------------------------------------------------------------------------------------------------
+
+
+def _declared_state(mechanism: Mechanism, parameters: Sequence[float]) -> tuple[Floats, Floats]:
+    """Return q with unit quaternions, and u, as declared."""
+    values = {slot("parameters", i): value for i, value in enumerate(parameters)}
+    found = []
+    declared: Sequence[Coordinate | Speed] = (*mechanism.coordinates, *mechanism.speeds)
+    for named in declared:
+        value = _finite(named.initial, values)
+        if not math.isfinite(value):
+            where = Where(path=("joints", named.joint, "initial"))
+            raise ModelError(f"the initial value of {named.name} is not finite", where=where)
+        found.append(value)
+    q, u = np.split(np.array(found, dtype=float), [len(mechanism.coordinates)])
+    normalize(mechanism, q)
+    return q, u
