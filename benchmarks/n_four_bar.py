@@ -32,7 +32,7 @@ import numpy as np
 from exudyn import itemInterface
 
 import multibody_sym as mbs
-from multibody_sym.integrators.methods import METHODS
+from multibody_sym.integrators.methods.methods import METHODS
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.problem import problem_of, settings_of

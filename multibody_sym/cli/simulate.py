@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from multibody_sym.cli.answer import Answer
 from multibody_sym.cli.coordinates import add_coordinates
 from multibody_sym.errors import InputError, OutputError, Where
-from multibody_sym.integrators.methods import SUMMARIES
+from multibody_sym.integrators.methods.methods import SUMMARIES
 
 if TYPE_CHECKING:
     from multibody_sym.cli.recording import Recording

@@ -10,8 +10,9 @@ from typing import Final, Protocol
 
 import numpy as np
 
+from multibody_sym.integrators.methods.methods import Method
 from multibody_sym.integrators.pairing import Pairing
-from multibody_sym.integrators.stages import StageEquations
+from multibody_sym.integrators.stage_equations import StageEquations
 from multibody_sym.numerics.arrays import Floats
 
 Derivative = Callable[[float, Floats], Floats]
@@ -49,17 +50,6 @@ class StepError(Exception):
         self.time = time
         self.component = component
         self.rejected = rejected
-
-
-class Method(Protocol):
-    """A method as data: its name, its order, and the order of its error estimate, 0 without one."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def order(self) -> int: ...
-    @property
-    def error_order(self) -> int: ...
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,11 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.integrators.collocation import Collocation
-from multibody_sym.integrators.flow import Flow, Method, Status, Step, StepError, Stepper, Trial, require_finite
-from multibody_sym.integrators.runge_kutta import RungeKutta
-from multibody_sym.integrators.stages import StageEquations
+from multibody_sym.integrators.flow import Flow, Status, Step, StepError, Stepper, Trial, require_finite
+from multibody_sym.integrators.methods.collocation import Collocation
+from multibody_sym.integrators.methods.methods import Method
+from multibody_sym.integrators.methods.runge_kutta import RungeKutta
+from multibody_sym.integrators.stage_equations import StageEquations
 from multibody_sym.numerics.arrays import Floats
 
 NEAR: Final = 0.5  # of the largest independence about a step: with less in it the step is near a singular position, ...

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from multibody_sym.integrators.flow import Status
-from multibody_sym.integrators.library import LibraryMethod
+from multibody_sym.integrators.methods.library import LibraryMethod
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.native_loop import native_loop
 from multibody_sym.runtime.prescribed_loop import prescribed_loop

@@ -10,10 +10,10 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from multibody_sym.integrators.collocation import Collocation
-from multibody_sym.integrators.flow import Method
-from multibody_sym.integrators.multistep import AdamsBashforthMoulton, Multistep, Stoermer, StoermerVerlet
-from multibody_sym.integrators.runge_kutta import RungeKutta, Tableau
+from multibody_sym.integrators.methods.collocation import Collocation
+from multibody_sym.integrators.methods.methods import Method
+from multibody_sym.integrators.methods.multistep import AdamsBashforthMoulton, Multistep, Stoermer, StoermerVerlet
+from multibody_sym.integrators.methods.runge_kutta import RungeKutta, Tableau
 from multibody_sym.runtime.native import CollocationStruct, MethodStruct
 
 

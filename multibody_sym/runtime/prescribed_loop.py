@@ -11,7 +11,7 @@ import numpy as np
 
 from multibody_sym.integrators.events import Watch
 from multibody_sym.integrators.flow import Events, Flow, Step
-from multibody_sym.integrators.reference import at_end, reaches
+from multibody_sym.integrators.loop import at_end, reaches
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.problem import Event, Problem, Progress, Statistics
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from multibody_sym.integrators.collocation import Collocation
-from multibody_sym.integrators.flow import Method, Status
+from multibody_sym.integrators.flow import Status
+from multibody_sym.integrators.loop import sample_times
+from multibody_sym.integrators.methods.collocation import Collocation
+from multibody_sym.integrators.methods.methods import Method
 from multibody_sym.integrators.pairing import Pairing
-from multibody_sym.integrators.reference import sample_times
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.loading import Compiled
 

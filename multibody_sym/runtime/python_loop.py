@@ -11,9 +11,9 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.integrators.flow import Counts, Events, Flow, Rows, Status, Step, StepError
-from multibody_sym.integrators.reference import at_end, reaches, sampled, steps
+from multibody_sym.integrators.loop import at_end, reaches, sampled, steps
 from multibody_sym.integrators.singular import strays
-from multibody_sym.integrators.stages import StageEquations, ordinary
+from multibody_sym.integrators.stage_equations import StageEquations, ordinary
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.problem import Event, Problem, Progress, RunFailure, Statistics
 

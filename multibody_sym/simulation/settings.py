@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from multibody_sym.errors import ModelError, at, suggestion
-from multibody_sym.integrators.collocation import IMPLICIT, INDEX_2
-from multibody_sym.integrators.flow import Method
-from multibody_sym.integrators.library import BY_JACOBIAN, IDA, LibraryMethod
-from multibody_sym.integrators.methods import METHODS
+from multibody_sym.integrators.methods.collocation import IMPLICIT, INDEX_2
+from multibody_sym.integrators.methods.library import IDA, LibraryMethod
+from multibody_sym.integrators.methods.methods import METHODS, Method
+from multibody_sym.integrators.steppers.library import BY_JACOBIAN
 from multibody_sym.model.elements import Baumgarte, Settings, Stabilisation
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node

@@ -6,13 +6,13 @@ import sys
 
 import numpy as np
 import pytest
-from test_reference import AMPLITUDE, pendulum, pendulum_angle
+from test_loop import AMPLITUDE, pendulum, pendulum_angle
 
 from multibody_sym.integrators.flow import Events, Flow, Status, StepError
-from multibody_sym.integrators.library import LIBRARY, SUNDIALS, MissingPackageError
-from multibody_sym.integrators.methods import METHODS
-from multibody_sym.integrators.reference import steps
-from multibody_sym.integrators.stages import ordinary
+from multibody_sym.integrators.loop import steps
+from multibody_sym.integrators.methods.library import LIBRARY, SUNDIALS, MissingPackageError
+from multibody_sym.integrators.methods.methods import METHODS
+from multibody_sym.integrators.stage_equations import ordinary
 
 
 @pytest.fixture(params=LIBRARY)

@@ -10,7 +10,7 @@ import pytest
 from hand_models import TEMPLATES, planar_pendulum
 
 from multibody_sym.codegen.templates import RUNTIME_SOURCES, runtime_files
-from multibody_sym.integrators.methods import METHODS
+from multibody_sym.integrators.methods.methods import METHODS
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.native import open_library
 from multibody_sym.runtime.problem import Problem

@@ -9,7 +9,7 @@ import pytest
 from hand_models import BALL, BRAKED
 
 from multibody_sym.integrators.flow import Status
-from multibody_sym.integrators.methods import METHODS
+from multibody_sym.integrators.methods.methods import METHODS
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.native_loop import native_loop
 from multibody_sym.runtime.problem import Event, Problem

@@ -7,9 +7,9 @@ import pytest
 from hand_models import BLOW_UP, BRAKED, PENDULUM, HandModel
 from test_loops import elliptic_angle, problem
 
-from multibody_sym.integrators.collocation import IMPLICIT
 from multibody_sym.integrators.flow import Status
-from multibody_sym.integrators.methods import METHODS
+from multibody_sym.integrators.methods.collocation import IMPLICIT
+from multibody_sym.integrators.methods.methods import METHODS
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.native_loop import native_loop
 from multibody_sym.runtime.python_loop import python_loop

@@ -254,7 +254,7 @@ def test_a_warm_start_imports_nothing_heavy(fresh, monkeypatch):
     remember("system", compiled, {})
     code = (
         "import sys, numpy as np\n"
-        "from multibody_sym.integrators.methods import METHODS\n"
+        "from multibody_sym.integrators.methods.methods import METHODS\n"
         "from multibody_sym.runtime import cache\n"
         "from multibody_sym.runtime.loading import recall\n"
         "from multibody_sym.runtime.problem import Problem\n"

@@ -22,10 +22,10 @@ from hand_models import (
 from scipy.special import ellipj, ellipk
 
 from multibody_sym.codegen.templates import runtime_files
-from multibody_sym.integrators.collocation import IMPLICIT
 from multibody_sym.integrators.flow import Status
-from multibody_sym.integrators.library import LIBRARY
-from multibody_sym.integrators.methods import METHODS
+from multibody_sym.integrators.methods.collocation import IMPLICIT
+from multibody_sym.integrators.methods.library import LIBRARY
+from multibody_sym.integrators.methods.methods import METHODS
 from multibody_sym.integrators.pairing import Pairing
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.native import (

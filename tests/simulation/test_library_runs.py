@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.integrators.library import SUNDIALS
-from multibody_sym.integrators.methods import METHODS
+from multibody_sym.integrators.methods.library import SUNDIALS
+from multibody_sym.integrators.methods.methods import METHODS
 from multibody_sym.simulation.failures import FailedRunError
 
 # Nothing depends on the angle s of the spindle: a difference in it tells nothing of any rate.

@@ -12,8 +12,8 @@ from scipy.special import ellipj, ellipk
 
 import multibody_sym as mbs
 from multibody_sym.errors import ModelError
-from multibody_sym.integrators.library import SUNDIALS, LibraryMethod
-from multibody_sym.integrators.methods import METHODS, SUMMARIES
+from multibody_sym.integrators.methods.library import SUNDIALS, LibraryMethod
+from multibody_sym.integrators.methods.methods import METHODS, SUMMARIES
 
 PENDULUM = """
 multibody_sym: 1

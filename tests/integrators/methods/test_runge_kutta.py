@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from test_order_conditions import symmetry
 
-from multibody_sym.integrators.explicit_methods import EXPLICIT, hermite
-from multibody_sym.integrators.order_conditions import density, rooted_trees, stage_weights
-from multibody_sym.integrators.runge_kutta import RungeKutta
+from multibody_sym.integrators.methods.explicit_methods import EXPLICIT, hermite
+from multibody_sym.integrators.methods.order_conditions import density, rooted_trees, stage_weights
+from multibody_sym.integrators.methods.runge_kutta import RungeKutta
 
 METHODS = {name: make() for name, make in EXPLICIT.items()}
 RK4, DP = METHODS["rk4"], METHODS["dormand_prince"]

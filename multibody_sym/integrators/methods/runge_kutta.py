@@ -15,7 +15,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.integrators.order_conditions import reached_dense_order, reached_order, stage_weights
+from multibody_sym.integrators.methods.order_conditions import reached_dense_order, reached_order, stage_weights
 from multibody_sym.numerics.arrays import Floats
 
 Weights = tuple[Fraction, ...]

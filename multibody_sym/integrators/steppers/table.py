@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from functools import singledispatch
 
-from multibody_sym.integrators.collocation import Collocation
-from multibody_sym.integrators.collocation_stepper import CollocationStepper
-from multibody_sym.integrators.explicit_stepper import ExplicitStepper
-from multibody_sym.integrators.flow import Flow, Method, Stepper
-from multibody_sym.integrators.multistep import AdamsBashforthMoulton, Stoermer, StoermerVerlet
-from multibody_sym.integrators.multistep_stepper import AdamsStepper, StoermerStepper, VerletStepper
-from multibody_sym.integrators.runge_kutta import RungeKutta
+from multibody_sym.integrators.flow import Flow, Stepper
+from multibody_sym.integrators.methods.collocation import Collocation
+from multibody_sym.integrators.methods.methods import Method
+from multibody_sym.integrators.methods.multistep import AdamsBashforthMoulton, Stoermer, StoermerVerlet
+from multibody_sym.integrators.methods.runge_kutta import RungeKutta
+from multibody_sym.integrators.steppers.collocation import CollocationStepper
+from multibody_sym.integrators.steppers.explicit import ExplicitStepper
+from multibody_sym.integrators.steppers.multistep import AdamsStepper, StoermerStepper, VerletStepper
 
 
 @singledispatch

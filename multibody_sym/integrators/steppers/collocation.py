@@ -16,9 +16,9 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.integrators.collocation import Scheme
 from multibody_sym.integrators.flow import Flow, Status, Step, StepError, Trial, hermite, require_finite, scaled_norm
-from multibody_sym.integrators.stages import StageMatrices
+from multibody_sym.integrators.methods.collocation import Scheme
+from multibody_sym.integrators.steppers.stages import StageMatrices
 from multibody_sym.numerics.arrays import Floats
 
 KAPPA: Final = 0.01  # of the tolerance: how far Newton's iteration is from its limit when it ends

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from multibody_sym.integrators.flow import Flow
-from multibody_sym.integrators.methods import METHODS
-from multibody_sym.integrators.multistep import MULTISTEP
+from multibody_sym.integrators.loop import solution, steps
+from multibody_sym.integrators.methods.methods import METHODS
+from multibody_sym.integrators.methods.multistep import MULTISTEP
 from multibody_sym.integrators.pairing import Pairing
-from multibody_sym.integrators.reference import solution, steps
 
 ADAMS, STOERMER, VERLET = (make() for make in MULTISTEP.values())
 INERTIA = np.array([1.0, 2.0, 3.0])

@@ -15,13 +15,11 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.integrators.collocation import Collocation
 from multibody_sym.integrators.events import Watch
 from multibody_sym.integrators.flow import (
     LEAST_ERROR,
     Derivative,
     Flow,
-    Method,
     Status,
     Step,
     StepError,
@@ -29,9 +27,12 @@ from multibody_sym.integrators.flow import (
     Trial,
     scaled_norm,
 )
-from multibody_sym.integrators.library import LibraryMethod, library_steps
+from multibody_sym.integrators.methods.collocation import Collocation
+from multibody_sym.integrators.methods.library import LibraryMethod
+from multibody_sym.integrators.methods.methods import Method
 from multibody_sym.integrators.singular import Approach, moved_far
-from multibody_sym.integrators.steppers import stepper
+from multibody_sym.integrators.steppers.library import library_steps
+from multibody_sym.integrators.steppers.table import stepper
 from multibody_sym.numerics.arrays import Floats
 
 SAFETY: Final = 0.9

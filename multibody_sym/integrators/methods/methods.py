@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Final
-
-if TYPE_CHECKING:
-    from multibody_sym.integrators.flow import Method
+from typing import Final, Protocol
 
 SUMMARIES: Final[Mapping[str, str]] = {
     "explicit_euler": "order 1, fixed step",
@@ -40,19 +37,19 @@ SUMMARIES: Final[Mapping[str, str]] = {
 
 
 def _maker(name: str) -> Callable[[], Method]:
-    from multibody_sym.integrators.explicit_methods import EXPLICIT
+    from multibody_sym.integrators.methods.explicit_methods import EXPLICIT
 
     if name in EXPLICIT:
         return EXPLICIT[name]
-    from multibody_sym.integrators.collocation import IMPLICIT
+    from multibody_sym.integrators.methods.collocation import IMPLICIT
 
     if name in IMPLICIT:
         return IMPLICIT[name]
-    from multibody_sym.integrators.library import LIBRARY
+    from multibody_sym.integrators.methods.library import LIBRARY
 
     if name in LIBRARY:
         return LIBRARY[name]
-    from multibody_sym.integrators.multistep import MULTISTEP
+    from multibody_sym.integrators.methods.multistep import MULTISTEP
 
     return MULTISTEP[name]
 
@@ -77,3 +74,14 @@ class _Methods(Mapping[str, "Method"]):
 
 METHODS: Final = _Methods()
 """Each method's record."""
+
+
+class Method(Protocol):
+    """A method as data: its name, its order, and the order of its error estimate, 0 without one."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def order(self) -> int: ...
+    @property
+    def error_order(self) -> int: ...

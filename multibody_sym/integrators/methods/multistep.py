@@ -16,8 +16,8 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.integrators.dormand_prince_8 import dormand_prince_8
-from multibody_sym.integrators.runge_kutta import Tableau
+from multibody_sym.integrators.methods.dormand_prince_8 import dormand_prince_8
+from multibody_sym.integrators.methods.runge_kutta import Tableau
 from multibody_sym.numerics.arrays import Floats
 
 Weights = tuple[Fraction, ...]

@@ -6,9 +6,9 @@ from math import sqrt
 import numpy as np
 import pytest
 
-from multibody_sym.integrators.collocation import IMPLICIT
-from multibody_sym.integrators.order_conditions import density, rooted_trees, stage_weights
-from multibody_sym.integrators.surd import surd
+from multibody_sym.integrators.methods.collocation import IMPLICIT
+from multibody_sym.integrators.methods.order_conditions import density, rooted_trees, stage_weights
+from multibody_sym.integrators.methods.surd import surd
 
 METHODS = {name: make() for name, make in IMPLICIT.items()}
 EVERY = pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)

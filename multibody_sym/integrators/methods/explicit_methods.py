@@ -7,7 +7,7 @@ from fractions import Fraction
 from types import MappingProxyType
 from typing import Final
 
-from multibody_sym.integrators.runge_kutta import RungeKutta, Weights
+from multibody_sym.integrators.methods.runge_kutta import RungeKutta, Weights
 
 
 def hermite(b: Sequence[Fraction]) -> tuple[Weights, ...]:
@@ -83,7 +83,7 @@ def _dormand_prince() -> RungeKutta:
 
 
 def _dormand_prince_8() -> RungeKutta:
-    from multibody_sym.integrators.dormand_prince_8 import dormand_prince_8
+    from multibody_sym.integrators.methods.dormand_prince_8 import dormand_prince_8
 
     return dormand_prince_8()
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
-from multibody_sym.integrators import methods
-from multibody_sym.integrators.collocation import IMPLICIT
 from multibody_sym.integrators.flow import Flow, Status, StepError
-from multibody_sym.integrators.library import LIBRARY
-from multibody_sym.integrators.reference import sample_times, solution, step_count, steps
+from multibody_sym.integrators.loop import sample_times, solution, step_count, steps
+from multibody_sym.integrators.methods import methods
+from multibody_sym.integrators.methods.collocation import IMPLICIT
+from multibody_sym.integrators.methods.library import LIBRARY
 
 METHODS = {name: method for name, method in methods.METHODS.items() if name not in {*IMPLICIT, *LIBRARY}}
 AMPLITUDE = 2.0

@@ -6,8 +6,8 @@ from math import factorial, prod
 
 import pytest
 
-from multibody_sym.integrators.explicit_methods import EXPLICIT
-from multibody_sym.integrators.order_conditions import (
+from multibody_sym.integrators.methods.explicit_methods import EXPLICIT
+from multibody_sym.integrators.methods.order_conditions import (
     density,
     node_count,
     reached_dense_order,

@@ -19,7 +19,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.integrators.surd import Surd, surd
+from multibody_sym.integrators.methods.surd import Surd, surd
 from multibody_sym.numerics.arrays import Floats
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from multibody_sym.integrators.flow import Flow, Step, Trial, combination, require_finite
-from multibody_sym.integrators.runge_kutta import Tableau
+from multibody_sym.integrators.methods.runge_kutta import Tableau
 from multibody_sym.numerics.arrays import Floats
 
 

@@ -7,9 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.integrators.explicit_stepper import ExplicitStepper
 from multibody_sym.integrators.flow import Flow, Step, Trial, combination, hermite, require_finite
-from multibody_sym.integrators.multistep import AdamsBashforthMoulton, Stoermer, StoermerVerlet
+from multibody_sym.integrators.methods.multistep import AdamsBashforthMoulton, Stoermer, StoermerVerlet
+from multibody_sym.integrators.steppers.explicit import ExplicitStepper
 from multibody_sym.numerics.arrays import Floats
 
 SAME_LENGTH: Final = 1e-9  # by which steps may differ and count as equal

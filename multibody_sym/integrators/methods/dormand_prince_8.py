@@ -9,7 +9,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Final
 
-from multibody_sym.integrators.runge_kutta import RungeKutta, Weights
+from multibody_sym.integrators.methods.runge_kutta import RungeKutta, Weights
 
 _A: Final = """
     0.0526001519587677318785587544488;

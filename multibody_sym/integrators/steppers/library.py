@@ -1,83 +1,36 @@
-"""Methods of other libraries by their names: scipy's, and SUNDIALS' through the package scikit-sundae.
-
-They take their steps with a memory of their own: nothing is put back onto constraints while they run. To IDA they are
-part of the equations. The implicit ones get the exact Jacobian: a difference tells nothing of a coordinate on which
-nothing depends, and scipy lengthens it until the state is no number any more. The libraries are imported when a run
-asks for them.
-"""
+"""Steps that other libraries take, scipy's and SUNDIALS', with their own memory of the way so far."""
 
 from __future__ import annotations
 
 import importlib
 import math
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from functools import partial
-from types import MappingProxyType
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any, Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.errors import OutputError
-from multibody_sym.integrators.flow import (
-    Events,
-    Flow,
-    Method,
-    Status,
-    Step,
-    StepError,
-    hermite,
-    require_finite,
-    scaled_norm,
-)
+from multibody_sym.integrators.flow import Events, Flow, Status, Step, StepError, hermite, require_finite, scaled_norm
 from multibody_sym.integrators.looks import PROBE, Ends, first_seen
+from multibody_sym.integrators.methods.library import IDA, SCIPY, MissingPackageError
+from multibody_sym.integrators.methods.methods import Method
 from multibody_sym.numerics.arrays import Floats
 
-SCIPY: Final = "scipy"
-SUNDIALS: Final = "scikit-sundae"
-IDA: Final = "ida"
-"""The one method that takes rows as part of its equations."""
 BY_JACOBIAN: Final = ("Radau", "BDF", "LSODA", "cvode_bdf", IDA)
 """The implicit ones, which take the Jacobian."""
+
+
 _SOON: Final = 2.0**-20  # part of the time in which the state changes by its own size
+
+
 _AT_ONCE: Final = 1e-9  # part of a way that is not worth another step
+
+
 _REPEATS: Final = 20
+
+
 _UNCONTROLLED: Final = 1e30  # tolerance of multipliers: the error of the motion alone chooses the steps
-
-
-class MissingPackageError(OutputError):
-    """A method needs a package that is not installed."""
-
-    code = "package"
-
-
-@dataclass(frozen=True)
-class LibraryMethod:
-    """A method of `package`, with the highest order that it reaches and that of its error estimate."""
-
-    name: str
-    order: int
-    error_order: int
-    package: str
-
-
-LIBRARY: Final[Mapping[str, Callable[[], LibraryMethod]]] = MappingProxyType(
-    {
-        name: partial(LibraryMethod, name, order, error_order, package)
-        for name, order, error_order, package in (
-            ("RK23", 3, 2, SCIPY),
-            ("RK45", 5, 4, SCIPY),
-            ("DOP853", 8, 7, SCIPY),
-            ("Radau", 5, 3, SCIPY),
-            ("BDF", 5, 4, SCIPY),
-            ("LSODA", 12, 11, SCIPY),
-            ("cvode_adams", 12, 11, SUNDIALS),
-            ("cvode_bdf", 5, 4, SUNDIALS),
-            (IDA, 5, 4, SUNDIALS),
-        )
-    }
-)
 
 
 class _Solver(Protocol):

@@ -1,0 +1,37 @@
+"""What the stages of an implicit method solve, as equations of the flow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    pass
+from multibody_sym.numerics.arrays import Floats
+
+
+@dataclass(frozen=True)
+class StageEquations:
+    """x' = F(t, x, z), 0 = G(t, x) of n states and m multipliers, as E y' = f(t, y) with y = (x, z), f = (F, G).
+
+    F is linear in z, and G_x F_z regular but for dependent rows of G: index 2. Without rows m = 0, an ordinary
+    differential equation. `values(t, y)` is f (n + m,), `jacobian(t, y)` its derivative by y, `multipliers(t, x)` (m,)
+    are those to begin with, and `kept(jacobian)` tells which of the m rows, and of the multipliers in their places,
+    are independent; the other multipliers are zero.
+    """
+
+    values: Callable[[float, Floats], Floats]
+    jacobian: Callable[[float, Floats], Floats]
+    multipliers: Callable[[float, Floats], Floats]
+    kept: Callable[[Floats], Sequence[int]]
+
+
+def ordinary(
+    derivative: Callable[[float, Floats], Floats], jacobian: Callable[[float, Floats], Floats]
+) -> StageEquations:
+    """Return x' = derivative(t, x) as equations without rows."""
+    none = np.zeros(0)
+    return StageEquations(derivative, jacobian, lambda t, x: none, lambda J: ())
