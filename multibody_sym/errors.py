@@ -1,4 +1,7 @@
-"""Every error the toolkit raises on purpose, with the place it belongs to and the exit code it ends a command with."""
+"""Every error the toolkit raises on purpose, with the place it belongs to and the exit code it ends a command with.
+
+And what makes their messages: wrong values shown in a line, places named on the way out, known words suggested.
+"""
 
 from __future__ import annotations
 

@@ -15,11 +15,10 @@ import numpy.typing as npt
 from scipy.integrate import solve_ivp
 
 from multibody_sym.errors import NoSolutionError
-from multibody_sym.numerics.arrays import UNDEFINED
+from multibody_sym.numerics.arrays import UNDEFINED, Floats
 
 if TYPE_CHECKING:
     from multibody_sym.analysis.linearization import Flow
-from multibody_sym.numerics.arrays import Floats
 
 _RTOL: Final = 1e-10
 _REPEATS: Final = 1e-6

@@ -1,15 +1,12 @@
-"""What the stages of an implicit method solve, as equations of the flow."""
+"""What the stages of an implicit method solve: differential equations, with constraint rows among them or without."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    pass
 from multibody_sym.numerics.arrays import Floats
 
 

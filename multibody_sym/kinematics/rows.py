@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import singledispatch
+from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from multibody_sym.errors import InputError, at
 from multibody_sym.kinematics.motion import Motion, accelerations, coordinate_rates
@@ -43,11 +43,13 @@ from multibody_sym.model.mechanism import (
     VelocityRow,
 )
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.numerics.dependence import _ROUNDING
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import ONE, Node, slot
 from multibody_sym.scalars.vectors import S, Vec, add, cross, dot, negate, scale, subtract
+
+_ROUNDING: Final = 1e-13
+"""Part of what a row exerts up to which its H_j is what opposite wrenches round to."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,7 @@ def row_motions(motion: Motion) -> list[RowMotion]:
     return found
 
 
-def exerted(rows: Sequence[RowMotion]) -> npt.NDArray[np.float64]:
+def exerted(rows: Sequence[RowMotion]) -> Floats:
     """Return the largest component (s) of the wrenches of each row's unit multiplier, over floats."""
     largest = [max((abs(x) for wrench in row.of_body for part in wrench for x in part), default=0.0) for row in rows]
     return np.array(largest, dtype=float)

@@ -18,7 +18,6 @@ from multibody_sym.numerics.least_norm import scaled_rows, solve
 
 NEGLIGIBLE: Final = 1e-8
 """Part of the largest share in a combination below which a row has none."""
-_ROUNDING: Final = 1e-13
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 from numpy.typing import ArrayLike
 
 from multibody_sym.errors import InputError, OutputError, shown
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime import cache
 from multibody_sym.runtime.compiler import CompilerError, build_library, find_compiler
 from multibody_sym.runtime.native import NativeFunction, open_library
@@ -21,7 +22,6 @@ from multibody_sym.runtime.signature import Signature
 
 if TYPE_CHECKING:
     from multibody_sym.program.program import Program
-from multibody_sym.numerics.arrays import Floats
 
 Backend = Literal["c", "python"]
 _PYTHON: Final = "python"

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.numbers import floats
 
 if TYPE_CHECKING:
     from multibody_sym.program.program import Program
-from multibody_sym.numerics.arrays import Floats
 
 Shaped = tuple[tuple[str, tuple[int, ...]], ...]
 

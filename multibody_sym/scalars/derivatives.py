@@ -132,5 +132,3 @@ def adjoints(seeds: Iterable[tuple[Node, Node]], leaves: Sequence[Node]) -> list
             if partial is not ZERO:
                 weights[a] = add(weights.get(a, ZERO), multiply(weight, partial))
     return [weights.get(leaf, ZERO) for leaf in leaves]
-
-

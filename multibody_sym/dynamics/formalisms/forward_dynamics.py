@@ -3,6 +3,16 @@
 With M = G^T G: x = G udot, A = H G^-1 turns M udot = f + H^T lambda, H udot = gamma into x = G^-T f + A^T lambda,
 A x = gamma, which the rank-revealing solve answers whatever the rank of A. A second solve brings back what huge
 accelerations without rows have rounded away.
+
+What a row's force is follows from the law of the row. With x = A^T lambda the rows' part of G udot and r what is asked,
+row j leaves a_j = (A x - r)_j:
+
+    equality    a = 0
+    unilateral  0 <= a, 0 <= lambda, a lambda = 0
+    friction    sticks with a = 0, |lambda| <= static lambda_n, or slides with lambda = -kinetic sign(v) lambda_n
+
+Equalities alone are solved as yet. W = A A^T, of which textbooks write a = W lambda - r, is never formed: it squares
+the condition of A.
 """
 
 from __future__ import annotations
@@ -24,6 +34,8 @@ from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.numerics.least_norm import Solution, solve
 
 _SAFETY: Final = 10
+SHORTEST: Final = 1e-6
+"""Part of the longest row's length that scales shorter rows: what rounding has left of a row takes no force."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +51,7 @@ def forward_dynamics(dynamics: TreeDynamics, *, minimum_norm: bool = False) -> A
     """Return udot and the multipliers at a state over floats.
 
     M udot = Q - c + H^T lambda, H udot = gamma. Multipliers of dependent rows are zero, unless those of `minimum_norm`
-    are asked for (`laws.shared`).
+    are asked for (`shared`).
     """
     if not dynamics.rows:
         return Accelerations(np.array(dynamics.bias_acceleration, dtype=float), np.zeros(0), np.zeros(3))
@@ -56,6 +68,9 @@ def forward_dynamics(dynamics: TreeDynamics, *, minimum_norm: bool = False) -> A
     if minimum_norm:
         multipliers = shared(matrix, first.solution + second.solution)
     return Accelerations(udot, multipliers, first.report)
+
+
+# --- is there inertia in every direction? ---------------------------------------------------------------------------
 
 
 def verify_inertia(motion: Motion) -> None:
@@ -101,8 +116,7 @@ def speed_without_inertia(matrix: Sequence[Sequence[float]]) -> int | None:
     return None
 
 
-SHORTEST: Final = 1e-6
-"""Part of the longest row's length that scales shorter rows: what rounding has left of a row takes no force."""
+# --- laws of rows ---------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.motion import Motion, body_mass, body_motion, motion_of, moving_parent
@@ -22,6 +21,7 @@ from multibody_sym.kinematics.partial_velocities import partial_velocities
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.mechanism import Mechanism, TreeBody
+from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import ZERO_VECTOR, S, add, apply, cross
 
@@ -29,7 +29,6 @@ _SEED: Final = 3
 _DEPENDENT: Final = 1e-8
 _LIGHTER: Final = 1024
 """How many times lighter than all bodies together the rows' weight w is."""
-_UNDEFINED: Final = (ValueError, ArithmeticError)
 
 
 def massless_speeds(mechanism: Mechanism) -> list[int]:
@@ -58,7 +57,7 @@ def _moved_alike(mechanism: Mechanism) -> set[int]:
     """Return the speeds at which M = L^T D L, begun at the tips, has no pivot where nothing vanishes by chance."""
     try:
         m = _generic_mass_matrix(mechanism)
-    except _UNDEFINED:
+    except UNDEFINED:
         return set()
     found, diagonal = set(), m.diagonal().copy()
     for k in range(len(m) - 1, -1, -1):
@@ -69,7 +68,7 @@ def _moved_alike(mechanism: Mechanism) -> set[int]:
     return found
 
 
-def _generic_mass_matrix(mechanism: Mechanism) -> npt.NDArray[np.float64]:
+def _generic_mass_matrix(mechanism: Mechanism) -> Floats:
     """Return M (n x n) at drawn coordinates and parameters: sum of J^T diag(m, I) J about the centres of mass."""
     motion = motion_of(mechanism, _generic_state(mechanism))
     found = np.zeros((len(mechanism.speeds), len(mechanism.speeds)))
@@ -92,7 +91,7 @@ def _without_inertia(mechanism: Mechanism, body: TreeBody) -> list[int]:
         return []
     try:
         momenta = _momenta(body, _generic_state(mechanism))
-    except _UNDEFINED:
+    except UNDEFINED:
         return []
     found, basis = [], np.zeros((6, 0))
     for k, momentum in zip(body.u, momenta, strict=True):
@@ -105,7 +104,7 @@ def _without_inertia(mechanism: Mechanism, body: TreeBody) -> list[int]:
     return found
 
 
-def _momenta(body: TreeBody, state: State) -> list[npt.NDArray[np.float64]]:
+def _momenta(body: TreeBody, state: State) -> list[Floats]:
     """Return momentum and angular momentum about the centre of mass (6) for each unit speed of a body's joint."""
     moved = body_motion(body, moving_parent(ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR), state)
     mass = body_mass(body, state)

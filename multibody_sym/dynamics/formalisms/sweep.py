@@ -7,7 +7,10 @@ With U = M* A, V = A^T U and accelerations w counted from those with udot = 0, w
     outward:  a = C^T w_k,  udot = V^-1 e - K^T a,  w = a + A udot,  R = Ma a - pa
 
 V is factorised and Ma formed in one triangle: with an explicit inverse M* loses its symmetry, and the error grows along
-a chain. A joint whose acceleration is given hands M* and f* on as they are.
+a chain.
+
+In hybrid dynamics some joints' accelerations are given and their forces sought: such a joint hands M* and f* on as they
+are. With all accelerations given that is inverse dynamics, with none forward dynamics.
 
 Sources: Vereshchagin (1974); Featherstone, Rigid Body Dynamics Algorithms, chapter 7 and section 9.2 (hybrid dynamics).
 """
@@ -32,12 +35,34 @@ from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.scalars.ldl import Factors, factorized
 from multibody_sym.scalars.vectors import ZERO_VECTOR, Mat, S, Vec, add, combination, dot, subtract, symmetric
 
+_TRIANGLE: Final = ((0, 0), (1, 1), (2, 2), (1, 0), (2, 0), (2, 1))
+_NOTHING: Final = (ZERO_VECTOR, ZERO_VECTOR)
+
 
 def sweep(mechanism: Mechanism, state: State) -> TreeDynamics:
     """Return the dynamics at a state. Raises NoSolutionError where a freedom without mass is left to rows to hold."""
     verify_massive(mechanism, "sweep")
     motion = economical_motion(mechanism, state)
     return recursive_dynamics(motion, Sweep(motion, swept_joints(motion)))
+
+
+def hybrid_dynamics(motion: Motion, given: Collection[int], udot: Sequence[S]) -> tuple[list[S], list[S]]:
+    """Return all accelerations (nu), and the generalised forces (nu) that hold the given ones.
+
+    The joints of the bodies `given` have the accelerations `udot` (nu; the others' are not read), all others move
+    under the loads. The forces come on top of the loads; they are zero where nothing is given.
+    """
+    held = {k for index in given for k in motion.mechanism.bodies[index].u}
+    begin = [x if k in held else 0 for k, x in enumerate(udot)]
+    forces = applied(motion)
+    found, wrenches = Sweep(motion, swept_joints(motion, given)).swept(
+        unbalanced_wrenches(motion, begin, forces.of_body), forces.of_speed
+    )
+    transmitted = joint_projection(motion, wrenches)
+    needed = [
+        transmitted[k] - drive if k in held else 0 for k, drive in enumerate(forces.of_speed)
+    ]
+    return [a + b for a, b in zip(begin, found, strict=True)], needed
 
 
 @dataclass(frozen=True)
@@ -168,26 +193,3 @@ class Sweep:
 
 def _power(linear: Vec, angular: Vec, wrench: Wrench) -> S:
     return dot(linear, wrench[0]) + dot(angular, wrench[1])
-
-
-_TRIANGLE: Final = ((0, 0), (1, 1), (2, 2), (1, 0), (2, 0), (2, 1))
-_NOTHING: Final = (ZERO_VECTOR, ZERO_VECTOR)
-
-
-def hybrid_dynamics(motion: Motion, given: Collection[int], udot: Sequence[S]) -> tuple[list[S], list[S]]:
-    """Return all accelerations (nu), and the generalised forces (nu) that hold the given ones.
-
-    The joints of the bodies `given` have the accelerations `udot` (nu; the others' are not read), all others move
-    under the loads. The forces come on top of the loads; they are zero where nothing is given.
-    """
-    held = {k for index in given for k in motion.mechanism.bodies[index].u}
-    begin = [x if k in held else 0 for k, x in enumerate(udot)]
-    forces = applied(motion)
-    found, wrenches = Sweep(motion, swept_joints(motion, given)).swept(
-        unbalanced_wrenches(motion, begin, forces.of_body), forces.of_speed
-    )
-    transmitted = joint_projection(motion, wrenches)
-    needed = [
-        transmitted[k] - drive if k in held else 0 for k, drive in enumerate(forces.of_speed)
-    ]
-    return [a + b for a, b in zip(begin, found, strict=True)], needed

@@ -1,4 +1,8 @@
-"""Quantities of the moving system that outputs and questions name: positions, reactions, tensions, momenta."""
+"""Quantities of the moving system that outputs and questions name: positions, reactions, tensions, momenta.
+
+And the Program of what may end a step, in which they may stand: conditions that stop a run, and kinks of declared
+forces and inputs.
+"""
 
 from __future__ import annotations
 
@@ -82,6 +86,19 @@ def answered(trace: Trace, sources: Sources, declared: Sequence[Node]) -> list[N
         _, udot, multipliers, _ = trace.call(sources.state_derivative, given)
         found |= quantities(sources.motion(trace), udot, multipliers, others)
     return evaluate(declared, lambda leaf: found.get(leaf, leaf))
+
+
+def events(mechanism: Mechanism, sources: Sources) -> Program | None:
+    """Return (t, q, u, ...) -> values: stops, then kinks; None where there are none.
+
+    A stop's value becomes positive where its condition holds; a kink's value changes its sign.
+    """
+    asked = [*mechanism.stops.values(), *mechanism.kinks]
+    if not asked:
+        return None
+    trace = Trace("events", arrays(mechanism))
+    values = answered(trace, sources, asked)
+    return trace.finish({"values": ((len(values),), values)})
 
 
 def _component(vector: Vec, axis: str) -> S:
@@ -221,16 +238,3 @@ _QUANTITIES: Final[dict[str, Callable[..., S]]] = {
     "momentum": _momentum,
     "angular_momentum": _angular_momentum,
 }
-
-
-def events(mechanism: Mechanism, sources: Sources) -> Program | None:
-    """Return (t, q, u, ...) -> values: stops, then kinks; None where there are none.
-
-    A stop's value becomes positive where its condition holds; a kink's value changes its sign.
-    """
-    asked = [*mechanism.stops.values(), *mechanism.kinks]
-    if not asked:
-        return None
-    trace = Trace("events", arrays(mechanism))
-    values = answered(trace, sources, asked)
-    return trace.finish({"values": ((len(values),), values)})

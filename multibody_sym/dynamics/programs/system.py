@@ -115,7 +115,7 @@ def _constrained(
 
 
 def _shared(trace: Trace, matrix: Sequence[Sequence[Node]], x: Sequence[Node], most: Node) -> list[Node]:
-    """Return the multipliers with A^T lambda = x that `laws.shared` does."""
+    """Return the multipliers with A^T lambda = x that `forward_dynamics.shared` does."""
     lengths = [sqrt(sum((a * a for a in row), ZERO)) for row in matrix]
     shortest = as_node(SHORTEST) * reduce(maximum, lengths)
     bounded = [maximum(length, shortest) for length in lengths]

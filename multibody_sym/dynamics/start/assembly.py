@@ -3,6 +3,9 @@
 Which declared values are held is one rule for both: those marked `known`; without marks those that were given, in
 their order, as long as the rest can close. None are held, and the change is the smallest in the norm of the mass
 matrix, where that is asked for, and where all were given, none marked, and the rows nearly close.
+
+Where nothing closes, the elements are named for whose rows together no positions are found: what is left when those
+that change nothing are out.
 """
 
 from __future__ import annotations
@@ -35,6 +38,9 @@ _LEAST: Final = 0.01
 """No speed counts as smaller than this part of the largest, from which it has its rounding."""
 _ROUNDING: Final = 1e-14
 """Smaller changes of given values, against one or the value, are not told."""
+_ELEMENTS: Final = 6
+_SPEEDS: Final = 12
+"""Systems with more are not searched for what keeps them open: each element costs a search from many guesses."""
 
 
 @dataclass(frozen=True)
@@ -212,11 +218,7 @@ def _failure(rows: Rows, what: str, missed: Missed | None) -> NoSolutionError:
     return NoSolutionError(f"{what}: {reasons}{advice}", where=where)
 
 
-_ELEMENTS: Final = 6
-
-
-_SPEEDS: Final = 12
-"""Larger systems are not searched: each element costs a search for positions from many guesses."""
+# --- what does not close -------------------------------------------------------------------------------------------
 
 
 def unclosable(rows: Rows, q: Floats) -> Rows | None:

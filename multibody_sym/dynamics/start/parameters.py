@@ -23,7 +23,7 @@ def parameter_values(mechanism: Mechanism, overrides: Mapping[str, float]) -> li
     values = {slot("parameters", i): 0.0 for i, entry in enumerate(entries) if entry.value is None}
     for index in _evaluation_order(mechanism, overrides):
         name, declared = entries[index].name, entries[index].value
-        value = overrides[name] if name in overrides else _finite(declared, values)
+        value = overrides[name] if name in overrides else value_or_nan(declared, values)
         if not math.isfinite(value):
             raise _parameter_error(name, f"{name} has no finite value")
         if entries[index].positive and value <= 0:
@@ -32,7 +32,7 @@ def parameter_values(mechanism: Mechanism, overrides: Mapping[str, float]) -> li
     return [values[slot("parameters", i)] for i in range(len(entries))]
 
 
-def _finite(expression: Node | None, values: Mapping[Node, float]) -> float:
+def value_or_nan(expression: Node | None, values: Mapping[Node, float]) -> float:
     """Return the value of an expression, nan where it has none."""
     assert expression is not None
     try:

@@ -16,7 +16,7 @@ from multibody_sym.dynamics.constraints.singular import generic_rank, verify_reg
 from multibody_sym.dynamics.formalisms.forward_dynamics import verify_inertia
 from multibody_sym.dynamics.start.absolute_state import absolute_state
 from multibody_sym.dynamics.start.assembly import assembled_position, assembled_speeds
-from multibody_sym.dynamics.start.parameters import _finite, parameter_values
+from multibody_sym.dynamics.start.parameters import parameter_values, value_or_nan
 from multibody_sym.errors import ModelError, Where, at
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion
@@ -186,7 +186,7 @@ def _declared_state(mechanism: Mechanism, parameters: Sequence[float]) -> tuple[
     found = []
     declared: Sequence[Coordinate | Speed] = (*mechanism.coordinates, *mechanism.speeds)
     for named in declared:
-        value = _finite(named.initial, values)
+        value = value_or_nan(named.initial, values)
         if not math.isfinite(value):
             where = Where(path=("joints", named.joint, "initial"))
             raise ModelError(f"the initial value of {named.name} is not finite", where=where)

@@ -1,9 +1,6 @@
 """Methods of other libraries by their names: scipy's, and SUNDIALS' through the package scikit-sundae.
 
-They take their steps with a memory of their own: nothing is put back onto constraints while they run. To IDA they are
-part of the equations. The implicit ones get the exact Jacobian: a difference tells nothing of a coordinate on which
-nothing depends, and scipy lengthens it until the state is no number any more. The libraries are imported when a run
-asks for them.
+Nothing of these is imported here: `steppers` does when a run asks for a step.
 """
 
 from __future__ import annotations
@@ -54,5 +51,3 @@ LIBRARY: Final[Mapping[str, Callable[[], LibraryMethod]]] = MappingProxyType(
         )
     }
 )
-
-

@@ -1,4 +1,10 @@
-"""Steps that other libraries take, scipy's and SUNDIALS', with their own memory of the way so far."""
+"""Steps that other libraries take, scipy's and SUNDIALS' through the package scikit-sundae, and events within them.
+
+They keep a memory of their own of the way so far: nothing is put back onto constraints while they run. To IDA these are
+part of the equations. The implicit ones get the exact Jacobian: a difference tells nothing of a coordinate on which
+nothing depends, and scipy lengthens it until the state is no number any more. The libraries are imported when a run
+asks for them.
+"""
 
 from __future__ import annotations
 
@@ -19,17 +25,9 @@ from multibody_sym.numerics.arrays import Floats
 
 BY_JACOBIAN: Final = ("Radau", "BDF", "LSODA", "cvode_bdf", IDA)
 """The implicit ones, which take the Jacobian."""
-
-
 _SOON: Final = 2.0**-20  # part of the time in which the state changes by its own size
-
-
 _AT_ONCE: Final = 1e-9  # part of a way that is not worth another step
-
-
-_REPEATS: Final = 20
-
-
+_REPEATS: Final = 20  # of a step, from its start to what crosses in it
 _UNCONTROLLED: Final = 1e30  # tolerance of multipliers: the error of the motion alone chooses the steps
 
 

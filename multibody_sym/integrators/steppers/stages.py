@@ -1,4 +1,7 @@
-"""What the stages of an implicit method solve, and the linear equations of Newton's iteration for it."""
+"""The linear equations of simplified Newton iteration for the stages of a collocation method, factorised.
+
+Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section IV.8.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from multibody_sym.numerics.arrays import Floats
+
 if TYPE_CHECKING:
     from multibody_sym.integrators.methods.collocation import Scheme
-from multibody_sym.numerics.arrays import Floats
 
 
 class StageMatrices:
