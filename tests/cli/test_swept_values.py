@@ -81,7 +81,10 @@ def test_commands_answer_whatever_the_numbers_are(tmp_path: Path, capfd: Any) ->
 
 
 @pytest.mark.long
-def test_commands_answer_whatever_the_numbers_are_long(tmp_path: Path, capfd: Any) -> None:
-    codes = run(range(3000), tmp_path, capfd, 20)
+@pytest.mark.parametrize("first", range(0, 3000, 300))
+def test_commands_answer_whatever_the_numbers_are_long(first: int, tmp_path: Path, capfd: Any) -> None:
+    codes = run(range(first, first + 300), tmp_path, capfd, 20)
+    with capfd.disabled():
+        print(f"\nswept values {first} to {first + 299}: {dict(codes)}")
     assert set(codes) <= {0, 2, 3, LATE}
-    assert codes[LATE] <= 60
+    assert codes[LATE] <= 6

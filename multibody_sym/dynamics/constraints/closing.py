@@ -40,6 +40,7 @@ _SPREAD: Final = 0.2
 _LARGEST_STEP: Final = 1.0
 _TRIALS: Final = 200
 _SOFTEST: Final = 1e-3
+_FELT: Final = 1e-13
 _STIFFEST: Final = 1e12
 _TINY: Final = 1e-9
 _SEED: Final = 1
@@ -204,8 +205,9 @@ def least_missed(rows: Rows, q: Floats, free: Sequence[int] | None = None) -> Fl
             return None
         phi, jacobian = here[0], here[1][:, places]
         square = jacobian.T @ jacobian
+        felt = max(stiffness, _FELT * float(np.diagonal(square).max(initial=0.0)))  # or rounding loses it
         step = np.zeros(len(rows.mechanism.speeds))
-        step[places] = np.linalg.solve(square + stiffness * np.eye(len(square)), -jacobian.T @ phi)
+        step[places] = np.linalg.solve(square + felt * np.eye(len(square)), -jacobian.T @ phi)
         ahead = moved(rows.mechanism, q, step)
         there = rows.at(ahead)
         if there is not None and float(there[0] @ there[0]) < float(phi @ phi):

@@ -14,8 +14,8 @@ from typing import Any, Final, TypeVar, cast
 
 from multibody_sym.dynamics.start.body_masses import verify_masses
 from multibody_sym.dynamics.start.parameters import parameter_values
+from multibody_sym.dynamics.start.undefined import ARITHMETIC, undefined_text, value_or_none
 from multibody_sym.errors import ExpressionError, ModelError, Where, at
-from multibody_sym.expressions.printer import text
 from multibody_sym.model.mechanism import TIME, Mechanism, RopeRow
 from multibody_sym.model.resolve import mechanism
 from multibody_sym.model.system import System, Written, expressions
@@ -27,9 +27,6 @@ Values = Mapping[Node, float]
 
 _LARGE: Final = 1e70
 """Past which a product of a few such numbers, or of their reciprocals, has no float."""
-_SHOWN: Final = 60
-_FAILURES: Final = (ArithmeticError, ValueError, ExpressionError)
-"""What arithmetic raises; numpy raises ValueErrors where it meets infinities."""
 
 
 def examined(system: System) -> Mechanism:
@@ -63,7 +60,7 @@ def numbers_of(system: System) -> Iterator[None]:
     """Blame a declared number for arithmetic that fails inside, with its place; raise what none explains as it is."""
     try:
         yield
-    except _FAILURES as failure:
+    except ARITHMETIC as failure:
         if isinstance(failure, ExpressionError) and failure.where.path:
             raise
         found = _culprit(system)
@@ -93,7 +90,7 @@ def on_numbers(function: F) -> F:
 def _culprit(system: System) -> ModelError | None:
     """Return the error about the first expression without a finite value at the start, else about an extreme value."""
     declared, known = list(expressions(system)), dict[Node, float]()
-    with suppress(*_FAILURES):  # constants are known without a mechanism
+    with suppress(*ARITHMETIC):  # constants are known without a mechanism
         resolved = mechanism(system)
         known = _start(resolved.relative or resolved)
     try:
@@ -114,18 +111,10 @@ def _start(base: Mechanism) -> dict[Node, float]:
     slots[TIME] = 0.0
     initial = {"q": [c.initial for c in base.coordinates], "u": [s.initial for s in base.speeds]}
     for array, nodes in (*initial.items(), ("inputs", list(base.inputs.values()))):
-        found = {slot(array, k): _value(node, slots) for k, node in enumerate(nodes)}
+        found = {slot(array, k): value_or_none(node, slots) for k, node in enumerate(nodes)}
         slots.update({leaf: x for leaf, x in found.items() if x is not None})
-    values = {name: _value(node, slots) for name, node in base.symbols.items()}
+    values = {name: value_or_none(node, slots) for name, node in base.symbols.items()}
     return {name: x for name, x in values.items() if x is not None}
-
-
-def _value(node: Node, known: Values) -> float | None:
-    """Return the value of an expression; None where it has none, or names what is not known."""
-    try:
-        return evaluate_float([node], known)[0]
-    except (*_FAILURES, KeyError):
-        return None
 
 
 def _verify_finite(declared: Iterable[Written], known: Values) -> None:
@@ -134,32 +123,16 @@ def _verify_finite(declared: Iterable[Written], known: Values) -> None:
     try:
         if all(map(math.isfinite, evaluate_float([written.node for written in judged], known))):
             return
-    except _FAILURES:
+    except ARITHMETIC:
         pass
     for path, node, _ in judged:
-        found = _value(node, known)
+        found = value_or_none(node, known)
         if found is None or not math.isfinite(found):
-            raise ModelError(_undefined(node, known), where=Where(path=path))
+            raise ModelError(undefined_text(node, known), where=Where(path=path))
 
 
 def _is_known(node: Node, known: Values) -> bool:
     return all(leaf in known for leaf in leaves([node], "symbol", "quantity"))
-
-
-def _undefined(node: Node, known: Values) -> str:
-    """Return what of an expression has no finite value, and with which values."""
-    for n in postorder([node]):
-        found = n.shadow if n.shadow is not None else known.get(n) if not n.args else _value(n, known)
-        if found is None or not math.isfinite(found):
-            named = [f"{leaf} = {known[leaf]:g}" for leaf in leaves([n], "symbol")]
-            part = "" if n is node else f", for {_brief(n)} has none"
-            return f"{_brief(node)} has no finite value{part} with {', '.join(named)}"
-    return f"{_brief(node)} has no finite value"
-
-
-def _brief(node: Node) -> str:
-    shown = text(node)
-    return shown if len(shown) <= _SHOWN else f"{shown[:_SHOWN]}..."
 
 
 def _extreme(declared: Sequence[Written], known: Values) -> ModelError | None:
@@ -170,7 +143,7 @@ def _extreme(declared: Sequence[Written], known: Values) -> ModelError | None:
         if path[0] == "parameters" and path[1] not in named:
             continue
         for n in postorder([node]):
-            value = n.shadow if n.shadow is not None else _value(n, known) if n is node else None
+            value = n.shadow if n.shadow is not None else value_or_none(n, known) if n is node else None
             if value and math.isfinite(value) and abs(math.log(abs(value))) > farthest:
                 farthest, found = abs(math.log(abs(value))), (path, value)
     if found is None:

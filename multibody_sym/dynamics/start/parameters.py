@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+from multibody_sym.dynamics.start.undefined import undefined_text
 from multibody_sym.errors import ModelError, Where, suggestion
 from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.numerics.arrays import UNDEFINED
-from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import Node, leaves, slot
+from multibody_sym.scalars.functions import evaluate, evaluate_float
+from multibody_sym.scalars.node import Node, leaves, slot, symbol
 
 
 def parameter_values(mechanism: Mechanism, overrides: Mapping[str, float]) -> list[float]:
@@ -25,7 +26,7 @@ def parameter_values(mechanism: Mechanism, overrides: Mapping[str, float]) -> li
         name, declared = entries[index].name, entries[index].value
         value = overrides[name] if name in overrides else value_or_nan(declared, values)
         if not math.isfinite(value):
-            raise _parameter_error(name, f"{name} has no finite value")
+            raise _parameter_error(name, _why_undefined(mechanism, index, values, overrides))
         if entries[index].positive and value <= 0:
             raise _parameter_error(name, f"{name} = {value:g}, but it is declared positive")
         values[slot("parameters", index)] = float(value)
@@ -39,6 +40,18 @@ def value_or_nan(expression: Node | None, values: Mapping[Node, float]) -> float
         return evaluate_float([expression], values)[0]
     except UNDEFINED:
         return math.nan
+
+
+def _why_undefined(
+    mechanism: Mechanism, index: int, values: Mapping[Node, float], overrides: Mapping[str, float]
+) -> str:
+    """Return why a parameter has no finite value: which part of its expression, with the values of those it names."""
+    name, declared = mechanism.parameters[index].name, mechanism.parameters[index].value
+    if name in overrides or declared is None:
+        return f"{name} has no finite value: {overrides[name]:g} was given"
+    symbols = {slot("parameters", k): symbol(entry.name) for k, entry in enumerate(mechanism.parameters)}
+    known = {symbols[leaf]: x for leaf, x in values.items()}
+    return undefined_text(evaluate([declared], symbols)[0], known, name)
 
 
 def _parameter_error(name: str, message: str) -> ModelError:
