@@ -7,7 +7,7 @@ hinges about x, y and z in turn, and ball joints. Per number of bodies: CPU seco
 deriving and printing, and of the compiler, with empty caches; bytes of model.c; operations; microseconds of one state
 derivative (minimum over rounds, many states in turn, called by a loop in C, -O2 for any machine); the same by `pin.aba`
 up to 300 speeds (its data hold nv^3 numbers); and the agreement ratio of the compiled accelerations with d'Alembert's
-principle (`dynamics.agreement`: rounding is below 10). Last the slope of log time against log bodies from the first row
+principle (`analysis.agreement`: rounding is below 10). Last the slope of log time against log bodies from the first row
 to the last.
 """
 

@@ -1,11 +1,12 @@
 """Algebra: formulas that people read, and the exact arithmetic behind them.
 
-In: sympy expressions, or Nodes, of any origin. Out: the same values as books write them: quotients of polynomials
-over the field that a formula needs (`quotients`, `quotient_functions`), linear systems solved without a division that
-could vanish (`exact_solve`), common factors drawn out (`factors`, `book_form`), shared parts named once
-(`subexpressions`), symbols set as text, LaTeX or code (`script`, `readable`), all within a `budget` of time and size.
+In: Nodes or sympy expressions, of any origin. Out: what books print. There are two ways to it. Where equations are
+solved, Nodes become quotients of polynomials in parameters, sines, cosines and roots, exact and in lowest terms
+(`quotients`, `quotient_functions`), systems of these are eliminated (`exact_solve`), and the result is factored and
+spelt as Nodes again (`factors`, `decimal_sums`, `book_form`). Where equations are derived, sympy's expressions share
+named parts that are differentiated once (`subexpressions`), are shortened as a person would (`readable`) and written as
+text or LaTeX (`script`), within a `budget` of time and size.
 
-A formula counts as simplified only if it equals what it came from: identities are decided in exact arithmetic.
-
-Knows no mechanics: imports scalars, expressions and errors, and nothing that knows of a body.
+Identities are decided in exact arithmetic, never by numbers that agree; a sample of the parameters chooses signs of
+roots, and pivots. Imports scalars, expressions and errors; nothing here knows of a body.
 """

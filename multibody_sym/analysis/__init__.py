@@ -1,13 +1,12 @@
-"""Analysis: questions about a mechanism that are answered without moving it in time.
+"""Analysis: questions about a mechanism that equations answer without a simulation.
 
-In: a Mechanism or System with its start. Out: records of numbers. `linearization` gives x' = A x + B v about a start,
-`equilibrium` the positions where Q + H^T lambda = 0 and whether they are stable, `theorems` the balances of momentum
-and energy, `reference` the equations once more from d'Alembert's principle body by body,
+In: a System or Mechanism with its start or with states. Out: records of numbers.
 
-    sum over bodies of (J_C^T (F - m a_C) + J_w^T (M - dL/dt)) = 0,
+    how do small deviations go on      linearization (x' = A x + B w), where A is constant: steadiness, else periodic
+    where can it rest                  equilibrium; which positions are the same: places; are these all: all_rest
+    do forces and motion balance       theorems (power, momentum, angular momentum; what is conserved)
+    how well does a route agree        agreement, against reference: d'Alembert's principle once more, body by body
+    what may a reader not have meant   limits passed, slipped_wheels, springs_passed
 
-and `agreement` how far any route misses them, in units of rounding. `limits` tells which limits of joints a motion
-passes.
-
-Imports dynamics and what lies below; neither runs nor reports.
+Imports dynamics and, to call Programs fast, runtime; knows no Trajectory and writes nothing for people to read.
 """

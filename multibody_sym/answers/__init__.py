@@ -1,12 +1,14 @@
 """Answers: what holds at the given instant, and what an exercise asks of the motion that follows.
 
-In: a System with `ask`. Out: a Solution: accelerations, reactions and tensions, each as a number and, where there is
-one, as a closed form with the conditions under which it holds. `instant` solves
+In: a System with what it asks (`ask`). Out: a Solution (`solution`): accelerations, reactions and answers, each a
+number and, where there is one, a closed form, with the conditions under which all this holds. `instant` solves
 
     M udot = f + H^T lambda,  H udot = gamma
 
-in floats; `symbolic_state` and `closed_form` solve it again in symbols at the same state; `uniform_motion` and
-`simulated_motion` answer questions of paths, times and speeds.
+in floats; `closed_form` solves it again over exact quotients, at the state that `symbolic_start` finds for the start in
+the names of the model, or any other (`symbolic_state`). `questions` answers what is asked: at the start, or of paths,
+times and speeds from `uniform_motion` in closed form, else from `simulated_motion`. `solve` puts it together.
 
-Numbers decide, formulas must agree with them. Imports simulation and analysis; writes nothing for people to read.
+Numbers decide: a closed form whose value is not the number is left out. Imports simulation, analysis and what lies
+below; writes nothing for people to read.
 """

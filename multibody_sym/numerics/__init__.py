@@ -1,11 +1,13 @@
 """Numerics: linear algebra in floats that knows nothing of bodies.
 
-In: arrays of floats. Out: solutions of smallest norm with the rank found, which rows depend on which others, and the
-rounding that such verdicts allow. A system A x = b is factorised as A P = Q R with columns in order of what is left
-of them, and rows count as dependent by one rule of rounding.
+In: arrays of floats. Out: of A x = r the x of least norm, with the rank of A and its independent rows, by
 
-`arrays` has the types and constants of floating point that every part shares, `least_norm` the solve, `dependence`
-the combinations of rows that vanish.
+    A^T P = Q R,   the longest of what is left of the rows first, where they are not independent beyond doubt
 
-Imports nothing but numpy: neither scalars nor mechanics.
+(`least_norm`); which combinations y^T A = 0 of rows vanish, and whether b
+contradicts them (`dependence`); eigenvalues without what rounding alone makes of them (`rounding`). `arrays` has the
+type of all arrays, the spacing of doubles and what undefined arithmetic raises, `numbers` reads what a caller hands
+over as numbers.
+
+Imports numpy, scipy's linear algebra and errors: neither scalars nor mechanics.
 """

@@ -1,13 +1,13 @@
 """Derivation: equations with sympy, as a person derives and reads them.
 
-In: a Mechanism. Out: SymbolicEquations with their Derivation, a tuple of steps (title, equations as data, note).
-`lagrange` and `multipliers` form
+In: a Mechanism. Out: `symbolic_equations`, and the Derivation (`record`): steps with a title, equations as data and a
+note, which `steps` words as a student writes them. `lagrange` and `multipliers` form
 
-    d/dt dT/du - dT/dq + dV/dq = Q + H^T lambda
+    N^T (d/dt dT/dqdot - dT/dq + dV/dq) = Q + H^T lambda
 
-from energies over sympy, each shared part named once and differentiated once; `free_bodies` writes every body cut
-free with its reactions. `symbols` maps Nodes to sympy's symbols, `notation` gives what books print for them, `record`
-holds the steps. Numbers never enter: parameters stay symbols until Programs are made.
+from the energies of the kinematics over sympy, each shared part named once and differentiated once; `free_bodies` cuts
+every body free, with its joint's reactions unknown. `symbols` gives sympy's symbols to a mechanism's slots, `notation`
+the letters and the order in which books print them. The first two are formalisms too: their result is lowered to Nodes.
 
-Imports algebra, formalisms and the start's values; prints nothing.
+Imports algebra, the form of equations from formalisms, the values of parameters from start; prints nothing.
 """

@@ -1,4 +1,4 @@
-"""Derivation: how equations of motion came about, step by step, as data that reports print."""
+"""Derivation: how equations of motion came about, step by step, as data to be written out."""
 
 from __future__ import annotations
 

@@ -1,11 +1,13 @@
 """Inertia of bodies, alone and with what hangs on them.
 
-In: masses, centres of mass and inertia tensors over any scalar. Out: the wrench M w that a rigid body's acceleration
-takes, the same of bodies that move as one (`rigid`), of an articulated body with its joints left free,
+In: masses, centres of mass and inertia tensors over any scalar. Out: the wrench M w that the acceleration w of a body
+takes: of a rigid body, or several that move as one, from ten numbers about its origin (`rigid`); of an articulated
+body, whose joints are left free, from a symmetric 6 x 6 matrix (`articulated`), of which one freedom eliminated leaves
 
-    Ma = M - U V^-1 U^T,  U = M A,  V = A^T U,
+    Ma = M - U U^T / d,  U = M a,  d = a^T U,  with a the motion that a unit speed of it makes.
 
-(`articulated`), and the few sums of parameters on which a tree's motion depends at all (`base_parameters`).
+`base_parameters` hands over to the parent what a joint cannot feel of its body's inertia, so that fewer numbers
+enter the equations.
 
-Only structure that is not zero is multiplied. Imports kinematics and scalars; knows no formalism.
+Imports kinematics, model and scalars; knows no formalism.
 """
