@@ -16,6 +16,7 @@ from multibody_sym.codegen.layout import (
     functions,
     parameters,
     runs,
+    strides,
     summary,
     wrapped,
 )
@@ -201,6 +202,8 @@ class _Printer:
         self.inputs, self.outputs = parameters(program, _RESERVED)
         self.leaves = dict(_leaves(self.inputs, program.inputs))
         self.given = _places(self.inputs, program.inputs)
+        self.wanted = _wanted(self.outputs, program.outputs)
+        self.written: set[tuple[str, int]] = set()
         self.origins: dict[Node, tuple[_Piece, str]] = {}
         self.kept: dict[Node, int] = {}
         self.records = 0
@@ -304,7 +307,12 @@ class _Printer:
             if end - start >= SHORTEST_RUN and values[start] in self.places:
                 self._copy(name, start, end - start, self.places[values[start]])
                 continue
+            if end - start >= SHORTEST_RUN:
+                self._fill(name, start, end - start, self.names[values[start]])
+                continue
             for k in range(start, end):
+                if (name, k) in self.written:
+                    continue
                 if self.piece.size >= _LONGEST:
                     self._cut()
                 self.piece.size += 1
@@ -317,8 +325,33 @@ class _Printer:
         self.piece.size += 1
         self.piece.used.add(name)
         self._use(source[0])
-        to, origin = (f"{i} + k" if i else "k" for i in (start, source[1]))
+        to, origin = (_element(i) for i in (start, source[1]))
         self.piece.lines += [f"    for (int k = 0; k < {count}; k++)", f"        {name}[{to}] = {source[0]}[{origin}];"]
+
+    def _fill(self, name: str, start: int, count: int, text: str) -> None:
+        """Write the same number to consecutive elements of an output."""
+        self.piece.size += 1
+        self.piece.used.add(name)
+        self.piece.lines += [f"    for (int k = 0; k < {count}; k++)", f"        {name}[{_element(start)}] = {text};"]
+
+    def spread(self, source: str, leaves: Sequence[Node]) -> None:
+        """Write what a call has found down a column of a matrix at once, not element by element at the end."""
+        for start, end, step in strides(leaves, self.wanted):
+            name, first = self.wanted[leaves[start]]
+            to, origin = _element(first, step), _element(start)
+            self.piece.size += 1
+            self.piece.used.add(name)
+            self.piece.lines += [
+                f"    for (int k = 0; k < {end - start}; k++)",
+                f"        {name}[{to}] = {source}[{origin}];",
+            ]
+            self.written |= {(name, first + k * step) for k in range(end - start)}
+
+
+def _element(first: int, step: int = 1) -> str:
+    """Return the index of element k."""
+    moved = "k" if step == 1 else f"{step}*k"
+    return f"{first} + {moved}" if first else moved
 
 
 def _piece(name: str, piece: _Piece, declared: Mapping[str, str]) -> str:
@@ -339,6 +372,13 @@ def _leaves(names: Sequence[str], arrays: Sequence[Array]) -> list[tuple[Node, t
         for k, leaf in enumerate(array.slots):
             pairs.append((leaf, (name, f"{name}[{k}]" if array.shape else name)))
     return pairs
+
+
+def _wanted(names: Sequence[str], outputs: Sequence[Output]) -> Places:
+    """Return where each value goes in the outputs; where it goes to several places, the first."""
+    shaped = [(name, output) for name, output in zip(names, outputs, strict=True) if output.shape]
+    places = [(value, (name, k)) for name, output in shaped for k, value in enumerate(output.values)]
+    return dict(reversed(places))
 
 
 def _places(names: Sequence[str], arrays: Sequence[Array]) -> Places:
@@ -372,6 +412,8 @@ def _call(printer: _Printer, statement: Call) -> None:
         arguments.append(f"r{number}_{k}")
     name = printer.every.names[id(callee)]
     lines += ["    {", *arrays, wrapped(f"        {name}(", arguments, ");", indent=" " * 12), "    }"]
+    for k, leaves in enumerate(statement.targets):
+        printer.spread(f"r{number}_{k}", leaves)
 
 
 def _solve(printer: _Printer, statement: Solve) -> None:

@@ -94,16 +94,32 @@ Places = dict[Node, tuple[str, int]]
 
 
 def runs(atoms: Sequence[Node], places: Places) -> Iterator[tuple[int, int]]:
-    """Yield where atoms begin and end that are consecutive elements of one array."""
+    """Yield where atoms begin and end that are consecutive elements of one array, or all the same one."""
     start, wanted = 0, None
     for k, atom in enumerate(atoms):
         place = places.get(atom)
-        if k > start and (place is None or place != wanted):
+        if k > start and (atom is not atoms[k - 1] if place is None else place != wanted):
             yield start, k
             start = k
         wanted = None if place is None else (place[0], place[1] + 1)
     if atoms:
         yield start, len(atoms)
+
+
+def strides(leaves: Sequence[Node], wanted: Places) -> Iterator[tuple[int, int, int]]:
+    """Yield where leaves begin and end that are wanted in one array at equal distances, over 1, and that distance."""
+    start = 0
+    while start < len(leaves):
+        here, end, step = wanted.get(leaves[start]), start + 1, 0
+        while here is not None and end < len(leaves):
+            name, place = wanted.get(leaves[end], ("", 0))
+            step = step or place - here[1]
+            if name != here[0] or step <= 1 or place != here[1] + (end - start) * step:
+                break
+            end += 1
+        if end - start >= SHORTEST_RUN:
+            yield start, end, step
+        start = end
 
 
 def summary(name: str, program: Program) -> list[str]:

@@ -270,3 +270,29 @@ def test_the_same_bytes_under_every_hash_seed_and_history() -> None:
         )
         digests.add(run.stdout)
     assert len(digests) == 1
+
+
+# --- matrices -----------------------------------------------------------------------------------------------------
+
+
+def matrix_by_columns(size: int) -> Program:
+    """Return a matrix whose columns are found by calls of one Program, above zeros, and below one of its elements."""
+    (x,), weights = Array("x").slots, Array("weights", (size,))
+    column = Trace("column", [Array("x"), weights]).finish(
+        {"column": ((size,), [x * weight for weight in weights.slots])}
+    )
+    trace = Trace("matrix", [Array("x")])
+    found = [trace.call(column, [trace["x"], [number(k == j) for k in range(size)]])[0] for j in range(size)]
+    above = [found[j][k] for k in range(size) for j in range(size)]
+    zeros = [number(0)] * (size * size)
+    return trace.finish({"matrix": ((2 * size + 1, size), [*above, *zeros, *[found[1][1]] * size])})
+
+
+def test_matrices_found_by_columns_are_written_by_loops(tmp_path: Path) -> None:
+    """The statements of their code grow with their columns, not with their elements."""
+    count = {size: c_source({"f": matrix_by_columns(size)})["model.c"].count(";") for size in (20, 40, 80)}
+    assert count[80] - count[40] < 3 * (count[40] - count[20])
+    program = matrix_by_columns(30)
+    (found,) = Library(c_source({"f": program}), tmp_path).run("f", program, [np.array(3.0)])
+    wanted = np.vstack([3.0 * np.eye(30), np.zeros((30, 30)), np.full((1, 30), 3.0)])
+    assert np.array_equal(np.reshape(found, wanted.shape), wanted)
