@@ -118,10 +118,7 @@ def _with_dynamics(system: System, resolved: Mechanism, begin: Start, declared: 
     rates = rates_of(resolved)
     instants = [instant_of(resolved, rates, state, x) for state, x in zip(states, found, strict=True)]
     residuals = theorems(instants)
-    tensions = _pushing(resolved, found[0].multipliers.tolist())
-    physical = (*_gravity_hint(resolved, states[0]), *_hole_hints(resolved))
-    wheels = slipped_wheels(resolved, begin.parameters)
-    hints = (*declared, *physical, *_start_hints(resolved, begin, states), *tensions, *wheels)
+    hints = (*declared, *_hints(resolved, begin, states, found[0].multipliers.tolist()), *_not_compared(resolved))
     if not all(map(math.isfinite, (*ratios.values(), *residuals.values()))):
         blame_numbers(system)
     agreed = agrees(resolved, ratios) and all(x <= NEGLIGIBLE for x in residuals.values())
@@ -143,7 +140,7 @@ def _with_dynamics(system: System, resolved: Mechanism, begin: Start, declared: 
         shift=begin.shift,
         agrees=agreed,
         failure=failure,
-        hints=(*hints, *_not_compared(resolved)),
+        hints=hints,
         withheld={name: each.components for name, each in resolved.withheld.items()},
         withheld_reasons=tuple(reasons(resolved.withheld)),
         doubles=doubles,
@@ -176,6 +173,13 @@ def _not_compared(resolved: Mechanism) -> list[str]:
 
 
 # --- hints ---------------------------------------------------------------------------------------------------------
+
+
+def _hints(resolved: Mechanism, begin: Start, states: Sequence[State], multipliers: Sequence[float]) -> list[str]:
+    """Return what the mechanism and its start suggest was not meant."""
+    physical = [*_gravity_hint(resolved, states[0]), *_hole_hints(resolved)]
+    tensions, wheels = _pushing(resolved, multipliers), slipped_wheels(resolved, begin.parameters)
+    return [*physical, *_start_hints(resolved, begin, states), *tensions, *wheels]
 
 
 def _declared_hints(system: System) -> list[str]:

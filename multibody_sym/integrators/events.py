@@ -125,18 +125,22 @@ class Watch:
                 if problem is None and not way > least:  # a kink at the very start is none within the step
                     return self._passed(step, values)
             h = way * (1.0 - min(margin, 0.5))
-            try:
-                step, problem = take(h, step.t + h), None
-            except StepError as met:
-                if not self.stuck(met):
-                    raise
-                step, problem = replace(step, h=h, t_new=step.t + h), met
+            step, problem = self._taken(step, h, take)
             if self.beyond:
                 margin *= SHORTER
             if margin > 0.5:
                 way = h
             values = self.values(step.t_new, step.x_new)
         raise AssertionError
+
+    def _taken(self, step: Step, h: float, take: Take) -> tuple[Step, StepError | None]:
+        """Return another step from the start of `step`; where it got stuck at a kink, its start and length, and why."""
+        try:
+            return take(h, step.t + h), None
+        except StepError as met:
+            if not self.stuck(met):
+                raise
+            return replace(step, h=h, t_new=step.t + h), met
 
     def _let_chatter(self, step: Step, values: Floats) -> None:
         """Let a function that turns back and crosses at once after its own event do so, as dry friction at rest."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
@@ -68,20 +68,8 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
     measuring = [] if freed is None else [name for name in tree.cut if name in freed.measured]
     named = (*tree.carrying, *doubled)
     coordinates, speeds = _coordinates(system, named), _speeds(system, named)
-    more = _coordinates(system, measuring), _speeds(system, measuring)
-    names = meanings(system, (*coordinates, *more[0]), (*speeds, *more[1]))
-    spanned = _with_spans(system, names)
-    verify_expressions(spanned, names)
-    slots = _slots(system, coordinates, speeds)
-    numbers = _body_numbers(tree, system)
-    references = References(
-        _in_slots(slots, spanned),
-        numbers,
-        slots,
-        bool(freed and freed.plane),
-        carrying=frozenset(tree.carrying),
-        doubles={name: number for number, name in enumerate(doubled, max(numbers.values()) + 1)},
-    )
+    references = _references(system, tree, doubled, measuring, plane=bool(freed and freed.plane))
+    slots = references.slots
     bodies = tree_bodies(references, tree.carrying, doubled)
     told = measured(references, bodies[: len(bodies) - len(doubled)], measuring) if measuring else {}
     references = replace(references, measured=told)
@@ -106,6 +94,27 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
         cuts=_in_slots(told, tuple(cuts)),
         symbols={**slots, **told},
         minimum_norm=system.simulation.multipliers == "minimum_norm",
+    )
+
+
+def _references(
+    system: System, tree: SpanningTree, doubled: Sequence[str], measuring: Sequence[str], *, plane: bool
+) -> References:
+    """Return what names stand for in a system whose expressions are verified, and written in slots."""
+    named = (*tree.carrying, *doubled)
+    every = (*named, *measuring)
+    names = meanings(system, _coordinates(system, every), _speeds(system, every))
+    spanned = _with_spans(system, names)
+    verify_expressions(spanned, names)
+    slots = _slots(system, _coordinates(system, named), _speeds(system, named))
+    numbers = _body_numbers(tree, system)
+    return References(
+        _in_slots(slots, spanned),
+        numbers,
+        slots,
+        plane,
+        carrying=frozenset(tree.carrying),
+        doubles={name: number for number, name in enumerate(doubled, max(numbers.values()) + 1)},
     )
 
 
