@@ -32,6 +32,13 @@ readable = Readable(frozenset({u, v}), ((w, x, y, z),))
         (1 - 2 * (x**2 + y**2) - (w**2 - x**2 - y**2 + z**2), 0),
         (sympy.sqrt((L * cos(a)) ** 2 + (L * sin(a)) ** 2), L),
         (k * (a - L) ** 2 / 2, k * (a - L) ** 2 / 2),
+        (L * sin(a) ** 2 / sympy.Abs(sin(a)), L * sympy.Abs(sin(a))),
+        (L * sin(a) * cos(a) / sympy.Abs(sin(a)), L * sympy.sign(sin(a)) * cos(a)),
+        (sympy.sign(a) / a + 2 / sympy.Abs(a), 3 / sympy.Abs(a)),
+        (a / sympy.Abs(a) ** 3 + L * sympy.sign(a) ** 3 / a, 1 / (a * sympy.Abs(a)) + L / sympy.Abs(a)),
+        (k * a**2 * sympy.sign(a), k * a * sympy.Abs(a)),
+        (2 * sympy.Abs(2 * a - 2 * b) / 4, sympy.Abs(a - b)),
+        (k * sympy.sign(a) ** 2, k * sympy.sign(a) ** 2),  # 0 where a is
     ],
 )
 def test_as_a_person_would_write_it(given: Any, wanted: Any) -> None:
@@ -51,6 +58,15 @@ def test_the_value_stays(seed: int) -> None:
     at = {m1: 1.1, k: 0.7, L: 1.7, a: 0.3, b: -1.1, u: 0.6, v: -0.8}
     before, after = (complex(e.evalf(20, subs=at)) for e in (expression, readable(expression)))
     assert after == pytest.approx(before, rel=1e-10, abs=1e-10)
+
+
+@pytest.mark.parametrize("at", [0.7, -0.7, 2.3])
+@pytest.mark.parametrize("power", range(-3, 4))
+def test_signs_and_sizes_keep_their_values(power: int, at: float) -> None:
+    for size, signs in [(1, 0), (-1, 0), (-1, 1), (1, 2), (-3, 1)]:
+        given = a**power * sympy.Abs(a, evaluate=False) ** size * sympy.sign(a) ** signs + L
+        values = (float(e.subs({L: 1.7, a: at})) for e in (given, readable(given)))
+        assert next(values) == pytest.approx(next(values), rel=1e-14)
 
 
 def test_high_powers_are_left_alone() -> None:
