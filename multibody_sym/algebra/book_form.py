@@ -96,7 +96,7 @@ def _fraction(field: Field, above: Poly, below: Poly) -> Node:
 def _single_fraction(field: Field, above: Poly, below: Poly) -> Node:
     product, root = _taken_roots(field, _factored(above, below))
     outside, root = _root_with_decimals(field, root)
-    product = _with_decimals(field, _with_few_signs(replace(product, number=product.number * outside)))
+    product = _with_decimals(field, _with_few_signs(field, replace(product, number=product.number * outside)))
     node = _product_node(field, replace(product, number=abs(product.number)), _root(field, root))
     return node if product.number > 0 else negate(node)
 
@@ -147,15 +147,19 @@ def _radicand(field: Field, factor: Poly) -> Poly | None:
     return letter.square if letter is not None and letter.node is None else None
 
 
-def _with_few_signs(product: _Product) -> _Product:
-    """Return the product with its sign moved into a factor that is a difference, and sums without leading signs."""
+def _with_few_signs(field: Field, product: _Product) -> _Product:
+    """Return the product with sums below that are positive, others without leading signs, and few signs before it.
+
+    -5 g / (14 (R - r)), not 5 g / (14 (r - R)) where R is the larger one; g (m1 - m2) for -g (m2 - m1).
+    """
     value, factors = product.number, list(product.factors)
     for k, (p, e) in enumerate(factors):
-        if all(c < 0 for c in p.values()):
-            factors[k], value = (-p, e), value * (-1) ** e
+        is_difference = any(c > 0 for c in p.values())
+        if field.value(p) < 0 if e < 0 and is_difference else not is_difference:
+            factors[k], value = (-p, e), -value if e % 2 else value
     if value < 0:
         for k, (p, e) in enumerate(factors):
-            if e % 2 and any(c < 0 for c in p.values()):
+            if e > 0 and e % 2 and any(c < 0 for c in p.values()):
                 factors[k], value = (-p, e), -value
                 break
     return _Product(value, tuple(factors))

@@ -15,7 +15,7 @@ from textbook_problems import HEAD, PROBLEMS
 import multibody_sym as mbs
 from multibody_sym.answers.solution import Value
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import symbol
+from multibody_sym.scalars.node import postorder, symbol
 
 
 def problem(model: str) -> mbs.System:
@@ -286,6 +286,39 @@ def test_wrong_names_in_questions_are_errors_with_their_place(question: str, mes
     with pytest.raises(mbs.ModelError, match=message) as raised:
         mbs.solve(problem(PENDULUM + f"ask: {{what: {question}}}\n"))
     assert raised.value.where.path[:2] == ("ask", "what")
+
+
+BOWL = """
+multibody_sym: 1
+name: bowl
+gravity: [0, -g, 0]
+parameters: {g: 9.81, m: 1, R: {value: 0.5, positive: true}, r: {value: 0.1, positive: true}}
+bodies: {arm: {points: {end: ["0", "r - R", "0"]}}, ball: {mass: m, inertia: {Izz: 2/5*m*r^2}}}
+joints:
+  A: {type: revolute, parent: ground, child: arm, axis: z, q: theta, initial: {q: 30 deg}}
+  B: {type: revolute, parent: arm.end, child: ball, axis: z, q: psi, initial: {q: R/r*pi/6}}
+constraints: {roll: {type: expression, zero: "r*psi - R*theta", acts: in_joints}}
+"""
+
+
+def test_what_stands_below_is_positive_at_the_values_of_the_model() -> None:
+    system, rng = mbs.loads(BOWL), np.random.default_rng(5)
+    found = mbs.solve(system)
+    together = {**found.accelerations, **found.reactions["A"]}
+    formulas = {name: x.expression for name, x in together.items() if x.value and x.expression is not None}
+    assert formulas.keys() >= {"theta", "psi", "fx", "fy"}
+    at = {symbol(name): value for name, value in (("g", 9.81), ("m", 1.0), ("R", 0.5), ("r", 0.1))}
+    for formula in formulas.values():
+        quotients = [n for n in postorder([formula]) if n.op == "div"]
+        assert quotients
+        assert all(x > 0 for x in evaluate_float([n.args[1] for n in quotients], at))
+    for _ in range(4):
+        given = {"g": 9.81, "m": rng.uniform(1, 2), "R": rng.uniform(0.5, 1), "r": rng.uniform(0.1, 0.4)}
+        letters = {symbol(name): value for name, value in given.items()}
+        elsewhere = mbs.solve(system, given)
+        again = {**elsewhere.accelerations, **elsewhere.reactions["A"]}
+        expected = [number(again[name]) for name in formulas]
+        assert evaluate_float(list(formulas.values()), letters) == pytest.approx(expected, rel=1e-9)
 
 
 def test_a_rope_without_direction_says_what_to_do() -> None:
