@@ -8,11 +8,18 @@ from functools import cached_property
 
 import numpy as np
 
+from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.errors import InputError, ModelError, suggestion
 from multibody_sym.formats.tables import Table
+from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.rows import row_motions
+from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.force_places import reasons
 from multibody_sym.model.mechanism import COMPONENTS, Mechanism, RopeRow
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.program.program import Array
+from multibody_sym.program.trace import Trace
+from multibody_sym.runtime.loading import Backend, Compiled, load
 from multibody_sym.simulation.runnable import Runnable
 
 
@@ -95,7 +102,6 @@ class Samples:
         About the joint's point on the child, in the axes of the joint's frame on the parent; components along free
         directions are those of motors and springs in the joint. What is `withheld` is nan.
         """
-        from multibody_sym.simulation.reactions import reaction_program
 
         program = reaction_program(self.ready.mechanism, self.ready.compiled.backend)
         (values,) = program.map("reactions", *self._arguments, self._derivative[1], self._derivative[2])
@@ -164,3 +170,18 @@ def mechanism_units(mechanism: Mechanism) -> dict[str, str]:
     measured = {} if mechanism.relative is None else mechanism_units(mechanism.relative)
     coordinates = {c.name: c.unit for c in mechanism.coordinates}
     return {**measured, **coordinates, **{s.name: s.unit for s in mechanism.speeds}}
+
+
+def reaction_program(mechanism: Mechanism, backend: Backend) -> Compiled:
+    """Return `reactions`: (t, q, u, parameters, inputs, modes, udot (nu), multipliers (ns)) -> values (joints, 6).
+
+    The joints are those of the tree, then the cut ones (`Mechanism.joint_names`).
+    """
+    unknown = (Array("udot", (len(mechanism.speeds),)), Array("multipliers", (len(mechanism.rows),)))
+    trace = Trace("reactions", (*arrays(mechanism), *unknown))
+    motion = motion_of(mechanism, slot_state(mechanism))
+    found = reactions(motion, trace["udot"], row_motions(motion), trace["multipliers"])
+    names = mechanism.joint_names
+    values = [found[name][component] for name in names for component in COMPONENTS]
+    program = trace.finish({"values": ((len(names), len(COMPONENTS)), values)})
+    return load({"reactions": program}, backend=backend)

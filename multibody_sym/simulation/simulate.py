@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from multibody_sym.errors import at
 from multibody_sym.integrators.flow import Status
@@ -12,14 +15,12 @@ from multibody_sym.model.elements import Baumgarte
 from multibody_sym.model.system import System
 from multibody_sym.runtime.integration import Integration, integrate
 from multibody_sym.runtime.loading import Backend
-from multibody_sym.runtime.problem import Chunk, Problem
-from multibody_sym.simulation.departure import until_departure
-from multibody_sym.simulation.failures import FailedRunError, failure_message
+from multibody_sym.runtime.problem import Chunk, Event, Problem, Progress, Statistics
+from multibody_sym.simulation.failures import FailedRunError, failure_message, until_departure
 from multibody_sym.simulation.overrides import with_settings, with_values
 from multibody_sym.simulation.problem import problem_of, settings_of
 from multibody_sym.simulation.runnable import Runnable, runnable
 from multibody_sym.simulation.samples import Samples
-from multibody_sym.simulation.stops import end_at_once, held_at_start
 from multibody_sym.simulation.trajectory import Trajectory
 
 
@@ -79,3 +80,22 @@ def _trajectory(ready: Runnable, problem: Problem, done: Integration) -> Traject
     if done.failure is None or done.failure.status is Status.INTERRUPTED:
         return trajectory
     raise FailedRunError(failure_message(trajectory, done.failure), trajectory)
+
+
+def held_at_start(problem: Problem) -> int | None:
+    """Return the index of the first stop whose condition holds at the start, None if there is none."""
+    if not any(problem.terminal):
+        return None
+    state = (problem.t0, problem.q0, problem.u0, problem.parameters)
+    inputs = problem.compiled["inputs"](*state)[0] if problem.inputs else np.empty(0)
+    (values,) = problem.compiled["events"](*state, inputs, problem.modes)
+    holding = np.flatnonzero((values > 0.0) & np.array(problem.terminal))
+    return int(holding[0]) if len(holding) else None
+
+
+def end_at_once(problem: Problem, samples: NDArray[np.float64]) -> Iterator[Progress]:
+    """Write the start and stop there: a `Loop` for a problem with a stop that holds."""
+    index = held_at_start(problem)
+    assert index is not None
+    samples[0] = problem.x0
+    yield Progress(1, problem.t0, problem.x0, Statistics(), None, (Event(problem.t0, index, True),))
