@@ -26,6 +26,7 @@ from multibody_sym.model.mechanism import (
     Row,
     Speed,
     VelocityRow,
+    normal_forces,
 )
 from multibody_sym.model.system import System
 from multibody_sym.scalars.node import as_node, quantity, symbol
@@ -63,7 +64,12 @@ def _solution(solved: Solved) -> Solution:
         accelerations=accelerations,
         reactions=reactions,
         kinds={row.name: _kind(row) for row in resolved.rows if row.name in reactions},
-        conditions=(*_tension_conditions(solved, reactions), *_sign_conditions(solved), *remarks),
+        conditions=(
+            *_tension_conditions(solved, reactions),
+            *_pulled_wheels(solved, reactions),
+            *_sign_conditions(solved),
+            *remarks,
+        ),
         answers=answers,
         notes=(
             *slipped_wheels(resolved, begin.parameters),
@@ -144,6 +150,14 @@ def _tension_conditions(solved: Solved, reactions: Mapping[str, Mapping[str, Val
             outcome = "holds" if taut else "fails: the rope would push; in truth it goes slack"
             found.append(f"{text(quantity('tension', (row.name,)))} >= 0 {outcome}")
     return found
+
+
+def _pulled_wheels(solved: Solved, reactions: Mapping[str, Mapping[str, Value]]) -> list[str]:
+    """Return for each rolling wheel that its plane would pull that it lifts off; what is not unique says nothing."""
+    least = -_ROUNDING * max(map(abs, solved.numbers.multipliers), default=0.0)
+    forces = {name: reactions[name]["tension"] for name in normal_forces(solved.mechanism)}
+    pulled = [name for name, force in forces.items() if force.unique and (force.value or 0.0) < least]
+    return [f"{name} >= 0 fails: the plane would pull; in truth the wheel lifts off" for name in pulled]
 
 
 def _sign_conditions(solved: Solved) -> list[str]:

@@ -30,7 +30,7 @@ from multibody_sym.kinematics.state import State
 from multibody_sym.model.bodies import GROUND
 from multibody_sym.model.constraints import Rope
 from multibody_sym.model.force_places import reasons
-from multibody_sym.model.mechanism import TIME, Mechanism, RopeRow
+from multibody_sym.model.mechanism import TIME, Mechanism, RopeRow, normal_forces
 from multibody_sym.model.system import System, expressions
 from multibody_sym.scalars.kinks import switching_functions
 from multibody_sym.scalars.node import ZERO, leaves, symbol
@@ -118,7 +118,9 @@ def _with_dynamics(system: System, resolved: Mechanism, begin: Start, declared: 
     rates = rates_of(resolved)
     instants = [instant_of(resolved, rates, state, x) for state, x in zip(states, found, strict=True)]
     residuals = theorems(instants)
-    hints = (*declared, *_hints(resolved, begin, states, found[0].multipliers.tolist()), *_not_compared(resolved))
+    multipliers = dict(zip((row.name for row in resolved.rows), found[0].multipliers.tolist(), strict=True))
+    pulled = _pulling(resolved, multipliers, rank.not_unique)
+    hints = (*declared, *_hints(resolved, begin, states, multipliers), *pulled, *_not_compared(resolved))
     if not all(map(math.isfinite, (*ratios.values(), *residuals.values()))):
         blame_numbers(system)
     agreed = agrees(resolved, ratios) and all(x <= NEGLIGIBLE for x in residuals.values())
@@ -175,7 +177,7 @@ def _not_compared(resolved: Mechanism) -> list[str]:
 # --- hints ---------------------------------------------------------------------------------------------------------
 
 
-def _hints(resolved: Mechanism, begin: Start, states: Sequence[State], multipliers: Sequence[float]) -> list[str]:
+def _hints(resolved: Mechanism, begin: Start, states: Sequence[State], multipliers: Mapping[str, float]) -> list[str]:
     """Return what the mechanism and its start suggest was not meant."""
     physical = [*_gravity_hint(resolved, states[0]), *_hole_hints(resolved)]
     tensions, wheels = _pushing(resolved, multipliers), slipped_wheels(resolved, begin.parameters)
@@ -260,10 +262,20 @@ def _limit_hints(resolved: Mechanism, begin: Start, state: State) -> list[str]:
     return [f"joint {at.joint} starts beyond its {at.limit} limit, {at.bound:g}" for at in crossed]
 
 
-def _pushing(resolved: Mechanism, multipliers: Sequence[float]) -> list[str]:
+def _pushing(resolved: Mechanism, multipliers: Mapping[str, float]) -> list[str]:
     """Return the ropes that would have to push at the start."""
     return [
-        f"rope {row.name} would have to push with {-force:.6g} N at the start: it goes slack"
-        for row, force in zip(resolved.rows, multipliers, strict=True)
-        if isinstance(row, RopeRow) and force < 0.0
+        f"rope {row.name} would have to push with {-multipliers[row.name]:.6g} N at the start: it goes slack"
+        for row in resolved.rows
+        if isinstance(row, RopeRow) and multipliers[row.name] < 0.0
+    ]
+
+
+def _pulling(resolved: Mechanism, multipliers: Mapping[str, float], not_unique: Sequence[str]) -> list[str]:
+    """Return the rolling wheels that their planes would have to pull at the start."""
+    largest = max(map(abs, multipliers.values()), default=0.0)
+    return [
+        f"rolling {name} would have to pull with {-multipliers[name]:.6g} N at the start: a real wheel lifts off"
+        for name in normal_forces(resolved)
+        if multipliers[name] < -NEGLIGIBLE * largest and name not in not_unique
     ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import singledispatch
 
 from multibody_sym.kinematics.loads import apart, span
@@ -14,9 +14,12 @@ from multibody_sym.model.mechanism import (
     JointSpring,
     Load,
     Mechanism,
+    PointDrag,
     PointSpring,
+    RopeRow,
     VelocityRow,
 )
+from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node, leaves
 from multibody_sym.scalars.vectors import Mat, S, Vec, add, apply, cross, dot
 
@@ -69,11 +72,45 @@ def split(loads: Sequence[Load]) -> tuple[tuple[Load, ...], tuple[Load, ...]]:
 def working(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the names of loads and rows that may change the total energy: what V does not hold, or what time moves."""
     loads = [load.name for load in split(mechanism.loads)[1]]
+    return tuple(dict.fromkeys((*loads, *_timed(mechanism))))
+
+
+def driving(mechanism: Mechanism) -> tuple[str, ...]:
+    """Return the names of loads and rows that may raise the total energy: `working` but for dampers and drag.
+
+    With rows of speeds among them that do not let everything rest.
+    """
+    loads = [load.name for load in split(mechanism.loads)[1] if not _brakes(load)]
+    rows = [row.name for row in mechanism.rows if isinstance(row, VelocityRow) and _at_rest(row.zero) is not ZERO]
+    return tuple(dict.fromkeys((*loads, *_timed(mechanism), *rows)))
+
+
+def moved_by_time(mechanism: Mechanism) -> bool:
+    """Return whether time, or an input, moves a load or a row that does work."""
+    held = (getattr(load, f.name) for load in mechanism.loads for f in fields(load))
+    parts = (part for x in held for part in (x if isinstance(x, tuple) else (x,)))
+    return bool(_timed(mechanism)) or _moved(*(part for part in parts if isinstance(part, Node)))
+
+
+def _timed(mechanism: Mechanism) -> tuple[str, ...]:
+    """Return the names of springs and rows that time moves."""
     springs = [load for load in mechanism.loads if isinstance(load, (JointSpring, PointSpring))]
     timed = [spring.name for spring in springs if _moved(spring.stiffness, _rest(spring))]
     rows = [row.name for row in mechanism.rows if isinstance(row, (ExpressionRow, VelocityRow)) and _moved(row.zero)]
     rods = [row.name for row in mechanism.rows if isinstance(row, DistanceRow) and _moved(row.value)]
-    return tuple(dict.fromkeys((*loads, *timed, *rows, *rods)))
+    ropes = [row.name for row in mechanism.rows if isinstance(row, RopeRow) and _moved(row.length)]
+    return (*timed, *rows, *rods, *ropes)
+
+
+def _brakes(load: Load) -> bool:
+    damper = isinstance(load, (JointSpring, PointSpring)) and load.stiffness is ZERO
+    return damper or isinstance(load, PointDrag)
+
+
+def _at_rest(expression: Node) -> Node:
+    """Return what an expression is where all speeds are zero."""
+    found: Node = evaluate([expression], lambda leaf: ZERO if leaf.op == "slot" and leaf.data[0] == "u" else leaf)[0]
+    return found
 
 
 def _moved(*expressions: Node) -> bool:

@@ -442,3 +442,9 @@ class Mechanism:
         if name == GROUND:
             return -1
         raise ModelError(f"no body is called {name!r}{suggestion(name, [b.name for b in self.bodies])}")
+
+
+def normal_forces(mechanism: Mechanism) -> dict[str, RollingRow]:
+    """Return the rows that keep rolling wheels on their planes, by name: a negative multiplier pulls."""
+    rows = [row for row in mechanism.rows if isinstance(row, RollingRow)]
+    return {row.name: row for row in rows if row.along == row.normal}

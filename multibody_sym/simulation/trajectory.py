@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
@@ -20,9 +20,14 @@ from multibody_sym.kinematics.state import state_of
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem
+from multibody_sym.simulation.oddities import (
+    accuracy_of,
+    growing_energy,
+    outputs_without_value,
+    pulling_wheels,
+    pushing_ropes,
+)
 from multibody_sym.simulation.samples import Samples
-
-_ROUNDING: Final = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -59,9 +64,9 @@ class Trajectory(Samples):
     def events(self) -> list[dict[str, Any]]:
         """What happened on the way, in the order of time.
 
-        The stop that ended the run; singular positions, in which rows depend on each other, that it passed; each rope's
-        first sample at which it would push: a real one goes slack there; the first sample at which a joint is beyond
-        one of its limits.
+        The stop that ended the run; singular positions, in which rows depend on each other, that it passed; and the
+        first sample at which a joint is beyond one of its limits, a rope would push (a real one goes slack there), a
+        plane would pull at a rolling wheel (a real one lifts off), an output has no value, energy came from nowhere.
         """
         crossed = limits_passed(self.ready.mechanism, self.parameters, self.__getitem__)
         found: list[dict[str, Any]] = [
@@ -69,10 +74,9 @@ class Trajectory(Samples):
         ]
         found += [] if self.stop is None else [self.stop]
         found += [{"t": t, "kind": "singular position", "element": "constraints"} for t in self.integration.singular]
-        for name, tension in self.tensions.items():
-            pushing = np.flatnonzero(tension < -_ROUNDING * np.abs(tension).max(initial=0.0))
-            if len(pushing):
-                found.append({"t": float(self.t[pushing[0]]), "kind": "rope would push", "element": name})
+        found += [*pushing_ropes(self), *outputs_without_value(self)]
+        found += [event for event in pulling_wheels(self) if event["element"] not in self.redundancy.not_unique]
+        found += growing_energy(self, accuracy_of(self.problem.step, self.problem.rtol, self.problem.atol))
         return sorted(found, key=lambda event: float(event["t"]))
 
     @property

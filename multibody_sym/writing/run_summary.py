@@ -7,6 +7,7 @@ from typing import Final
 
 from multibody_sym.integrators.flow import Status
 from multibody_sym.kinematics.energy import working
+from multibody_sym.simulation.oddities import ENERGY, NO_VALUE, PULLING, PUSHING
 from multibody_sym.simulation.samples import mechanism_units
 from multibody_sym.simulation.trajectory import Trajectory
 from multibody_sym.writing.redundancy import redundancy_lines
@@ -111,4 +112,11 @@ def _singular(run: Trajectory) -> list[str]:
 def _warning(kind: str, element: str, t: float) -> str:
     if kind.endswith("limit"):
         return f"warning: joint {element} passes its {kind} at t = {t:g} s; nothing stops it there"
-    return f"warning: from t = {t:g} s on rope {element} would have to push; a real one goes slack there"
+    said = {
+        PUSHING: f"from t = {t:g} s on rope {element} would have to push; a real one goes slack there",
+        PULLING: f"from t = {t:g} s on {element} is negative: the plane would have to pull; a real wheel lifts off",
+        NO_VALUE: f"output {element} has no finite value, at t = {t:g} s for the first time",
+        ENERGY: f"from t = {t:g} s on the energy grows from nowhere: steps that are too long, or what drives what it "
+        "should brake (a negative damping, mass or stiffness); try a tighter tolerance or shorter steps first",
+    }
+    return f"warning: {said[kind]}"
