@@ -1,6 +1,6 @@
 """Equilibrium by virtual work: positions at which the forces do no work on any admissible displacement.
 
-In such a position a system at rest has no acceleration. With the constraints' tangents X (see `linearization`), xi the
+In such a position a system at rest has no acceleration. With the constraints' tangents X (see `deviations`), xi the
 independent deviations, eta the independent speeds, dxi/dt = S eta, and G(xi) the accelerations deta/dt at rest,
 equilibria are the roots of G, and one is stable where all eigenvalues of dG/dxi S are real and negative: for forces
 with a potential V where the Hessian of V is positive definite on the admissible displacements. Friction, which needs a
@@ -20,7 +20,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from multibody_sym.analysis.all_rest import are_all
-from multibody_sym.analysis.linearization import Flow, Tangents
+from multibody_sym.analysis.deviations import Flow, Tangents
 from multibody_sym.analysis.places import Mask, Places
 from multibody_sym.analysis.springs_passed import passed
 from multibody_sym.analysis.steadiness import displaced

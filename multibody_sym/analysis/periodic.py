@@ -8,17 +8,15 @@ multipliers are the eigenvalues of P Z(T) X. The motion is stable where none is 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 from scipy.integrate import solve_ivp
 
+from multibody_sym.analysis.deviations import Flow
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
-
-if TYPE_CHECKING:
-    from multibody_sym.analysis.linearization import Flow
 
 _RTOL: Final = 1e-10
 _REPEATS: Final = 1e-6

@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.analysis.linearization import Flow
+from multibody_sym.analysis.deviations import Flow
 from multibody_sym.analysis.steadiness import displaced
 from multibody_sym.dynamics.constraints.closing import Rows, normalize
 from multibody_sym.kinematics.energy import stored_energy

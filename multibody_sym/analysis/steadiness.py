@@ -11,20 +11,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 from scipy.linalg import eig, expm
 
+from multibody_sym.analysis.deviations import Flow, Tangents
 from multibody_sym.dynamics.constraints.closing import Rows, closed_near
+from multibody_sym.model.mechanism import Mechanism
 from multibody_sym.numerics.arrays import EPSILON, UNDEFINED, Floats
 from multibody_sym.numerics.rounding import eigenvalues, least_rounding, without_rounding
 from multibody_sym.scalars.rotations import quaternion_product
-
-if TYPE_CHECKING:
-    from multibody_sym.analysis.linearization import Flow, Tangents
-    from multibody_sym.model.mechanism import Mechanism
 
 NO_EIGENVALUES: Final = "the state is no equilibrium and no steady motion, and A changes as soon as it is let go"
 _ADVICE: Final = (

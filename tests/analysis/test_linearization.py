@@ -12,7 +12,8 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import multibody_sym as mbs
-from multibody_sym.analysis.linearization import Flow, period_multipliers
+from multibody_sym.analysis.deviations import Flow
+from multibody_sym.analysis.linearization import period_multipliers
 from multibody_sym.dynamics.constraints.closing import Rows, closed_near
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.rows import row_motions
