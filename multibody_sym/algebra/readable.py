@@ -18,6 +18,8 @@ LARGEST_SUM: Final = 600
 """Terms that an expression may have when its products are multiplied out; past it nothing is rewritten."""
 
 _LARGEST_DENOMINATOR: Final = 12
+_LONGEST_NUMBER: Final = 512
+"""Bits of a number that polynomials are still factorised with: products of ten ordinary doubles have them."""
 _LONGEST_NUMERATOR: Final = 12
 _REWRITTEN_POWERS: Final = range(2, 7)
 Monomial = tuple[tuple[Any, Any], ...]
@@ -339,7 +341,7 @@ def _quotient(terms: Terms, below: Monomial, speeds: frozenset[Any]) -> Any:
         return with_like_terms(terms, speeds) * _product(below)
     sign = -1 if all(factor < 0 for factor in terms.values()) else 1
     positive = {key: sign * factor for key, factor in terms.items()}
-    written, factorized = with_like_terms(positive, speeds), sympy.factor(expression_of(positive))
+    written, factorized = with_like_terms(positive, speeds), _product_of_factors(expression_of(positive))
     shorter = factorized if factorized.count_ops() < written.count_ops() else written
     return sympy.Mul(sign, shorter, _product(below))
 
@@ -364,8 +366,14 @@ def with_like_terms(terms: Terms, speeds: frozenset[Any]) -> Any:
 @lru_cache(maxsize=1000)
 def _factorized(whole: Any) -> tuple[Any, Any]:
     """Return a polynomial in speeds as a number and a factorised polynomial."""
-    number, polynomial = (sympy.factor(whole) if whole.is_Add else whole).as_coeff_Mul()
+    number, polynomial = (_product_of_factors(whole) if whole.is_Add else whole).as_coeff_Mul()
     return number, polynomial
+
+
+def _product_of_factors(whole: Any) -> Any:
+    """Return an expression factorised; as it is where its numbers are so long that sympy looks for a longer prime."""
+    longest = max((max(abs(x.p), x.q) for x in whole.atoms(sympy.Rational)), default=1)
+    return sympy.factor(whole) if longest.bit_length() <= _LONGEST_NUMBER else whole
 
 
 def _common_number(factors: Collection[Any]) -> Any:

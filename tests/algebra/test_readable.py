@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from time import process_time
 from typing import Any
 
 import pytest
@@ -73,3 +74,11 @@ def test_high_powers_are_left_alone() -> None:
     """(1 - cos^2)^100 is no help to a reader, and a trap for a program."""
     high = sin(a) ** 200 + u * cos(a) ** 201
     assert readable(high) == high
+
+
+def test_numbers_of_hundreds_of_digits_take_no_time() -> None:
+    given = u**2 / 400 + sympy.Rational(25 * 10**600 + 1, 50) * v**2
+    began = process_time()
+    found = readable(given)
+    assert process_time() - began < 1.0
+    assert sympy.expand(found - given) == 0
