@@ -9,11 +9,24 @@ from functools import reduce
 from math import gcd
 from typing import Final
 
-from multibody_sym.algebra.decimal_sums import decimal_scales, exact_root, looks_decimal, names_pi_alone
+from multibody_sym.algebra.decimal_sums import decimal_scales, exact_root, looks_decimal, names_pi_alone, power_scale
+from multibody_sym.algebra.decimals import is_exact_decimal, is_long, with_doubles
 from multibody_sym.algebra.factors import Poly, factored
 from multibody_sym.algebra.quotients import Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.expressions.printer import text
-from multibody_sym.scalars.node import BUILD, ONE, ZERO, Node, add, divide, flatten, multiply, negate, number, power
+from multibody_sym.scalars.node import (
+    BUILD,
+    ONE,
+    ZERO,
+    Node,
+    add,
+    divide,
+    flatten,
+    multiply,
+    negate,
+    number,
+    power,
+)
 
 _MOST_FORMS: Final = 8
 _MOST_TERMS: Final = 120
@@ -44,7 +57,7 @@ def book_form(a: Quotient) -> Node:
 
 def comparison(positive: Quotient) -> str:
     """Return `a > b` for what is positive: b holds the terms that are subtracted, and is 0 where there are none."""
-    form = book_form(positive)
+    form = with_doubles(book_form(positive))
     if form.op == "neg":
         return f"{text(form.args[0])} < 0"
     sides: dict[bool, list[Node]] = {True: [], False: []}
@@ -170,8 +183,13 @@ def _with_few_signs(field: Field, product: _Product) -> _Product:
 
 def _with_decimals(field: Field, product: _Product) -> _Product:
     """Return the product with decimals in sums where this makes it shorter: 2 (a - 0.001) for (1000 a - 1) / 500."""
+    for p, e in product.factors:
+        if not decimal_scales(p, product.number if e == 1 else _WHOLE):
+            product = _scaled(product, p, e, power_scale(p))
     found, together = [product], product
     for p, e in product.factors:
+        if product.scales.get(p, _WHOLE) != _WHOLE:
+            continue
         scales = decimal_scales(p, product.number if e == 1 else _WHOLE) if looks_decimal(field, p) else set()
         if e == 1 and len(p) > 1 and names_pi_alone(p):
             scales.add(abs(product.number))
@@ -191,6 +209,8 @@ def _root_with_decimals(field: Field, inside: _Product) -> tuple[Fraction, _Prod
     for p, e in inside.factors:
         scale = _square_scale(field, p)
         outside /= exact_root(scale) ** e
+        if e == 1 and scale == power_scale(p, 2) != 1:  # long numbers take in what stands before their sum
+            scale, inside = scale * inside.number, replace(inside, number=_WHOLE)
         inside = replace(inside, scales={**inside.scales, p: scale})
     return outside, inside
 
@@ -198,7 +218,7 @@ def _root_with_decimals(field: Field, inside: _Product) -> tuple[Fraction, _Prod
 def _square_scale(field: Field, p: Poly) -> Fraction:
     """Return the square that gives a sum under a root short decimals, 1 if whole numbers are as short."""
     squares = [s for s in decimal_scales(p, _WHOLE) if exact_root(s)] if looks_decimal(field, p) else []
-    return _shortest(field, p, (_WHOLE, *squares))
+    return _shortest(field, p, (_WHOLE, *squares)) if squares else power_scale(p, 2)
 
 
 def _scaled(product: _Product, p: Poly, exponent: int, scale: Fraction) -> _Product:
@@ -229,17 +249,12 @@ def _with_number(value: Fraction, above: Node, below: Node) -> Node:
     """Return value x above / below: small denominators stand below, others make a decimal where they can."""
     if below is ONE:
         return multiply(number(value), above)
-    if value.denominator <= _SMALL or not _is_decimal(value.denominator):
+    if is_long(value):
+        return divide(multiply(number(value), above), below)
+    if value.denominator <= _SMALL or not is_exact_decimal(value.denominator):
         above, below = multiply(number(value.numerator), above), multiply(number(value.denominator), below)
         return divide(above, below)
     return divide(multiply(number(value), above), below)
-
-
-def _is_decimal(denominator: int) -> bool:
-    for prime in (2, 5):
-        while denominator % prime == 0:
-            denominator //= prime
-    return denominator == 1
 
 
 def _tangents(powers: list[tuple[Node, int]]) -> list[tuple[Node, int]]:

@@ -9,6 +9,7 @@ from fractions import Fraction
 from math import gcd, isqrt
 from typing import Final
 
+from multibody_sym.algebra.decimals import is_long
 from multibody_sym.algebra.factors import Poly
 from multibody_sym.algebra.quotients import Field
 
@@ -46,6 +47,17 @@ def decimal_scales(p: Poly, value: Fraction) -> set[Fraction]:
 def _is_short_decimal(value: Fraction) -> bool:
     digits = str(value.numerator * _LONGEST_DECIMAL // value.denominator).rstrip("0")
     return _LONGEST_DECIMAL % value.denominator == 0 and len(digits.lstrip("-")) <= _MOST_DIGITS
+
+
+def power_scale(p: Poly, power: int = 1) -> Fraction:
+    """Return a power of ten (its exponent a multiple of `power`) that leaves the largest number of a sum few digits.
+
+    It is 1 for a sum without long numbers.
+    """
+    if not any(is_long(Fraction(int(c)), _MOST_DIGITS) for c in p.values()):
+        return Fraction(1)
+    places = len(str(max(abs(int(c)) for c in p.values()))) - 1
+    return Fraction(1, _TEN ** (places - places % power))
 
 
 def exact_root(value: Fraction) -> Fraction:

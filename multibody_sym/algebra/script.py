@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from typing import Any, Final, NamedTuple
 
 import sympy
 
+from multibody_sym.algebra.decimals import is_long, nearest_double
+
 SUM, PRODUCT, POWER, ATOM = 10, 20, 30, 40
 _LARGEST_IN_FRACTION: Final = 12
 _LONGEST_DECIMAL: Final = 12
+_LONGEST_DOUBLE: Final = 40
 _SPEED, _ACCELERATION, _MULTIPLIER, _FUNCTION = 5, 6, 7, 8
 _RANK: Final = {_ACCELERATION: 0, _SPEED: 1, _MULTIPLIER: 3}
 """Terms with accelerations come first, then those with speeds, then those at rest (2), then multipliers."""
@@ -135,7 +139,10 @@ class Script(ABC):
     def _quotient_of(self, number: Any, factors: Sequence[Any]) -> Piece:
         above = [f for f in factors if not _is_below(f) and f != 1]
         below = [1 / f for f in factors if _is_below(f)]
-        point = decimal(number) if max(number.p, number.q) > _LARGEST_IN_FRACTION else None
+        given = Fraction(int(number.p), int(number.q))
+        shown, places = nearest_double(given), _LONGEST_DOUBLE if is_long(given) else _LONGEST_DECIMAL
+        number = sympy.Rational(shown.numerator, shown.denominator)
+        point = decimal(number, places) if max(number.p, number.q) > _LARGEST_IN_FRACTION else None
         first, divisor = (point, 1) if point else (str(number.p), number.q)
         before = [first] if first != "1" or not above else []
         after = [str(divisor)] if divisor != 1 else []
@@ -172,9 +179,9 @@ def _is_below(factor: Any) -> bool:
     return bool(factor.is_Pow and factor.exp.is_Number and factor.exp < 0)
 
 
-def decimal(value: Any) -> str | None:
-    """Return a positive rational as a decimal, None where it has none (or a long one)."""
-    for digits in range(_LONGEST_DECIMAL):
+def decimal(value: Any, places: int = _LONGEST_DECIMAL) -> str | None:
+    """Return a positive rational as a decimal, None where it has none with fewer than `places` places."""
+    for digits in range(places):
         scaled = value * 10**digits
         if scaled.q == 1:
             whole = str(scaled.p).rjust(digits + 1, "0")

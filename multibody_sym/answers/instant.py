@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.algebra.book_form import book_form
+from multibody_sym.algebra.decimals import with_doubles
 from multibody_sym.algebra.quotient_functions import doubled
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.closed_form import ClosedForms, closed_forms, linear_equations, unknowns
@@ -139,7 +140,8 @@ class Solved:
         number = 0.0 if abs(number) <= rounding else number
         try:
             expression = book_form(doubled(closed))
-            again = evaluate_float([parse(text(expression))], self.sample)[0]
+            shown = with_doubles(expression)
+            again = evaluate_float([parse(text(shown))], self.sample)[0]
         except NoClosedFormError as reason:
             self.reasons[str(reason)] = None
             return None
@@ -147,7 +149,7 @@ class Solved:
             return None
         if not leaves([expression], "symbol") and len(text(expression)) > _LONGEST_NUMBER:
             return Value(number)  # a quotient of many digits tells less than its decimals
-        return Value(number, expression) if abs(again - number) <= AGREEMENT * abs(number) + rounding else None
+        return Value(number, shown) if abs(again - number) <= AGREEMENT * abs(number) + rounding else None
 
     @property
     def sample(self) -> dict[Node, float]:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import random
+import re
+
 import pytest
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
 from multibody_sym.algebra.book_form import book_form, comparison
+from multibody_sym.algebra.decimals import with_doubles
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.expressions.parser import parse
@@ -72,6 +76,36 @@ PRINTED = {
 @pytest.mark.parametrize("expression", PRINTED)
 def test_printed_as_in_a_book(expression: str) -> None:
     assert text(book_form(closed(expression))) == PRINTED[expression]
+
+
+ABOVE, BELOW = 6098546091055885333965000, 2370785123456789123456789
+
+
+@pytest.mark.parametrize(
+    ("expression", "printed"),
+    [
+        (f"{ABOVE}/{BELOW}*m", f"{ABOVE / BELOW!r}*m"),
+        ("m*g/(0.2238878709*m + 0.0123457)", "10*g*m/(2.238878709*m + 0.123457)"),
+        ("sqrt(1.23456789012*h^2 + 1)", "2*sqrt(0.30864197253*h^2 + 0.25)"),
+        ("0.123456789012*m", "0.123456789012*m"),
+        ("m/3 + m*sqrt(2)/7 + 22*pi*m/12345", "m*(22*pi/12345 + sqrt(2)/7 + 1/3)"),
+        ("cos(0.12345678901234567890123*a)", "cos(0.12345678901234568*a)"),
+    ],
+)
+def test_numbers_longer_than_given_ones_are_printed_as_their_doubles(expression: str, printed: str) -> None:
+    assert text(with_doubles(book_form(closed(expression)))) == printed
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_forms_with_long_numbers_keep_their_values(seed: int) -> None:
+    rng = random.Random(seed)
+    numbers = [f"{rng.uniform(0.01, 20):.{rng.randint(1, 16)}f}" for _ in range(8)]
+    expression = "({}*m + {}*g*sin(a) + {})*sqrt({}*h^2 + {}*l + {})/({}*m1 + {}*cos(a)^2)".format(*numbers)
+    written = text(with_doubles(book_form(closed(expression))))
+    values = {leaf: SAMPLE[leaf.data] for leaf in leaves([parse(expression)], "symbol")}
+    before, after = evaluate_float([parse(expression), parse(written)], values)
+    assert after == pytest.approx(before, rel=1e-13)
+    assert not re.search(r"(?<![.\d])[1-9]\d{7,}[1-9]", written)
 
 
 _TERMS = st.sampled_from("m1 m2 g sin(a) cos(a) sqrt(h^2+l^2) 2 h l/3 sin(2*a) sqrt(g)".split())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -141,3 +142,43 @@ def test_decimals_of_the_model_are_printed_as_decimals(push: str, printed: str) 
         by_hand = evaluate_float([parse(f"({push})/m")], given)[0]
         assert evaluate_float([value.expression], given)[0] == pytest.approx(by_hand, rel=1e-12)
     assert math.isfinite(value.value or 0.0)
+
+
+LITERALS = """
+multibody_sym: 1
+name: literals
+gravity: [0, -g, 0]
+parameters: {g: 9.81, m: {value: 1.3, positive: true}}
+bodies:
+  arm: {mass: m, com: [0.12345, -0.45678, 0], inertia: {Izz: 0.0123457}, points: {end: [0.23456, -0.87654, 0]}}
+  ball: {mass: 0.3217, inertia: {Izz: 0.0043219}, com: [0.05, 0.0321, 0]}
+joints:
+  A: {type: revolute, parent: ground, child: arm, axis: z, q: theta, initial: {q: 30 deg}}
+  B: {type: revolute, parent: arm.end, child: ball, axis: z, q: psi, initial: {q: 20 deg}}
+"""
+
+
+def test_numbers_that_literals_make_together_are_decimals_in_formulas() -> None:
+    """No whole number of more digits than a literal has, in solve and derive; the formulas keep their values."""
+    system = mbs.loads(LITERALS)
+    derived = derivation_text(mbs.derive(system), steps=True)
+    formulas = {k: x.expression for k, x in mbs.solve(system).accelerations.items() if x.expression is not None}
+    assert "theta" in formulas
+    assert not re.search(r"(?<![.\d])\d{9,}", "".join((derived, *map(text, formulas.values()))))
+    for m in (0.4, 1.3, 5.7):
+        elsewhere = mbs.solve(system, {"m": m}).accelerations
+        for name, formula in formulas.items():
+            value = evaluate_float([formula], {symbol("g"): 9.81, symbol("m"): m})[0]
+            assert value == pytest.approx(elsewhere[name].value, rel=1e-9)
+
+
+def test_a_kinetic_energy_of_long_numbers_is_the_one_by_hand() -> None:
+    derived = derivation_text(mbs.derive(mbs.loads(LITERALS)), steps=True)
+    (line,) = [line for line in derived.splitlines() if line.startswith("    T = ")]
+    (energy,) = [parse(line.removeprefix("    T = ").replace("theta'", "w").replace("psi'", "v"))]
+    theta, psi, w, v, m = 0.3, -1.1, 0.7, 1.9, 1.3
+    end, com = complex(0.23456, -0.87654), complex(0.05, 0.0321) * np.exp(1j * psi)
+    squares = abs(complex(0.12345, -0.45678) * w) ** 2, abs(end * w + com * (w + v)) ** 2
+    by_hand = (m * squares[0] + 0.3217 * squares[1] + 0.0123457 * w**2 + 0.0043219 * (w + v) ** 2) / 2
+    letters = {"theta": theta, "psi": psi, "w": w, "v": v, "m": m}
+    assert evaluate_float([energy], {symbol(k): x for k, x in letters.items()})[0] == pytest.approx(by_hand, rel=1e-14)
