@@ -215,7 +215,9 @@ def _accepted_step(course: _Course, before: Step) -> Step:
     flow, approach = course.flow, course.approach
     t, x, proposed, rejected = before.t_new, before.x_new, before.h_next, 0
     _begin(course, before)
-    failure, wished = StepError(Status.STEP_UNDERFLOW, t, 0), 0.0
+    failure = StepError(Status.STEP_UNDERFLOW, t, 0)
+    laid = approach.laid(proposed)
+    proposed, wished = laid, proposed if laid < proposed else 0.0
     while proposed >= _least_step(flow, t):
         last = t + 1.01 * proposed >= flow.t_end
         t_new = flow.t_end if last else t + proposed
@@ -223,22 +225,19 @@ def _accepted_step(course: _Course, before: Step) -> Step:
         try:
             trial = _attempt(course, before, h, t_new)
             error, worst = _error_norm(course, trial)
-            shrink, change = _changes(flow, error, before.error)
+            plain, _ = _error_beside(course, trial, 0.0)
             if error <= 1.0:
                 done = _closed(course, trial)
                 far = moved_far(x, trial.x_new, done.x_new)
                 if far is None:
                     done = _ended(course, done, before)
-                    h_next = h / change
-                    if rejected or h_next < trial.least_growth * h:
-                        h_next = min(h_next, h)
-                    h_next = max(h_next, wished)
-                    if not approach.near:
-                        approach.smooth = h_next
+                    h_next = _length_after(course, trial, (error, plain, before.error), rejected)
+                    h_next = approach.wished(max(h_next, wished), plain)
                     return replace(done, h_next=h_next, error=max(error, LEAST_ERROR), rejected=rejected)
                 jump = h <= LEAST_AT_KINK * (flow.t_end - flow.t0)
                 failure, proposed = StepError(Status.STEP_UNDERFLOW, t, far), 0.0 if jump else h * RETREAT
             else:
+                shrink = _shrinkage(flow, error)
                 failure, proposed, wished = StepError(Status.STEP_UNDERFLOW, t, worst), h / shrink, 0.0
         except StepError as problem:
             failure = problem
@@ -261,13 +260,30 @@ def control_power(method: Method) -> float:
     return 1.0 / (min(method.order, method.error_order) + 1.0)
 
 
-def _changes(flow: Flow, error: float, remembered: float) -> tuple[float, float]:
-    """Return by what to divide the step after a rejected and after an accepted trial."""
+def _length_after(course: _Course, trial: Trial, errors: tuple[float, float, float], rejected: int) -> float:
+    """Return the length of the step after an accepted trial, by its error, that without noise, and the one before it.
+
+    It grows only as the error without the allowance for round-off lets it.
+    """
+    h, (error, plain, remembered) = trial.h, errors
+    h_next, grown = (h / _change(course.flow, size, remembered) for size in (error, plain))
+    if h_next > h and grown < h_next:
+        h_next = max(grown, h)
+    return min(h_next, h) if rejected or h_next < trial.least_growth * h else h_next
+
+
+def _shrinkage(flow: Flow, error: float) -> float:
+    """Return by what to divide the step after a rejected trial."""
+    power = control_power(flow.method)
+    return min(SHRINKAGE, math.pow(error, power - 0.75 * (0.2 * power)) / SAFETY)
+
+
+def _change(flow: Flow, error: float, remembered: float) -> float:
+    """Return by what to divide the step after an accepted trial."""
     power = control_power(flow.method)
     integral = 0.2 * power
-    proportional = math.pow(error, power - 0.75 * integral)
-    change = proportional / math.pow(remembered, integral) / SAFETY
-    return min(SHRINKAGE, proportional / SAFETY), max(1.0 / GROWTH, min(SHRINKAGE, change))
+    change = math.pow(error, power - 0.75 * integral) / math.pow(remembered, integral) / SAFETY
+    return max(1.0 / GROWTH, min(SHRINKAGE, change))
 
 
 def _closed(course: _Course, trial: Trial) -> Step:
@@ -279,15 +295,18 @@ def _closed(course: _Course, trial: Trial) -> Step:
 
 
 def _error_norm(course: _Course, trial: Trial) -> tuple[float, int]:
-    """Return the mean-square error in units of atol + rtol max(|x|, |x_new|), and the component with most of it.
+    """Return the error of a trial; near a singular position what round-off does there counts as allowed."""
+    return _error_beside(course, trial, course.approach.noise() * float(np.max(np.abs(trial.x_new))))
 
-    Near a singular position what round-off does there counts as allowed.
+
+def _error_beside(course: _Course, trial: Trial, noise: float) -> tuple[float, int]:
+    """Return the mean-square error in units of noise + atol + rtol max(|x|, |x_new|), and where most of it is.
 
     Of two estimates the finer, e5, counts as e5^2 / sqrt(e5^2 + 0.01 e3^2), with the coarser, e3: an error of the power
     of the step that their orders together make (Hairer, Norsett, Wanner, section II.10).
     """
     assert trial.error is not None
-    scales = course.flow.scales(trial.x, trial.x_new) + course.approach.noise() * float(np.max(np.abs(trial.x_new)))
+    scales = course.flow.scales(trial.x, trial.x_new) + noise
     fine, worst = scaled_norm(trial.error, scales), int(np.argmax(np.abs(trial.error / scales)))
     if trial.coarse is None or fine == 0.0:
         return fine, worst

@@ -35,6 +35,7 @@ GOLDEN: Final = 0.618033988749895  # a step made again that much shorter meets n
 SHORTER: Final = 0.8  # at most, where it is known what lies ahead
 FAR: Final = 0.1  # of the whole step, by which its end may move when it is settled
 FAR_BEYOND_ROUND_OFF: Final = 1e-10
+ASIDE: Final = 1.2  # times the way to the middle of the widest gap: it is wide enough for what lies there
 MOST_VAIN: Final = 3  # trials of a step that fail, but not as they come too near, before rows stay in its equations
 LOOKS: Final = 16  # how often the independence is looked at within a step
 _ROUNDS: Final = 5
@@ -217,6 +218,25 @@ class Approach:
         if way <= SHORTER * self.gap:
             return way / self.gap
         return min(way - SHORTER * SHORTER * self.gap, SHORTER)
+
+    def wished(self, h: float, error: float) -> float:
+        """Return the length of the next step; without noise, or with an error that is small beside none, such do."""
+        if not self.near or (error <= 1.0 and h > self.smooth):
+            self.smooth = h
+        return h
+
+    def laid(self, h: float) -> float:
+        """Return how long to make a step that might be h.
+
+        Where the singular position comes into it, or so near behind it that the next one has no room, it is to lie in
+        the widest gap between the nodes of this step, or of the next.
+        """
+        way = self.start / self.rate / h if self.near and self.rate > 0.0 else 0.0
+        if not way > 0.0 or way >= 1.0 + self.gap:
+            return h
+        if way <= self.gap:
+            return h * (way / self.gap)
+        return h if way <= ASIDE * self.gap else h * min(way - self.gap, 1.0)
 
     def _way_to_singular(self) -> float:
         """Return how long after the start of the trial the independence is zero; 0 if nothing tells.

@@ -159,6 +159,13 @@ static int rounded(mbs_run *r, const mbs_stages *p)
     return r->problem->step > 0.0 && most <= ROUND_OFF * mbs_largest(p->n, r->stage);
 }
 
+/* Tell whether the contraction is one: from far off, without a prediction, the first change is much larger than what it
+   leaves, and the next ones are not. */
+static int known(const mbs_run *r, const mbs_stages *p, int round)
+{
+    return r->problem->step > 0.0 ? round > 0 : round > 1 || p->memory[BEFORE] > 0.0;
+}
+
 static int iterate(mbs_run *r, const mbs_stages *p, double h)
 {
     int rounds = r->problem->step > 0.0 ? FIXED_ROUNDS : ADAPTIVE_ROUNDS, growths = 0, worst = 0, status;
@@ -174,7 +181,7 @@ static int iterate(mbs_run *r, const mbs_stages *p, double h)
         }
         if (round == 1)
             p->memory[CONTRACTION] = contraction;
-        if (converged(r, size, before, round == 0 && r->problem->step > 0.0 ? 1.0 : contraction))
+        if (converged(r, size, before, known(r, p, round) ? contraction : 1.0))
             return MBS_RUNNING;
         growths += round > 0 && contraction >= 1.0;
         if (!(size < HUGE_VAL) || growths > (r->problem->step > 0.0 ? GROWTHS : 0)) {

@@ -287,10 +287,11 @@ double mbs_scaled_norm(const mbs_run *r, const double *y, const double *x, const
     return sqrt(sum / r->n);
 }
 
-/* The error of a trial; near a singular position what round-off does there counts as allowed. Of two estimates the finer, e5, counts as e5^2 / sqrt(e5^2 + 0.01 e3^2), with the coarser, e3. */
-static double trial_error(mbs_run *r, int *worst)
+/* The error of a trial beside so much noise. Of two estimates the finer, e5, counts as e5^2 / sqrt(e5^2 + 0.01 e3^2), with
+   the coarser, e3. */
+static double error_beside(mbs_run *r, double noise, int *worst)
 {
-    r->noise = mbs_noise(r) * mbs_largest(r->n, r->x_new);
+    r->noise = noise;
     double fine = mbs_scaled_norm(r, r->error, r->x, r->x_new, worst);
     int ignored;
     if (!r->method->coarse_error || fine == 0.0)
@@ -299,9 +300,39 @@ static double trial_error(mbs_run *r, int *worst)
     return fine * fine / sqrt(fine * fine + 0.01 * (coarse * coarse));
 }
 
+/* Near a singular position what round-off does there counts as allowed. */
+static double trial_error(mbs_run *r, int *worst)
+{
+    return error_beside(r, mbs_noise(r) * mbs_largest(r->n, r->x_new), worst);
+}
+
 static double control_power(const mbs_method *m)
 {
     return 1.0 / ((m->order < m->error_order ? m->order : m->error_order) + 1.0);
+}
+
+/* What to divide the step by after a trial that was accepted with this error. */
+static double change_after(const mbs_run *r, double error)
+{
+    double power = control_power(r->method), integral = 0.2 * power;
+    double change = pow(error, power - 0.75 * integral) / pow(r->state->error, integral) / 0.9;
+    change = change < 5.0 ? change : 5.0;
+    return change > 0.1 ? change : 0.1;
+}
+
+/* The length of the step after an accepted one over h: it grows only as the error without the allowance for round-off
+   lets it. */
+static double length_after(mbs_run *r, double h, double error, double plain, int rejected, double wished)
+{
+    mbs_state *s = r->state;
+    double next = h / change_after(r, error), grown = h / change_after(r, plain);
+    next = next > h && grown < next ? (grown > h ? grown : h) : next;
+    if ((rejected || next < r->stepper->least_growth * h) && next > h)
+        next = h;
+    next = next > wished ? next : wished;
+    if (!s->near || (plain <= 1.0 && next > s->smooth))
+        s->smooth = next;
+    return next;
 }
 
 /* Try one step; on success record it, else shorten h_next. `wished`: its length but for a singular position. */
@@ -313,10 +344,9 @@ static int adaptive_trial(mbs_run *r, int rejected, double *wished)
     double t_new = last ? t_end : t + s->h_next, h = last ? t_end - t : s->h_next;
     int status = attempt(r, h, t_new);
     if (status == MBS_RUNNING) {
-        double power = control_power(r->method), integral = 0.2 * power;
-        double error = trial_error(r, &worst), proportional = pow(error, power - 0.75 * integral);
-        double change = proportional / pow(s->error, integral) / 0.9, shrink = proportional / 0.9;
+        double plain = error_beside(r, 0.0, &worst), error = trial_error(r, &worst);
         if (!(error <= 1.0)) {
+            double power = control_power(r->method), shrink = pow(error, power - 0.75 * (0.2 * power)) / 0.9;
             s->h_next = h / (shrink < 5.0 ? shrink : 5.0);
             *wished = 0.0;
             return mbs_failed(r, MBS_STEP_UNDERFLOW, t, worst);
@@ -329,14 +359,7 @@ static int adaptive_trial(mbs_run *r, int rejected, double *wished)
         if (status == MBS_RUNNING) {
             status = accept(r, status);
             if (s->phase == SAMPLING) {
-                change = change < 5.0 ? change : 5.0;
-                change = change > 0.1 ? change : 0.1;
-                s->h_next = h / change;
-                if ((rejected || s->h_next < r->stepper->least_growth * h) && s->h_next > h)
-                    s->h_next = h;
-                s->h_next = s->h_next > *wished ? s->h_next : *wished;
-                if (!s->near)
-                    s->smooth = s->h_next;
+                s->h_next = length_after(r, h, error, plain, rejected, *wished);
                 s->error = error > 1e-4 ? error : 1e-4;
                 return status;
             }
@@ -355,7 +378,9 @@ static int adaptive_step(mbs_run *r)
 {
     mbs_state *s = r->state;
     int status = mbs_failed(r, MBS_STEP_UNDERFLOW, s->t, 0);
-    double wished = 0.0;
+    double whole = s->h_next, wished;
+    s->h_next = mbs_laid(r, whole);
+    wished = s->h_next < whole ? whole : 0.0;
     for (int rejected = 0; s->h_next >= least_step(r); rejected = 1) {
         status = adaptive_trial(r, rejected, &wished);
         if (s->phase == SAMPLING)

@@ -17,6 +17,7 @@
 #define MOST_NOISE 1e-7 /* ... which is to falsify no step by more */
 #define GOLDEN 0.618033988749895 /* a step made again that much shorter meets no node of the one before, nor its end */
 #define SHORTER 0.8   /* at most, where it is known what lies ahead */
+#define ASIDE 1.2     /* times the way to the middle of the widest gap: it is wide enough for what lies there */
 #define MOST_VAIN 3   /* trials of a step that fail, but not as they come too near, before rows stay in its equations */
 #define LOOKS 16      /* how often the independence is looked at within a step */
 
@@ -271,6 +272,19 @@ double mbs_retreat(mbs_run *r, double h, double otherwise)
     if (!(way > 0.0))
         return GOLDEN;
     return way <= SHORTER * gap ? way / gap : smaller(way - SHORTER * SHORTER * gap, SHORTER);
+}
+
+/* How long to make a step that might be h: where the singular position comes into it, or so near behind it that the next
+   one has no room, it is to lie in the widest gap between the nodes of this step, or of the next. */
+double mbs_laid(const mbs_run *r, double h)
+{
+    const mbs_state *s = r->state;
+    double gap = widest_gap(r->method), way = s->near && s->rate > 0.0 ? s->start / s->rate / h : 0.0;
+    if (!(way > 0.0) || way >= 1.0 + gap)
+        return h;
+    if (way <= gap)
+        return h * (way / gap);
+    return way <= ASIDE * gap ? h : h * smaller(way - gap, 1.0);
 }
 
 /* ---- when they were passed ---- */

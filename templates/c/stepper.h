@@ -133,6 +133,7 @@ int mbs_keeps_rows(mbs_run *r);
 
 /* Over which part of a step over h, that failed, to make the next: `otherwise` far from singular positions. */
 double mbs_retreat(mbs_run *r, double h, double otherwise);
+double mbs_laid(const mbs_run *r, double h);
 
 /* Note which singular positions the step that is finished has passed. */
 void mbs_find_singular(mbs_run *r);

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from multibody_sym.simulation.problem import problem_of, settings_of
 from multibody_sym.simulation.runnable import runnable
 
 G, END = 9.81, 10.0
+EXAMPLE = Path(__file__).parents[2] / "examples" / "spatial_four_bar.yaml"
 WAYS = [
     ("dormand_prince_8", {"projection": True}),
     ("radau_5", {"projection": True}),
@@ -83,16 +85,49 @@ def test_two_windows_at_every_tolerance(method: str, constraints: dict[str, bool
         verify(compiled, 2, 10.0**-k)
 
 
+def test_steps_across_are_laid_before_they_are_tried() -> None:
+    """Nearly no trial fails, and no step is worse for being the first after a singular position."""
+    compiled = problem(windows(2), "radau_5", {"index_2": True})
+    run = integrate(replace(compiled, rtol=1e-11, atol=1e-11, samples=201))
+    exact = by_hand(2, run.t)[:, None]
+    assert run.statistics.rejected < 25
+    assert np.abs(run.q - np.where(run.u[:1] < 0.0, exact, -exact)).max() < 1e-7
+
+
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("method", "count", "finest", "between"),
-    [("dormand_prince_8", 40, 11, 0.2), ("radau_5", 40, 9, 1), ("radau_5", 12, 11, 1)],
+    ("method", "constraints", "count", "finest", "between"),
+    [(*WAYS[0], 40, 11, 0.2), (*WAYS[1], 40, 11, 1), (*WAYS[1], 12, 11, 1), (*WAYS[2], 40, 10, 1)],
 )
-def test_many_windows_at_many_tolerances(method: str, count: int, finest: int, between: float) -> None:
-    """Beside the line round-off of forty windows in the slopes is more than the finest tolerances of short steps."""
-    compiled = problem(windows(count), method, {"projection": True})
+def test_many_windows_at_many_tolerances(
+    method: str, constraints: dict[str, bool], count: int, finest: int, between: float
+) -> None:
+    """Beside the line round-off of forty windows in the slopes is more than steps of index 2 bear at 1e-11."""
+    compiled = problem(windows(count), method, constraints)
     for k in np.arange(6, finest + 0.1, between):
         verify(compiled, count, 10.0**-k)
+
+
+def verify_bennett_s(compiled: Problem, rtol: float) -> None:
+    """Verify the angles by G. T. Bennett (1903), and the energy."""
+    run = integrate(replace(compiled, rtol=rtol, atol=rtol, samples=501))
+    assert run.failure is None
+    a, b, alpha = 0.5, 0.3, np.pi / 3
+    beta = np.arcsin(b * np.sin(alpha) / a)
+    product = np.tan(run.q[:, 0] / 2) * np.tan(run.q[:, 1] / 2)
+    assert np.abs(product - np.sin((alpha + beta) / 2) / np.sin((alpha - beta) / 2)).max() < 1e-9 + 10 * rtol
+    assert np.abs(run.q[:, 0] + run.q[:, 2]).max() < 1e-9 + rtol
+    energy = sum(compiled.compiled.map("energy", run.t, run.q, run.u, compiled.parameters, [], compiled.modes))
+    assert np.ptp(energy) < 10 * rtol * energy[0]
+
+
+@pytest.mark.parametrize(("method", "constraints"), WAYS, ids=str)
+@pytest.mark.parametrize("between", [2.5, pytest.param(0.125, marks=pytest.mark.long)])
+def test_bennett_s_linkage_at_every_tolerance(method: str, constraints: dict[str, bool], between: float) -> None:
+    """In all of its positions three of its five rows depend on the others, by lengths and twists alone."""
+    compiled = problem(mbs.load(EXAMPLE), method, constraints)
+    for k in np.arange(6, 11.1, between):
+        verify_bennett_s(compiled, 10.0**-k)
 
 
 @pytest.mark.parametrize("drive", ["0", "1e5*(1 + 3*t - phi) + 1e3*(3 - u_phi)"], ids=["free", "stiff"])

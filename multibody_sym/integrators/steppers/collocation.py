@@ -165,8 +165,7 @@ class CollocationStepper:
                 self.expected = max(contraction, float_info.epsilon)
             if round_ == 1:
                 self.contraction = contraction
-            known = round_ > 0 or self.flow.step is None
-            if self._converged(size, before, contraction if known else 1.0):
+            if self._converged(size, before, contraction if self._known(round_) else 1.0):
                 return z
             growths += round_ > 0 and contraction >= 1.0
             if not size < math.inf or growths > (GROWTHS if self.flow.step is not None else 0):
@@ -175,6 +174,13 @@ class CollocationStepper:
                 break
             before = size
         raise StepError(Status.NOT_CONVERGED, t, worst)
+
+    def _known(self, round_: int) -> bool:
+        """Tell whether the contraction is one.
+
+        From far off, without a prediction, the first change is much larger than what it leaves; the next ones are not.
+        """
+        return round_ > 0 if self.flow.step is not None else round_ > 1 or self.before is not None
 
     def _residual(self, t: float, x: Floats, slope: Floats, h: float, z: Floats) -> Floats:
         """Return T^-1 (h start f(t, y) + h f(t + c h, y + z) - W E z)."""
