@@ -113,8 +113,22 @@ def _verify(parts: Sequence[_Part]) -> None:
     if not added > 0.0:
         mass = 1.0  # the centre is that of nothing
     elif mass <= _CANCELLED * added:
-        mass, masses = 1.0, np.full(len(parts), 1.0 / len(parts))
+        _verify_balance(parts, whose)
+        mass, masses = 1.0, np.full(len(parts), 1.0 / len(parts))  # any centre is as good as another
     _verify_inertia(parts, whose, (masses / mass) @ np.array([part.com for part in parts]))
+
+
+def _verify_balance(parts: Sequence[_Part], whose: str) -> None:
+    """Raise ModelError where masses cancel each other, but not their static moments."""
+    masses, centres = np.array([part.mass for part in parts]), np.array([part.com for part in parts])
+    sizes = np.abs(masses)
+    amid = sizes @ centres / sizes.sum()  # about a point near, as masses cancel but for rounding
+    moment = float(np.linalg.norm(masses @ (centres - amid)))
+    if moment > _ROUNDING * float(sizes @ np.linalg.norm(centres, axis=1)):
+        raise ModelError(
+            f"the mass of {whose} is 0, but not its static moment: {moment:.6g} kg m; no body has "
+            "this: correct a mass, or let the centres of mass meet"
+        )
 
 
 def _verify_inertia(parts: Sequence[_Part], whose: str, centre: Floats) -> None:

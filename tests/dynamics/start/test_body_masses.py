@@ -129,6 +129,28 @@ def test_holes_are_taken_out_of_what_they_are_welded_to() -> None:
         mbs.check(mbs.System("holed", bodies={"plate": far, "hole": hole}, joints=joints))
 
 
+def test_a_hole_as_heavy_as_its_body_has_its_centre() -> None:
+    """What is left has no mass; a static moment m_i r_i of nothing is no body's, its moment of inertia may be one."""
+
+    def left(place: list[float], com: float = 0.0) -> mbs.System:
+        inertia = {"Ixx": 0.25, "Iyy": 0.25, "Izz": 0.5}
+        disc = mbs.Body(mass=4, com=[com, 0, 0], inertia=inertia, frames={"side": {"position": place}})
+        hole = mbs.Body(mass=-4, inertia={"Ixx": -0.05, "Iyy": -0.05, "Izz": -0.1})
+        joints = {"hinge": mbs.Revolute("ground", "disc", q="phi"), "weld": mbs.Fixed("disc.side", "hole")}
+        return mbs.System("holed", bodies={"disc": disc, "hole": hole}, joints=joints)
+
+    for place in ([0.2, 0, 0], [0, 1e-3, 0], [0.2, 0, 0.1]):
+        with pytest.raises(
+            ModelError, match="the mass of disc together with hole is 0, but not its static moment"
+        ) as caught:
+            examined(left(place))
+        assert caught.value.where.path == ("bodies", "hole")
+    with pytest.raises(ModelError, match=r"static moment: 0\.8 kg m"):
+        examined(left([0.2, 0, 0]))
+    examined(left([0, 0, 0]))
+    examined(left([1 / 3, 0, 0], com=0.33333333))
+
+
 @pytest.mark.parametrize(
     "inertia",
     [{"Izz": 0.3}, {"Izz": 0.3, "Iyy": 0.1}, {"Ixx": 5}, {"Izz": 0.3, "Ixy": 0.1}, {"Izz": 0}, None],
