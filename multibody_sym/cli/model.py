@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from multibody_sym.dynamics.start.examined import numbers_of
-from multibody_sym.errors import MultibodyError, Where, at
+from multibody_sym.errors import InputError, MultibodyError, Where, at
 from multibody_sym.formats.reader import load_with_places
 from multibody_sym.model.system import System
 from multibody_sym.simulation.overrides import with_settings, with_values
@@ -34,6 +35,13 @@ def model(options: argparse.Namespace) -> Iterator[System]:
             with places.shown():
                 raise
         raise
+
+
+def verify_apart(file: str, target: str | None) -> None:
+    """Raise InputError where a result would replace the model file, under whatever name."""
+    both = target is not None and os.path.isfile(file) and os.path.isfile(target)
+    if both and target is not None and os.path.samefile(file, target):
+        raise InputError("this is the model itself; give the result another name", where=Where(file=target))
 
 
 def _option(path: tuple[str, ...], options: argparse.Namespace) -> str | None:

@@ -46,7 +46,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Answer:
     """Simulate and write what was asked for; a run that Ctrl-C ends keeps its rows."""
+    from multibody_sym.cli.model import verify_apart
+
     figure = _figure_name(options)
+    for target in (options.output, figure):
+        verify_apart(options.file, target)
     table = _recording(options.output)
     done = _simulated(options, table)
     if table is not None:

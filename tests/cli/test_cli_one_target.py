@@ -1,4 +1,4 @@
-"""`simulate -o` where another run writes the same file, where that is a pipe, and where names beside it are taken."""
+"""`simulate -o` where another run writes the same file, where it is a pipe or the model, and where names are taken."""
 
 from __future__ import annotations
 
@@ -79,3 +79,27 @@ def test_a_table_that_grows_beside_another_format_harms_no_csv(monkeypatch: pyte
     assert sorted(os.listdir()) == ["out.npz", "out.npz.csv"]
     assert Path("out.npz.csv").read_text() == "the user's own"
     assert len(read_table("out.npz")) == 11
+
+
+@pytest.mark.parametrize(
+    ("model", "options"),
+    [
+        ("run.csv", ["-o", "run.csv"]),
+        ("run.csv", ["-o", "./run.csv"]),
+        ("run.csv", ["-o", "link.csv"]),
+        ("run.png", ["--plot"]),
+        ("run.svg", ["-o", "out.csv", "--plot", "run.svg"]),
+    ],
+)
+def test_the_model_is_never_replaced_by_its_results(
+    capsys: pytest.CaptureFixture[str], model: str, options: list[str]
+) -> None:
+    text = (EXAMPLES / "pendulum.yaml").read_text()
+    Path(model).write_text(text)
+    Path("link.csv").symlink_to("run.csv")
+    assert main(["simulate", model, *RUN[2:], *options, "--json"]) == 2
+    error = json.loads(capsys.readouterr().out)["error"]
+    assert "the model itself" in error["message"]
+    assert error["where"]["file"] == (options[-1] if options != ["--plot"] else model)
+    assert Path(model).read_text() == text
+    assert sorted(os.listdir()) == ["link.csv", model]
