@@ -1,7 +1,7 @@
 """Prescribed motions that jump, in position or in speed: no finite force makes them, so that no run may begin.
 
-Between the zeros of their switching functions prescribed motions are smooth; at each zero on the way the values and the
-rates a little before and a little after are compared.
+Between the zeros of their switching functions, their branch points and their poles prescribed motions are smooth; at
+each of these on the way the values and the rates a little before and a little after are compared.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from multibody_sym.errors import ModelError, at
 from multibody_sym.integrators.looks import PROBE, Look, first_seen
 from multibody_sym.model.constraints import VelocityConstraint
 from multibody_sym.model.system import System, expressions
+from multibody_sym.scalars.branches import Branch, branches
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.kinks import switching_functions
@@ -27,6 +28,12 @@ _MOST_ZEROS: Final = 200  # of one switching function, at which jumps are looked
 _BESIDE: Final = 1e-12  # of the time, so far before and after a zero a motion is evaluated ...
 _FARTHER: Final = 100.0  # ... and so many times farther: what is no jump is larger there
 _ROUNDING: Final = 1e-9  # of the largest value, which is no jump
+_TOUCHED: Final = 1e-14  # of its size, less than which a function touches zero: round-off
+_CLEAR: Final = 1e-9  # of its size, so far from zero it must be again for its root to be known to many digits
+_BESIDE_TOUCHED: Final = (1e-6, 1e-5, 1e-4, 1e-3)  # of the time, the first is taken that is clear
+_BESIDE_POLE: Final = 1e-5  # of the time: nearer, the round-off of small quotients may seem a jump
+_FARTHER_BRANCH: Final = 10.0
+_ROUNDING_BRANCH: Final = 1e-4  # of a usual value
 
 Function = Callable[[float], float]
 
@@ -39,6 +46,15 @@ class Jump:
     of: str
     before: float
     after: float
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A time at which there may be a jump, and how far before and after it a motion is compared: each must tell it."""
+
+    time: float
+    beside: tuple[float, ...]
+    of_branch: bool = False
 
 
 def verify_motions(system: System, values: Mapping[Node, float], t_end: float) -> None:
@@ -71,20 +87,45 @@ def _message(jump: Jump, what: str, of_speeds: bool) -> str:
 def _first_jump(node: Node, values: Mapping[Node, float], t_end: float, *, with_rate: bool) -> Jump | None:
     """Return the first jump of an expression of time, or of its rate; None where it has no value."""
     switches = [g for g in switching_functions([node]) if _T in leaves([g], "symbol")]
-    if not switches:
+    bends = [b for b in branches([node], _T) if _T in leaves([b.switch], "symbol")]
+    if not switches and not bends:
         return None
     parts = {"value": _of_time(node, values)}
     if with_rate:
         parts["rate"] = _of_time(derivative(node, _T), values)
-    sizes = {of: max(abs(f(t_end * k / _PIECES)) for k in range(_PIECES + 1)) for of, f in parts.items()}
+    places = [
+        *(place for g in switches for place in _switching(_of_time(g, values), t_end)),
+        *(place for b in bends for place in _branching(b, values, t_end)),
+    ]
+    if not places:
+        return None
+    sizes = {of: sorted(abs(f(t_end * k / _PIECES)) for k in range(_PIECES + 1)) for of, f in parts.items()}
     found = [
-        jump
-        for g in switches
-        for time in islice(_zeros(_of_time(g, values), t_end), _MOST_ZEROS)
-        for of, f in parts.items()
-        if (jump := _jump(f, of, time, sizes[of], t_end)) is not None
+        jump for place in places for of, f in parts.items() if (jump := _jump(f, of, place, sizes[of])) is not None
     ]
     return min(found, key=lambda jump: jump.time, default=None)
+
+
+def _switching(g: Function, t_end: float) -> Iterator[_Place]:
+    """Yield where a switching function changes its sign."""
+    for time in islice(_zeros(g, t_end), _MOST_ZEROS):
+        yield _Place(time, (_BESIDE * t_end,))
+
+
+def _branching(branch: Branch, values: Mapping[Node, float], t_end: float) -> Iterator[_Place]:
+    """Yield where a branch is met: where its switch changes its sign and what must touch zero does so."""
+    times = islice(_zeros(_of_time(branch.switch, values), t_end), _MOST_ZEROS)
+    if branch.touching is None:
+        yield from (_Place(time, (_BESIDE * t_end, _BESIDE_POLE * t_end), of_branch=True) for time in times)
+        return
+    touching = _of_time(branch.touching, values)
+    scale = branch.scale or max(abs(touching(t_end * k / _PIECES)) for k in range(_PIECES + 1))
+    for time in times:
+        if abs(touching(time)) <= _TOUCHED * scale:
+            for beside in (part * t_end for part in _BESIDE_TOUCHED):
+                if min(touching(time - beside), touching(time + beside)) > _CLEAR * scale:
+                    yield _Place(time, (beside,), of_branch=True)
+                    break
 
 
 def _of_time(node: Node, values: Mapping[Node, float]) -> Function:
@@ -104,13 +145,22 @@ def _of_time(node: Node, values: Mapping[Node, float]) -> Function:
     return function
 
 
-def _jump(f: Function, of: str, time: float, size: float, t_end: float) -> Jump | None:
-    """Return the jump of f at a time, if it is one: a change that does not go down with the distance."""
-    beside = _BESIDE * t_end
-    before, after = f(time - beside), f(time + beside)
-    farther = abs(f(time + _FARTHER * beside) - f(time - _FARTHER * beside))
-    change, size = abs(after - before), max(size, abs(before), abs(after))
-    return Jump(time, of, before, after) if change > _ROUNDING * size and change > 0.5 * farther else None
+def _jump(f: Function, of: str, place: _Place, sizes: list[float]) -> Jump | None:
+    """Return the jump of f at a place, if it is one: a change that does not go down with the distance.
+
+    `sizes` are values of f on the way, rising: beside a branch a usual one is what counts, as poles are no measure.
+    """
+    usual, rounding, ratio = sizes[-1], _ROUNDING, _FARTHER
+    if place.of_branch:
+        usual, rounding, ratio = sizes[len(sizes) * 9 // 10], _ROUNDING_BRANCH, _FARTHER_BRANCH
+    for beside in place.beside:
+        before, after = f(place.time - beside), f(place.time + beside)
+        farther = abs(f(place.time + ratio * beside) - f(place.time - ratio * beside))
+        change, size = abs(after - before), max(usual, abs(before), abs(after))
+        if not (change > rounding * size and change > 0.5 * farther):
+            return None
+    nearest = place.beside[0]
+    return Jump(place.time, of, f(place.time - nearest), f(place.time + nearest))
 
 
 def _zeros(g: Function, t_end: float) -> Iterator[float]:

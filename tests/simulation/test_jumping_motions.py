@@ -8,6 +8,8 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.errors import ModelError
+from multibody_sym.scalars.node import symbol
+from multibody_sym.simulation.smooth_motions import verify_motions
 
 SWUNG = """
 multibody_sym: 1
@@ -76,6 +78,74 @@ def test_a_motion_whose_speed_jumps_is_refused_until_impacts_are_computed(motion
     assert f"the rate of this motion jumps at t = {time} s, {rates}" in error.message
     assert "impact" in error.message
     assert error.where.path[:3] == ("joints", "slide", "motion")
+
+
+@pytest.mark.parametrize(
+    ("motion", "time"),
+    [
+        ("atan(tan(t))", math.pi / 2),
+        ("atan(sin(t)/cos(t))", math.pi / 2),
+        ("atan2(sin(t), cos(t))", math.pi),
+        ("atan2(sin(5*t), -2 + cos(t))", math.pi / 5),
+        ("0.1*tan(T*t)", math.pi / 2),
+        ("atan(1/(t - 1.3))", 1.3),
+        ("atan(1e-5*tan(t))", math.pi / 2),
+        ("sin(t) + 0.1*tanh((t - 1.3)^(-3))", 1.3),
+    ],
+)
+def test_a_motion_that_jumps_at_a_branch_or_a_pole_is_refused(motion: str, time: float) -> None:
+    error = refusal(SWUNG.replace("MOTION", motion))
+    assert f"this motion jumps at t = {time:.6g} s, from " in error.message
+    assert "nothing moves so" in error.message
+    assert error.where.path[:3] == ("joints", "slide", "motion")
+
+
+@pytest.mark.parametrize(
+    ("motion", "time", "rates"),
+    [
+        ("asin(sin(t))", math.pi / 2, "from 1 to -1"),
+        ("asin(sin(40*t))", math.pi / 80, "from 40 to -40"),
+        ("acos(cos(t + a))", math.pi - 0.25, "from 1 to -1"),
+        ("sqrt(sin(T*t)^2)", math.pi, "from -1 to 1"),
+        ("sqrt(1 - sin(t)^2)", math.pi / 2, "from -1 to 1"),
+        ("sqrt(4*(t - 1.3)^2)", 1.3, "from -2 to 2"),
+        ("cos(atan(tan(t)))", math.pi / 2, "from -1 to 1"),
+    ],
+)
+def test_a_motion_whose_speed_jumps_at_a_branch_is_refused(motion: str, time: float, rates: str) -> None:
+    error = refusal(SWUNG.replace("MOTION", motion))
+    assert f"the rate of this motion jumps at t = {time:.6g} s, {rates}" in error.message
+    assert error.where.path[:3] == ("joints", "slide", "motion")
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [
+        "atan2(0.3*sin(t), 1)",
+        "atan2(sin(9*t), 2 + cos(t))",
+        "atan2(t - 1.3, 1e-6)",
+        "asin(0.5*sin(t))",
+        "acos(0.9999*cos(5*t + 1))",
+        "asin(0.999999999*sin(t))",
+        "asin(1 - (t - 2)^4/32)",
+        "atan(t)",
+        "atan(sin(t - 1.3)/(t - 1.3))",
+        "tan(1.5*sin(t))",
+        "cos(2*atan(tan(t)))",
+        "sin(asin(sin(t)))",
+        "cos(atan2(sin(t), cos(t)))",
+        "sin(50*t)",
+        "sqrt(1 + t^2)",
+        "sqrt((t - 1.3)^2 + 1e-12)",
+        "sqrt(sin(t)^4)",
+        "(sin(t)^2)^(3/2)",
+        "where(t < 1, 0, (t - 1)^2)",
+        "where(t < 1, 0.2*t, 0.1*(t + acos(cos(0.5*t + 0.5)) + t/2 - 0.5))",
+    ],
+)
+def test_what_is_smooth_all_the_way_is_not_refused_for_its_functions(motion: str) -> None:
+    system = mbs.loads(SWUNG.replace("MOTION", motion))
+    verify_motions(system, {symbol("T"): 1.0, symbol("a"): 0.25}, 4.0)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,61 @@
+"""Where functions of time without comparisons may jump or bend all the same: at their branch points and poles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Final
+
+from multibody_sym.scalars.derivatives import derivative
+from multibody_sym.scalars.node import ONE, TWO, Node, cos, postorder, power, subtract
+
+_BOUNDED_AT_POLES: Final = ("atan", "tanh", "exp")
+
+
+@dataclass(frozen=True)
+class Branch:
+    """An expression may jump or bend where `switch` changes its sign and `touching`, if given, is zero as well.
+
+    `touching` is never negative. `scale` is the size of what it is a difference of, if that is known.
+    """
+
+    switch: Node
+    touching: Node | None = None
+    scale: float = 0.0
+
+
+def branches(nodes: Iterable[Node], time: Node) -> list[Branch]:
+    """Return where expressions of time may jump or bend without comparing anything, each once.
+
+    An arc sine or cosine bends where its argument turns back at 1 or -1, a root where its argument turns back at zero.
+    A tangent jumps at its poles, atan2(y, x) where y changes its sign or both do, and a function that is bounded at a
+    pole of its argument may jump there.
+    """
+    found = (b for n in postorder(nodes) if n.shadow is None for b in _branches(n, time))
+    return [b for b in dict.fromkeys(found) if b.switch.shadow is None]
+
+
+def _branches(n: Node, time: Node) -> Iterator[Branch]:
+    if n.op in ("asin", "acos"):
+        left = subtract(ONE, power(n.args[0], TWO))
+        yield Branch(derivative(n.args[0], time), left, 1.0)
+    elif _is_root(n):
+        yield Branch(derivative(n.args[0], time), n.args[0])
+    elif n.op == "tan":
+        yield Branch(cos(n.args[0]))
+    elif n.op == "atan2":
+        yield from map(Branch, n.args)
+    elif n.op in _BOUNDED_AT_POLES:
+        yield from (Branch(d) for part in postorder(n.args) for d in _denominators(part))
+
+
+def _is_root(n: Node) -> bool:
+    exponent = n.args[1].shadow if n.op == "pow" else None
+    return n.op == "sqrt" or (exponent is not None and not exponent.is_integer())
+
+
+def _denominators(n: Node) -> Iterator[Node]:
+    if n.op == "div":
+        yield n.args[1]
+    elif n.op == "pow" and n.args[1].shadow is not None and n.args[1].shadow < 0.0:
+        yield n.args[0]
