@@ -36,6 +36,7 @@ class Status(IntEnum):
     SINGULAR = 9
     INTERRUPTED = -1
     LEFT = -2
+    NO_SLOPE = -3
 
 
 class StepError(Exception):

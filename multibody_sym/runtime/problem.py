@@ -136,7 +136,7 @@ class RunFailure:
     """Why a run ended early: `status` at `time`, in a `component`.
 
     NOT_FINITE, STEP_UNDERFLOW, NOT_CONVERGED: component of (q, u) whose derivative is not finite, whose error does not
-    get small, or that Newton's iteration moves most;
+    get small, or that Newton's iteration moves most; NO_SLOPE: the one whose rate has no finite derivative;
     NOT_CLOSED, CONTRADICTION, LEFT: the row that is broken; None for STEP_LIMIT, INTERRUPTED and
     SINGULAR: rows become dependent there.
     """

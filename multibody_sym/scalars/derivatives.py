@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import lru_cache
 from typing import Final
 
 from multibody_sym.scalars.node import (
@@ -10,10 +11,12 @@ from multibody_sym.scalars.node import (
     TWO,
     ZERO,
     Node,
+    absolute,
     add,
     cos,
     divide,
     exp,
+    less,
     less_equal,
     log,
     multiply,
@@ -28,14 +31,39 @@ from multibody_sym.scalars.node import (
     where,
 )
 
+_KINKS: Final = ("abs", "sign", "min", "max", "less", "less_equal", "where")
+
+
+@lru_cache(maxsize=4096)
+def _has_kink(a: Node) -> bool:
+    """Tell whether an expression may stay zero over a whole region, as max(x, 0) and |x| + x do."""
+    return any(n.op in _KINKS for n in postorder([a]))
+
+
+def _slope_of_root(a: Node, slope: Callable[[Node], Node], base: Node, applies: Node = ONE) -> Node:
+    """Return slope(base), infinite at base = 0; where it `applies`, and `a` of which base is made has a kink, 0 there.
+
+    A one-sided law, sqrt(max(x, 0)), is at zero over a whole region: what is infinite there times the derivative
+    of `max`, zero, would be no number. At the very edge the slope on the flat side is as right as the infinite one.
+    """
+    if applies.shadow == 0.0 or not _has_kink(a):
+        return slope(base)
+    flat = where(applies, less_equal(absolute(base), ZERO), ZERO)
+    return where(flat, ZERO, slope(where(flat, ONE, base)))
+
 
 def _power_partials(n: Node, a: Node, b: Node) -> tuple[Node, Node]:
-    left = multiply(b, power(a, subtract(b, ONE)))
-    return left, ZERO if b.shadow is not None else multiply(n, log(a))
+    is_root = less(multiply(b, subtract(b, ONE)), ZERO)
+    left = _slope_of_root(a, lambda base: multiply(b, power(base, subtract(b, ONE))), a, is_root)
+    return left, ZERO if b.shadow is not None else multiply(n, _slope_of_root(a, log, a))
 
 
-def _root_of_one_minus_square(a: Node) -> Node:
-    return sqrt(subtract(ONE, power(a, TWO)))
+def _sqrt_partials(n: Node, a: Node) -> tuple[Node]:
+    return (_slope_of_root(a, lambda root: divide(ONE, multiply(TWO, root)), n),)
+
+
+def _asin_slope(a: Node) -> Node:
+    return _slope_of_root(a, lambda root: divide(ONE, root), sqrt(subtract(ONE, power(a, TWO))))
 
 
 def _atan2_partials(n: Node, y: Node, x: Node) -> tuple[Node, Node]:
@@ -56,8 +84,8 @@ _PARTIALS: Final[dict[str, Callable[..., tuple[Node, ...]]]] = {
     "sin": lambda n, a: (cos(a),),
     "cos": lambda n, a: (negate(sin(a)),),
     "tan": lambda n, a: (add(ONE, power(n, TWO)),),
-    "asin": lambda n, a: (divide(ONE, _root_of_one_minus_square(a)),),
-    "acos": lambda n, a: (negate(divide(ONE, _root_of_one_minus_square(a))),),
+    "asin": lambda n, a: (_asin_slope(a),),
+    "acos": lambda n, a: (negate(_asin_slope(a)),),
     "atan": lambda n, a: (divide(ONE, add(ONE, power(a, TWO))),),
     "atan2": _atan2_partials,
     "sinh": lambda n, a: (divide(add(exp(a), exp(negate(a))), TWO),),
@@ -65,7 +93,7 @@ _PARTIALS: Final[dict[str, Callable[..., tuple[Node, ...]]]] = {
     "tanh": lambda n, a: (subtract(ONE, power(n, TWO)),),
     "exp": lambda n, a: (n,),
     "log": lambda n, a: (divide(ONE, a),),
-    "sqrt": lambda n, a: (divide(ONE, multiply(TWO, n)),),
+    "sqrt": _sqrt_partials,
     "abs": lambda n, a: (sign(a),),
     "sign": lambda n, a: (ZERO,),
     "min": lambda n, a, b: _choice(less_equal(a, b)),

@@ -43,6 +43,12 @@ def failure_message(run: Trajectory, failure: RunFailure) -> str:
     what = _component(mechanism, failure)
     if failure.status is Status.NOT_FINITE:
         return f"{what} {when}: a force or an expression has no finite value there, or the motion grows without bound"
+    if failure.status is Status.NO_SLOPE:
+        name = run.problem.method.name
+        return (
+            f"the rate of {what} has no finite derivative {when}, which {name} needs: an expression, "
+            "such as a root at zero, rises without bound there; take an explicit method, or bound its slope"
+        )
     if failure.status is Status.STEP_UNDERFLOW and failure.component is None:
         name = run.problem.method.name
         return (

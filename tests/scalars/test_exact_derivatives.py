@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from fractions import Fraction
+
 import numpy as np
 import pytest
 import sympy
@@ -9,7 +12,22 @@ from random_expressions import LEAVES, random_expression, random_point
 
 from multibody_sym.scalars.derivatives import adjoints, derivative, gradient, partials, tangents
 from multibody_sym.scalars.functions import evaluate_float, sin
-from multibody_sym.scalars.node import ONE, ZERO, as_node, postorder, slot, symbol
+from multibody_sym.scalars.node import (
+    ONE,
+    ZERO,
+    Node,
+    absolute,
+    acos,
+    as_node,
+    maximum,
+    minimum,
+    number,
+    postorder,
+    power,
+    slot,
+    sqrt,
+    symbol,
+)
 from multibody_sym.scalars.sympy_bridge import to_sympy
 
 x, y, t = symbol("x"), symbol("y"), symbol("t")
@@ -85,3 +103,35 @@ def test_size_of_a_gradient_is_a_small_multiple_of_the_expression() -> None:
 def test_partials_of_operations() -> None:
     assert partials(x * y) == ((y, x) if (x * y).args == (x, y) else (x, y))
     assert partials(sin(x))[0] is symbol("x") or partials(sin(x))[0].op == "cos"
+
+
+FLAT = maximum(x, ZERO)
+
+
+@pytest.mark.parametrize(
+    ("law", "on", "slope"),
+    [
+        (sqrt(FLAT), 4.0, 1 / 4),
+        (sqrt(absolute(x) + x), 2.0, 2 / (2 * math.sqrt(4))),
+        (power(FLAT, number(Fraction(1, 3))), 8.0, 1 / 12),
+        (power(FLAT, y), 4.0, 1 / 4),
+        (acos(minimum(x + ONE, ONE)), -1.0, -1.0),
+    ],
+)
+def test_a_root_of_what_stays_zero_stays_zero(law: Node, on: float, slope: float) -> None:
+    """Off the law, here on the other side of its edge x = 0, and at the edge; on it the slope is the usual one."""
+    for found in (derivative(law, x), gradient(law, [x])[0]):
+        assert evaluate_float([found], {x: on, y: 0.5}) == pytest.approx([slope])
+        for off in (-math.copysign(1.0, on), 0.0):
+            assert evaluate_float([found], {x: off, y: 0.5}) == [0.0]
+
+
+def test_the_exponent_of_what_stays_zero_changes_nothing() -> None:
+    slope = derivative(power(FLAT, y), y)
+    assert evaluate_float([slope], {x: -1.0, y: 1.5}) == [0.0]
+    assert evaluate_float([slope], {x: 4.0, y: 1.5}) == pytest.approx([8 * math.log(4)])
+
+
+def test_roots_without_a_kink_and_higher_powers_are_differentiated_without_choices() -> None:
+    for law in (sqrt(x * y), power(x, y), acos(x), power(FLAT, number(Fraction(3, 2))), power(FLAT, number(-3))):
+        assert not any(n.op in ("where", "less") for n in postorder(partials(law)[:1]))

@@ -53,3 +53,17 @@ def test_a_library_that_gives_up_is_named_and_no_coordinate_is_blamed(monkeypatc
         mbs.simulate(mbs.loads(GOVERNOR), t_end=1, method="BDF", samples=11, backend="python")
     assert str(caught.value).startswith("BDF takes no further step at t = 0 s")
     assert "on account of" not in str(caught.value)
+
+
+@pytest.mark.parametrize("method", ["BDF", "Radau"])
+def test_a_rate_without_a_finite_derivative_is_named(method: str) -> None:
+    block = """
+multibody_sym: 1
+name: edge
+bodies: {block: {mass: 1}}
+joints: {slide: {type: prismatic, parent: ground, child: block, axis: x, q: x}}
+forces: {push: {type: force, on: block, value: [1 - sqrt(x), 0, 0]}}
+"""
+    told = f"the rate of u_x has no finite derivative at t = 0 s, which {method} needs"
+    with pytest.raises(FailedRunError, match=told):
+        mbs.simulate(mbs.loads(block), t_end=1, method=method, samples=2, backend="python")

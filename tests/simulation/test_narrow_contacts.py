@@ -164,3 +164,11 @@ def test_bodies_on_a_line_touch_until_they_part(method: str) -> None:
         run = mbs.simulate(system, t_end=2000, method=method, parameters=parameters, samples=2)
         found = [run[f"u_x{n}"][-1] for n in "abc"]
         np.testing.assert_allclose(found, collided(masses, places, speeds), atol=1e-3 * np.abs(speeds).max())
+
+
+@pytest.mark.parametrize("method", ["BDF", "Radau", "radau_5"])
+def test_implicit_methods_meet_a_one_sided_root(method: str) -> None:
+    """Before the contact its force is the root of zero, which stays zero: equal bodies exchange their speeds."""
+    system = mbs.loads(PAIR.replace("-k*max(R - distance, 0)", "-100*sqrt(max(0.1 - distance, 0))"))
+    run = mbs.simulate(system, t_end=2, method=method, backend="python", samples=2)
+    assert (run["u_xa"][-1], run["u_xb"][-1]) == pytest.approx((0, 2), abs=1e-6)

@@ -52,9 +52,18 @@ def _jacobian(flow: Flow) -> Callable[[float, Floats], Floats] | None:
 
     def jacobian(t: float, x: Floats) -> Floats:
         flow.counts.jacobians += 1
-        return stages.jacobian(t, np.array(x))
+        found = stages.jacobian(t, np.array(x))
+        _require_slopes(found, t)
+        return found
 
     return jacobian
+
+
+def _require_slopes(jacobian: Floats, t: float) -> None:
+    """Raise StepError with the first row that is not finite: no library says more of it than that it stops."""
+    finite = np.isfinite(jacobian).all(axis=1)
+    if not finite.all():
+        raise StepError(Status.NO_SLOPE, t, int(np.argmin(finite)))
 
 
 def _step_after_event(flow: Flow, t: float, x: Floats) -> float | None:
@@ -165,7 +174,9 @@ class _Ida:
     def jacobian(self, t: float, y: Floats, rates: Floats, residual: Floats, cj: float, into: Floats) -> None:
         self.flow.counts.jacobians += 1
         self.whole[self.active] = y
-        into[:] = self.equations.jacobian(t, self.whole)[np.ix_(self.active, self.active)]
+        found = self.equations.jacobian(t, self.whole)[np.ix_(self.active, self.active)]
+        _require_slopes(found[: self.size], t)
+        into[:] = found
         into[range(self.size), range(self.size)] -= cj
 
     def advance(self) -> None:
