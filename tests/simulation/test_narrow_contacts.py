@@ -172,3 +172,12 @@ def test_implicit_methods_meet_a_one_sided_root(method: str) -> None:
     system = mbs.loads(PAIR.replace("-k*max(R - distance, 0)", "-100*sqrt(max(0.1 - distance, 0))"))
     run = mbs.simulate(system, t_end=2, method=method, backend="python", samples=2)
     assert (run["u_xa"][-1], run["u_xb"][-1]) == pytest.approx((0, 2), abs=1e-6)
+
+
+@pytest.mark.parametrize("method", ["BDF", "Radau", "LSODA", "RK45"])
+def test_libraries_meet_a_contact_that_jumps(method: str) -> None:
+    """The bodies part again after 2 v / (F/mu): with the constant force 100 N it takes 0.02 s."""
+    system = mbs.loads(PAIR.replace("-k*max(R - distance, 0)", "-50*(1 + sign(0.1 - distance))"))
+    run = mbs.simulate(system, t_end=20, method=method, backend="python", samples=2)
+    assert (run["u_xa"][-1], run["u_xb"][-1]) == pytest.approx((0, 2), abs=1e-6)
+    assert [event.time for event in run.integration.events] == pytest.approx([1.45, 1.47], abs=1e-7)

@@ -283,11 +283,15 @@ class _Crossing:
             return values_at(t + theta * h, hermite(x, slopes[0], solver.x, slopes[1], h, theta))
 
         ways = (along, lambda theta: self._at(t + theta * h, solver))
-        part = min(self._part_seen(way, values) for way in ways)
+        least = float(np.spacing(abs(t))) / h
+        part = min(self._part_seen(way, values, least) for way in ways)
         return t + h * part if part < 1.0 else solver.t
 
-    def _part_seen(self, way: Callable[[float], Floats], values: Floats) -> float:
-        """Return the first part of a step at which something has crossed on a way; 1 if nothing does."""
+    def _part_seen(self, way: Callable[[float], Floats], values: Floats, least: float) -> float:
+        """Return the first part of a step at which something has crossed on a way; 1 if nothing does.
+
+        Up to the part `least`, in which time does not move, everything is on its side, whatever round-off says.
+        """
         start, after, before = (way(part) for part in (0.0, PROBE, 1.0 - PROBE))
         self.sides = np.where(self.sides == 0.0, np.sign(after), self.sides)
         sides, high = self.sides, 1.0
@@ -295,13 +299,18 @@ class _Crossing:
         for index in np.flatnonzero(ends.uncertain() & ~(self.terminal & (sides > 0.0))).tolist():
 
             def value(theta: float, i: int = index) -> float:
-                return float(sides[i] * way(theta)[i])
+                found = float(sides[i] * way(theta)[i])
+                return max(found, 0.0) if theta <= least else found
 
             seen = first_seen(value, *ends.looks(index))
             high = high if seen is None else min(high, seen)
         return high
 
     def _time(self, index: int, t: float, end: float, solver: _Solver) -> float:
+        """Return where a function that has crossed at `end` does, within round-off, on the far side.
+
+        Steps that start before a jump that is theirs at once find no stages: their first guess is of the near side.
+        """
         from scipy.optimize import brentq
 
         def g(time: float) -> float:
@@ -309,4 +318,10 @@ class _Crossing:
                 return float(self.sides[index]) * 1e-300  # still on its side, whatever round-off says
             return float(self._at(time, solver)[index])
 
-        return float(brentq(g, t, end, xtol=4e-16 * max(1.0, abs(end)), rtol=1e-15))
+        if not t < end:
+            return end
+        found = float(brentq(g, t, end, xtol=4e-16 * max(1.0, abs(end)), rtol=1e-15))
+        further = float(np.spacing(abs(found)))
+        while found < end and not self.sides[index] * g(found) < 0.0:
+            found, further = min(found + further, end), 2.0 * further
+        return found
