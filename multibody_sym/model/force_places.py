@@ -94,7 +94,7 @@ def _withheld(resolved: Mechanism, system: System) -> dict[str, Withheld]:
     for row in rows:
         named = _named_speeds(resolved, row.zero)
         joints = {name for name, body in bodies.items() if named.intersection(body.u)}
-        for joint in graph.ways(joints):
+        for joint in graph.ways(joints) if joints else ():  # a row that names no coordinate exerts nothing
             told = _told(bodies[joint], named) if joint in bodies else _told_of_cut(system, joint)
             for component in (c for c in possible if c not in told):
                 reached.setdefault(joint, {}).setdefault(component, set()).add(row.name)
