@@ -19,12 +19,12 @@ from multibody_sym.analysis.deviations import Flow
 from multibody_sym.analysis.periodic import Multipliers, multipliers_of
 from multibody_sym.analysis.steadiness import NO_EIGENVALUES, constancy_of
 from multibody_sym.dynamics.routes import verify_formalism
-from multibody_sym.dynamics.start.examined import examined, on_numbers
+from multibody_sym.dynamics.start.examined import blame_numbers, examined, on_numbers
 from multibody_sym.dynamics.start.start import Start, start, verify_regular_start
-from multibody_sym.errors import ModelError, NoSolutionError
+from multibody_sym.errors import ModelError, NoSolutionError, Where
 from multibody_sym.model.mechanism import TIME, Mechanism
 from multibody_sym.model.system import System
-from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.numerics.numbers import number
 from multibody_sym.numerics.rounding import eigenvalues, without_rounding
 from multibody_sym.scalars.node import leaves
@@ -86,8 +86,8 @@ def linearize(system: System, *, formalism: str | None = None) -> Linearization:
     """Return the linearisation of a system about its start, in coordinates of its joints.
 
     Inputs that change with time are held at their values at t = 0.
-    Raises InputError, and NoSolutionError where there is no start, it is a singular position, or it moves such that A
-    is not constant, by name.
+    Raises InputError, and NoSolutionError where there is no start, it is a singular position, a force has no derivative
+    there, or it moves such that A is not constant, by name.
     """
     flow, begin = _started(system, formalism)
     q, u = np.array(begin.q, dtype=float), np.array(begin.u, dtype=float)
@@ -115,7 +115,29 @@ def _started(system: System, formalism: str | None) -> tuple[Flow, Start]:
     resolved = declared.relative or declared
     begin = start(resolved, project=system.simulation.project)
     verify_regular_start(resolved, begin)
-    return Flow(resolved, begin.parameters, formalism), begin
+    flow = Flow(resolved, begin.parameters, formalism)
+    if not _has_slopes(flow, begin):
+        blame_numbers(system)
+        raise _without_slopes(flow, begin)
+    return flow, begin
+
+
+def _without_slopes(flow: Flow, begin: Start) -> NoSolutionError:
+    """Return the error that A has no finite value at the start, with the force without which it has one."""
+    loads = flow.mechanism.loads
+    for load in loads:
+        without = replace(flow.mechanism, loads=tuple(x for x in loads if x.name != load.name))
+        if _has_slopes(replace(flow, mechanism=without), begin):
+            message = f"A has no finite value at the start: {load.name} has no derivative there; start beside it"
+            return NoSolutionError(message, where=Where(path=("forces", load.name)))
+    return NoSolutionError("A has no finite value at the start: a force or an input has no derivative there")
+
+
+def _has_slopes(flow: Flow, begin: Start) -> bool:
+    try:
+        return all(np.isfinite(x).all() for x in flow.derivatives(flow.known(begin.q, begin.u)))
+    except UNDEFINED:
+        return False
 
 
 def _settled(flow: Flow, q: Floats, u: Floats) -> Linearization:

@@ -10,6 +10,7 @@ little by which the numbers of a start miss a steady motion.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final
 
@@ -123,11 +124,16 @@ class _Path:
         return by_state[self.tangents.places] @ self.flow.span(known, self.tangents.places)
 
     def rounding(self, q: Floats, u: Floats, t: float = 0.0) -> Floats:
-        """Return what rounding of a state and of the parameters makes of A, seen at a few states beside it."""
+        """Return what rounding of a state and of the parameters makes of A, seen at a few states beside it.
+
+        Those at which A has no value tell nothing: a force may end at the state itself.
+        """
         rng, here = np.random.default_rng(_SEED), self.A(q, u, t)
         found = np.zeros_like(here)
         for _ in range(_SAMPLES):
-            found = np.maximum(found, np.abs(self._matrix(self._rounded(q, u, t, rng)) - here))
+            with suppress(*UNDEFINED, np.linalg.LinAlgError):
+                change = np.abs(self._matrix(self._rounded(q, u, t, rng)) - here)
+                found = np.maximum(found, np.where(np.isfinite(change).all(), change, 0.0))
         return least_rounding(here, _SAFETY * (found + EPSILON * np.abs(here)))
 
     def _rounded(self, q: Floats, u: Floats, t: float, rng: np.random.Generator) -> tuple[npt.ArrayLike, ...]:

@@ -401,3 +401,28 @@ joints:
     assert np.abs(found.multipliers) == pytest.approx([1, 1], abs=1e-7)  # fast shaking holds it upright
     with pytest.raises(mbs.NoSolutionError, match=r"does not repeat itself after 0\.03 s"):
         period_multipliers(shaken, 0.03)
+
+
+def one_sided(value: str) -> mbs.System:
+    """Return a pendulum that hangs, with a torque."""
+    swinging = pendulum(0.0)
+    forces = {"smooth": mbs.Damper(0.3, joint="hinge"), "f": mbs.Torque(value, joint="hinge")}
+    return mbs.System(
+        "one_sided", gravity=swinging.gravity, bodies=swinging.bodies, joints=swinging.joints, forces=forces
+    )
+
+
+def test_a_force_without_a_derivative_at_the_start_leaves_no_matrix() -> None:
+    """d sqrt(-x)/dx = -1/(2 sqrt(-x)) passes all bounds at 0."""
+    for ask in (mbs.linearize, lambda system: period_multipliers(system, 1.0)):
+        with pytest.raises(
+            mbs.NoSolutionError, match="A has no finite value at the start: f has no derivative"
+        ) as caught:
+            ask(one_sided("sqrt(0-theta)"))
+        assert caught.value.where.path == ("forces", "f")
+
+
+def test_states_beside_the_start_without_a_value_hide_no_matrix() -> None:
+    """d (-x)^(3/2)/dx is 0 at 0, and not real beyond: 2 l^2 theta'' + c theta' + 2 g l theta = 0 is left."""
+    found = mbs.linearize(one_sided("(0-theta)**1.5"))
+    assert found.A[1] == pytest.approx([-9.81 / 0.5, -0.3 / (2 * 0.25)], rel=1e-12)
