@@ -18,8 +18,8 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from multibody_sym.errors import ModelError, at
-from multibody_sym.model.constraints import CONSTRAINTS
-from multibody_sym.model.joints import Step
+from multibody_sym.model.constraints import CONSTRAINTS, Gear
+from multibody_sym.model.joints import Prismatic, Step
 from multibody_sym.model.mechanism import (
     COMPONENTS,
     ExpressionRow,
@@ -36,6 +36,8 @@ from multibody_sym.scalars.node import Node, leaves
 _IN_PLANE: Final = ("fx", "fy", "mz")
 _INSTEAD: Final[Mapping[str, str]] = {
     "gear": "give the gear radii: [r1, r2]",
+    "gear on a rack": "let the wheel roll on a plane of the rack (type: rolling)",
+    "gear between slides": "declare a rope or a rod",
     "velocity": "declare rolling where wheels roll",
 }
 _ELSE: Final = "declare a rope round the wheel, a rod, a gear with radii"
@@ -110,7 +112,12 @@ def _withheld(resolved: Mechanism, system: System) -> dict[str, Withheld]:
 
 
 def _kind(system: System, name: str) -> str:
-    declared = type(system.constraints[name])
+    """Return what kind of constraint one is; of gears also whether both joints have wheels, which alone have radii."""
+    constraint = system.constraints[name]
+    if isinstance(constraint, Gear):
+        slides = sum(isinstance(system.joints[joint], Prismatic) for joint in constraint.joints)
+        return ("gear", "gear on a rack", "gear between slides")[slides]
+    declared = type(constraint)
     return next(kind for kind, element in CONSTRAINTS.table.items() if element is declared)
 
 

@@ -264,3 +264,17 @@ def test_exported_code_leaves_out_outputs_without_a_value(tmp_path: Path) -> Non
     assert names["outputs"] == ["side", "force"]
     assert names["withheld_outputs"] == ["bearing"]
     assert "string" in names["withheld_reasons"][0]
+
+
+def test_a_rack_is_told_to_let_its_wheel_roll() -> None:
+    """Radii are for wheels on hinges: a rack has none, and where its pinion rolls on it the force acts."""
+    for kind, told in (("gear", "type: rolling"), ("coupler", "declare a rope")):
+        (reason,) = mbs.solve(mbs.loads(DRUM + TIES[kind])).withheld_reasons
+        assert told in reason
+        assert "acts: in_joints" in reason
+    wheels = DRUM.replace(
+        "prismatic, parent: ground.side, child: block, axis: -y", "revolute, parent: ground.side, child: block"
+    )
+    (reason,) = mbs.solve(mbs.loads(wheels + TIES["gear"])).withheld_reasons
+    assert "give the gear radii" in reason
+    assert "rolling" not in reason
