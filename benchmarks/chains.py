@@ -32,11 +32,11 @@ from multibody_sym.dynamics.formalisms.block_ldl import block_ldl
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.elements import Body
-from multibody_sym.model.joints import Joint, Revolute, Spherical
-from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.joints import Joint, Revolute, Spherical
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.program.measures import operation_count
 from multibody_sym.runtime.loading import Compiled, load
 

@@ -24,9 +24,9 @@ from sympy.core.cache import clear_cache
 from sympy.physics import mechanics
 
 from multibody_sym.dynamics.derive import derive
-from multibody_sym.model.elements import Body
-from multibody_sym.model.joints import Revolute
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.joints import Revolute
+from multibody_sym.model.declaration.system import System
 
 ROUNDS: Final = 3
 INERTIA: Final = ("Ixx", "Iyy", "Izz", "Ixy", "Iyz", "Ixz")

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from multibody_sym.formats.reader import load, loads
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.system import System
 from multibody_sym.simulation.simulate import simulate
 from multibody_sym.simulation.trajectory import Trajectory
 

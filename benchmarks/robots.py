@@ -27,9 +27,9 @@ from multibody_sym.dynamics.programs.system import state_derivative
 from multibody_sym.dynamics.routes import FORMALISMS, cheapest
 from multibody_sym.formats.urdf import UrdfNotice, load_urdf
 from multibody_sym.kinematics.state import slot_state
-from multibody_sym.model.elements import Torque
-from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.resolve import mechanism
+from multibody_sym.model.declaration.forces import Torque
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.program.measures import operation_count
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace

@@ -40,11 +40,11 @@ from multibody_sym.dynamics.formalisms.inverse_dynamics import forcing
 from multibody_sym.dynamics.formalisms.sweep import Sweep, swept_joints
 from multibody_sym.kinematics.alignment import economical_motion
 from multibody_sym.kinematics.state import arrays, slot_state
-from multibody_sym.model.elements import Body
-from multibody_sym.model.joints import Spherical
-from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.joints import Spherical
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.program.measures import operation_count
 from multibody_sym.program.program import Array, Program
 from multibody_sym.program.trace import Trace

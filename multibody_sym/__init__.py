@@ -28,56 +28,56 @@ if TYPE_CHECKING:
     from multibody_sym.formats.urdf import load_urdf as load_urdf
     from multibody_sym.formats.writer import dump as dump
     from multibody_sym.formats.writer import dumps as dumps
-    from multibody_sym.model.constraints import Coupler as Coupler
-    from multibody_sym.model.constraints import Distance as Distance
-    from multibody_sym.model.constraints import Expression as Expression
-    from multibody_sym.model.constraints import Gear as Gear
-    from multibody_sym.model.constraints import Line as Line
-    from multibody_sym.model.constraints import Plane as Plane
-    from multibody_sym.model.constraints import PointInPlane as PointInPlane
-    from multibody_sym.model.constraints import PointOnLine as PointOnLine
-    from multibody_sym.model.constraints import PrescribedMotion as PrescribedMotion
-    from multibody_sym.model.constraints import Rolling as Rolling
-    from multibody_sym.model.constraints import Rope as Rope
-    from multibody_sym.model.constraints import VelocityConstraint as VelocityConstraint
-    from multibody_sym.model.elements import Ask as Ask
-    from multibody_sym.model.elements import Baumgarte as Baumgarte
-    from multibody_sym.model.elements import Body as Body
-    from multibody_sym.model.elements import Damper as Damper
-    from multibody_sym.model.elements import Drag as Drag
-    from multibody_sym.model.elements import Force as Force
-    from multibody_sym.model.elements import Frame as Frame
-    from multibody_sym.model.elements import GroundMotion as GroundMotion
-    from multibody_sym.model.elements import Motor as Motor
-    from multibody_sym.model.elements import Parameter as Parameter
-    from multibody_sym.model.elements import Pull as Pull
-    from multibody_sym.model.elements import Pulley as Pulley
-    from multibody_sym.model.elements import Settings as Settings
-    from multibody_sym.model.elements import Shape as Shape
-    from multibody_sym.model.elements import SpringDamper as SpringDamper
-    from multibody_sym.model.elements import Stabilisation as Stabilisation
-    from multibody_sym.model.elements import Surface as Surface
-    from multibody_sym.model.elements import Torque as Torque
-    from multibody_sym.model.elements import Turn as Turn
-    from multibody_sym.model.joints import Custom as Custom
-    from multibody_sym.model.joints import Cylindrical as Cylindrical
-    from multibody_sym.model.joints import Direct as Direct
-    from multibody_sym.model.joints import Fixed as Fixed
-    from multibody_sym.model.joints import Free as Free
-    from multibody_sym.model.joints import Initial as Initial
-    from multibody_sym.model.joints import Limits as Limits
-    from multibody_sym.model.joints import Planar as Planar
-    from multibody_sym.model.joints import Prismatic as Prismatic
-    from multibody_sym.model.joints import Revolute as Revolute
-    from multibody_sym.model.joints import Screw as Screw
-    from multibody_sym.model.joints import Spherical as Spherical
-    from multibody_sym.model.joints import Universal as Universal
-    from multibody_sym.model.lookup import Table as Table
-    from multibody_sym.model.resolve import mechanism as mechanism
-    from multibody_sym.model.system import System as System
-    from multibody_sym.model.system import parameters as parameters
-    from multibody_sym.model.system import t as t
-    from multibody_sym.model.system import variable as variable
+    from multibody_sym.model.declaration.bodies import Body as Body
+    from multibody_sym.model.declaration.bodies import Frame as Frame
+    from multibody_sym.model.declaration.bodies import GroundMotion as GroundMotion
+    from multibody_sym.model.declaration.bodies import Shape as Shape
+    from multibody_sym.model.declaration.bodies import Surface as Surface
+    from multibody_sym.model.declaration.bodies import Turn as Turn
+    from multibody_sym.model.declaration.constraints import Coupler as Coupler
+    from multibody_sym.model.declaration.constraints import Distance as Distance
+    from multibody_sym.model.declaration.constraints import Expression as Expression
+    from multibody_sym.model.declaration.constraints import Gear as Gear
+    from multibody_sym.model.declaration.constraints import Line as Line
+    from multibody_sym.model.declaration.constraints import Plane as Plane
+    from multibody_sym.model.declaration.constraints import PointInPlane as PointInPlane
+    from multibody_sym.model.declaration.constraints import PointOnLine as PointOnLine
+    from multibody_sym.model.declaration.constraints import PrescribedMotion as PrescribedMotion
+    from multibody_sym.model.declaration.constraints import Pulley as Pulley
+    from multibody_sym.model.declaration.constraints import Rolling as Rolling
+    from multibody_sym.model.declaration.constraints import Rope as Rope
+    from multibody_sym.model.declaration.constraints import VelocityConstraint as VelocityConstraint
+    from multibody_sym.model.declaration.forces import Damper as Damper
+    from multibody_sym.model.declaration.forces import Drag as Drag
+    from multibody_sym.model.declaration.forces import Force as Force
+    from multibody_sym.model.declaration.forces import Motor as Motor
+    from multibody_sym.model.declaration.forces import Pull as Pull
+    from multibody_sym.model.declaration.forces import SpringDamper as SpringDamper
+    from multibody_sym.model.declaration.forces import Torque as Torque
+    from multibody_sym.model.declaration.joints import Custom as Custom
+    from multibody_sym.model.declaration.joints import Cylindrical as Cylindrical
+    from multibody_sym.model.declaration.joints import Direct as Direct
+    from multibody_sym.model.declaration.joints import Fixed as Fixed
+    from multibody_sym.model.declaration.joints import Free as Free
+    from multibody_sym.model.declaration.joints import Initial as Initial
+    from multibody_sym.model.declaration.joints import Limits as Limits
+    from multibody_sym.model.declaration.joints import Planar as Planar
+    from multibody_sym.model.declaration.joints import Prismatic as Prismatic
+    from multibody_sym.model.declaration.joints import Revolute as Revolute
+    from multibody_sym.model.declaration.joints import Screw as Screw
+    from multibody_sym.model.declaration.joints import Spherical as Spherical
+    from multibody_sym.model.declaration.joints import Universal as Universal
+    from multibody_sym.model.declaration.parameters import Parameter as Parameter
+    from multibody_sym.model.declaration.settings import Ask as Ask
+    from multibody_sym.model.declaration.settings import Baumgarte as Baumgarte
+    from multibody_sym.model.declaration.settings import Settings as Settings
+    from multibody_sym.model.declaration.settings import Stabilisation as Stabilisation
+    from multibody_sym.model.declaration.system import System as System
+    from multibody_sym.model.declaration.system import parameters as parameters
+    from multibody_sym.model.declaration.system import t as t
+    from multibody_sym.model.declaration.system import variable as variable
+    from multibody_sym.model.declaration.tables import Table as Table
+    from multibody_sym.model.resolution.resolve import mechanism as mechanism
     from multibody_sym.scalars.functions import absolute as absolute
     from multibody_sym.scalars.functions import acos as acos
     from multibody_sym.scalars.functions import asin as asin
@@ -117,15 +117,17 @@ _NAMES = {
     "formats.reader": "load loads",
     "formats.urdf": "UrdfNotice load_urdf",
     "formats.writer": "dump dumps",
-    "model.constraints": "Coupler Distance Expression Gear Line Plane PointInPlane PointOnLine PrescribedMotion "
-    "Rolling Rope VelocityConstraint",
-    "model.elements": "Ask Baumgarte Body Damper Drag Force Frame GroundMotion Motor Parameter Pull Pulley Settings "
-    "Shape SpringDamper Stabilisation Surface Torque Turn",
-    "model.joints": "Custom Cylindrical Direct Fixed Free Initial Limits Planar Prismatic Revolute Screw Spherical "
-    "Universal",
-    "model.lookup": "Table",
-    "model.resolve": "mechanism",
-    "model.system": "System parameters t variable",
+    "model.declaration.bodies": "Body Frame GroundMotion Shape Surface Turn",
+    "model.declaration.constraints": "Coupler Distance Expression Gear Line Plane PointInPlane PointOnLine "
+    "PrescribedMotion Pulley Rolling Rope VelocityConstraint",
+    "model.declaration.forces": "Damper Drag Force Motor Pull SpringDamper Torque",
+    "model.declaration.joints": "Custom Cylindrical Direct Fixed Free Initial Limits Planar Prismatic Revolute Screw "
+    "Spherical Universal",
+    "model.declaration.parameters": "Parameter",
+    "model.declaration.settings": "Ask Baumgarte Settings Stabilisation",
+    "model.declaration.system": "System parameters t variable",
+    "model.declaration.tables": "Table",
+    "model.resolution.resolve": "mechanism",
     "scalars.functions": "absolute acos asin atan atan2 cos exp log maximum minimum pi sign sin sqrt tan where",
     "simulation.export": "export",
     "simulation.right_side": "compile state_derivative",

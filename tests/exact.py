@@ -11,7 +11,7 @@ from mechanisms import Case
 
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.state import slot_state
-from multibody_sym.model.mechanism import TIME
+from multibody_sym.model.mechanism.mechanism import TIME
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import ONE, Node, as_node, slot

@@ -18,7 +18,8 @@ from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State, state_of
-from multibody_sym.model.constraints import (
+from multibody_sym.model.declaration.bodies import Body, Frame, GroundMotion, Surface, Turn
+from multibody_sym.model.declaration.constraints import (
     CONSTRAINTS,
     Coupler,
     Distance,
@@ -29,33 +30,21 @@ from multibody_sym.model.constraints import (
     PointInPlane,
     PointOnLine,
     PrescribedMotion,
+    Pulley,
     Rolling,
     Rope,
     VelocityConstraint,
 )
-from multibody_sym.model.elements import (
-    FORCES,
-    Body,
-    Damper,
-    Drag,
-    Force,
-    Frame,
-    GroundMotion,
-    Motor,
-    Parameter,
-    Pull,
-    Pulley,
-    SpringDamper,
-    Surface,
-    Torque,
-    Turn,
-)
-from multibody_sym.model.joints import JOINTS, Angles, Direct, Fixed, Initial, Joint, MovingJoint
-from multibody_sym.model.lookup import Table
-from multibody_sym.model.mechanism import Mechanism, RollingRow, RopeRow
-from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.slots import Direction, Element, ListOf, OneOf, Scalar, Slot, Text, slots_of
-from multibody_sym.model.system import System, variable
+from multibody_sym.model.declaration.fields import Element, ListOf, OneOf, slots_of
+from multibody_sym.model.declaration.forces import FORCES, Damper, Drag, Force, Motor, Pull, SpringDamper, Torque
+from multibody_sym.model.declaration.joints import JOINTS, Angles, Direct, Fixed, Initial, Joint, MovingJoint
+from multibody_sym.model.declaration.parameters import Parameter
+from multibody_sym.model.declaration.system import System, variable
+from multibody_sym.model.declaration.tables import Table
+from multibody_sym.model.declaration.values import Direction, Scalar, Slot, Text
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.rows import RollingRow, RopeRow
+from multibody_sym.model.resolution.resolve import mechanism
 
 Random = np.random.Generator
 UNDEFINED = (ValueError, ZeroDivisionError, OverflowError)

@@ -16,7 +16,7 @@ from multibody_sym.dynamics.formalisms.equations import Formalism
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import State
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.numerics.least_norm import ROUNDING
 

@@ -32,7 +32,7 @@ from multibody_sym.kinematics.energy import potential_energy
 from multibody_sym.kinematics.motion import coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import arrays, slot_state
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.program.derivatives import jacobian
 from multibody_sym.program.program import Program

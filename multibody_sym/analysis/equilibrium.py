@@ -28,8 +28,8 @@ from multibody_sym.dynamics.constraints.closing import Rows, closed_near
 from multibody_sym.dynamics.start.examined import examined, on_numbers
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.errors import NoSolutionError
-from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 
 _GUESSES: Final = 24

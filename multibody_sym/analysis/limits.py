@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import slot

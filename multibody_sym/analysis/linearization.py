@@ -22,8 +22,8 @@ from multibody_sym.dynamics.routes import verify_formalism
 from multibody_sym.dynamics.start.examined import blame_numbers, examined, on_numbers
 from multibody_sym.dynamics.start.start import Start, start, verify_regular_start
 from multibody_sym.errors import ModelError, NoSolutionError, Where
-from multibody_sym.model.mechanism import TIME, Mechanism
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.numerics.numbers import number
 from multibody_sym.numerics.rounding import eigenvalues, without_rounding

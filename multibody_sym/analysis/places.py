@@ -21,22 +21,11 @@ from multibody_sym.dynamics.constraints.closing import Rows, normalize
 from multibody_sym.kinematics.energy import stored_energy
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import position
-from multibody_sym.model.bodies import Pose
-from multibody_sym.model.mechanism import (
-    AngleRow,
-    BodyTorque,
-    DistanceRow,
-    JointSpring,
-    Marker,
-    Mechanism,
-    PointDrag,
-    PointForce,
-    PointPull,
-    PointSpring,
-    PositionRow,
-    RollingRow,
-    RopeRow,
-)
+from multibody_sym.model.mechanism.loads import BodyTorque, JointSpring, PointDrag, PointForce, PointPull, PointSpring
+from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.mass import Pose
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.rows import AngleRow, DistanceRow, PositionRow, RollingRow, RopeRow
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 
 Mask = npt.NDArray[np.bool_]

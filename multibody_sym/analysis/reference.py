@@ -22,7 +22,7 @@ from multibody_sym.kinematics.points import velocity
 from multibody_sym.kinematics.row_sizes import row_terms
 from multibody_sym.kinematics.rows import constraint_jacobian, exerted, row_motions
 from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench
-from multibody_sym.model.mechanism import JointSpring, Load, PointSpring
+from multibody_sym.model.mechanism.loads import JointSpring, Load, PointSpring
 from multibody_sym.numerics.arrays import Floats
 
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.mechanism import Bend, DistanceRow, ExpressionRow, Mechanism, RopeRow, VelocityRow
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.rows import Bend, DistanceRow, ExpressionRow, RopeRow, VelocityRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, leaves, slot

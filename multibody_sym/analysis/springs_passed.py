@@ -9,7 +9,7 @@ import numpy as np
 from multibody_sym.analysis.places import Places
 from multibody_sym.analysis.steadiness import displaced
 from multibody_sym.kinematics.points import position
-from multibody_sym.model.mechanism import JointSpring, PointSpring
+from multibody_sym.model.mechanism.loads import JointSpring, PointSpring
 from multibody_sym.numerics.arrays import Floats
 
 _STEP: Final = 1e-4

@@ -20,7 +20,7 @@ from scipy.linalg import eig, expm
 
 from multibody_sym.analysis.deviations import Flow, Tangents
 from multibody_sym.dynamics.constraints.closing import Rows, closed_near
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import EPSILON, UNDEFINED, Floats
 from multibody_sym.numerics.rounding import eigenvalues, least_rounding, without_rounding
 from multibody_sym.scalars.rotations import quaternion_product

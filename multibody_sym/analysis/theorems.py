@@ -25,8 +25,9 @@ from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State, slot_state
 from multibody_sym.kinematics.wrenches import Wrench, generalized_forces
-from multibody_sym.model.mechanism import TIME, Load, Mechanism
-from multibody_sym.model.slots import AXES
+from multibody_sym.model.declaration.values import AXES
+from multibody_sym.model.mechanism.loads import Load
+from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.derivatives import derivative, gradient, tangents
 from multibody_sym.scalars.functions import evaluate, evaluate_float

@@ -20,7 +20,7 @@ from multibody_sym.dynamics.formalisms.inverse_dynamics import inverse_dynamics
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.scalars.node import Node, as_node, slot
 
 WORK: Final = 50_000

@@ -28,8 +28,8 @@ from multibody_sym.expressions.parser import parse
 from multibody_sym.expressions.printer import text
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import slot_state, state_of
-from multibody_sym.model.mechanism import Coordinate, Mechanism, Speed
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
 from multibody_sym.numerics.arrays import UNDEFINED
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import Node, as_node, leaves, symbol

@@ -15,9 +15,9 @@ from multibody_sym.answers.simulated_motion import Simulated
 from multibody_sym.answers.solution import Value
 from multibody_sym.answers.uniform_motion import UniformMotion, uniform_motion
 from multibody_sym.errors import ExpressionError, ModelError, at, suggestion
-from multibody_sym.model.bodies import OWN_POINTS
-from multibody_sym.model.elements import Ask
-from multibody_sym.model.force_places import is_undetermined
+from multibody_sym.model.declaration.settings import Ask
+from multibody_sym.model.mechanism.mass import OWN_POINTS
+from multibody_sym.model.resolution.force_places import is_undetermined
 from multibody_sym.scalars.node import Node
 
 

@@ -9,8 +9,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.model.slots import AXES, Names
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.fields import Names
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.declaration.values import AXES
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.node import quantity
 from multibody_sym.simulation.simulate import simulate

@@ -15,20 +15,10 @@ from multibody_sym.answers.solution import RowKind, Solution, Value
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.start.examined import numbers_of
 from multibody_sym.expressions.printer import text
-from multibody_sym.model.force_places import reasons
-from multibody_sym.model.mechanism import (
-    COMPONENTS,
-    Coordinate,
-    DistanceRow,
-    ExpressionRow,
-    Mechanism,
-    RopeRow,
-    Row,
-    Speed,
-    VelocityRow,
-    normal_forces,
-)
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mechanism import COMPONENTS, Coordinate, Mechanism, Speed, normal_forces
+from multibody_sym.model.mechanism.rows import DistanceRow, ExpressionRow, RopeRow, Row, VelocityRow
+from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.scalars.node import as_node, quantity, symbol
 from multibody_sym.simulation.overrides import with_values
 

@@ -21,7 +21,8 @@ from multibody_sym.errors import ExpressionError
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.mechanism import Coordinate, Mechanism, RopeRow, Speed
+from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
+from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.scalars.functions import evaluate, evaluate_float, sqrt
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
 

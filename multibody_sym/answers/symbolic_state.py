@@ -11,7 +11,7 @@ from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.kinematics.state import State, state_of
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node, as_node, leaves, slot, symbol
 

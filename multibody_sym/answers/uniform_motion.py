@@ -23,8 +23,8 @@ from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.elements import Ask
-from multibody_sym.model.slots import AXES
+from multibody_sym.model.declaration.settings import Ask
+from multibody_sym.model.declaration.values import AXES
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, as_node, quantity, symbol

@@ -27,11 +27,12 @@ from multibody_sym.dynamics.start.start import Start, start, verify_regular_star
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import State
-from multibody_sym.model.bodies import GROUND
-from multibody_sym.model.constraints import Rope
-from multibody_sym.model.force_places import reasons
-from multibody_sym.model.mechanism import TIME, Mechanism, RopeRow, normal_forces
-from multibody_sym.model.system import System, expressions
+from multibody_sym.model.declaration.constraints import Rope
+from multibody_sym.model.declaration.system import System, expressions
+from multibody_sym.model.mechanism.mass import GROUND
+from multibody_sym.model.mechanism.mechanism import TIME, Mechanism, normal_forces
+from multibody_sym.model.mechanism.rows import RopeRow
+from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.scalars.kinks import switching_functions
 from multibody_sym.scalars.node import ZERO, leaves, symbol
 

@@ -22,7 +22,7 @@ def run(options: argparse.Namespace) -> Answer:
     """Check; a model without a start, and routes that disagree, end with 3."""
     from multibody_sym.checking.check import check
     from multibody_sym.cli.model import model
-    from multibody_sym.model.resolve import mechanism
+    from multibody_sym.model.resolution.resolve import mechanism
     from multibody_sym.simulation.recall import formalism_name
     from multibody_sym.writing.check import check_text
 

@@ -24,7 +24,7 @@ def run(options: argparse.Namespace) -> Answer:
     from multibody_sym.formats.files import write_new
     from multibody_sym.formats.urdf import load_urdf
     from multibody_sym.formats.writer import dumps
-    from multibody_sym.model.resolve import mechanism
+    from multibody_sym.model.resolution.resolve import mechanism
 
     system = load_urdf(
         options.file, floating=options.floating, damping=not options.no_damping, mimic=not options.no_mimic

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from multibody_sym.dynamics.start.examined import numbers_of
 from multibody_sym.errors import InputError, MultibodyError, Where, at
 from multibody_sym.formats.reader import load_with_places
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.system import System
 from multibody_sym.simulation.overrides import with_settings, with_values
 
 

@@ -47,8 +47,9 @@ from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import slot_state
-from multibody_sym.model.mechanism import Mechanism, is_holonomic
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.rows import is_holonomic
 from multibody_sym.scalars.node import Node, as_node, postorder
 from multibody_sym.scalars.vectors import S
 

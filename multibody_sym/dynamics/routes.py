@@ -14,7 +14,7 @@ from multibody_sym.dynamics.formalisms.newton_euler import newton_euler
 from multibody_sym.dynamics.formalisms.sweep import sweep
 from multibody_sym.errors import InputError, at, shown, suggestion
 from multibody_sym.kinematics.state import State
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 
 
 def _lagrange(mechanism: Mechanism, state: State) -> TreeDynamics:

@@ -12,9 +12,9 @@ from typing import Final
 from multibody_sym.errors import ExpressionError, InputError, MultibodyError, Where
 from multibody_sym.formats.files import path_name
 from multibody_sym.formats.yaml_tree import LARGEST_FILE, Place, Tree, read_bytes, read_text
-from multibody_sym.model import doors
-from multibody_sym.model.declaration import system_from_tree
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration import doors
+from multibody_sym.model.declaration.file_tree import system_from_tree
+from multibody_sym.model.declaration.system import System
 
 _TEXT_NAME: Final = "<text>"
 _ENDINGS: Final = (".yaml", ".yml")

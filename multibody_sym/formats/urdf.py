@@ -31,13 +31,13 @@ from multibody_sym.formats.urdf_file import (
     read_robot,
 )
 from multibody_sym.formats.xml_tree import LARGEST_FILE, read_xml
-from multibody_sym.model import doors
-from multibody_sym.model.bodies import GROUND, pose_of
-from multibody_sym.model.declaration import VERSION, system_from_tree
-from multibody_sym.model.elements import Frame
-from multibody_sym.model.joints import JOINTS, Joint
-from multibody_sym.model.slots import Record
-from multibody_sym.model.system import RESERVED, System
+from multibody_sym.model.declaration import doors
+from multibody_sym.model.declaration.bodies import Frame
+from multibody_sym.model.declaration.fields import Record
+from multibody_sym.model.declaration.file_tree import VERSION, system_from_tree
+from multibody_sym.model.declaration.joints import JOINTS, Joint
+from multibody_sym.model.declaration.system import RESERVED, System
+from multibody_sym.model.mechanism.mass import GROUND, pose_of
 from multibody_sym.scalars.node import PI, Node
 
 Matrix = NDArray[np.float64]

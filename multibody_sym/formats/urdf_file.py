@@ -15,7 +15,7 @@ from typing import Final
 
 from multibody_sym.errors import InputError, ModelError, suggestion
 from multibody_sym.formats.xml_tree import XmlElement
-from multibody_sym.model.slots import Text
+from multibody_sym.model.declaration.values import Text
 
 Triple = tuple[float, float, float]
 

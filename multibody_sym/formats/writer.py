@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from multibody_sym.formats.files import write_whole
-from multibody_sym.model.declaration import tree_from_system
-from multibody_sym.model.system import System, verify_system
+from multibody_sym.model.declaration.file_tree import tree_from_system
+from multibody_sym.model.declaration.system import System, verify_system
 
 _WIDTH: Final = 120
 _PLAIN: Final = re.compile(r"[A-Za-z0-9_.+/(-](?:[A-Za-z0-9_.+*/^()<>=' -]*[A-Za-z0-9_.+*/^()<>='-])?")

@@ -15,9 +15,12 @@ from typing import Any, Final
 
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.state import State
-from multibody_sym.model.bodies import IDENTITY, ORIGIN, Mass, Pose, Rotation
-from multibody_sym.model.elements import Point
-from multibody_sym.model.mechanism import Bend, BodyTorque, Marker, Mechanism, PointForce, TreeBody
+from multibody_sym.model.declaration.values import Point
+from multibody_sym.model.mechanism.loads import BodyTorque, PointForce
+from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.mass import IDENTITY, ORIGIN, Mass, Pose, Rotation
+from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
+from multibody_sym.model.mechanism.rows import Bend
 from multibody_sym.scalars.functions import is_exactly
 from multibody_sym.scalars.node import Node, as_node, real
 from multibody_sym.scalars.tensors import turned_symmetric

@@ -8,17 +8,9 @@ from functools import singledispatch
 
 from multibody_sym.kinematics.loads import apart, span
 from multibody_sym.kinematics.motion import BodyMass, BodyMotion, Motion
-from multibody_sym.model.mechanism import (
-    DistanceRow,
-    ExpressionRow,
-    JointSpring,
-    Load,
-    Mechanism,
-    PointDrag,
-    PointSpring,
-    RopeRow,
-    VelocityRow,
-)
+from multibody_sym.model.mechanism.loads import JointSpring, Load, PointDrag, PointSpring
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.rows import DistanceRow, ExpressionRow, RopeRow, VelocityRow
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node, leaves
 from multibody_sym.scalars.vectors import Mat, S, Vec, add, apply, cross, dot

@@ -11,18 +11,18 @@ from multibody_sym.errors import at
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import position, velocity
 from multibody_sym.kinematics.wrenches import Wrench, Wrenches, add_force, add_pair, generalized_forces
-from multibody_sym.model.mechanism import (
+from multibody_sym.model.mechanism.loads import (
     BodyTorque,
     JointForce,
     JointSpring,
     Load,
-    Marker,
     PointDrag,
     PointForce,
     PointPull,
     PointSpring,
     span_leaves,
 )
+from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.scalars.derivatives import gradient
 from multibody_sym.scalars.functions import absolute, sqrt
 from multibody_sym.scalars.node import ZERO, Node, leaves

@@ -15,9 +15,10 @@ from multibody_sym.kinematics.joints import (
     translated,
 )
 from multibody_sym.kinematics.state import State
-from multibody_sym.model.bodies import IDENTITY, ORIGIN, Pose
-from multibody_sym.model.joints import Step
-from multibody_sym.model.mechanism import Marker, Mechanism, TreeBody
+from multibody_sym.model.declaration.steps import Step
+from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.mass import IDENTITY, ORIGIN, Pose
+from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.rotations import quaternion_rates, quaternion_rotation, turned
 from multibody_sym.scalars.vectors import (

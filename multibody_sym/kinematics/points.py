@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from multibody_sym.kinematics.motion import Motion, spread
-from multibody_sym.model.mechanism import Marker
+from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.scalars.vectors import ZERO_VECTOR, Vec, add, apply, cross
 
 

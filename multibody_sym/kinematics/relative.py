@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from multibody_sym.kinematics.motion import Motion, pose
 from multibody_sym.kinematics.points import acceleration, position, velocity
-from multibody_sym.model.elements import Point
-from multibody_sym.model.mechanism import Marker
+from multibody_sym.model.declaration.values import Point
+from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.scalars.vectors import ZERO_VECTOR, Vec, add, apply, cross, scale, subtract
 
 Accelerations = Sequence[tuple[Vec, Vec]]

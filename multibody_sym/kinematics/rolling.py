@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import acceleration, position, velocity
 from multibody_sym.kinematics.relative import angular_acceleration, angular_velocity, direction
-from multibody_sym.model.mechanism import RollingRow
+from multibody_sym.model.mechanism.rows import RollingRow
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.vectors import S, Vec, add, cross, dot, negate, scale, subtract
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import position
-from multibody_sym.model.mechanism import Bend, Marker
+from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.rows import Bend
 from multibody_sym.scalars.functions import absolute, atan2, sign, sqrt
 from multibody_sym.scalars.node import PI
 from multibody_sym.scalars.vectors import S, Vec, apply, cross, dot, scale, subtract

@@ -20,12 +20,12 @@ from multibody_sym.kinematics.motion import BodyMotion, Motion, coordinate_rates
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import RowMotion
-from multibody_sym.model.mechanism import (
-    TIME,
+from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.mechanism import TIME
+from multibody_sym.model.mechanism.rows import (
     AngleRow,
     DistanceRow,
     ExpressionRow,
-    Marker,
     PositionRow,
     RollingRow,
     RopeRow,

@@ -29,13 +29,12 @@ from multibody_sym.kinematics.wrenches import (
     add_pair,
     generalized_forces,
 )
-from multibody_sym.model.mechanism import (
-    TIME,
+from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
+from multibody_sym.model.mechanism.rows import (
     AngleRow,
     DistanceRow,
     ExpressionRow,
     GearRow,
-    Mechanism,
     PositionRow,
     RollingRow,
     RopeRow,

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from multibody_sym.kinematics.motion import BodyMotion, Motion
-from multibody_sym.model.mechanism import Marker
+from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.scalars.vectors import (
     ZERO_VECTOR,
     S,

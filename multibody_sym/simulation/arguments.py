@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import InputError, suggestion
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.numbers import floats, number, vector
 from multibody_sym.runtime.loading import Compiled

@@ -20,11 +20,11 @@ from multibody_sym.dynamics.start.examined import examined
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import InputError, at, shown, suggestion
 from multibody_sym.formats.files import path_name
-from multibody_sym.model.doors import flag
-from multibody_sym.model.doors import text as text_of
-from multibody_sym.model.force_places import reasons
-from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.doors import flag
+from multibody_sym.model.declaration.doors import text as text_of
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.program.folding import folded
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.program import Program

@@ -13,7 +13,7 @@ from multibody_sym.dynamics.constraints.redundancy import nearly_dependent
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.errors import RunError
 from multibody_sym.integrators.flow import Status
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem, RunFailure

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.kinematics.energy import driving, moved_by_time
-from multibody_sym.model.mechanism import normal_forces
+from multibody_sym.model.mechanism.mechanism import normal_forces
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import slot
 from multibody_sym.simulation.samples import Samples

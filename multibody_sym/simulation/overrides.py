@@ -8,10 +8,11 @@ from typing import Any
 
 from multibody_sym.errors import ModelError, at, suggestion
 from multibody_sym.expressions.parser import parse_scalar
-from multibody_sym.model.doors import values_by_name
-from multibody_sym.model.elements import Parameter
-from multibody_sym.model.slots import Names, scalar
-from multibody_sym.model.system import System, verify_system
+from multibody_sym.model.declaration.doors import values_by_name
+from multibody_sym.model.declaration.fields import Names
+from multibody_sym.model.declaration.parameters import Parameter
+from multibody_sym.model.declaration.system import System, verify_system
+from multibody_sym.model.declaration.values import scalar
 
 
 def with_values(system: System, values: Mapping[str, Any] | None) -> System:

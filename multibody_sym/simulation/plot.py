@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from multibody_sym.errors import OutputError
 from multibody_sym.formats.files import path_name, write_whole
-from multibody_sym.model.mechanism import Coordinate, Speed
+from multibody_sym.model.mechanism.mechanism import Coordinate, Speed
 
 if TYPE_CHECKING:
     from multibody_sym.numerics.arrays import Floats

@@ -11,7 +11,7 @@ from multibody_sym.dynamics.start.start import verify_regular_start
 from multibody_sym.errors import ModelError, at
 from multibody_sym.integrators.flow import Status
 from multibody_sym.integrators.pairing import Pairing
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.problem import Problem
 from multibody_sym.scalars.node import Node, symbol

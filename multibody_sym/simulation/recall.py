@@ -7,7 +7,7 @@ from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from multibody_sym.dynamics.routes import FORMALISMS, cheapest, verify_formalism
-from multibody_sym.model.mechanism import Coordinate, Limit, Mechanism, ParameterEntry, Speed
+from multibody_sym.model.mechanism.mechanism import Coordinate, Limit, Mechanism, ParameterEntry, Speed
 from multibody_sym.runtime import loading
 from multibody_sym.runtime.cache import digest
 from multibody_sym.runtime.loading import Backend, Compiled

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from multibody_sym.dynamics.routes import verify_formalism
 from multibody_sym.errors import ArgumentError, InputError, shown
-from multibody_sym.model.doors import flag
-from multibody_sym.model.system import System, verify_system
+from multibody_sym.model.declaration.doors import flag
+from multibody_sym.model.declaration.system import System, verify_system
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.numbers import vector
 from multibody_sym.runtime.loading import Backend

@@ -9,8 +9,8 @@ import numpy as np
 
 from multibody_sym.dynamics.start.examined import examined, on_numbers
 from multibody_sym.dynamics.start.start import Start, start
-from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.loading import Backend, Compiled
 from multibody_sym.scalars.node import Node, symbol

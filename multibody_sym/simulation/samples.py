@@ -14,8 +14,9 @@ from multibody_sym.formats.tables import Table
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import arrays, slot_state
-from multibody_sym.model.force_places import reasons
-from multibody_sym.model.mechanism import COMPONENTS, Mechanism, RopeRow
+from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
+from multibody_sym.model.mechanism.rows import RopeRow
+from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.program.program import Array
 from multibody_sym.program.trace import Trace

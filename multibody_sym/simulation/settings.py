@@ -11,7 +11,7 @@ from multibody_sym.integrators.methods.collocation import IMPLICIT, INDEX_2
 from multibody_sym.integrators.methods.library import IDA, LibraryMethod
 from multibody_sym.integrators.methods.methods import METHODS, Method
 from multibody_sym.integrators.steppers.library import BY_JACOBIAN
-from multibody_sym.model.elements import Baumgarte, Settings, Stabilisation
+from multibody_sym.model.declaration.settings import Baumgarte, Settings, Stabilisation
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node
 

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from multibody_sym.errors import at
 from multibody_sym.integrators.flow import Status
-from multibody_sym.model.doors import callback, flag
-from multibody_sym.model.elements import Baumgarte
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.doors import callback, flag
+from multibody_sym.model.declaration.settings import Baumgarte
+from multibody_sym.model.declaration.system import System
 from multibody_sym.runtime.integration import Integration, integrate
 from multibody_sym.runtime.loading import Backend
 from multibody_sym.runtime.problem import Chunk, Event, Problem, Progress, Statistics

@@ -14,8 +14,8 @@ from typing import Final
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.integrators.looks import PROBE, Look, first_seen
-from multibody_sym.model.constraints import VelocityConstraint
-from multibody_sym.model.system import System, expressions
+from multibody_sym.model.declaration.constraints import VelocityConstraint
+from multibody_sym.model.declaration.system import System, expressions
 from multibody_sym.scalars.branches import Branch, branches
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.functions import evaluate_float

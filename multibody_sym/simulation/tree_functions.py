@@ -13,9 +13,9 @@ from multibody_sym.dynamics.programs.tree import hybrid_dynamics_program, invers
 from multibody_sym.dynamics.start.examined import examined
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import InputError, suggestion
-from multibody_sym.model.doors import names as listed_names
-from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.system import System, verify_system
+from multibody_sym.model.declaration.doors import names as listed_names
+from multibody_sym.model.declaration.system import System, verify_system
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.numbers import vector
 from multibody_sym.program.program import Program

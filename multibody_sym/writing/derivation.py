@@ -11,7 +11,7 @@ from multibody_sym.dynamics.derivation.notation import escaped
 from multibody_sym.dynamics.derivation.record import Equation, Step
 from multibody_sym.dynamics.derivation.symbolic_equations import READABLE, SymbolicEquations
 from multibody_sym.expressions.printer import text as in_model_language
-from multibody_sym.model.force_places import reasons
+from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.scalars.sympy_bridge import from_sympy
 from multibody_sym.writing.withheld import withheld_lines
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Final
 
 from multibody_sym.answers.solution import RowKind, Solution, Value
-from multibody_sym.model.mechanism import COMPONENTS
+from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.writing.redundancy import grouped
 from multibody_sym.writing.shifts import shifts_text
 from multibody_sym.writing.withheld import withheld_lines

@@ -19,7 +19,7 @@ from multibody_sym.dynamics.formalisms.equations import Formalism, TreeDynamics
 from multibody_sym.dynamics.programs.system import state_derivative
 from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.kinematics.state import State, slot_state
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.runtime.loading import load
 from multibody_sym.scalars.node import ZERO, slot

@@ -18,7 +18,7 @@ from multibody_sym.dynamics.constraints.closing import Rows, closed_near
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.scalars.rotations import conjugate, quaternion_product
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

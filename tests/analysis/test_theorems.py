@@ -13,11 +13,12 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.start.sampling import sampled_states
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.model.constraints import Distance, Expression
-from multibody_sym.model.elements import Body, Force, SpringDamper
-from multibody_sym.model.joints import Free, Initial, Planar, Prismatic, Revolute, Spherical
-from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.constraints import Distance, Expression
+from multibody_sym.model.declaration.forces import Force, SpringDamper
+from multibody_sym.model.declaration.joints import Free, Initial, Planar, Prismatic, Revolute, Spherical
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.resolution.resolve import mechanism
 
 TENSOR = {"Ixx": 2, "Iyy": 3, "Izz": 4, "Ixy": 0.5}
 

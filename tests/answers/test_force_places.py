@@ -230,7 +230,7 @@ EXAMPLES = sorted((Path(__file__).parents[2] / "examples").rglob("*.yaml"))
 @pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.stem)
 def test_examples_withhold_nothing_that_is_determined(file: Path) -> None:
     """In all of them every force has a place: the sleigh's edge acts in the joint that stands for the table."""
-    from multibody_sym.model.resolve import mechanism
+    from multibody_sym.model.resolution.resolve import mechanism
 
     found = {name: each.components for name, each in mechanism(mbs.load(file)).withheld.items()}
     assert found == {}

@@ -15,7 +15,7 @@ from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.kinematics.wrenches import generalized_forces
-from multibody_sym.model.resolve import mechanism
+from multibody_sym.model.resolution.resolve import mechanism
 
 Floats = np.ndarray[Any, Any]
 G = 9.81

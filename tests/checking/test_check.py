@@ -10,10 +10,10 @@ import multibody_sym as mbs
 from multibody_sym.checking.check import check
 from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.errors import ModelError
-from multibody_sym.model.constraints import Distance, Expression, PrescribedMotion, Rope
-from multibody_sym.model.elements import Body, Pulley
-from multibody_sym.model.joints import Fixed, Initial, Planar, Prismatic, Revolute, Spherical
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.constraints import Distance, Expression, PrescribedMotion, Pulley, Rope
+from multibody_sym.model.declaration.joints import Fixed, Initial, Planar, Prismatic, Revolute, Spherical
+from multibody_sym.model.declaration.system import System
 from multibody_sym.writing.check import check_text
 
 PENDULUM = {

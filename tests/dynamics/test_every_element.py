@@ -15,10 +15,11 @@ from multibody_sym.analysis.theorems import instant_of, rates_of, theorems
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.routes import FORMALISMS
-from multibody_sym.model.constraints import CONSTRAINTS
-from multibody_sym.model.elements import FORCES, GroundMotion
-from multibody_sym.model.joints import JOINTS
-from multibody_sym.model.lookup import Table
+from multibody_sym.model.declaration.bodies import GroundMotion
+from multibody_sym.model.declaration.constraints import CONSTRAINTS
+from multibody_sym.model.declaration.forces import FORCES
+from multibody_sym.model.declaration.joints import JOINTS
+from multibody_sym.model.declaration.tables import Table
 
 DECLARED = [cls for table in (JOINTS, FORCES, CONSTRAINTS) for cls in table.table.values()]
 MOST_SPEEDS = 4

@@ -21,8 +21,8 @@ from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import State
-from multibody_sym.model.mechanism import TIME
-from multibody_sym.model.slots import Names
+from multibody_sym.model.declaration.fields import Names
+from multibody_sym.model.mechanism.mechanism import TIME
 from multibody_sym.runtime.loading import Backend, load
 from multibody_sym.scalars.node import slot
 

@@ -7,11 +7,11 @@ import pytest
 from multibody_sym.dynamics.programs.system import state_derivative
 from multibody_sym.dynamics.routes import FORMALISMS, cheapest
 from multibody_sym.kinematics.state import slot_state
-from multibody_sym.model.elements import Body, Frame
-from multibody_sym.model.joints import Free, Joint, Revolute, Spherical
-from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.bodies import Body, Frame
+from multibody_sym.model.declaration.joints import Free, Joint, Revolute, Spherical
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.program.measures import operation_count
 
 

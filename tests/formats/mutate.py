@@ -16,7 +16,7 @@ from hostile import PAYLOADS, YAML_PAYLOADS, mutated, progress, watched
 from multibody_sym.errors import InputError
 from multibody_sym.formats.reader import load_with_places
 from multibody_sym.formats.writer import dumps
-from multibody_sym.model.resolve import mechanism
+from multibody_sym.model.resolution.resolve import mechanism
 
 VALUES = [
     "", "0", "-1", "1e400", "nan", ".inf", "on", "null", "[]", "{}", "[0, 0, 0]", "{a: 1}", "ground", "x", "6 kg",

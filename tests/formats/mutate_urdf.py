@@ -18,7 +18,7 @@ from multibody_sym.errors import InputError
 from multibody_sym.formats.reader import loads
 from multibody_sym.formats.urdf import load_urdf
 from multibody_sym.formats.writer import dumps
-from multibody_sym.model.resolve import mechanism
+from multibody_sym.model.resolution.resolve import mechanism
 
 VALUES = [
     "", "0", "-1", "1e400", "1e308", "1e-400", "1e-320", "nan", "inf", "0 0 0", "1 1 1", "1e300 1e300 1e300", "base",

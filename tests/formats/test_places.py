@@ -12,8 +12,8 @@ from multibody_sym.formats.yaml_tree import read_text
 from multibody_sym.kinematics import rows
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import slot_state
-from multibody_sym.model.declaration import system_from_tree
-from multibody_sym.model.resolve import mechanism
+from multibody_sym.model.declaration.file_tree import system_from_tree
+from multibody_sym.model.resolution.resolve import mechanism
 
 MODEL = """multibody_sym: 1
 name: m

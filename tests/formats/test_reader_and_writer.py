@@ -11,7 +11,7 @@ from multibody_sym.errors import InputError
 from multibody_sym.formats.reader import Places, load, load_with_places, loads
 from multibody_sym.formats.writer import dump, dumps, yaml_text
 from multibody_sym.formats.yaml_tree import read_text
-from multibody_sym.model.resolve import mechanism
+from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.scalars.node import symbol
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.yaml"))

@@ -19,9 +19,9 @@ from multibody_sym.formats.urdf import UrdfNotice, load_urdf
 from multibody_sym.formats.writer import dumps
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.bodies import pose_of
-from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mass import pose_of
+from multibody_sym.model.resolution.resolve import mechanism
 
 ARM = Path(__file__).parent / "data" / "arm.urdf"
 MUTATE = Path(__file__).with_name("mutate_urdf.py")

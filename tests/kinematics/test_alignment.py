@@ -14,10 +14,10 @@ from multibody_sym.kinematics.alignment import aligned
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.points import position, velocity
-from multibody_sym.model.elements import Body, Frame, Turn
-from multibody_sym.model.joints import Fixed, Prismatic, Revolute
-from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.bodies import Body, Frame, Turn
+from multibody_sym.model.declaration.joints import Fixed, Prismatic, Revolute
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.resolution.resolve import mechanism
 
 
 @pytest.mark.parametrize("seed", range(40))

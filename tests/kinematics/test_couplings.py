@@ -11,11 +11,12 @@ from multibody_sym.checking.check import check
 from multibody_sym.errors import ModelError
 from multibody_sym.formats.reader import loads
 from multibody_sym.formats.writer import dumps
-from multibody_sym.model.constraints import Coupler, Gear
-from multibody_sym.model.elements import Body, Torque
-from multibody_sym.model.joints import Initial, Limits, Planar, Prismatic, Revolute, Spherical
-from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.constraints import Coupler, Gear
+from multibody_sym.model.declaration.forces import Torque
+from multibody_sym.model.declaration.joints import Initial, Limits, Planar, Prismatic, Revolute, Spherical
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.simulation.simulate import simulate
 from multibody_sym.writing.run_summary import run_summary
 

@@ -15,7 +15,8 @@ from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import coordinate_rates
 from multibody_sym.kinematics.points import velocity
 from multibody_sym.kinematics.wrenches import Wrenches, add_force, generalized_forces
-from multibody_sym.model.mechanism import JointForce, JointSpring, Marker, PointForce, PointSpring
+from multibody_sym.model.mechanism.loads import JointForce, JointSpring, PointForce, PointSpring
+from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.scalars.derivatives import gradient
 from multibody_sym.scalars.node import as_node
 

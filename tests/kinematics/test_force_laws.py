@@ -19,23 +19,13 @@ from multibody_sym.formats.writer import dumps
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import slot_state, state_of
-from multibody_sym.model.elements import (
-    Body,
-    Damper,
-    Drag,
-    Force,
-    Frame,
-    Motor,
-    Parameter,
-    Pull,
-    SpringDamper,
-    Torque,
-    Turn,
-)
-from multibody_sym.model.joints import Free, Initial, Planar, Prismatic, Revolute, Spherical
-from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.bodies import Body, Frame, Turn
+from multibody_sym.model.declaration.forces import Damper, Drag, Force, Motor, Pull, SpringDamper, Torque
+from multibody_sym.model.declaration.joints import Free, Initial, Planar, Prismatic, Revolute, Spherical
+from multibody_sym.model.declaration.parameters import Parameter
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import as_node, slot

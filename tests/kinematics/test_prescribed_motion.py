@@ -19,11 +19,20 @@ from multibody_sym.formats.reader import loads
 from multibody_sym.formats.writer import dumps
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.elements import Body, GroundMotion, Turn
-from multibody_sym.model.joints import Fixed, Free, Initial, Planar, Prismatic, Revolute, Spherical, Universal
-from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.bodies import Body, GroundMotion, Turn
+from multibody_sym.model.declaration.joints import (
+    Fixed,
+    Free,
+    Initial,
+    Planar,
+    Prismatic,
+    Revolute,
+    Spherical,
+    Universal,
+)
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.resolution.resolve import mechanism
 
 TENSOR = {"Ixx": 0.2, "Iyy": 0.3, "Izz": 0.4, "Ixy": 0.05, "Ixz": 0.02, "Iyz": -0.03}
 

@@ -9,8 +9,8 @@ import pytest
 
 from multibody_sym.answers.solve import solve
 from multibody_sym.formats.reader import loads
-from multibody_sym.model.mechanism import RollingRow
-from multibody_sym.model.resolve import mechanism
+from multibody_sym.model.mechanism.rows import RollingRow
+from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, symbol
 

@@ -11,12 +11,12 @@ from mechanisms import Case
 
 from multibody_sym.kinematics.ropes import segments
 from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.model.bodies import GROUND
-from multibody_sym.model.constraints import Rope
-from multibody_sym.model.elements import Body, Pulley
-from multibody_sym.model.joints import Planar, Prismatic
-from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.constraints import Pulley, Rope
+from multibody_sym.model.declaration.joints import Planar, Prismatic
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mass import GROUND
+from multibody_sym.model.resolution.resolve import mechanism
 
 
 def rope_case(points: list[np.ndarray], radii: list[float], axes: list[list[float]]) -> Case:

@@ -10,9 +10,9 @@ from mechanisms import Case, random_case, random_state
 from multibody_sym.kinematics.points import position, velocity
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.wrenches import generalized_forces
-from multibody_sym.model.declaration import system_from_tree
-from multibody_sym.model.mechanism import DistanceRow, ExpressionRow, VelocityRow
-from multibody_sym.model.resolve import mechanism
+from multibody_sym.model.declaration.file_tree import system_from_tree
+from multibody_sym.model.mechanism.rows import DistanceRow, ExpressionRow, VelocityRow
+from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.node import ONE, as_node
 

@@ -21,8 +21,8 @@ from multibody_sym.formats.urdf import UrdfNotice, load_urdf
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import State, slot_state, state_of
-from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.resolve import mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.program import Program
 from multibody_sym.runtime.loading import load

@@ -15,8 +15,8 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.routes import FORMALISMS
-from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.system import Written, expressions
+from multibody_sym.model.declaration.system import Written, expressions
+from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.scalars import node as nodes
 from multibody_sym.scalars.functions import sin
 from multibody_sym.scalars.node import Node, number, symbol

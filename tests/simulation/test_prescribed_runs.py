@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from multibody_sym.checking.check import check
-from multibody_sym.model.elements import Body, GroundMotion
-from multibody_sym.model.joints import Fixed, Initial, Prismatic, Revolute
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.bodies import Body, GroundMotion
+from multibody_sym.model.declaration.joints import Fixed, Initial, Prismatic, Revolute
+from multibody_sym.model.declaration.system import System
 from multibody_sym.simulation.simulate import simulate
 from multibody_sym.writing.run_summary import run_summary
 

@@ -14,8 +14,8 @@ import multibody_sym as mbs
 from multibody_sym.dynamics.programs import system as derivation
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.routes import FORMALISMS
-from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.tree import spanning_tree
+from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.model.resolution.spanning_tree import spanning_tree
 from multibody_sym.simulation.recall import structure_key
 
 ROOT = Path(__file__).parents[2]
@@ -172,7 +172,7 @@ def test_numbers_of_a_loop_leave_its_key_alone() -> None:
 
 def test_the_key_is_the_same_in_every_process(tmp_path: Path) -> None:
     program = (
-        "import multibody_sym as mbs; from multibody_sym.model.resolve import mechanism;"
+        "import multibody_sym as mbs; from multibody_sym.model.resolution.resolve import mechanism;"
         "from multibody_sym.simulation.recall import structure_key;"
         f"print(structure_key(mechanism(mbs.load({str(FOUR_BAR)!r})), 'block_ldl'))"
     )

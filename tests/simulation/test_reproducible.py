@@ -13,7 +13,7 @@ from multibody_sym.codegen.c import c_source
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.formats.reader import loads
-from multibody_sym.model.resolve import mechanism
+from multibody_sym.model.resolution.resolve import mechanism
 
 MODEL = """
 multibody_sym: 1
@@ -46,7 +46,7 @@ from multibody_sym.codegen.c import c_source
 from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.formats.reader import loads
-from multibody_sym.model.resolve import mechanism
+from multibody_sym.model.resolution.resolve import mechanism
 text = sys.stdin.read()
 for name in sys.argv[1:]:
     made = programs(mechanism(loads(text, "model")), FORMALISMS[name])

@@ -138,7 +138,7 @@ def test_adaptive_steps_that_get_nowhere_end_the_run() -> None:
 
 
 def test_another_stop_is_another_structure() -> None:
-    from multibody_sym.model.resolve import mechanism
+    from multibody_sym.model.resolution.resolve import mechanism
     from multibody_sym.simulation.recall import structure_key
 
     plain = structure_key(mechanism(mbs.loads(THROWN)), "composite_body")

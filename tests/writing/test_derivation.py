@@ -12,7 +12,7 @@ from multibody_sym.dynamics.derive import derive
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.expressions.parser import parse
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.resolve import mechanism
+from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import leaves, symbol
 from multibody_sym.writing.derivation import derivation_data, derivation_latex, derivation_text

@@ -20,7 +20,8 @@ from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import RowMotion, constraint_jacobian, row_motions
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.mechanism import AngleRow, ExpressionRow, Mechanism, is_holonomic
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.rows import AngleRow, ExpressionRow, is_holonomic
 from multibody_sym.numerics.arrays import EPSILON, UNDEFINED, Floats
 from multibody_sym.scalars.ldl import factorized
 from multibody_sym.scalars.vectors import dot

@@ -18,7 +18,7 @@ import numpy as np
 
 from multibody_sym.dynamics.constraints.closing import Rows, least_missed, moved
 from multibody_sym.errors import NoSolutionError, Where
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.dependence import contradiction
 from multibody_sym.numerics.least_norm import scaled_rows

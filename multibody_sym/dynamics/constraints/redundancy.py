@@ -12,7 +12,7 @@ from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import constraint_jacobian
-from multibody_sym.model.mechanism import COMPONENTS
+from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.dependence import NEGLIGIBLE, dependence, support
 from multibody_sym.numerics.least_norm import scaled_rows

@@ -9,7 +9,9 @@ from multibody_sym.errors import ModelError, at
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.rows import row_motion
-from multibody_sym.model.mechanism import DistanceRow, Load, Marker, PointPull, PointSpring, RopeRow, Row
+from multibody_sym.model.mechanism.loads import Load, PointPull, PointSpring
+from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.rows import DistanceRow, RopeRow, Row
 from multibody_sym.numerics.arrays import UNDEFINED
 from multibody_sym.scalars.node import ZERO, leaves
 

@@ -24,7 +24,7 @@ from multibody_sym.kinematics.partial_velocities import partial_velocities
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import slot_state
 from multibody_sym.kinematics.wrenches import Wrench, generalized_forces
-from multibody_sym.model.mechanism import COMPONENTS, Mechanism
+from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
 from multibody_sym.scalars.vectors import (
     UNIT_MATRIX,
     ZERO_VECTOR,

@@ -26,7 +26,7 @@ from multibody_sym.kinematics.loads import TINY, applied, applied_generalized_fo
 from multibody_sym.kinematics.motion import coordinate_rates, joint_rates, motion_of
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import State, slot_state
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.scalars.node import Node, as_node, slot
 from multibody_sym.scalars.vectors import cross
 

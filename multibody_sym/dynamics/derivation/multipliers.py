@@ -27,7 +27,8 @@ from multibody_sym.dynamics.derivation.lagrange import (
 from multibody_sym.dynamics.derivation.symbols import Symbols, numbered_symbols
 from multibody_sym.dynamics.formalisms.equations import EquationsOfMotion
 from multibody_sym.kinematics.state import State
-from multibody_sym.model.mechanism import Mechanism, is_holonomic
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.rows import is_holonomic
 
 
 def multipliers(mechanism: Mechanism, state: State) -> EquationsOfMotion:

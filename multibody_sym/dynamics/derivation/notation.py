@@ -16,7 +16,7 @@ import sympy
 from multibody_sym.algebra.script import LatexScript, TextScript, decimal
 from multibody_sym.dynamics.derivation.record import Label
 from multibody_sym.dynamics.derivation.symbols import Symbols
-from multibody_sym.model.mechanism import COMPONENTS, Mechanism
+from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
 from multibody_sym.scalars.node import Node, leaves
 
 MASS, GRAVITY, PARAMETER, COORDINATE, NAME, SPEED, ACCELERATION, MULTIPLIER = range(8)

@@ -18,8 +18,9 @@ from multibody_sym.expressions.printer import text as in_model_language
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.points import position, velocity
 from multibody_sym.kinematics.state import slot_state
-from multibody_sym.model.bodies import Pose
-from multibody_sym.model.mechanism import Marker, Mechanism, TreeBody
+from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.mass import Pose
+from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, as_node
 from multibody_sym.scalars.vectors import ZERO_VECTOR

@@ -16,7 +16,7 @@ from multibody_sym.dynamics.derivation.record import Derivation, Equation
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import ArgumentError, InputError, shown
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.least_norm import solve
 from multibody_sym.numerics.numbers import number, vector

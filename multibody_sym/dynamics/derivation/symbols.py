@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import sympy
 
-from multibody_sym.model.mechanism import COMPONENTS, TIME, Mechanism
+from multibody_sym.model.mechanism.mechanism import COMPONENTS, TIME, Mechanism
 from multibody_sym.scalars.node import Node, slot
 
 

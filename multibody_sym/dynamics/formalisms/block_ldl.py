@@ -22,7 +22,7 @@ from multibody_sym.kinematics.alignment import economical_motion
 from multibody_sym.kinematics.motion import BodyMotion, Motion, from_parent
 from multibody_sym.kinematics.state import State
 from multibody_sym.kinematics.wrenches import Wrench, to_parent
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, dot, scale, subtract
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from multibody_sym.kinematics.motion import Motion
-from multibody_sym.model.mechanism import TreeBody
+from multibody_sym.model.mechanism.mechanism import TreeBody
 from multibody_sym.scalars.vectors import UNIT_MATRIX, Mat, S, apply, apply_transposed
 
 

@@ -16,7 +16,7 @@ from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
 from multibody_sym.kinematics.wrenches import Wrench, to_parent
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.scalars.vectors import (
     S,
     dot,

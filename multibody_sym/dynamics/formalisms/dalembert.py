@@ -20,7 +20,7 @@ from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.partial_velocities import PartialVelocities, partial_velocities
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.scalars.vectors import S, add, apply, cross, dot, scale
 
 

@@ -13,7 +13,7 @@ from multibody_sym.dynamics.formalisms.massless import completed_forces, complet
 from multibody_sym.kinematics.motion import Motion, coordinate_rates
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.state import State
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.scalars.ldl import factorized
 from multibody_sym.scalars.vectors import S
 

@@ -20,7 +20,7 @@ from multibody_sym.kinematics.motion import Motion, body_mass, body_motion, moti
 from multibody_sym.kinematics.partial_velocities import partial_velocities
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.state import State, state_of
-from multibody_sym.model.mechanism import Mechanism, TreeBody
+from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import ZERO_VECTOR, S, add, apply, cross

@@ -31,7 +31,7 @@ from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion, from_parent
 from multibody_sym.kinematics.state import State
 from multibody_sym.kinematics.wrenches import Wrench, joint_projection, to_parent
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.scalars.ldl import Factors, factorized
 from multibody_sym.scalars.vectors import ZERO_VECTOR, Mat, S, Vec, add, combination, dot, subtract, symmetric
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from multibody_sym.dynamics.inertia.rigid import NOTHING, RigidInertia, about_origin
 from multibody_sym.kinematics.motion import BodyMotion, Motion
-from multibody_sym.model.mechanism import TreeBody
+from multibody_sym.model.mechanism.mechanism import TreeBody
 from multibody_sym.scalars.functions import is_exactly
 from multibody_sym.scalars.node import ZERO, Node
 from multibody_sym.scalars.vectors import UNIT_MATRIX, ZERO_VECTOR, Vec, scale, steiner, symmetric

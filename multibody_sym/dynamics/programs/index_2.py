@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.kinematics.motion import coordinate_rates
 from multibody_sym.kinematics.state import arrays
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.program.derivatives import total_jacobian
 from multibody_sym.program.program import Array, Program
 from multibody_sym.program.trace import Trace

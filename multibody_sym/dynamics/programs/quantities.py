@@ -18,9 +18,11 @@ from multibody_sym.kinematics.loads import span, span_rate
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import arrays
-from multibody_sym.model.bodies import COM, Pose
-from multibody_sym.model.mechanism import Marker, Mechanism, PointPull
-from multibody_sym.model.slots import AXES
+from multibody_sym.model.declaration.values import AXES
+from multibody_sym.model.mechanism.loads import PointPull
+from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.mass import COM, Pose
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import evaluate, sqrt

@@ -9,7 +9,8 @@ from multibody_sym.kinematics.loads import add_drive, applied
 from multibody_sym.kinematics.motion import Motion, pose
 from multibody_sym.kinematics.rows import RowMotion, tooth_wrenches
 from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench
-from multibody_sym.model.mechanism import COMPONENTS, CutJoint
+from multibody_sym.model.mechanism.mechanism import COMPONENTS
+from multibody_sym.model.mechanism.rows import CutJoint
 from multibody_sym.scalars.vectors import (
     S,
     add,

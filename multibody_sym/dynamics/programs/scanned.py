@@ -36,7 +36,7 @@ from multibody_sym.kinematics.motion import (
 )
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.kinematics.wrenches import to_parent
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.program.passes import Pass, Result, Values, scan_tree
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace

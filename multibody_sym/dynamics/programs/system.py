@@ -15,7 +15,7 @@ from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.state import arrays, slot_state
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.program.derivatives import total_jacobian
 from multibody_sym.program.program import Program
 from multibody_sym.program.programs import Form, Programs

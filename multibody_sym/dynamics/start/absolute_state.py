@@ -17,8 +17,9 @@ from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import position, velocity
 from multibody_sym.kinematics.relative import angular_velocity
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.bodies import GROUND, Pose
-from multibody_sym.model.mechanism import Marker, Mechanism, TreeBody
+from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.mass import GROUND, Pose
+from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.node import Node, symbol
 

@@ -29,7 +29,7 @@ from multibody_sym.dynamics.constraints.closing import (
 from multibody_sym.dynamics.constraints.row_values import verify_values
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.kinematics.row_sizes import power_terms
-from multibody_sym.model.mechanism import Mechanism, TreeBody
+from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
 from multibody_sym.numerics.arrays import Floats
 
 NEAR: Final = 1e-6

@@ -19,8 +19,8 @@ import numpy as np
 from multibody_sym.errors import ModelError, at
 from multibody_sym.kinematics.motion import body_mass, body_motion, moving_parent
 from multibody_sym.kinematics.state import State, state_of
-from multibody_sym.model.bodies import GROUND
-from multibody_sym.model.mechanism import Mechanism, TreeBody
+from multibody_sym.model.mechanism.mass import GROUND
+from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import ZERO_VECTOR

@@ -16,9 +16,10 @@ from multibody_sym.dynamics.start.body_masses import verify_masses
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.undefined import ARITHMETIC, undefined_text, value_or_none
 from multibody_sym.errors import ExpressionError, ModelError, Where, at
-from multibody_sym.model.mechanism import TIME, Mechanism, RopeRow
-from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.system import System, Written, expressions
+from multibody_sym.model.declaration.system import System, Written, expressions
+from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
+from multibody_sym.model.mechanism.rows import RopeRow
+from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import ZERO, Node, leaves, postorder, slot, symbol
 

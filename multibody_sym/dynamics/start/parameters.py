@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from multibody_sym.dynamics.start.undefined import undefined_text
 from multibody_sym.errors import ModelError, Where, suggestion
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import UNDEFINED
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import Node, leaves, slot, symbol

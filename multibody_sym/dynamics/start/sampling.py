@@ -14,7 +14,7 @@ from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import State, state_of
-from multibody_sym.model.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.numerics.least_norm import scaled_rows
 

@@ -21,8 +21,9 @@ from multibody_sym.errors import ModelError, Where, at
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.model.bodies import GROUND
-from multibody_sym.model.mechanism import TIME, Coordinate, Mechanism, RopeRow, Speed
+from multibody_sym.model.mechanism.mass import GROUND
+from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, Mechanism, Speed
+from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import slot

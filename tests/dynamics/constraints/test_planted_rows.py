@@ -25,8 +25,8 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
-from multibody_sym.model.mechanism import TIME
-from multibody_sym.model.slots import Names
+from multibody_sym.model.declaration.fields import Names
+from multibody_sym.model.mechanism.mechanism import TIME
 
 Random = np.random.Generator
 Plants = Mapping[str, Any]

@@ -10,11 +10,11 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.constraints import Distance, Expression
-from multibody_sym.model.elements import Body
-from multibody_sym.model.joints import Initial, Planar, Prismatic, Revolute
-from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.constraints import Distance, Expression
+from multibody_sym.model.declaration.joints import Initial, Planar, Prismatic, Revolute
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.runtime.loading import Backend
 from multibody_sym.simulation.simulate import simulate
 

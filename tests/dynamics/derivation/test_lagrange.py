@@ -31,10 +31,11 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.equations import EquationsOfMotion
 from multibody_sym.errors import ModelError
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.elements import Body, SpringDamper
-from multibody_sym.model.joints import Prismatic
-from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.forces import SpringDamper
+from multibody_sym.model.declaration.joints import Prismatic
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.resolution.resolve import mechanism
 
 sin, cos = sympy.sin, sympy.cos
 
@@ -227,7 +228,7 @@ from textbook import chain
 from multibody_sym.dynamics.derivation.lagrange import lagrange
 from multibody_sym.dynamics.programs.system import state_derivative
 from multibody_sym.kinematics.state import slot_state
-from multibody_sym.model.resolve import mechanism
+from multibody_sym.model.resolution.resolve import mechanism
 names = [f"{letter}{k}" for letter in ("mk" if sys.argv[1] == "plain" else "za") for k in range(3)]
 resolved = mechanism(chain(names[:3], names[3:]))
 print(state_derivative(resolved, lagrange(resolved, slot_state(resolved))))

@@ -15,12 +15,12 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.kinematics.state import State, state_of
-from multibody_sym.model.constraints import Distance
-from multibody_sym.model.elements import Body
-from multibody_sym.model.joints import Prismatic, Revolute
-from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.constraints import Distance
+from multibody_sym.model.declaration.joints import Prismatic, Revolute
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.resolution.resolve import mechanism
 
 
 def initial(resolved: Mechanism) -> State:

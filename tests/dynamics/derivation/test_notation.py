@@ -14,7 +14,7 @@ from multibody_sym.algebra.script import LatexScript, TextScript, decimal
 from multibody_sym.dynamics.derivation.notation import escaped, latex_name, notation_of, upright
 from multibody_sym.dynamics.derivation.symbols import symbols_of
 from multibody_sym.expressions.parser import parse
-from multibody_sym.model.resolve import mechanism
+from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import leaves
 

@@ -12,11 +12,11 @@ from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics,
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.constraints import Distance, Expression
-from multibody_sym.model.elements import Body
-from multibody_sym.model.joints import Initial, Prismatic, Revolute, Spherical
-from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.constraints import Distance, Expression
+from multibody_sym.model.declaration.joints import Initial, Prismatic, Revolute, Spherical
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.resolution.resolve import mechanism
 
 
 def pendulum_in_x_y(rods: int = 1) -> System:

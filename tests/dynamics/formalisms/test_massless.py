@@ -13,11 +13,12 @@ from multibody_sym.dynamics.routes import FORMALISMS, cheapest
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.constraints import Expression, Rope
-from multibody_sym.model.elements import Body, Force, Pulley
-from multibody_sym.model.joints import Direct, Free, Initial, Planar, Prismatic, Revolute, Spherical
-from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.constraints import Expression, Pulley, Rope
+from multibody_sym.model.declaration.forces import Force
+from multibody_sym.model.declaration.joints import Direct, Free, Initial, Planar, Prismatic, Revolute, Spherical
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.simulation.simulate import simulate
 
 M1, M2, M3, G = 3.0, 2.0, 1.0, 10.0

@@ -19,11 +19,12 @@ from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.wrenches import to_parent
-from multibody_sym.model.constraints import VelocityConstraint
-from multibody_sym.model.elements import Body, Torque
-from multibody_sym.model.joints import Prismatic, Revolute, Spherical
-from multibody_sym.model.mechanism import COMPONENTS
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.constraints import VelocityConstraint
+from multibody_sym.model.declaration.forces import Torque
+from multibody_sym.model.declaration.joints import Prismatic, Revolute, Spherical
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.writing.derivation import derivation_data, derivation_text
 
 SEEDS = range(15)

@@ -15,10 +15,10 @@ from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.elements import Body
-from multibody_sym.model.joints import Spherical
-from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.joints import Spherical
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.resolution.resolve import mechanism
 
 SEEDS = range(25)
 

@@ -21,8 +21,8 @@ from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion, accelerations, motion_of, pose
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
-from multibody_sym.model.mechanism import COMPONENTS, TIME
-from multibody_sym.model.slots import Names
+from multibody_sym.model.declaration.fields import Names
+from multibody_sym.model.mechanism.mechanism import COMPONENTS, TIME
 
 Floats = np.ndarray
 

@@ -13,7 +13,7 @@ from multibody_sym.dynamics.programs.quantities import quantities
 from multibody_sym.expressions.quantities import QUANTITIES
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.motion import Motion, accelerations
-from multibody_sym.model.mechanism import DistanceRow, RopeRow
+from multibody_sym.model.mechanism.rows import DistanceRow, RopeRow
 from multibody_sym.scalars.node import Node, quantity
 
 SEEDS = range(12)

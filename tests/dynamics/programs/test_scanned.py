@@ -16,12 +16,13 @@ from multibody_sym.dynamics.programs.like_bodies import like_bodies
 from multibody_sym.dynamics.programs.scanned import worth_scanning
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.constraints import Distance
-from multibody_sym.model.elements import Body, Force, SpringDamper
-from multibody_sym.model.joints import Fixed, Planar, Prismatic, Revolute, Spherical
-from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.constraints import Distance
+from multibody_sym.model.declaration.forces import Force, SpringDamper
+from multibody_sym.model.declaration.joints import Fixed, Planar, Prismatic, Revolute, Spherical
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.measures import operation_count
 

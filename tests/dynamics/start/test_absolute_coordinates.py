@@ -29,8 +29,8 @@ from multibody_sym.dynamics.start.start import start
 from multibody_sym.kinematics.motion import Motion, accelerations, body_acceleration, motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State, slot_state, state_of
-from multibody_sym.model.mechanism import TIME, Mechanism
-from multibody_sym.model.slots import Names
+from multibody_sym.model.declaration.fields import Names
+from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.scalars.node import symbol
 from multibody_sym.simulation.overrides import with_settings

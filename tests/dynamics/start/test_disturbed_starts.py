@@ -22,11 +22,12 @@ from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.elements import Body
-from multibody_sym.model.joints import Fixed, Initial, Prismatic, Revolute
-from multibody_sym.model.mechanism import Mechanism, PositionRow
-from multibody_sym.model.slots import Names
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.fields import Names
+from multibody_sym.model.declaration.joints import Fixed, Initial, Prismatic, Revolute
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.rows import PositionRow
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 SIZES = 10.0 ** np.arange(-12, 1)

@@ -16,12 +16,18 @@ from multibody_sym.errors import InputError, ModelError, NoSolutionError
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.constraints import Distance, Expression, PrescribedMotion, Rope, VelocityConstraint
-from multibody_sym.model.elements import Body, Element
-from multibody_sym.model.joints import Free, Initial, Prismatic, Revolute, Spherical
-from multibody_sym.model.mechanism import Mechanism
-from multibody_sym.model.resolve import mechanism
-from multibody_sym.model.system import System
+from multibody_sym.model.declaration.bodies import Body, Element
+from multibody_sym.model.declaration.constraints import (
+    Distance,
+    Expression,
+    PrescribedMotion,
+    Rope,
+    VelocityConstraint,
+)
+from multibody_sym.model.declaration.joints import Free, Initial, Prismatic, Revolute, Spherical
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.resolution.resolve import mechanism
 
 ROD = {"Izz": 1}
 

@@ -1,0 +1,184 @@
+"""Bodies as they are declared: mass, inertia or a standard shape, points, frames, surfaces; ground's motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from multibody_sym.errors import ModelError, at
+from multibody_sym.expressions.printer import text
+from multibody_sym.model.declaration.fields import Element, ListOf, MapOf, Record, holds
+from multibody_sym.model.declaration.values import (
+    Choice,
+    Direction,
+    Point,
+    Scalar,
+    Scalars,
+    Text,
+    Vector,
+    described,
+    scalar,
+)
+from multibody_sym.scalars.node import Node
+
+_INERTIA: Final = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
+
+
+@dataclass(frozen=True)
+class InertiaSlot:
+    """Tensor elements Ixx .. Iyz about the centre of mass in body axes (Ixy = -integral of x y dm); held as six."""
+
+    unit: str = "kg*m^2"
+    keys: tuple[str, ...] = _INERTIA
+
+    def accept(self, value: Any) -> tuple[Node, ...]:
+        if isinstance(value, (list, tuple)) and len(value) == 6:
+            return tuple(scalar(x, self.unit) for x in value)
+        if not isinstance(value, Mapping):
+            raise ModelError(f"expected a map of {', '.join(_INERTIA)}, got {described(value)}")
+        for key in value:
+            if key not in _INERTIA:
+                raise ModelError(f"unknown key {key!r}; known: {', '.join(_INERTIA)}")
+        elements = []
+        for key in _INERTIA:
+            with at(key):
+                elements.append(scalar(value.get(key, 0), self.unit))
+        return tuple(elements)
+
+    def tree(self, value: tuple[Node, ...]) -> dict[str, str]:
+        return {key: text(x) for key, x in zip(_INERTIA, value, strict=True) if x.shadow != 0}
+
+
+SHAPES: Final[Mapping[str, tuple[str, ...]]] = {
+    "rod": ("length",),
+    "disc": ("radius",),
+    "ring": ("radius",),
+    "cylinder": ("radius", "length"),
+    "sphere": ("radius",),
+    "shell": ("radius",),
+    "box": ("x", "y", "z"),
+}
+"""The shapes and their sizes. A rod lies along x from the body's origin; the others have their centre there, axis z."""
+
+
+@dataclass(frozen=True)
+class Shape(Element):
+    """A homogeneous body of a standard shape: its kind, its sizes in the order of `SHAPES`, its mass."""
+
+    kind: str = holds(Choice(tuple(SHAPES)))
+    sizes: tuple[Node, ...] = holds(Scalars("m"))
+    mass: Node = holds(Scalar("kg"))
+
+    def verify(self) -> None:
+        wanted = SHAPES[self.kind]
+        if len(self.sizes) != len(wanted):
+            raise ModelError(f"a {self.kind} needs {', '.join(wanted)}, got {len(self.sizes)} numbers")
+
+    def written(self) -> Iterator[tuple[tuple[str, ...], Any, str | None]]:
+        yield (self.kind,), self.sizes[0] if len(self.sizes) == 1 else self.sizes, "m"
+        yield ("mass",), self.mass, "kg"
+
+
+@dataclass(frozen=True)
+class ShapeSlot:
+    """A shape, written `{rod: l, mass: m}` or `{cylinder: [r, l], mass: m}`."""
+
+    def accept(self, value: Any) -> Shape:
+        if isinstance(value, Shape):
+            return value
+        if not isinstance(value, Mapping):
+            raise ModelError(f"expected a map such as {{rod: l, mass: m}}, got {described(value)}")
+        kinds = [key for key in value if key != "mass"]
+        if len(kinds) != 1 or kinds[0] not in SHAPES:
+            raise ModelError(f"expected one of {', '.join(SHAPES)} and a mass, got {', '.join(map(str, value))}")
+        if "mass" not in value:
+            raise ModelError("the shape's mass is missing")
+        with at(kinds[0]):
+            sizes = Scalars("m").accept(value[kinds[0]])
+        return Shape(kinds[0], sizes, value["mass"])
+
+    def tree(self, value: Shape) -> dict[str, Any]:
+        return {value.kind: Scalars().tree(value.sizes), "mass": text(value.mass)}
+
+
+@dataclass(frozen=True)
+class Turn(Element):
+    """A rotation by `angle` about `axis`."""
+
+    axis: Point = holds(Direction())
+    angle: Node = holds(Scalar(""))
+
+
+@dataclass(frozen=True)
+class Frame(Element):
+    """A named position and orientation on a body: turns in order, each about the axes the ones before have turned."""
+
+    position: Point = holds(Vector("m"), (0, 0, 0))
+    rotate: tuple[Turn, ...] = holds(ListOf(Record(Turn)), ())
+
+
+@dataclass(frozen=True)
+class GroundMotion(Element):
+    """How ground moves in inertial space: its origin at (x, y, z), then turned (expressions of t and parameters).
+
+    Turns come in order, each about the axes that the ones before have turned. Gravity does not turn with ground: it
+    keeps its direction in inertial space.
+    """
+
+    x: Node = holds(Scalar("m"), 0)
+    y: Node = holds(Scalar("m"), 0)
+    z: Node = holds(Scalar("m"), 0)
+    turn: tuple[Turn, ...] = holds(ListOf(Record(Turn)), ())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Surface(Element):
+    """A surface of a body: a ball, the sharp rim of a disc about `axis`, or a plane through a place with a `normal`.
+
+    Balls and discs have their centre at `centre`; everything in body axes.
+    """
+
+    sphere: Node | None = holds(Scalar("m"), None)
+    disc: Node | None = holds(Scalar("m"), None)
+    axis: Point = holds(Direction(), "z")
+    centre: Point = holds(Vector("m"), (0, 0, 0))
+    plane: Point | None = holds(Vector("m"), None)
+    normal: Point = holds(Direction(), "z")
+
+    def verify(self) -> None:
+        if sum(x is not None for x in (self.sphere, self.disc, self.plane)) != 1:
+            raise ModelError("a surface is one of sphere: radius, disc: radius, plane: [x, y, z]")
+
+
+@dataclass(frozen=True)
+class Body(Element):
+    """A rigid body, or a particle at `com` where no inertia is given.
+
+    `com` and `points` are in body axes from the body's origin; the inertia is about the centre of mass in body axes.
+    A `shape` gives mass, com and inertia instead. `motion` is for the body called ground alone: a lift, a shaker, a
+    turntable. World axes are the inertial ones, in which gravity is given and which ground leaves when it moves.
+    """
+
+    mass: Node | None = holds(Scalar("kg"), None)
+    com: Point | None = holds(Vector("m"), None)
+    inertia: tuple[Node, ...] | None = holds(InertiaSlot(), None)
+    shape: Shape | None = holds(ShapeSlot(), None)
+    points: Mapping[str, Point] = holds(MapOf(Vector("m")), None)
+    frames: Mapping[str, Frame] = holds(MapOf(Record(Frame)), None)
+    motion: GroundMotion | None = holds(Record(GroundMotion), None)
+    surfaces: Mapping[str, Surface] = holds(MapOf(Record(Surface)), None)
+    label: str | None = holds(Text(), None)
+
+    def __post_init__(self) -> None:
+        for name in ("points", "frames", "surfaces"):
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, {})
+        super().__post_init__()
+
+    def verify(self) -> None:
+        if self.shape is not None and (self.mass is not None or self.inertia is not None):
+            raise ModelError("a shape gives the mass and inertia: leave out mass and inertia, or the shape")
+        for name in self.points:
+            if name in self.frames:
+                raise ModelError(f"{name!r} is both a point and a frame")

@@ -1,0 +1,213 @@
+"""Fields of elements: lists, maps and records of values, and the elements that are made of fields."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, dataclass, field, fields
+from types import MappingProxyType
+from typing import Any
+
+from multibody_sym.errors import ModelError, at, suggestion
+from multibody_sym.model.declaration.values import OptionalScalars, Scalars, Slot, Text, content_of, described, is_empty
+
+
+@dataclass(frozen=True)
+class ListOf:
+    """A list, held as a tuple; `least` and `most` bound its length. One item may stand without brackets."""
+
+    item: Slot
+    least: int = 0
+    most: int | None = None
+
+    def accept(self, value: Any) -> tuple[Any, ...]:
+        items = list(value) if isinstance(value, (list, tuple)) else [value]
+        if len(items) < self.least or (self.most is not None and len(items) > self.most):
+            wanted = str(self.least) if self.least == self.most else f"at least {self.least}"
+            raise ModelError(f"expected a list of {wanted}, got {len(items)}")
+        return tuple(content_of(i, x, self.item) for i, x in enumerate(items))
+
+    def tree(self, value: tuple[Any, ...]) -> list[Any]:
+        return [self.item.tree(x) for x in value]
+
+
+@dataclass(frozen=True)
+class MapOf:
+    """A map from names to contents, in the order in which they were written; equality includes that order."""
+
+    item: Slot
+
+    def accept(self, value: Any) -> Mapping[str, Any]:
+        if is_empty(value):
+            return Names()
+        if not isinstance(value, Mapping):
+            raise ModelError(f"expected a map of names, got {described(value)}")
+        content = {}
+        for name, x in value.items():
+            with at(name):
+                content[Text().accept(name)] = self.item.accept(x)
+        return Names(content)
+
+    def tree(self, value: Mapping[str, Any]) -> dict[str, Any]:
+        return {name: self.item.tree(x) for name, x in value.items()}
+
+
+class Names(Mapping[str, Any]):
+    """A read-only map whose equality includes the order of its names (order decides the order of coordinates)."""
+
+    __slots__ = ("_content",)
+
+    def __init__(self, content: Mapping[str, Any] | None = None) -> None:
+        self._content = MappingProxyType(dict(content or {}))
+
+    def __getitem__(self, name: str) -> Any:
+        return self._content[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._content)
+
+    def __len__(self) -> int:
+        return len(self._content)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Names) and list(self.items()) == list(other.items())
+
+    def __hash__(self) -> int:
+        return hash(tuple(self))
+
+    def __repr__(self) -> str:
+        return repr(dict(self._content))
+
+
+@dataclass(frozen=True)
+class Record:
+    """An element of one class, written as a map of its fields."""
+
+    cls: type[Element]
+
+    def accept(self, value: Any) -> Element:
+        if isinstance(value, self.cls):
+            return value
+        if not isinstance(value, Mapping):
+            raise ModelError(f"expected a map with {', '.join(slots_of(self.cls))}, got {described(value)}")
+        return from_fields(self.cls, value)
+
+    def tree(self, value: Element) -> dict[str, Any]:
+        return fields_tree(value)
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """An element of one of several classes, chosen by its `type` key."""
+
+    table: Mapping[str, type[Element]]
+    aliases: Mapping[str, str]
+
+    def accept(self, value: Any) -> Element:
+        if isinstance(value, Element) and type(value) in self.table.values():
+            return value
+        if not isinstance(value, Mapping):
+            raise ModelError(f"expected a map with a type ({', '.join(self.table)}), got {described(value)}")
+        if "type" not in value:
+            raise ModelError(f"type is missing; known: {', '.join(self.table)}")
+        return from_fields(self._class(value["type"]), {k: v for k, v in value.items() if k != "type"})
+
+    def _class(self, word: Any) -> type[Element]:
+        name = self.aliases.get(word, word) if isinstance(word, str) else word
+        if not isinstance(name, str) or name not in self.table:
+            with at("type"):
+                known = [*self.table, *self.aliases]
+                raise ModelError(f"{described(word)} is no known type{suggestion(str(word), known)}")
+        return self.table[name]
+
+    def tree(self, value: Element) -> dict[str, Any]:
+        kind = next(name for name, cls in self.table.items() if type(value) is cls)
+        return {"type": kind, **fields_tree(value)}
+
+
+@dataclass(frozen=True)
+class Element:
+    """A frozen record whose fields read themselves through their slots when it is made."""
+
+    def written(self) -> Iterator[tuple[tuple[str, ...], Any, str | None]]:
+        """Yield the contents of the fields: the steps that lead to each in a file, it, and the unit it is read in."""
+        for name, slot in slots_of(type(self)).items():
+            value, unit = getattr(self, name), unit_of(slot)
+            steps = _steps_of(slot, value)
+            if steps is None:
+                yield (name,), value, unit
+            else:
+                yield from (((name, *step), x, unit) for step, x in zip(steps, value, strict=True))
+
+    def __post_init__(self) -> None:
+        for f in fields(self):
+            value = getattr(self, f.name)
+            with at(f.name):
+                if value is None and f.default is MISSING:
+                    raise ModelError("it is missing")
+                value = f.default if value is None else value
+                if value is not None:
+                    object.__setattr__(self, f.name, f.metadata["slot"].accept(value))
+        self.verify()
+
+    def verify(self) -> None:
+        """Raise ModelError where the fields contradict each other."""
+
+
+def holds(slot: Slot, default: Any = MISSING, *, keyword: bool = False) -> Any:
+    """Declare a dataclass field that holds `slot`.
+
+    Without a default it must be given; by keyword only if it is marked so or its class is `kw_only`.
+    """
+    only: Any = keyword or MISSING
+    return field(default=default, kw_only=only, metadata={"slot": slot})
+
+
+def slots_of(cls: type[Element]) -> dict[str, Slot]:
+    """Return the fields of an element class, each with its slot."""
+    return {f.name: f.metadata["slot"] for f in fields(cls)}
+
+
+def _steps_of(slot: Slot, value: Any) -> list[tuple[str, ...]] | None:
+    """Return under which steps a file holds the items of a tuple, where that is not by their numbers."""
+    if not isinstance(value, tuple):
+        return None
+    keys: tuple[str, ...] | None = getattr(slot, "keys", None)
+    if keys is not None:
+        return [(key,) for key in keys]
+    return [()] if len(value) == 1 and isinstance(slot, (Scalars, OptionalScalars)) else None
+
+
+def unit_of(slot: Slot) -> str | None:
+    """Return the unit that a slot's expressions are read in, None where any fits."""
+    unit: str | None = getattr(slot, "unit", None)
+    item = getattr(slot, "item", None)
+    return unit if item is None else unit_of(item)
+
+
+def from_fields(cls: type[Element], tree: Mapping[str, Any]) -> Element:
+    """Return the element that a map of fields describes; unknown and missing fields are errors."""
+    known = slots_of(cls)
+    for key in tree:
+        if key not in known:
+            with at(key):
+                raise ModelError(f"unknown key {key!r}{suggestion(str(key), known)}")
+    for f in fields(cls):
+        if f.default is MISSING and is_empty(tree.get(f.name)):
+            raise ModelError(f"{f.name} is missing")
+    for key, value in tree.items():
+        if isinstance(value, str) and not value and not isinstance(known[key], MapOf):
+            with at(key):
+                raise ModelError(f"{key} is empty: write what it is, or leave it out")
+    return cls(**tree)
+
+
+def fields_tree(element: Element) -> dict[str, Any]:
+    """Return the fields of an element that differ from their defaults, as a file holds them."""
+    tree = {}
+    for f in fields(element):
+        value, slot = getattr(element, f.name), f.metadata["slot"]
+        default = None if f.default is MISSING or f.default is None else slot.accept(f.default)
+        empty = isinstance(value, Mapping) and not value
+        if value is not None and value != default and not empty:
+            tree[f.name] = slot.tree(value)
+    return tree

@@ -1,0 +1,118 @@
+"""Between a System and the plain tree (maps, lists, text) that a model file holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from multibody_sym.errors import ModelError, at, suggestion
+from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.fields import Element, Record, fields_tree, from_fields, holds, slots_of
+from multibody_sym.model.declaration.joints import JOINTS
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.declaration.values import Count, Text, described, is_text
+
+VERSION: Final = "1"
+_VERSION_KEY: Final = "multibody_sym"
+_REPEAT_KEY: Final = "repeat"
+
+
+def system_from_tree(tree: Any) -> System:
+    """Return the System that a model file's content describes.
+
+    Raises InputError with the path of the field in `where.path`.
+    """
+    if not isinstance(tree, Mapping):
+        raise ModelError(f"a model file is a map, got {described(tree)}")
+    version = tree.get(_VERSION_KEY)
+    if version != VERSION:
+        with at(_VERSION_KEY):
+            raise ModelError(f"a model file says '{_VERSION_KEY}: {VERSION}' first, got {described(version)}")
+    known = (_VERSION_KEY, *slots_of(System), _REPEAT_KEY)
+    for key in tree:
+        if key not in known:
+            with at(key):
+                raise ModelError(f"unknown key {key!r}{suggestion(str(key), known)}")
+    content = {key: x for key, x in tree.items() if key not in (_VERSION_KEY, _REPEAT_KEY)}
+    for index, entry in _repeats(tree.get(_REPEAT_KEY)):
+        with at(_REPEAT_KEY, *index):
+            content = _with_chain(content, entry)
+    system = from_fields(System, content)
+    assert isinstance(system, System)
+    return system
+
+
+def tree_from_system(system: System) -> dict[str, Any]:
+    """Return the content of a model file that describes the System."""
+    return {_VERSION_KEY: VERSION, **{key: part for key, part in fields_tree(system).items() if part != {}}}
+
+
+@dataclass(frozen=True)
+class AnyMap:
+    """A map that is read later, once for each copy."""
+
+    def accept(self, value: Any) -> Mapping[str, Any]:
+        if not isinstance(value, Mapping):
+            raise ModelError(f"expected a map, got {described(value)}")
+        return value
+
+    def tree(self, value: Mapping[str, Any]) -> Any:
+        return value
+
+
+@dataclass(frozen=True)
+class Repeat(Element):
+    """A chain of `count` like bodies: each joined by `joint` to the point `parent` of the one before.
+
+    The first is joined to `start`. Bodies are called `<body_name>1`, `<body_name>2`, ..., joints `<joint_name>1`, ...
+    """
+
+    count: int = holds(Count())
+    body: Mapping[str, Any] = holds(AnyMap())
+    joint: Mapping[str, Any] = holds(AnyMap())
+    start: str = holds(Text(), "ground")
+    body_name: str = holds(Text(), "body")
+    joint_name: str = holds(Text(), "joint")
+
+
+MOST_REPEATS: Final = 10_000
+
+
+def _repeats(value: Any) -> list[tuple[tuple[str, ...], Repeat]]:
+    if value is None or is_text(value, ""):
+        return []
+    single: list[tuple[tuple[str, ...], Any]] = [((), value)]
+    listed = [((str(i),), x) for i, x in enumerate(value)] if isinstance(value, list) else single
+    read: list[tuple[tuple[str, ...], Repeat]] = []
+    for index, entry in listed:
+        with at(_REPEAT_KEY, *index):
+            repeat = Record(Repeat).accept(entry)
+            assert isinstance(repeat, Repeat)
+            if repeat.count > MOST_REPEATS:
+                with at("count"):
+                    raise ModelError(f"at most {MOST_REPEATS} copies")
+            read.append((index, repeat))
+    return read
+
+
+def _with_chain(tree: Mapping[str, Any], repeat: Repeat) -> dict[str, Any]:
+    with at("body"):
+        body = Record(Body).accept(repeat.body)
+    joint, point = dict(repeat.joint), repeat.joint.get("parent")
+    bodies, joints = dict(tree.get("bodies") or {}), dict(tree.get("joints") or {})
+    for k in range(1, repeat.count + 1):
+        names = f"{repeat.body_name}{k}", f"{repeat.joint_name}{k}"
+        _refuse_taken(names[0], bodies)
+        _refuse_taken(names[1], joints)
+        before = f"{repeat.body_name}{k - 1}" + (f".{point}" if point else "")
+        with at("joint"):
+            ends = {"parent": repeat.start if k == 1 else before, "child": names[0]}
+            joints[names[1]] = JOINTS.accept({**joint, **ends})
+        bodies[names[0]] = body
+    return {**tree, "bodies": bodies, "joints": joints}
+
+
+def _refuse_taken(name: str, taken: Mapping[str, Any]) -> None:
+    if name in taken:
+        raise ModelError(f"the chain would declare {name!r} a second time; choose another body_name or joint_name")

@@ -1,0 +1,144 @@
+"""Forces as they are declared."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from multibody_sym.errors import ModelError
+from multibody_sym.model.declaration.fields import Element, ListOf, OneOf, holds
+from multibody_sym.model.declaration.values import Point, Scalar, ScalarOrVector, Text, Vector
+from multibody_sym.scalars.node import Node
+
+
+@dataclass(frozen=True)
+class Force(Element):
+    """A force with components along the axes of `frame` (a body, default ground), acting at a point of a body.
+
+    Without `at` it acts at the centre of mass.
+    """
+
+    on: str = holds(Text())
+    value: Point = holds(Vector("N"))
+    at: str | None = holds(Text(), None)
+    frame: str = holds(Text(), "ground")
+
+
+@dataclass(frozen=True)
+class Torque(Element):
+    """A torque: `value` (one number) about the freedom of a joint, on its child and back on its parent; or on a body.
+
+    A joint with several freedoms takes it (or a force, along a translation) at the one that `freedom` names by its
+    coordinate or speed. On a body `value` has three components along the axes of `frame` (a body, default ground).
+    """
+
+    value: Node | Point = holds(ScalarOrVector("N*m"))
+    joint: str | None = holds(Text(), None)
+    freedom: str | None = holds(Text(), None)
+    on: str | None = holds(Text(), None)
+    frame: str = holds(Text(), "ground")
+
+    def verify(self) -> None:
+        if (self.joint is None) == (self.on is None):
+            raise ModelError("a torque acts either in a joint (joint:) or on a body (on:)")
+        _freedom_of_joint(self.freedom, self.joint)
+        if (self.joint is None) == isinstance(self.value, Node):
+            raise ModelError("a joint's torque is one number, a body's torque a list of three")
+
+
+@dataclass(frozen=True)
+class SpringDamper(Element):
+    """F = stiffness (length - l0) + damping d(length)/dt, pulling two points together, or acting in a joint.
+
+    In a joint the coordinate of its freedom stands for the length and `length` for the unloaded coordinate; `freedom`
+    names the coordinate where there are several.
+    """
+
+    stiffness: Node = holds(Scalar())
+    between: tuple[str, ...] | None = holds(ListOf(Text(), 2, 2), None)
+    joint: str | None = holds(Text(), None)
+    freedom: str | None = holds(Text(), None)
+    damping: Node = holds(Scalar(), 0)
+    length: Node = holds(Scalar(), 0)
+
+    def verify(self) -> None:
+        _one_place(self.between, self.joint)
+        _freedom_of_joint(self.freedom, self.joint)
+
+
+@dataclass(frozen=True)
+class Damper(Element):
+    """F = damping d(length)/dt between two points, or against the speed of a joint's freedom."""
+
+    damping: Node = holds(Scalar())
+    between: tuple[str, ...] | None = holds(ListOf(Text(), 2, 2), None)
+    joint: str | None = holds(Text(), None)
+    freedom: str | None = holds(Text(), None)
+
+    def verify(self) -> None:
+        _one_place(self.between, self.joint)
+        _freedom_of_joint(self.freedom, self.joint)
+
+
+@dataclass(frozen=True)
+class Pull(Element):
+    """A force that pulls two points together, by any law: `value` may name their `distance` and `distance_rate`.
+
+    All it does counts as work, none as potential energy.
+    """
+
+    between: tuple[str, ...] = holds(ListOf(Text(), 2, 2))
+    value: Node = holds(Scalar("N"))
+
+
+@dataclass(frozen=True)
+class Drag(Element):
+    """F = -(linear + quadratic |v|) v at a point of a body, v its velocity in inertial space.
+
+    Without `at` it acts at the centre of mass.
+    """
+
+    on: str = holds(Text())
+    at: str | None = holds(Text(), None)
+    linear: Node = holds(Scalar("kg/s"), 0)
+    quadratic: Node = holds(Scalar("kg/m"), 0)
+
+
+@dataclass(frozen=True)
+class Motor(Element):
+    """A direct-current motor in a joint: torque = gear constant (voltage - constant gear u) / resistance.
+
+    `constant` is that of the torque (N m/A) and of the induced voltage (V s/rad); the motor turns `gear` times as fast
+    as the joint, whose speed is u. Its inductance and own inertia are left out.
+    """
+
+    joint: str = holds(Text())
+    voltage: Node = holds(Scalar(), keyword=True)
+    resistance: Node = holds(Scalar(), keyword=True)
+    constant: Node = holds(Scalar(), keyword=True)
+    gear: Node = holds(Scalar(), 1, keyword=True)
+    freedom: str | None = holds(Text(), None, keyword=True)
+
+
+def _freedom_of_joint(freedom: object, joint: object) -> None:
+    if freedom is not None and joint is None:
+        raise ModelError("freedom goes with joint").under("freedom")
+
+
+def _one_place(between: object, joint: object) -> None:
+    if (between is None) == (joint is None):
+        raise ModelError("it acts either between two points (between: [a, b]) or in a joint (joint:)")
+
+
+FORCES: Final = OneOf(
+    {
+        "force": Force,
+        "torque": Torque,
+        "spring_damper": SpringDamper,
+        "damper": Damper,
+        "pull": Pull,
+        "drag": Drag,
+        "motor": Motor,
+    },
+    {"spring": "spring_damper"},
+)

@@ -1,0 +1,380 @@
+"""Joints: each is declared as itself and moves by elementary steps, perhaps with a ball where three angles would fail.
+
+Frame F stands on the parent, frame M on the child; at zero coordinates they coincide. The steps lead from F to M: each
+translates along, rotates about, or screws along an axis that the steps before it have moved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Final
+
+from multibody_sym.errors import ModelError, at
+from multibody_sym.expressions.printer import text
+from multibody_sym.model.declaration.fields import Element, ListOf, OneOf, Record, holds
+from multibody_sym.model.declaration.steps import Step
+from multibody_sym.model.declaration.values import Direction, Flag, OptionalScalars, Point, Scalar, Scalars, Text
+from multibody_sym.scalars.node import PI, Node
+
+_BALL_COORDINATES: Final = ("qw", "qx", "qy", "qz")
+_BALL_SPEEDS: Final = ("wx", "wy", "wz")
+_X, _Y, _Z = (Direction().accept(letter) for letter in "xyz")
+
+
+@dataclass(frozen=True)
+class Joint(Element):
+    """A joint from a body, point or frame of the parent to one of the child; both coincide at zero coordinates.
+
+    All but parent and child is given by keyword: a letter behind them could be an axis or the name of a coordinate.
+    Where joints close a loop one of them is cut and becomes constraints: the one marked `cut`.
+    """
+
+    kind: ClassVar[str]
+
+    parent: str = holds(Text())
+    child: str = holds(Text())
+    cut: bool = holds(Flag(), False, keyword=True)
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The elementary motions that the kind of joint lets happen, from the parent outward."""
+        return ()
+
+    @property
+    def moves(self) -> tuple[Step, ...]:
+        """The elementary motions, those with a prescribed motion moving by it."""
+        return self.steps
+
+    @property
+    def free_steps(self) -> tuple[Step, ...]:
+        """The elementary motions that have a coordinate."""
+        return tuple(step for step in self.moves if step.motion is None)
+
+    @property
+    def ball(self) -> bool:
+        """Whether free rotation follows: a unit quaternion (w first), angular velocity in the child's axes."""
+        return False
+
+    @property
+    def coordinate_suffixes(self) -> tuple[str, ...]:
+        """What follows the joint's name in the default names of its coordinates."""
+        letters = [step.letter for step in self.free_steps] + [*(_BALL_COORDINATES if self.ball else ())]
+        return tuple(f"_{letter}" for letter in letters) if self.ball or len(self.steps) > 1 else ("",) * len(letters)
+
+    @property
+    def speed_suffixes(self) -> tuple[str | None, ...]:
+        """What follows the joint's name in the names of its speeds; None where a speed is a coordinate's rate."""
+        ball = tuple(f"_{letter}" for letter in _BALL_SPEEDS) if self.ball else ()
+        return (*(None for _ in self.free_steps), *ball)
+
+    @property
+    def coordinate_units(self) -> tuple[str, ...]:
+        """The units of the coordinates."""
+        return (*(step.unit for step in self.free_steps), *("" for _ in (_BALL_COORDINATES if self.ball else ())))
+
+    @property
+    def speed_units(self) -> tuple[str, ...]:
+        """The units of the speeds."""
+        ball = ("rad/s",) * len(_BALL_SPEEDS) if self.ball else ()
+        return (*(f"{step.unit}/s" for step in self.free_steps), *ball)
+
+    @property
+    def zero_coordinates(self) -> tuple[int, ...]:
+        """The coordinates at which both frames coincide."""
+        return (*(0 for _ in self.free_steps), *((1, 0, 0, 0) if self.ball else ()))
+
+
+@dataclass(frozen=True)
+class Initial(Element):
+    """The state of a joint at t = 0; `known` coordinates are held when closed loops are assembled."""
+
+    q: tuple[Node, ...] | None = holds(Scalars(), None)
+    u: tuple[Node, ...] | None = holds(Scalars(), None)
+    known: bool = holds(Flag(), False)
+
+
+@dataclass(frozen=True)
+class Limits(Element):
+    """How far (`lower`, `upper`), how fast (`velocity`) and with how much force or moment (`effort`) a joint may move.
+
+    Nothing stops it there: `check` and the summary of a run tell where position and speed pass them. The effort is for
+    programs that choose a drive.
+    """
+
+    lower: Node | None = holds(Scalar(), None)
+    upper: Node | None = holds(Scalar(), None)
+    velocity: Node | None = holds(Scalar(), None)
+    effort: Node | None = holds(Scalar(), None)
+
+    def verify(self) -> None:
+        if self.lower is None or self.upper is None or self.lower.shadow is None or self.upper.shadow is None:
+            return
+        if self.lower.shadow > self.upper.shadow:
+            raise ModelError(f"the lower limit {text(self.lower)} is above the upper one {text(self.upper)}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class MovingJoint(Joint):
+    """A joint with freedom: names and initial values of its coordinates.
+
+    `motion` prescribes how it moves: an expression of t and parameters, or a list of one for each translation and
+    rotation in turn, in which null (None) leaves that one free. What is prescribed has no coordinate; its drive shows
+    in the joint's reaction.
+    """
+
+    q: tuple[str, ...] | None = holds(ListOf(Text(), least=1), None)
+    motion: tuple[Node | None, ...] | None = holds(OptionalScalars(), None)
+    initial: Initial | None = holds(Record(Initial), None)
+    limits: Limits | None = holds(Record(Limits), None)
+    label: str | None = holds(Text(), None)
+
+    @property
+    def moves(self) -> tuple[Step, ...]:
+        if self.motion is None:
+            return self.steps
+        return tuple(replace(step, motion=given) for step, given in zip(self.steps, self.motion, strict=True))
+
+    def verify(self) -> None:
+        self._verify_motion()
+        if self.limits is not None and (self.ball or len(self.steps) != 1):
+            raise ModelError(f"limits are for joints with one freedom; a {self.kind} joint has more").under("limits")
+        coordinates, speeds = len(self.coordinate_units), len(self.speed_units)
+        if self.q is not None and len(self.q) != coordinates:
+            if coordinates == 0:
+                raise ModelError(f"{self._named} has no coordinate to give a name: leave it out").under("q")
+            raise ModelError(f"{self._named} has {coordinates} coordinates, q names {len(self.q)}")
+        if self.initial is None:
+            return
+        for name, wanted in (("q", coordinates), ("u", speeds)):
+            given = getattr(self.initial, name)
+            if given is not None and len(given) != wanted:
+                with at("initial", name):
+                    raise ModelError(f"{self._named} needs {wanted} initial values here, got {len(given)}")
+
+    @property
+    def _named(self) -> str:
+        return f"a {self.kind} joint" + (" whose motion is prescribed" if self.motion is not None else "")
+
+    def _verify_motion(self) -> None:
+        """Raise ModelError unless `motion` has an entry for each step."""
+        if self.motion is None or len(self.motion) == len(self.steps):
+            return
+        with at("motion"):
+            if self.ball:
+                raise ModelError(
+                    f"the rotation of a {self.kind} joint is a quaternion, which cannot be prescribed; choose three "
+                    "angles instead (angles: xyz)"
+                )
+            raise ModelError(
+                f"a {self.kind} joint moves by {len(self.steps)} translations and rotations: give a motion or null for "
+                f"each, got {len(self.motion)}"
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Revolute(MovingJoint):
+    """A hinge: rotation by q about `axis` (components in the parent's attachment frame), z unless it is given."""
+
+    kind: ClassVar[str] = "revolute"
+    axis: Point = holds(Direction(), "z")
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        return (Step("rotate", self.axis),)
+
+
+@dataclass(frozen=True, kw_only=True)
+class AxialJoint(MovingJoint):
+    """A joint that slides along `axis` (components in the parent's attachment frame), which must be given.
+
+    Planes have a normal to turn about, but no direction of their own to slide along.
+    """
+
+    axis: Point = holds(Direction(), None)
+
+    def verify(self) -> None:
+        if self.axis is None:
+            message = f"it is missing: say along which direction the {self.kind} joint slides, such as axis: x"
+            raise ModelError(message).under("axis")
+        super().verify()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prismatic(AxialJoint):
+    """A slider: translation by q along `axis` (components in the parent's attachment frame)."""
+
+    kind: ClassVar[str] = "prismatic"
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        return (Step("translate", self.axis),)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Screw(AxialJoint):
+    """A nut on a screw: rotation by q about `axis` advances it by `pitch` a turn."""
+
+    kind: ClassVar[str] = "screw"
+    pitch: Node = holds(Scalar("m"))
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        return (Step("screw", self.axis, lead=self.pitch / (2 * PI)),)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cylindrical(AxialJoint):
+    """A sleeve on a shaft: z along and phi about `axis`."""
+
+    kind: ClassVar[str] = "cylindrical"
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        return Step("translate", self.axis, "z"), Step("rotate", self.axis, "phi")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Universal(MovingJoint):
+    """A cardan joint: rotation about the first of `axes` (the parent's), then about the second, turned by it."""
+
+    kind: ClassVar[str] = "universal"
+    axes: tuple[Point, ...] = holds(ListOf(Direction(), 2, 2), ("x", "y"))
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        return Step("rotate", self.axes[0], "1"), Step("rotate", self.axes[1], "2")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Planar(MovingJoint):
+    """Motion in the x-y plane of the parent's attachment frame: x, y along its axes, then rotation theta about z."""
+
+    kind: ClassVar[str] = "planar"
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        return Step("translate", _X, "x"), Step("translate", _Y, "y"), Step("rotate", _Z, "theta")
+
+
+@dataclass(frozen=True)
+class Angles:
+    """Three axes of successive rotations, written as letters: `xyz`, `zxz`, ...; no two neighbours alike."""
+
+    def accept(self, value: Any) -> str:
+        word = Text().accept(value)
+        if len(word) != 3 or set(word) - set("xyz") or word[0] == word[1] or word[1] == word[2]:
+            raise ModelError(f"{word!r} names no three successive axes: write xyz, zxz, zyx or the like")
+        return word
+
+    def tree(self, value: str) -> str:
+        return value
+
+
+def _three_angles(angles: str | None) -> tuple[Step, ...]:
+    axes = {"x": _X, "y": _Y, "z": _Z}
+    return tuple(Step("rotate", axes[letter], str(k)) for k, letter in enumerate(angles or "", 1))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spherical(MovingJoint):
+    """A ball joint: unit quaternion (w first) as coordinates, angular velocity in the child's axes as speeds.
+
+    With `angles`, such as `zxz`, three successive rotations instead (singular where the first and third axis align).
+    """
+
+    kind: ClassVar[str] = "spherical"
+    angles: str | None = holds(Angles(), None)
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        return _three_angles(self.angles)
+
+    @property
+    def ball(self) -> bool:
+        return self.angles is None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Free(MovingJoint):
+    """No joint at all: position and its speed along the parent's axes, then a ball (or three `angles`)."""
+
+    kind: ClassVar[str] = "free"
+    angles: str | None = holds(Angles(), None)
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        moves = Step("translate", _X, "x"), Step("translate", _Y, "y"), Step("translate", _Z, "z")
+        return (*moves, *_three_angles(self.angles))
+
+    @property
+    def ball(self) -> bool:
+        return self.angles is None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Direct(Element):
+    """One freedom of a custom joint: `translate` along or `rotate` about a direction, `screw` with a pitch a turn."""
+
+    translate: Point | None = holds(Direction(), None)
+    rotate: Point | None = holds(Direction(), None)
+    pitch: Node | None = holds(Scalar("m"), None)
+
+    def verify(self) -> None:
+        if (self.translate is None) == (self.rotate is None):
+            raise ModelError("a freedom is {translate: axis} or {rotate: axis}, the latter perhaps with a pitch")
+        if self.rotate is None and self.pitch is not None:
+            raise ModelError("a pitch goes with rotate")
+
+    def step(self, letter: str) -> Step:
+        """Return the freedom as a step."""
+        if self.translate is not None:
+            return Step("translate", self.translate, letter)
+        assert self.rotate is not None
+        if self.pitch is None:
+            return Step("rotate", self.rotate, letter)
+        return Step("screw", self.rotate, letter, self.pitch / (2 * PI))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Custom(MovingJoint):
+    """A joint made of its freedoms, one after the other: `free: [{translate: x}, {rotate: z}]`."""
+
+    kind: ClassVar[str] = "custom"
+    free: tuple[Direct, ...] = holds(ListOf(Record(Direct)), ())
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        return tuple(freedom.step(str(k)) for k, freedom in enumerate(self.free, 1))
+
+    def verify(self) -> None:
+        if not self.free:
+            raise ModelError("free is missing: list the freedoms")
+        super().verify()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fixed(Joint):
+    """A weld: no freedom."""
+
+    kind: ClassVar[str] = "fixed"
+    label: str | None = holds(Text(), None)
+
+
+def _by_kind(classes: Iterable[type[Joint]]) -> Mapping[str, type[Joint]]:
+    return {cls.kind: cls for cls in classes}
+
+
+JOINTS: Final = OneOf(
+    _by_kind((Revolute, Prismatic, Screw, Cylindrical, Universal, Planar, Spherical, Free, Custom, Fixed)),
+    {
+        "hinge": "revolute",
+        "pin": "revolute",
+        "continuous": "revolute",
+        "slider": "prismatic",
+        "cardan": "universal",
+        "ball": "spherical",
+        "floating": "free",
+        "weld": "fixed",
+    },
+)

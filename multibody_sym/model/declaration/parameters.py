@@ -1,0 +1,72 @@
+"""Parameters as they are declared: a number or an expression of others, with its dimension."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from multibody_sym.errors import ModelError
+from multibody_sym.expressions.parser import parse_scalar
+from multibody_sym.expressions.units import DIMENSIONLESS, Dimension, parse_unit
+from multibody_sym.model.declaration.fields import Element, fields_tree, from_fields, holds
+from multibody_sym.model.declaration.values import Flag, Scalar, Text, is_text
+from multibody_sym.scalars.node import Node
+
+
+@dataclass(frozen=True)
+class DimensionSlot:
+    """The dimension of a parameter, written as a unit that has it, such as `N*m` or `rad`."""
+
+    def accept(self, value: Any) -> Dimension:
+        return value if isinstance(value, Dimension) else parse_unit(Text().accept(value))[1]
+
+    def tree(self, value: Dimension) -> str:
+        return "rad" if value == DIMENSIONLESS else str(value)
+
+
+@dataclass(frozen=True)
+class Parameter(Element):
+    """A named number: its value (SI) or an expression of others, its dimension where stated, its sign where known."""
+
+    value: Node = holds(Scalar())
+    dimension: Dimension | None = holds(DimensionSlot(), None)
+    positive: bool = holds(Flag(), False)
+    label: str | None = holds(Text(), None)
+
+
+@dataclass(frozen=True)
+class ParameterSlot:
+    """A parameter: a number, `1 kg`, an expression of others, or the long form with `value`, `positive`, `label`."""
+
+    def accept(self, value: Any) -> Parameter:
+        if isinstance(value, Parameter):
+            return value
+        if not isinstance(value, Mapping):
+            return _parameter({"value": value})
+        if value.get("value") is None or is_text(value["value"], ""):
+            raise ModelError("a parameter needs a sample value: write value: and a number")
+        return _parameter(value)
+
+    def tree(self, value: Parameter) -> Any:
+        tree = fields_tree(value)
+        if value.dimension is not None and _DECIMAL.fullmatch(tree["value"]):
+            tree["value"] = f"{tree['value']} {tree.pop('dimension')}"
+        return tree["value"] if set(tree) == {"value"} else tree
+
+
+_DECIMAL: Final = re.compile(r"-?[0-9]+(\.[0-9]+)?")
+
+
+def _parameter(tree: Mapping[str, Any]) -> Parameter:
+    content, value = dict(tree), tree["value"]
+    if value is None or is_text(value, ""):
+        raise ModelError("a parameter needs a sample value")
+    if isinstance(value, str):
+        content["value"], dimension = parse_scalar(value)
+        if dimension is not None:
+            content.setdefault("dimension", dimension)
+    parameter = from_fields(Parameter, content)
+    assert isinstance(parameter, Parameter)
+    return parameter

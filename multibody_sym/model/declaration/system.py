@@ -1,0 +1,177 @@
+"""System: everything the user declared, and nothing that follows from it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any, Final, NamedTuple
+
+from multibody_sym.errors import ModelError, at
+from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.constraints import CONSTRAINTS, Pulley
+from multibody_sym.model.declaration.doors import flag, text
+from multibody_sym.model.declaration.fields import Element, MapOf, Names, Record, holds
+from multibody_sym.model.declaration.forces import FORCES
+from multibody_sym.model.declaration.joints import JOINTS, Joint
+from multibody_sym.model.declaration.parameters import Parameter, ParameterSlot
+from multibody_sym.model.declaration.settings import Ask, AskSlot, Settings
+from multibody_sym.model.declaration.tables import InputSlot, Table
+from multibody_sym.model.declaration.values import Condition, Point, Scalar, Text, Vector, described, listed
+from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.node import Node, leaves, symbol, symbol_with
+
+_MAPS: Final = (
+    *("parameters", "bodies", "joints", "forces", "constraints", "pulleys"),
+    *("inputs", "outputs", "stop", "ask"),
+)
+_SYMBOL: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+RESERVED: Final = ("t", "pi")
+t: Final = symbol("t")
+"""The time, as expressions name it."""
+
+
+class Written(NamedTuple):
+    """An expression that stands in a system: where, and in which unit its slot wants it (None: any)."""
+
+    path: tuple[str, ...]
+    node: Node
+    unit: str | None
+
+
+@dataclass(frozen=True)
+class System(Element):
+    """A declared multibody system; each field is a key of the model file (`simulation` there is `settings` here too).
+
+    Symbols made by `multibody_sym.parameters` bring their declarations along; they need not stand in `parameters`.
+    """
+
+    name: str = holds(Text())
+    gravity: Point = holds(Vector("m/s^2"), (0, 0, 0))
+    parameters: Mapping[str, Parameter] = holds(MapOf(ParameterSlot()), None)
+    bodies: Mapping[str, Body] = holds(MapOf(Record(Body)), None)
+    joints: Mapping[str, Joint] = holds(MapOf(JOINTS), None)
+    forces: Mapping[str, Element] = holds(MapOf(FORCES), None)
+    constraints: Mapping[str, Element] = holds(MapOf(CONSTRAINTS), None)
+    pulleys: Mapping[str, Pulley] = holds(MapOf(Record(Pulley)), None)
+    inputs: Mapping[str, Node | Table] = holds(MapOf(InputSlot()), None)
+    outputs: Mapping[str, Node] = holds(MapOf(Scalar()), None)
+    stop: Mapping[str, Node] = holds(MapOf(Condition()), None)
+    ask: Mapping[str, Ask] = holds(MapOf(AskSlot()), None)
+    simulation: Settings = holds(Record(Settings), None)
+
+    def __post_init__(self) -> None:
+        for name in _MAPS:
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, {})
+        if self.simulation is None:
+            object.__setattr__(self, "simulation", Settings())
+        super().__post_init__()
+        self._collect_declarations()
+
+    def _collect_declarations(self) -> None:
+        """Move declarations that symbols carry into `parameters`, leaving plain symbols behind."""
+        found: dict[str, Parameter] = dict(self.parameters)
+        pending = [written.node for written in expressions(self)]
+        while pending:
+            carried = leaves(pending, "declared")
+            pending = []
+            for leaf in carried:
+                name, parameter = leaf.data
+                if found.setdefault(name, parameter) != parameter:
+                    with at("parameters", name):
+                        raise ModelError(f"{name} is declared twice, with different values")
+                pending.append(parameter.value)
+        object.__setattr__(self, "parameters", Names(found))
+        for f in fields(self):
+            object.__setattr__(self, f.name, with_expressions(getattr(self, f.name), _plain))
+
+
+_PLAIN: Final = (str, int, float, type(None))
+
+
+def _plain(node: Node) -> Node:
+    def leaf(n: Node) -> Node:
+        return symbol(n.data[0]) if n.op == "declared" else n
+
+    return evaluate([node], leaf)[0] if leaves([node], "declared") else node
+
+
+def expressions(part: Any, path: tuple[str, ...] = (), unit: str | None = None) -> Iterator[Written]:
+    """Yield every expression inside a system, element, map or tuple, with its path and the unit its slot asks for."""
+    if isinstance(part, Node):
+        yield Written(path, part, unit)
+    elif isinstance(part, Mapping):
+        for name, x in part.items():
+            yield from expressions(x, (*path, name), unit)
+    elif isinstance(part, Element):
+        for steps, value, slot_unit in part.written():
+            if not isinstance(value, _PLAIN):
+                yield from expressions(value, (*path, *steps), slot_unit)
+    elif isinstance(part, tuple):
+        for i, x in enumerate(part):
+            yield from expressions(x, (*path, str(i)), unit)
+
+
+def with_expressions(part: Any, change: Callable[[Node], Node]) -> Any:
+    """Return a system, record, map or tuple with every expression but constants replaced by `change` of it."""
+    if isinstance(part, Node):
+        return change(part) if part.shadow is None else part
+    if isinstance(part, Names):
+        return Names({name: with_expressions(x, change) for name, x in part.items()})
+    if is_dataclass(part) and not isinstance(part, type):
+        new = {f.name: with_expressions(getattr(part, f.name), change) for f in fields(part)}
+        changed = {name: x for name, x in new.items() if x is not getattr(part, name)}
+        return replace(part, **changed) if changed else part
+    if type(part) is tuple:
+        changed_items = tuple(with_expressions(x, change) for x in part)
+        return part if all(a is b for a, b in zip(changed_items, part, strict=True)) else changed_items
+    return part
+
+
+def parameters(
+    names: str, values: Any, *, positive: bool = False, units: str | None = None
+) -> tuple[Node, ...]:
+    """Return symbols for parameters declared with sample values.
+
+    `names` are separated by spaces; `values` is a list of numbers, expressions or texts such as `1 kg` (of one name the
+    value alone will do); `units`, also separated by spaces, state their dimensions.
+    Raises ModelError where the counts differ or a name is no symbol.
+    """
+    if not isinstance(names, str):
+        raise ModelError(f"expected names separated by spaces, got {described(names)}")
+    words, positive = names.split(), flag("positive", positive)
+    given = listed(values)
+    given = [values] if given is None else given
+    unit_words = [""] * len(words) if units is None else text("units", units).split()
+    if not len(words) == len(given) == len(unit_words):
+        raise ModelError(f"{len(words)} names, {len(given)} values and {len(unit_words)} units do not match")
+    made = []
+    for name, value, unit in zip(words, given, unit_words, strict=True):
+        with at("parameters", name):
+            verify_symbol(name)
+            value = f"{value} {unit}" if unit else value
+            parameter = ParameterSlot().accept({"value": value, "positive": positive})
+            made.append(symbol_with(name, parameter))
+    return tuple(made)
+
+
+def variable(name: str) -> Node:
+    """Return the symbol of what a system declares under this name: a coordinate, speed, input, parameter; or of t."""
+    if text("name", name) != "t":
+        verify_symbol(name)
+    return symbol(name)
+
+
+def verify_symbol(name: str) -> None:
+    """Raise ModelError unless `name` can stand in expressions."""
+    if not _SYMBOL.fullmatch(name):
+        raise ModelError(f"{name!r} cannot stand in expressions: use letters, digits and _, a letter first")
+    if name in RESERVED:
+        raise ModelError(f"{name!r} is reserved")
+
+
+def verify_system(value: object) -> None:
+    """Raise ModelError unless `value` is a System; a file's name is what people hand over instead."""
+    if not isinstance(value, System):
+        raise ModelError(f"expected a System, got {described(value)}; load(...) reads one from a file")

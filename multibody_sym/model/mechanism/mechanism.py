@@ -1,0 +1,211 @@
+"""Mechanism: what follows from a System's declarations alone. Bodies in tree order, coordinates, loads and rows.
+
+Every expression in it is written in slots: `t[0]`, `q[i]`, `u[i]`, `parameters[i]`, `inputs[i]`. Names stay in tables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Final
+
+from multibody_sym.errors import ModelError, suggestion
+from multibody_sym.model.declaration.steps import Step
+from multibody_sym.model.declaration.values import Point
+from multibody_sym.model.mechanism.loads import Load
+from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.mass import GROUND, Mass, Pose
+from multibody_sym.model.mechanism.rows import AngleRow, CutJoint, PositionRow, RollingRow, Row
+from multibody_sym.scalars.derivatives import derivative
+from multibody_sym.scalars.node import ZERO, Node, slot
+
+TIME: Final = slot("t", 0)
+COMPONENTS: Final = ("fx", "fy", "fz", "mx", "my", "mz")
+"""The components of a reaction: force and moment."""
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A coordinate: its name, joint, unit and initial value (an expression of parameters)."""
+
+    name: str
+    joint: str
+    unit: str
+    initial: Node
+    given: bool
+    known: bool
+
+
+@dataclass(frozen=True)
+class Speed:
+    """A speed: its name, joint, unit and initial value (an expression of parameters)."""
+
+    name: str
+    joint: str
+    unit: str
+    initial: Node
+    given: bool
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The range of a joint's `coordinate`, and the largest size of its `speed`, by name; None is no limit."""
+
+    joint: str
+    coordinate: str
+    speed: str
+    lower: Node | None
+    upper: Node | None
+    velocity: Node | None
+
+
+@dataclass(frozen=True)
+class TreeBody:
+    """A body and the joint that carries it: frame F on the parent, frame M on the body, coinciding at zero coordinates.
+
+    The joint moves by `steps` (unit axes), then freely about M's origin if it is a `ball`. `q` and `u` are the places
+    of its coordinates and speeds among those of the mechanism. A ground that moves is such a body too, joined to the
+    world by prescribed steps. A massless `is_double`, which rows hold to the body that it doubles, keeps a joint's
+    coordinates where other joints carry its child.
+    """
+
+    name: str
+    parent: int
+    joint_name: str
+    steps: tuple[Step, ...]
+    ball: bool
+    frame_on_parent: Pose
+    frame_on_body: Pose
+    mass: Mass
+    q: tuple[int, ...]
+    u: tuple[int, ...]
+    is_double: bool = False
+
+    @property
+    def quaternion(self) -> tuple[int, ...]:
+        """The positions of the unit quaternion, if there is one, in the mechanism's coordinates."""
+        return self.q[-4:] if self.ball else ()
+
+    @property
+    def step_q(self) -> tuple[int, ...]:
+        """The positions of the coordinates of its steps; those of prescribed ones are missing."""
+        return self.q[:-4] if self.ball else self.q
+
+    @property
+    def step_u(self) -> tuple[int, ...]:
+        """The positions of their rates among the speeds."""
+        return self.u[:-3] if self.ball else self.u
+
+    @cached_property
+    def given(self) -> tuple[tuple[Node, Node, Node] | None, ...]:
+        """For each step, if it is prescribed, what its coordinate would be, its rate and the rate of that."""
+        found: list[tuple[Node, Node, Node] | None] = []
+        for step in self.steps:
+            if step.motion is None:
+                found.append(None)
+            else:
+                rate = derivative(step.motion, TIME)
+                found.append((step.motion, rate, derivative(rate, TIME)))
+        return tuple(found)
+
+    @property
+    def driven(self) -> bool:
+        """Whether a prescribed step moves, so that its drive does work."""
+        return any(given is not None and given[1] is not ZERO for given in self.given)
+
+
+@dataclass(frozen=True)
+class ParameterEntry:
+    """An entry of the parameter vector: `value` is an expression of the entries before it.
+
+    None marks what is computed from the start (a rope's length) or chosen for a run (Baumgarte's coefficients).
+    """
+
+    name: str
+    value: Node | None
+    positive: bool
+
+
+def double_name(child: str, joint: str) -> str:
+    """Return what the massless double of a joint's child is called."""
+    return f"double of {child} at {joint}"
+
+
+@dataclass(frozen=True)
+class Withheld:
+    """The `components` of a joint's reaction that are not determined, `because` of which constraints (name, kind)."""
+
+    components: tuple[str, ...]
+    because: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """A system resolved: bodies in tree order (parents first), coordinates, speeds, parameters, inputs, loads, rows.
+
+    `symbols` gives the slot of each name that expressions may use, or what it measures; `markers` every named point and
+    frame. `stops` are functions that become positive where the run ends, `kinks` functions at whose zeros forces or
+    inputs bend or jump. In absolute coordinates `relative` is the same system in those of its joints, in which its
+    start is declared. `minimum_norm`: where rows are redundant, multipliers of least norm are asked for. `withheld`:
+    by joint, reactions that are not determined; `untold` outputs name such and are not among `outputs`.
+    """
+
+    name: str
+    gravity: Point
+    bodies: tuple[TreeBody, ...]
+    markers: Mapping[str, Marker]
+    coordinates: tuple[Coordinate, ...]
+    speeds: tuple[Speed, ...]
+    parameters: tuple[ParameterEntry, ...]
+    inputs: Mapping[str, Node]
+    outputs: Mapping[str, Node]
+    stops: Mapping[str, Node]
+    kinks: tuple[Node, ...]
+    loads: tuple[Load, ...]
+    rows: tuple[Row, ...]
+    limits: tuple[Limit, ...]
+    cuts: tuple[CutJoint, ...]
+    symbols: Mapping[Node, Node]
+    minimum_norm: bool
+    relative: Mechanism | None = None
+    withheld: Mapping[str, Withheld] = field(default_factory=dict)
+    untold: tuple[str, ...] = ()
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The declared joints, and a ground that moves: those of the tree in their order, then the cut ones."""
+        own = (*(body.joint_name for body in self.bodies), *(cut.name for cut in self.cuts))
+        return own if self.relative is None else tuple(name for name in own if name in self.relative.joint_names)
+
+    @property
+    def drives(self) -> tuple[str, ...]:
+        """The joints (and ground) that move as prescribed, and so do work on the system."""
+        return tuple(body.joint_name for body in self.bodies if body.driven)
+
+    def row_path(self, row: int) -> tuple[str, str]:
+        """Return where the model declares a row: the joint that was cut, or the constraint."""
+        cut = next((cut.name for cut in self.cuts if row in cut.rows), None) or self._doubled(self.rows[row])
+        return ("constraints", self.rows[row].name.partition(".")[0]) if cut is None else ("joints", cut)
+
+    def _doubled(self, row: Row) -> str | None:
+        """Return the cut joint whose massless double of its child a row holds to the child itself."""
+        if not isinstance(row, (PositionRow, AngleRow)) or row.frames[0].body < 0:
+            return None
+        held = self.bodies[row.frames[0].body]
+        return held.joint_name if held.name == double_name(row.frames[1].name, held.joint_name) else None
+
+    def body_index(self, name: str) -> int:
+        """Return the position of a body in tree order; ground at rest is -1. Raises ModelError for an unknown name."""
+        for index, body in enumerate(self.bodies):
+            if body.name == name:
+                return index
+        if name == GROUND:
+            return -1
+        raise ModelError(f"no body is called {name!r}{suggestion(name, [b.name for b in self.bodies])}")
+
+
+def normal_forces(mechanism: Mechanism) -> dict[str, RollingRow]:
+    """Return the rows that keep rolling wheels on their planes, by name: a negative multiplier pulls."""
+    rows = [row for row in mechanism.rows if isinstance(row, RollingRow)]
+    return {row.name: row for row in rows if row.along == row.normal}

@@ -1,0 +1,84 @@
+"""Absolute coordinates: every body moves freely relative to ground, and every declared joint restricts that.
+
+In the plane a body's coordinates are its centre of mass (x, y) and an angle, in space that and a unit quaternion. What
+a joint's own coordinates are called is measured then: an expression of the coordinates of the bodies that it joins.
+Quaternions tell no whole turns, though: in space a joint that turns about axes keeps its coordinates beside the others.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+from multibody_sym.model.declaration.bodies import Body, Frame
+from multibody_sym.model.declaration.fields import Names
+from multibody_sym.model.declaration.joints import Free, Joint, Planar
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mass import GROUND, mass_of
+from multibody_sym.model.resolution.cuts import has_rows
+from multibody_sym.model.resolution.measured import has_formula
+from multibody_sym.model.resolution.plane import in_plane
+from multibody_sym.model.resolution.spanning_tree import coordinate_names, speed_names
+
+_CENTRE: Final = "centre of mass"
+_IN_PLANE: Final = ("x", "y", "angle")
+_IN_SPACE: Final = ("x", "y", "z", "qw", "qx", "qy", "qz")
+
+
+@dataclass(frozen=True)
+class Freed:
+    """A system whose bodies are carried by joints from ground that leave them free, all its own joints being cut.
+
+    Of these the `measured` ones have coordinates that follow from the poses of the bodies; `doubled` ones keep their
+    own, which poses do not tell or no rows can stand for.
+    """
+
+    system: System
+    plane: bool
+    doubled: frozenset[str]
+    measured: frozenset[str]
+
+
+def freed_bodies(system: System, carrying: Iterable[str]) -> Freed:
+    """Return a system with its bodies freed, whose joints `carrying` bodies have coordinates of their own.
+
+    `_free` follows a body's name where its coordinates' would be taken.
+    """
+    plane = in_plane(system)
+    bodies = {name: _with_centre(body) if name != GROUND else body for name, body in system.bodies.items()}
+    carriers: dict[str, Joint] = {}
+    for name in (name for name in system.bodies if name != GROUND):
+        taken = _names({**system.joints, **carriers}) | {*system.parameters, *system.inputs, *system.joints}
+        word = _word(name)
+        while not taken.isdisjoint((word, *_names({word: _carrier(name, word, plane)}))):
+            word += "_free"
+        carriers[word] = _carrier(name, word, plane)
+    cut = {name: replace(joint, cut=True) for name, joint in system.joints.items()}
+    freed = replace(system, bodies=Names(bodies), joints=Names({**carriers, **cut}))
+    joints = system.joints.items()
+    told = frozenset(name for name, joint in joints if has_rows(joint) and has_formula(joint, plane=plane))
+    return Freed(freed, plane, frozenset(carrying) - told, told)
+
+
+def _with_centre(body: Body) -> Body:
+    return replace(body, frames=Names({**body.frames, _CENTRE: Frame(position=mass_of(body).com)}))
+
+
+def _carrier(body: str, word: str, plane: bool) -> Joint:
+    """Return what leaves a body free; the names of its coordinates begin with `word`."""
+    kind, letters = (Planar, _IN_PLANE) if plane else (Free, _IN_SPACE)
+    return kind(GROUND, f"{body}.{_CENTRE}", q=tuple(f"{word}_{letter}" for letter in letters))
+
+
+def _word(name: str) -> str:
+    """Return a body's name as it can stand in expressions."""
+    plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
+    return plain if plain[0].isalpha() else f"body_{plain}"
+
+
+def _names(joints: Mapping[str, Joint]) -> set[str]:
+    """Return the names of all coordinates and speeds of joints."""
+    pairs = joints.items()
+    return {called for name, joint in pairs for called in (*coordinate_names(name, joint), *speed_names(name, joint))}

@@ -1,0 +1,265 @@
+"""Where the teeth of two wheels meet: the pitch point and the force there, seen from the body that both axes stay on.
+
+Wheel 1 turns about the axis a1 through C1 and wheel 2 about a2 through C2, positively with their coordinates; rho is
+the way from an axis to the pitch point P. A force on wheel 1 across both axes, of moment one about a1:
+
+    parallel axes, D = C2 - C1 across them:  P = C1 + D r1/(r1 + s r2),  F = a1 x D / (r1 (r1 + s r2))
+    axes that meet in O, n = a1 x a2:        P = O + (t r2 a1 + r1 a2) e/|n|,  F = e n / (r1 |n|)
+
+|D| = |r1 + s r2|; s = 1 for wheels that touch outside and -1 for one inside the other; t = 1 for axes that turn
+oppositely about P, and e tells the side of O on which the wheels are. As a1 . (rho1 x F) = 1 and -a2 . (rho2 x F) =
+-ratio, the power of the forces is that of the row q1 = ratio q2 + value. What oblique flanks push the wheels apart with
+does no work and is left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import hypot, isfinite
+from typing import Final
+
+from multibody_sym.errors import ExpressionError, ModelError, at
+from multibody_sym.model.declaration.constraints import Gear
+from multibody_sym.model.declaration.values import Point
+from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.mass import Pose, unit_vector
+from multibody_sym.model.mechanism.rows import GearRow
+from multibody_sym.model.resolution.references import References
+from multibody_sym.model.resolution.spanning_tree import body_part
+from multibody_sym.scalars.functions import evaluate_float, sqrt
+from multibody_sym.scalars.node import Node, as_node, leaves, slot
+from multibody_sym.scalars.vectors import Vec, add, apply, cross, dot, scale, subtract
+
+Floats = tuple[float, ...]
+_SAME: Final = 1e-9
+_PARALLEL: Final = 1e-9
+
+
+def gear_row(name: str, element: Gear, zero: Node, references: References) -> GearRow:
+    """Return the row of a gear with radii, phi = `zero`.
+
+    Raises ModelError where joints, axes, radii and ratio do not fit together.
+    """
+    carrier, wheels = _wheels(element, references)
+    if any(leaf.data[0] in ("q", "u") for leaf in leaves([element.value], "slot")):
+        raise ModelError("with radii it depends on time and parameters only").under("value")
+    place, force = _Mesh(element, wheels, _sample(references), _near(element, carrier, references)).met()
+    pitch = Marker(f"pitch point of {name}", references.numbers[carrier], Pose(_nodes(place)))
+    beside = {joint: side * wheel.side for joint, side, wheel in zip(element.joints, (1, -1), wheels, strict=True)}
+    in_tree = all(joint in references.carrying for joint in element.joints)
+    on = _on(wheels, beside, references)
+    return GearRow(name, zero, False, pitch, _nodes(force), on, tuple(beside.items()), in_tree)
+
+
+def _on(wheels: Sequence[_Wheel], beside: Mapping[str, int], references: References) -> tuple[tuple[int, int], ...]:
+    """Return the bodies on which the force is put, each with its factor.
+
+    Those are the wheels. H is that of drives in the joints, so that the rows of a joint that does not carry its child
+    transmit such a drive: the difference is put between the child and what those rows hold it to, its parent or its
+    double.
+    """
+    on = dict.fromkeys((wheel.body for wheel in wheels), 0)
+    for wheel, factor in zip(wheels, (1, -1), strict=True):
+        on[wheel.body] += factor
+    for joint, factor in beside.items():
+        if joint not in references.carrying:
+            parent, child = (marker.body for marker in references.frames(joint))
+            held_to = references.doubles.get(joint, parent)
+            on[child] = on.get(child, 0) - factor
+            on[held_to] = on.get(held_to, 0) + factor
+    return tuple((body, factor) for body, factor in on.items() if factor and body >= 0)
+
+
+@dataclass(frozen=True)
+class _Wheel:
+    """A wheel: its axis on the carrier, about which it turns positively with its coordinate; its body's number, and
+    whether that is the joint's child (1) or parent (-1)."""
+
+    centre: Point
+    axis: Vec
+    body: int
+    side: int
+
+
+def _wheels(element: Gear, references: References) -> tuple[str, tuple[_Wheel, _Wheel]]:
+    """Return the body on which both axes stay, and both wheels."""
+    system, ends = references.system, []
+    for k, name in enumerate(element.joints):
+        steps = system.joints[name].moves
+        if len(steps) != 1 or steps[0].kind != "rotate":
+            with at("joints", k):
+                raise ModelError(f"radii are those of wheels, and {name!r} is no revolute joint; leave radii out")
+        joint = system.joints[name]
+        ends.append(tuple(body_part(end, system.bodies)[0] for end in (joint.parent, joint.child)))
+    shared = set(ends[0]) & set(ends[1])
+    if len(shared) != 1:
+        joined = " and ".join(f"{n} joins {a} and {b}" for n, (a, b) in zip(element.joints, ends, strict=True))
+        with at("joints"):
+            raise ModelError(
+                f"both joints of a gear with radii join its wheels to one body, on which both axes stay, but {joined}; "
+                "let joints lead from the wheels to the body that carries them, as from sun and planet to the arm"
+            )
+    (carrier,) = shared
+    first, second = (_wheel(n, carrier == end[0], references) for n, end in zip(element.joints, ends, strict=True))
+    return carrier, (first, second)
+
+
+def _wheel(joint: str, carried: bool, references: References) -> _Wheel:
+    """Return a wheel that a joint carries; one that carries the body on which its axis stays turns the other way."""
+    frames = references.frames(joint)
+    on_carrier, on_wheel = frames if carried else frames[::-1]
+    along = apply(on_carrier.pose.rotation, unit_vector(references.system.joints[joint].moves[0].axis))
+    side = 1 if carried else -1
+    return _Wheel(on_carrier.pose.position, scale(side, along), on_wheel.body, side)
+
+
+def _near(element: Gear, carrier: str, references: References) -> Point | None:
+    """Return the point of the carrier that tells where on their axes the wheels are."""
+    if element.at is None:
+        return None
+    with at("at"):
+        marker = references.marker(element.at)
+        if marker.body != references.numbers[carrier]:
+            raise ModelError(f"name a point of {carrier}, on which both axes stay")
+    return marker.pose.position
+
+
+def _sample(references: References) -> dict[Node, float]:
+    """Return the parameters' values, as far as they have any."""
+    values: dict[Node, float] = {}
+    declared = {slot("parameters", k): p.value for k, p in enumerate(references.system.parameters.values())}
+    for _ in declared:
+        ready = {x: v for x, v in declared.items() if x not in values and values.keys() >= set(leaves([v], "slot"))}
+        if not ready:
+            break
+        for x, value in ready.items():
+            values[x] = _number(value, values)
+    return values
+
+
+def _number(value: Node, sample: dict[Node, float]) -> float:
+    try:
+        return float(evaluate_float([value], sample)[0])
+    except (ExpressionError, ArithmeticError, ValueError, KeyError):
+        return float("nan")
+
+
+@dataclass(frozen=True)
+class _Mesh:
+    """Two wheels in the axes of their carrier, with `sample` values of what their geometry names."""
+
+    element: Gear
+    wheels: tuple[_Wheel, _Wheel]
+    sample: dict[Node, float]
+    near: Point | None
+
+    def met(self) -> tuple[Vec, Vec]:
+        """Return the pitch point and the force on the first wheel."""
+        self._verify_ratio()
+        across = cross(*self.axes)
+        apart = subtract(self.places[1], self.places[0])
+        if hypot(*across) < _PARALLEL:
+            return self._side_by_side(apart)
+        if abs(dot(across, apart)) > _SAME * max(self.radii):
+            with at("radii"):
+                raise ModelError("the axes are neither parallel nor meet: such wheels touch at no pitch point")
+        return self._bevel()
+
+    @cached_property
+    def radii(self) -> Floats:
+        assert self.element.radii is not None
+        return self._numbers(self.element.radii)
+
+    @cached_property
+    def ratio(self) -> float:
+        return self._numbers([self.element.ratio])[0]
+
+    @cached_property
+    def axes(self) -> list[Floats]:
+        return [self._numbers(wheel.axis) for wheel in self.wheels]
+
+    @cached_property
+    def places(self) -> list[Floats]:
+        return [self._numbers(wheel.centre) for wheel in self.wheels]
+
+    def _numbers(self, values: Sequence[Node]) -> Floats:
+        found = tuple(_number(as_node(x), self.sample) for x in values)
+        if not all(map(isfinite, found)):
+            raise ModelError("its radii, ratio and axes have no values")
+        return found
+
+    def _verify_ratio(self) -> None:
+        first, second = self.radii
+        if first <= 0.0 or second <= 0.0:
+            with at("radii"):
+                raise ModelError(f"radii are positive, and these are {first:g} and {second:g}")
+        if abs(abs(self.ratio) * first - second) > _SAME * second:
+            with at("ratio"):
+                raise ModelError(
+                    f"the ratio {self.ratio:g} and the radii {first:g} and {second:g} contradict each other: wheels "
+                    f"that mesh turn as r2/r1, here -{second / first:g} where they touch outside"
+                )
+
+    def _side_by_side(self, apart: Vec) -> tuple[Vec, Vec]:
+        """Return the same for parallel axes."""
+        outside = 1 if self.ratio * dot(*self.axes) < 0.0 else -1
+        height = dot(self.axes[0], apart)
+        self._verify_apart(hypot(*subtract(apart, scale(height, self.axes[0]))), outside)
+        if self.near is None and abs(height) > _SAME * max(self.radii):
+            with at("at"):
+                raise ModelError(
+                    "the joints' points do not lie in one plane across the axes; name a point of the body that carries "
+                    "the wheels in the plane in which they touch, at: body.point"
+                )
+        assert self.element.radii is not None
+        (first, second), (r1, r2) = self.wheels, self.element.radii
+        between = subtract(second.centre, first.centre)
+        across = subtract(between, scale(dot(first.axis, between), first.axis))
+        both = r1 + outside * r2
+        place = add(first.centre, scale(r1 / both, across))
+        if self.near is not None:
+            place = add(place, scale(dot(first.axis, subtract(self.near, first.centre)), first.axis))
+        return place, scale(1 / (r1 * both), cross(first.axis, across))
+
+    def _verify_apart(self, apart: float, outside: int) -> None:
+        first, second = self.radii
+        wanted = abs(first + outside * second)
+        if abs(apart - wanted) > _SAME * (first + second) or wanted == 0.0:
+            how = "that touch outside need" if outside > 0 else "inside each other need axes"
+            with at("radii"):
+                raise ModelError(
+                    f"the axes are {apart:g} m apart; wheels of radii {first:g} and {second:g} m {how} {wanted:g} m"
+                    f"{'' if outside > 0 else ' apart'} (a negative ratio is that of wheels that touch outside)"
+                )
+
+    def _bevel(self) -> tuple[Vec, Vec]:
+        """Return the same for axes that meet."""
+        assert self.element.radii is not None
+        (first, second), (r1, r2) = self.wheels, self.element.radii
+        normal = cross(first.axis, second.axis)
+        square = dot(normal, normal)
+        along = dot(cross(subtract(second.centre, first.centre), second.axis), normal) / square
+        apex = add(first.centre, scale(along, first.axis))
+        opposite = 1 if self.ratio < 0.0 else -1
+        way = add(scale(opposite * r2, first.axis), scale(r1, second.axis))
+        side = self._side(self._numbers(apex), self._numbers(way))
+        length = sqrt(square)
+        return add(apex, scale(side / length, way)), scale(side / (r1 * length), normal)
+
+    def _side(self, apex: Floats, way: Floats) -> int:
+        """Return on which side of the point in which both axes meet the wheels are."""
+        middle = scale(0.5, add(*self.places)) if self.near is None else self._numbers(self.near)
+        along = dot(subtract(middle, apex), way)
+        if abs(along) <= _SAME * dot(way, way):
+            with at("at"):
+                raise ModelError(
+                    "the axes meet where the joints' points are; name a point of the body that carries the wheels on "
+                    "the side on which they touch, at: body.point"
+                )
+        return 1 if along > 0.0 else -1
+
+
+def _nodes(v: Vec) -> Point:
+    return as_node(v[0]), as_node(v[1]), as_node(v[2])

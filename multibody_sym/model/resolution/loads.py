@@ -1,0 +1,107 @@
+"""What the declared forces are as loads on the bodies and speeds of the tree."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import singledispatch
+
+from multibody_sym.errors import ModelError, at
+from multibody_sym.model.declaration.fields import Element
+from multibody_sym.model.declaration.forces import Damper, Drag, Force, Motor, Pull, SpringDamper, Torque
+from multibody_sym.model.mechanism.loads import (
+    BodyTorque,
+    JointForce,
+    JointSpring,
+    Load,
+    PointDrag,
+    PointForce,
+    PointPull,
+    PointSpring,
+)
+from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.mass import Pose, mass_of
+from multibody_sym.model.resolution.references import BARE, References
+from multibody_sym.scalars.node import ZERO, Node
+
+
+def loads(references: References) -> list[Load]:
+    """Return the loads of all declared forces."""
+    made = []
+    for name, element in references.system.forces.items():
+        with at("forces", name):
+            made.append(_load(element, name, references))
+    return made
+
+
+@singledispatch
+def _load(element: Element, name: str, references: References) -> Load:
+    raise TypeError(f"no load for {type(element).__name__}")
+
+
+@_load.register
+def _(element: Force, name: str, references: References) -> Load:
+    return PointForce(name, _force_point(element, references), element.value, references.axes(element.frame))
+
+
+@_load.register
+def _(element: Torque, name: str, references: References) -> Load:
+    if isinstance(element.value, Node):
+        freedom = references.freedom(element.joint or "", element.freedom)
+        return JointForce(name, freedom.joint, freedom.rate, element.value)
+    with at("on"):
+        body = references.marker(element.on or "").body
+    return BodyTorque(name, body, element.value, references.axes(element.frame))
+
+
+@_load.register
+def _(element: Motor, name: str, references: References) -> Load:
+    freedom = references.freedom(element.joint, element.freedom)
+    per_current = element.gear * element.constant
+    current = (element.voltage - per_current * freedom.rate) / element.resistance
+    return JointForce(name, freedom.joint, freedom.rate, per_current * current)
+
+
+@_load.register
+def _(element: Drag, name: str, references: References) -> Load:
+    return PointDrag(name, _force_point(element, references), element.linear, element.quadratic)
+
+
+@_load.register
+def _(element: Pull, name: str, references: References) -> Load:
+    return PointPull(name, references.pair(element.between), element.value)
+
+
+@_load.register
+def _(element: SpringDamper, name: str, references: References) -> Load:
+    return _spring(element, name, references, element.stiffness, element.length)
+
+
+@_load.register
+def _(element: Damper, name: str, references: References) -> Load:
+    return _spring(element, name, references, ZERO, ZERO)
+
+
+def _spring(
+    element: SpringDamper | Damper, name: str, references: References, stiffness: Node, rest: Node
+) -> Load:
+    if element.joint is None:
+        return PointSpring(name, references.pair(element.between or ()), stiffness, element.damping, rest)
+    freedom = references.freedom(element.joint, element.freedom)
+    if freedom.coordinate is None:
+        with at("freedom"):
+            raise ModelError(f"{element.freedom} has no coordinate that a spring or damper could act on")
+    return JointSpring(name, freedom.joint, freedom.coordinate, freedom.rate, stiffness, element.damping, rest)
+
+
+def _force_point(element: Force | Drag, references: References) -> Marker:
+    with at("on"):
+        marker = references.marker(element.on)
+    if element.at is None:
+        body = references.system.bodies.get(element.on)
+        return marker if body is None else replace(marker, pose=Pose(mass_of(body).com))
+    with at("at"):
+        point = element.at.removeprefix(f"{element.on}.")
+        body = references.system.bodies.get(element.on, BARE)
+        if point != element.at and point in (*body.points, *body.frames) and element.at not in body.points:
+            raise ModelError(f"name the point alone, at: {point}; its body stands in on")
+        return references.marker(f"{element.on}.{element.at}")

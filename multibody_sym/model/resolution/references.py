@@ -1,0 +1,159 @@
+"""References: what the names of bodies, points, frames, surfaces and joints stand for in a resolved system."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+from multibody_sym.errors import ModelError, at, suggestion
+from multibody_sym.model.declaration.bodies import Body, Surface
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.mass import COM, GROUND, ORIGIN, OWN_POINTS, Pose, mass_of, pose_of
+from multibody_sym.model.mechanism.rows import Bend, Drive, ExpressionRow, Row, VelocityRow
+from multibody_sym.model.resolution.spanning_tree import body_part, coordinate_names, speed_names
+from multibody_sym.scalars.derivatives import derivative
+from multibody_sym.scalars.node import ZERO, Node, symbol
+
+BARE: Final = Body()
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """A freedom of a joint: its coordinate (None: a ball has none for it) and its rate, which is linear in u."""
+
+    joint: str
+    coordinate: Node | None
+    rate: Node
+
+
+@dataclass(frozen=True)
+class References:
+    """A system whose expressions are written in slots, the numbers of its bodies, the joints `carrying` them,
+    and the numbers of the doubles that cut joints carry.
+
+    In the `plane` rows that restrict what never leaves it are left out. What is `measured` of joints without
+    coordinates of their own still stands as symbols, so that one sees on which joint something acts.
+    """
+
+    system: System
+    numbers: Mapping[str, int]
+    slots: Mapping[Node, Node]
+    plane: bool = False
+    measured: Mapping[Node, Node] = field(default_factory=dict)
+    pulleys: Mapping[str, Bend] = field(default_factory=dict)
+    carrying: frozenset[str] = frozenset()
+    doubles: Mapping[str, int] = field(default_factory=dict)
+
+    def marker(self, reference: str) -> Marker:
+        """Return the marker of a body's origin, or of a point or frame of it, `body.point`.
+
+        Every body has the points `origin` and `com`, its centre of mass, unless it declares others of these names.
+        """
+        name, part = body_part(reference, self.system.bodies)
+        body = self.system.bodies.get(name, BARE)
+        if part in body.frames:
+            return Marker(reference, self.numbers[name], pose_of(body.frames[part]))
+        if part in OWN_POINTS and part not in body.points:
+            return Marker(reference, self.numbers[name], Pose(mass_of(body).com if part == COM else ORIGIN))
+        if part and part not in body.points:
+            known = [f"{name}.{p}" for p in (*body.points, *body.frames)]
+            raise ModelError(f"{name!r} has no point or frame {part!r}{suggestion(reference, known)}")
+        return Marker(reference, self.numbers[name], Pose(body.points[part] if part else ORIGIN))
+
+    def markers(self) -> dict[str, Marker]:
+        """Return every named point and frame."""
+        made = {}
+        for name, body in {GROUND: BARE, **self.system.bodies}.items():
+            for reference in (name, *(f"{name}.{p}" for p in (*body.points, *body.frames))):
+                made[reference] = self.marker(reference)
+        return made
+
+    def frames(self, name: str) -> tuple[Marker, Marker]:
+        """Return frame F on a joint's parent and M on its child."""
+        joint = self.system.joints[name]
+        with at("joints", name, "parent"):
+            on_parent = self.marker(joint.parent)
+        with at("joints", name, "child"):
+            return on_parent, self.marker(joint.child)
+
+    def pair(self, references: tuple[str, ...]) -> tuple[Marker, Marker]:
+        """Return the markers of both ends of something."""
+        ends = []
+        for i, reference in enumerate(references):
+            with at("between", i):
+                ends.append(self.marker(reference))
+        return ends[0], ends[1]
+
+    def axes(self, name: str) -> int:
+        """Return the number of the body whose axes are meant."""
+        if name not in self.numbers:
+            raise ModelError(f"no body is called {name!r}{suggestion(name, self.numbers)}").under("frame")
+        return self.numbers[name]
+
+    def surface(self, reference: str) -> tuple[Marker, Surface]:
+        """Return a surface with the marker of its centre, or of a place in it if it is a plane."""
+        name, part = body_part(reference, self.system.bodies)
+        body = self.system.bodies.get(name, BARE)
+        if part not in body.surfaces:
+            known = [f"{name}.{surface}" for surface in body.surfaces]
+            raise ModelError(f"{reference!r} is no surface{suggestion(reference, known)}")
+        surface = body.surfaces[part]
+        place = surface.centre if surface.plane is None else surface.plane
+        return Marker(reference, self.numbers[name], Pose(place)), surface
+
+    def coordinate(self, joint: str) -> Node:
+        """Return the coordinate of a joint with one freedom."""
+        (freedom,) = self._one_freedom(joint).values()
+        assert freedom.coordinate is not None
+        return freedom.coordinate
+
+    def freedom(self, joint: str, name: str | None) -> Freedom:
+        """Return a joint's freedom; without a name, its only one."""
+        with at("joint"):
+            known = self._freedoms(joint) if name is not None else self._one_freedom(joint)
+        if name is None:
+            return next(iter(known.values()))
+        by_coordinate = dict(zip(self._coordinate_names(joint), known.values(), strict=False))
+        named = {**known, **by_coordinate}
+        if name not in named:
+            with at("freedom"):
+                raise ModelError(f"joint {joint!r} has no freedom {name!r}{suggestion(name, named)}")
+        return named[name]
+
+    def _one_freedom(self, joint: str) -> dict[str, Freedom]:
+        found = self._freedoms(joint)
+        if len(found) != 1:
+            raise ModelError(f"joint {joint!r} has {len(found)} degrees of freedom; one is needed here")
+        return found
+
+    def _freedoms(self, joint: str) -> dict[str, Freedom]:
+        """Return the freedoms of a joint by the names of their speeds; those of a ball come last."""
+        if joint not in self.system.joints:
+            raise ModelError(f"no joint is called {joint!r}{suggestion(joint, self.system.joints)}")
+        speeds = speed_names(joint, self.system.joints[joint])
+        found = {u: Freedom(joint, None, self._named(u)) for u in speeds}
+        for q, u in zip(self._coordinate_names(joint), speeds, strict=False):
+            found[u] = Freedom(joint, self._named(q), self._named(u))
+        return found
+
+    def _named(self, name: str) -> Node:
+        """Return the slot of a name, or its symbol where it is yet to be measured."""
+        return self.slots.get(symbol(name), symbol(name))
+
+    def drives(self, joint: str, rows: Sequence[Row]) -> tuple[Drive, ...]:
+        """Return what rows with expressions exert on the freedoms of a joint that is cut, as far as these are named."""
+        found = []
+        for freedom in self._freedoms(joint).values():
+            for k, row in enumerate(rows):
+                named = freedom.coordinate if isinstance(row, ExpressionRow) else freedom.rate
+                if named is not None and isinstance(row, (ExpressionRow, VelocityRow)):
+                    factor = derivative(row.zero, named)
+                    found += [Drive(k, freedom.rate, factor)] if factor is not ZERO else []
+        return tuple(found)
+
+    def _coordinate_names(self, joint: str) -> tuple[str, ...]:
+        """Return the names of those of a joint's coordinates whose rates are speeds."""
+        declared = self.system.joints[joint]
+        return coordinate_names(joint, declared)[: len(declared.free_steps)]

@@ -1,0 +1,249 @@
+"""From a System to its Mechanism: references, names, tree order, slots. A pure function; every error has a path."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Final
+
+from multibody_sym.errors import ModelError, at
+from multibody_sym.model.declaration.forces import Pull
+from multibody_sym.model.declaration.joints import Joint, MovingJoint
+from multibody_sym.model.declaration.system import System, expressions, verify_system, with_expressions
+from multibody_sym.model.declaration.tables import Table, bends, interpolated
+from multibody_sym.model.mechanism.loads import span_leaves
+from multibody_sym.model.mechanism.mass import GROUND
+from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, Limit, Mechanism, ParameterEntry, Speed
+from multibody_sym.model.resolution.absolute import Freed, freed_bodies
+from multibody_sym.model.resolution.bodies import tree_bodies
+from multibody_sym.model.resolution.cuts import has_rows
+from multibody_sym.model.resolution.force_places import with_withheld
+from multibody_sym.model.resolution.loads import loads
+from multibody_sym.model.resolution.measured import measured
+from multibody_sym.model.resolution.references import References
+from multibody_sym.model.resolution.rows import cut_joints, declared_rows, unmeasured_ropes
+from multibody_sym.model.resolution.spanning_tree import (
+    SpanningTree,
+    body_part,
+    coordinate_names,
+    ground_moves,
+    spanning_tree,
+    speed_names,
+    used_joints,
+)
+from multibody_sym.model.resolution.vocabulary import meanings, verify_expressions
+from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.kinks import switching_function, switching_functions
+from multibody_sym.scalars.node import ZERO, Node, as_node, leaves, slot, symbol
+
+
+def mechanism(system: System) -> Mechanism:
+    """Return the mechanism that a system declares.
+
+    Raises ModelError (with the path of the field) for unknown names, wrong dimensions, bodies that nothing joins, and
+    whatever else contradicts itself.
+    """
+    verify_system(system)
+    relative = with_withheld(_resolved(system), system)
+    if system.simulation.coordinates == "relative":
+        return relative
+    freed = freed_bodies(system, [body.joint_name for body in relative.bodies])
+    return with_withheld(replace(_resolved(freed.system, freed), relative=relative), system)
+
+
+def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
+    """Return the mechanism of a system as declared, or with its bodies freed.
+
+    The coordinates of joints that are cut there are measured, as far as poses tell them.
+    """
+    tree = spanning_tree(system)
+    doubled = _doubled(system, tree) if freed is None else [name for name in tree.cut if name in freed.doubled]
+    measuring = [] if freed is None else [name for name in tree.cut if name in freed.measured]
+    named = (*tree.carrying, *doubled)
+    coordinates, speeds = _coordinates(system, named), _speeds(system, named)
+    references = _references(system, tree, doubled, measuring, plane=bool(freed and freed.plane))
+    slots = references.slots
+    bodies = tree_bodies(references, tree.carrying, doubled)
+    told = measured(references, bodies[: len(bodies) - len(doubled)], measuring) if measuring else {}
+    references = replace(references, measured=told)
+    rows = declared_rows(references)
+    cuts = cut_joints(references, [name for name in tree.cut if name not in doubled], rows)
+    resolved = _in_slots(told, references.system)
+    return Mechanism(
+        name=system.name,
+        gravity=resolved.gravity,
+        bodies=bodies,
+        markers=references.markers(),
+        coordinates=tuple(replace(c, initial=_in(slots, c.initial)) for c in coordinates),
+        speeds=tuple(replace(s, initial=_in(slots, s.initial)) for s in speeds),
+        parameters=_parameter_entries(system, slots, len(rows)),
+        inputs={name: interpolated(x) if isinstance(x, Table) else x for name, x in resolved.inputs.items()},
+        outputs={**{name.data: node for name, node in told.items()}, **resolved.outputs},
+        stops={name: switching_function(condition) for name, condition in resolved.stop.items()},
+        kinks=_kinks(resolved),
+        loads=_in_slots(told, tuple(loads(references))),
+        rows=_in_slots(told, tuple(rows)),
+        limits=tuple(_limits(resolved, {**slots, **told})),
+        cuts=_in_slots(told, tuple(cuts)),
+        symbols={**slots, **told},
+        minimum_norm=system.simulation.multipliers == "minimum_norm",
+    )
+
+
+def _references(
+    system: System, tree: SpanningTree, doubled: Sequence[str], measuring: Sequence[str], *, plane: bool
+) -> References:
+    """Return what names stand for in a system whose expressions are verified, and written in slots."""
+    named = (*tree.carrying, *doubled)
+    every = (*named, *measuring)
+    names = meanings(system, _coordinates(system, every), _speeds(system, every))
+    spanned = _with_spans(system, names)
+    verify_expressions(spanned, names)
+    slots = _slots(system, _coordinates(system, named), _speeds(system, named))
+    numbers = _body_numbers(tree, system)
+    return References(
+        _in_slots(slots, spanned),
+        numbers,
+        slots,
+        plane,
+        carrying=frozenset(tree.carrying),
+        doubles={name: number for number, name in enumerate(doubled, max(numbers.values()) + 1)},
+    )
+
+
+def _changes(node: Node) -> bool:
+    """Return whether an expression depends on more than parameters."""
+    return bool(leaves([node], "quantity")) or any(leaf.data[0] != "parameters" for leaf in leaves([node], "slot"))
+
+
+_SPANS: Final = (symbol("distance"), symbol("distance_rate"))
+
+
+def _with_spans(system: System, names: Mapping[str, str]) -> System:
+    """Return the system with `distance` and `distance_rate` in the laws of pulls replaced by what they stand for."""
+    if not any(isinstance(element, Pull) for element in system.forces.values()):
+        return system
+    spanned = {
+        name: _with_span(name, element, names) if isinstance(element, Pull) else element
+        for name, element in system.forces.items()
+    }
+    return replace(system, forces=spanned)
+
+
+def _with_span(name: str, pull: Pull, names: Mapping[str, str]) -> Pull:
+    """Return a pull with the leaves of its own span. Raises ModelError where the model calls something else so."""
+    spans = dict(zip(_SPANS, span_leaves(name), strict=True))
+    for leaf in leaves([pull.value], "symbol"):
+        if leaf in spans and leaf.data in names:
+            with at("forces", name, "value"):
+                also = names[leaf.data]
+                raise ModelError(f"{leaf.data!r} is that of the points here and {also} too; rename the latter")
+    return replace(pull, value=evaluate([pull.value], lambda leaf: spans.get(leaf, leaf))[0])
+
+
+def _in_slots(slots: Mapping[Node, Node], part: Any) -> Any:
+    """Return a system, or parts of a mechanism, with names replaced by slots or what they measure."""
+    return with_expressions(part, lambda node: _in(slots, node)) if slots else part
+
+
+def _in(slots: Mapping[Node, Node], node: Node) -> Node:
+    if not node.args:
+        return slots.get(node, node)
+    return as_node(evaluate([node], lambda leaf: slots.get(leaf, leaf))[0])
+
+
+def _kinks(resolved: System) -> tuple[Node, ...]:
+    """Return the switching functions of forces, constraints, motions and inputs that change with time or motion."""
+    parts = (resolved.forces, resolved.constraints, resolved.inputs, resolved.joints, resolved.bodies)
+    found = switching_functions([written.node for part in parts for written in expressions(part)])
+    tables = [x for x in resolved.inputs.values() if isinstance(x, Table)]
+    return tuple(g for g in (*found, *(g for table in tables for g in bends(table))) if _changes(g))
+
+
+def _doubled(system: System, tree: SpanningTree) -> list[str]:
+    """Return the cut joints that keep their coordinates, because these are used or no rows can stand for the joint.
+
+    Such a joint carries a massless double of its child, which rows hold to the child itself.
+    """
+    used = used_joints(system)
+    return [name for name in tree.cut if name in used or not has_rows(system.joints[name])]
+
+
+def _body_numbers(tree: SpanningTree, system: System) -> dict[str, int]:
+    """Return the places of the bodies in tree order; a moving ground comes first."""
+    carried = [body_part(system.joints[name].child, system.bodies)[0] for name in tree.carrying]
+    return {name: number for number, name in enumerate([GROUND, *carried], 0 if ground_moves(system.bodies) else -1)}
+
+
+# --- names ---------------------------------------------------------------------------------------------------------
+
+
+def _coordinates(system: System, joints: Iterable[str]) -> tuple[Coordinate, ...]:
+    return tuple(c for name in joints for c in _coordinates_of(name, system.joints[name]))
+
+
+def _speeds(system: System, joints: Iterable[str]) -> tuple[Speed, ...]:
+    return tuple(s for name in joints for s in _speeds_of(name, system.joints[name]))
+
+
+def _coordinates_of(name: str, joint: Joint) -> list[Coordinate]:
+    initial = joint.initial if isinstance(joint, MovingJoint) else None
+    values = initial.q if initial and initial.q else None
+    start = values or tuple(as_node(x) for x in joint.zero_coordinates)
+    names = coordinate_names(name, joint)
+    known = bool(initial and initial.known)
+    return [
+        Coordinate(q, name, unit, value, values is not None, known)
+        for q, unit, value in zip(names, joint.coordinate_units, start, strict=True)
+    ]
+
+
+def _speeds_of(name: str, joint: Joint) -> list[Speed]:
+    initial = joint.initial if isinstance(joint, MovingJoint) else None
+    values = initial.u if initial and initial.u else None
+    names = speed_names(name, joint)
+    start = values or (ZERO,) * len(names)
+    return [
+        Speed(u, name, unit, value, values is not None)
+        for u, unit, value in zip(names, joint.speed_units, start, strict=True)
+    ]
+
+
+def _slots(system: System, coordinates: Iterable[Coordinate], speeds: Iterable[Speed]) -> dict[Node, Node]:
+    tables = {
+        "parameters": list(system.parameters),
+        "q": [c.name for c in coordinates],
+        "u": [s.name for s in speeds],
+        "inputs": list(system.inputs),
+    }
+    slots = {symbol(name): slot(array, i) for array, names in tables.items() for i, name in enumerate(names)}
+    return {symbol("t"): TIME, **slots}
+
+
+def _parameter_entries(system: System, slots: Mapping[Node, Node], rows: int) -> tuple[ParameterEntry, ...]:
+    """Return the declared parameters, the ropes' lengths at the start and, with rows, what a run chooses for them.
+
+    That is the most rows to be independent anywhere (all of them, unless the start finds fewer), and Baumgarte's
+    coefficients.
+    """
+    entries = [
+        ParameterEntry(name, _in(slots, parameter.value), parameter.positive)
+        for name, parameter in system.parameters.items()
+    ]
+    entries += [ParameterEntry(f"length of {name}", None, True) for name in unmeasured_ropes(system)]
+    if rows:
+        entries.append(ParameterEntry("most independent rows", as_node(rows), False))
+        entries += [ParameterEntry(f"Baumgarte {name}", None, False) for name in ("alpha", "beta")]
+    return tuple(entries)
+
+
+def _limits(system: System, slots: Mapping[Node, Node]) -> list[Limit]:
+    made = []
+    for name, joint in system.joints.items():
+        found = getattr(joint, "limits", None)
+        if found is None or not joint.free_steps:
+            continue
+        (coordinate,), (speed,) = coordinate_names(name, joint), speed_names(name, joint)
+        if symbol(coordinate) in slots:
+            made.append(Limit(name, coordinate, speed, found.lower, found.upper, found.velocity))
+    return made

@@ -1,0 +1,136 @@
+"""What the expressions of a system may say: which names, which quantities, in which dimensions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Final
+
+from multibody_sym.errors import ExpressionError, ModelError, at, suggestion
+from multibody_sym.expressions.quantities import QUANTITIES
+from multibody_sym.expressions.units import Dimension, dimension_of
+from multibody_sym.model.declaration.constraints import Distance, Rope, VelocityConstraint, row_names
+from multibody_sym.model.declaration.system import RESERVED, System, expressions, verify_symbol
+from multibody_sym.model.declaration.values import AXES, dimension_of_unit
+from multibody_sym.model.mechanism.mass import GROUND, OWN_POINTS
+from multibody_sym.model.mechanism.mechanism import COMPONENTS, Coordinate, Speed
+from multibody_sym.model.resolution.references import BARE
+from multibody_sym.model.resolution.spanning_tree import ground_moves
+from multibody_sym.scalars.node import Node, leaves, symbol
+
+
+def meanings(system: System, coordinates: Iterable[Coordinate], speeds: Iterable[Speed]) -> dict[str, str]:
+    """Return what each name in expressions stands for; raise where two things share one."""
+    taken = {"t": "the time"}
+    declared: list[tuple[str, str, tuple[str, ...]]] = [
+        *((name, "a parameter", ("parameters", name)) for name in system.parameters),
+        *((c.name, "a coordinate", ("joints", c.joint)) for c in coordinates),
+        *((s.name, "a speed", ("joints", s.joint)) for s in speeds),
+        *((name, "an input", ("inputs", name)) for name in system.inputs),
+    ]
+    for name, what, path in declared:
+        with at(*path):
+            if name not in RESERVED:
+                _verify_name(name, what)
+            if name in taken or name in RESERVED:
+                raise ModelError(f"{name!r} cannot be {what}: it is {taken.get(name, 'reserved')}; choose another name")
+        taken[name] = what
+    return taken
+
+
+def _verify_name(name: str, what: str) -> None:
+    try:
+        verify_symbol(name)
+    except ModelError as error:
+        hint = "; name the joint's coordinates with q:" if what in ("a coordinate", "a speed") else ""
+        raise ModelError(error.message + hint) from None
+
+
+_MOTION: Final = "motion"
+_ONLY_PARAMETERS: Final = ("a parameter",)
+_MAY_NAME: Final[Mapping[str, tuple[str, ...]]] = {
+    "forces": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
+    "constraints": ("a parameter", "a coordinate", "the time"),
+    "inputs": ("a parameter", "a coordinate", "a speed", "the time"),
+    "outputs": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
+    "stop": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
+    "ask": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
+    _MOTION: ("a parameter", "the time"),
+}
+_MAY_ASK: Final = ("outputs", "stop", "ask")
+
+
+def verify_expressions(system: System, names: Mapping[str, str]) -> None:
+    dimensions = _dimensions(system)
+    vocabulary = _vocabulary(system)
+    for path, node, unit in expressions(system):
+        try:
+            _verify_leaves(node, _may_name(system, path), names)
+            for leaf in _asked(node):
+                _verify_quantity(leaf, path[0], vocabulary)
+            _verify_dimension(node, unit, dimensions)
+        except (ModelError, ExpressionError) as error:
+            raise ModelError(error.message, where=replace(error.where, path=path, column=None)) from None
+
+
+def _may_name(system: System, path: Sequence[str]) -> tuple[str, ...]:
+    """Return what an expression at a path may name."""
+    allowed = _MAY_NAME.get(_MOTION if path[2:3] == (_MOTION,) else path[0], _ONLY_PARAMETERS)
+    of_speeds = path[0] == "constraints" and isinstance(system.constraints[path[1]], VelocityConstraint)
+    return (*allowed, "a speed") if of_speeds else allowed
+
+
+def _verify_leaves(node: Node, allowed: tuple[str, ...], names: Mapping[str, str]) -> None:
+    for leaf in leaves([node], "symbol"):
+        if leaf.data not in names:
+            raise ModelError(f"{leaf.data!r} is not declared{suggestion(leaf.data, names)}")
+        if names[leaf.data] not in allowed:
+            raise ModelError(f"{leaf.data!r} is {names[leaf.data]}; here an expression names {_listed(allowed)} only")
+
+
+def _vocabulary(system: System) -> dict[str, list[str]]:
+    """Return the names that each kind of argument of a quantity may be."""
+    bodies = {GROUND: BARE, **system.bodies}
+    return {
+        "point": [*bodies, *(f"{name}.{p}" for name, b in bodies.items() for p in (*b.points, *b.frames, *OWN_POINTS))],
+        "body": list(bodies),
+        "joint": [*system.joints, *([GROUND] if ground_moves(system.bodies) else ())],
+        "rope": [name for name, c in system.constraints.items() if isinstance(c, (Rope, Distance))],
+        "constraint": [row for name, element in system.constraints.items() for row in row_names(name, element)],
+        "axis": list(AXES),
+        "component": list(COMPONENTS),
+    }
+
+
+def _asked(node: Node) -> list[Node]:
+    """Return the quantities that an expression names, other than the spans of pulls."""
+    return [leaf for leaf in leaves([node], "quantity") if leaf.data[0] in QUANTITIES]
+
+
+def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str]]) -> None:
+    function, arguments = leaf.data
+    if section not in _MAY_ASK:
+        raise ModelError(f"{leaf} can be asked in outputs, stop and ask only")
+    for kind, name in zip(QUANTITIES[function].arguments, arguments, strict=True):
+        if name not in vocabulary[kind]:
+            raise ModelError(f"{leaf}: {name!r} is no {kind}{suggestion(name, vocabulary[kind])}")
+
+
+def _listed(words: tuple[str, ...]) -> str:
+    plain = [w.removeprefix("a ").removeprefix("an ") for w in words]
+    return ", ".join("the time" if w == "the time" else w + "s" for w in plain)
+
+
+def _dimensions(system: System) -> dict[Node, Dimension | None]:
+    """Return the dimensions that were given with units. Time and motion have none: `5*sin(3*t)` may be a force."""
+    return {symbol(name): parameter.dimension for name, parameter in system.parameters.items()}
+
+
+def _verify_dimension(node: Node, unit: str | None, known: Mapping[Node, Dimension | None]) -> None:
+    def of_leaf(leaf: Node) -> Dimension | None:
+        asked = QUANTITIES.get(leaf.data[0]) if leaf.op == "quantity" else None
+        return asked.dimension if asked else known.get(leaf)
+
+    found = dimension_of(node, of_leaf)
+    if found is not None and unit is not None and found != dimension_of_unit(unit) and node.shadow is None:
+        raise ModelError(f"the expression is a quantity in {found}; here one in {unit or 'no unit'} is wanted")
