@@ -35,13 +35,13 @@ from multibody_sym.model.declaration.constraints import (
     Rope,
     VelocityConstraint,
 )
-from multibody_sym.model.declaration.fields import Element, ListOf, OneOf, slots_of
+from multibody_sym.model.declaration.fields import Element, ListOf, OneOf, fields_of
 from multibody_sym.model.declaration.forces import FORCES, Damper, Drag, Force, Motor, Pull, SpringDamper, Torque
 from multibody_sym.model.declaration.joints import JOINTS, Angles, Direct, Fixed, Initial, Joint, MovingJoint
 from multibody_sym.model.declaration.parameters import Parameter
 from multibody_sym.model.declaration.system import System, variable
 from multibody_sym.model.declaration.tables import Table
-from multibody_sym.model.declaration.values import Direction, Scalar, Slot, Text
+from multibody_sym.model.declaration.values import Direction, Field, Scalar, Text
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import RollingRow, RopeRow
 from multibody_sym.model.resolution.resolve import mechanism
@@ -329,22 +329,22 @@ class _Builder:
     def fields(self, cls: type[Joint]) -> dict[str, Any]:
         """Return values for what a kind of joint has besides its ends, names and start."""
         taken = {f.name for f in fields(MovingJoint)}
-        return {name: self.content(slot) for name, slot in slots_of(cls).items() if name not in taken}
+        return {name: self.content(field) for name, field in fields_of(cls).items() if name not in taken}
 
-    def content(self, slot: Slot) -> Any:
-        if isinstance(slot, Direction):
+    def content(self, field: Field) -> Any:
+        if isinstance(field, Direction):
             return self.some(_DIRECTIONS[:4] if self.planar else _DIRECTIONS)
-        if isinstance(slot, ListOf) and slot.least == slot.most == 2:
+        if isinstance(field, ListOf) and field.least == field.most == 2:
             return self.some([["x", "y"], ["z", "x"], [[1, 2, -2], "y"]])
-        if isinstance(slot, Scalar):
+        if isinstance(field, Scalar):
             return self.uniform(0.1, 1)
-        if isinstance(slot, Angles):
+        if isinstance(field, Angles):
             return self.some([None, "zxz", "xyz"])
-        if isinstance(slot, ListOf):
+        if isinstance(field, ListOf):
             return [self.freedom() for _ in range(int(self.rng.integers(1, 4)))]
-        if isinstance(slot, Text):
+        if isinstance(field, Text):
             return None
-        raise AssertionError(f"no random value for {slot}")
+        raise AssertionError(f"no random value for {field}")
 
     def freedom(self) -> Direct:
         axis = self.content(Direction())

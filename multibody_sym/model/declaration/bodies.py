@@ -26,7 +26,7 @@ _INERTIA: Final = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 
 
 @dataclass(frozen=True)
-class InertiaSlot:
+class InertiaField:
     """Tensor elements Ixx .. Iyz about the centre of mass in body axes (Ixy = -integral of x y dm); held as six."""
 
     unit: str = "kg*m^2"
@@ -81,7 +81,7 @@ class Shape(Element):
 
 
 @dataclass(frozen=True)
-class ShapeSlot:
+class ShapeField:
     """A shape, written `{rod: l, mass: m}` or `{cylinder: [r, l], mass: m}`."""
 
     def accept(self, value: Any) -> Shape:
@@ -162,8 +162,8 @@ class Body(Element):
 
     mass: Node | None = holds(Scalar("kg"), None)
     com: Point | None = holds(Vector("m"), None)
-    inertia: tuple[Node, ...] | None = holds(InertiaSlot(), None)
-    shape: Shape | None = holds(ShapeSlot(), None)
+    inertia: tuple[Node, ...] | None = holds(InertiaField(), None)
+    shape: Shape | None = holds(ShapeField(), None)
     points: Mapping[str, Point] = holds(MapOf(Vector("m")), None)
     frames: Mapping[str, Frame] = holds(MapOf(Record(Frame)), None)
     motion: GroundMotion | None = holds(Record(GroundMotion), None)

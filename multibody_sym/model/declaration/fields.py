@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import MISSING, dataclass, fields
 from types import MappingProxyType
 from typing import Any
 
 from multibody_sym.errors import ModelError, at, suggestion
-from multibody_sym.model.declaration.values import OptionalScalars, Scalars, Slot, Text, content_of, described, is_empty
+from multibody_sym.model.declaration.values import (
+    Field,
+    OptionalScalars,
+    Scalars,
+    Text,
+    content_of,
+    described,
+    is_empty,
+)
 
 
 @dataclass(frozen=True)
 class ListOf:
     """A list, held as a tuple; `least` and `most` bound its length. One item may stand without brackets."""
 
-    item: Slot
+    item: Field
     least: int = 0
     most: int | None = None
 
@@ -34,7 +43,7 @@ class ListOf:
 class MapOf:
     """A map from names to contents, in the order in which they were written; equality includes that order."""
 
-    item: Slot
+    item: Field
 
     def accept(self, value: Any) -> Mapping[str, Any]:
         if is_empty(value):
@@ -88,7 +97,7 @@ class Record:
         if isinstance(value, self.cls):
             return value
         if not isinstance(value, Mapping):
-            raise ModelError(f"expected a map with {', '.join(slots_of(self.cls))}, got {described(value)}")
+            raise ModelError(f"expected a map with {', '.join(fields_of(self.cls))}, got {described(value)}")
         return from_fields(self.cls, value)
 
     def tree(self, value: Element) -> dict[str, Any]:
@@ -126,13 +135,13 @@ class OneOf:
 
 @dataclass(frozen=True)
 class Element:
-    """A frozen record whose fields read themselves through their slots when it is made."""
+    """A frozen record that reads what its fields are given when it is made."""
 
     def written(self) -> Iterator[tuple[tuple[str, ...], Any, str | None]]:
         """Yield the contents of the fields: the steps that lead to each in a file, it, and the unit it is read in."""
-        for name, slot in slots_of(type(self)).items():
-            value, unit = getattr(self, name), unit_of(slot)
-            steps = _steps_of(slot, value)
+        for name, field in fields_of(type(self)).items():
+            value, unit = getattr(self, name), unit_of(field)
+            steps = _steps_of(field, value)
             if steps is None:
                 yield (name,), value, unit
             else:
@@ -146,47 +155,47 @@ class Element:
                     raise ModelError("it is missing")
                 value = f.default if value is None else value
                 if value is not None:
-                    object.__setattr__(self, f.name, f.metadata["slot"].accept(value))
+                    object.__setattr__(self, f.name, f.metadata["field"].accept(value))
         self.verify()
 
     def verify(self) -> None:
         """Raise ModelError where the fields contradict each other."""
 
 
-def holds(slot: Slot, default: Any = MISSING, *, keyword: bool = False) -> Any:
-    """Declare a dataclass field that holds `slot`.
+def holds(field: Field, default: Any = MISSING, *, keyword: bool = False) -> Any:
+    """Declare a field of an element.
 
     Without a default it must be given; by keyword only if it is marked so or its class is `kw_only`.
     """
     only: Any = keyword or MISSING
-    return field(default=default, kw_only=only, metadata={"slot": slot})
+    return dataclasses.field(default=default, kw_only=only, metadata={"field": field})
 
 
-def slots_of(cls: type[Element]) -> dict[str, Slot]:
-    """Return the fields of an element class, each with its slot."""
-    return {f.name: f.metadata["slot"] for f in fields(cls)}
+def fields_of(cls: type[Element]) -> dict[str, Field]:
+    """Return the fields of an element class by name."""
+    return {f.name: f.metadata["field"] for f in fields(cls)}
 
 
-def _steps_of(slot: Slot, value: Any) -> list[tuple[str, ...]] | None:
+def _steps_of(field: Field, value: Any) -> list[tuple[str, ...]] | None:
     """Return under which steps a file holds the items of a tuple, where that is not by their numbers."""
     if not isinstance(value, tuple):
         return None
-    keys: tuple[str, ...] | None = getattr(slot, "keys", None)
+    keys: tuple[str, ...] | None = getattr(field, "keys", None)
     if keys is not None:
         return [(key,) for key in keys]
-    return [()] if len(value) == 1 and isinstance(slot, (Scalars, OptionalScalars)) else None
+    return [()] if len(value) == 1 and isinstance(field, (Scalars, OptionalScalars)) else None
 
 
-def unit_of(slot: Slot) -> str | None:
-    """Return the unit that a slot's expressions are read in, None where any fits."""
-    unit: str | None = getattr(slot, "unit", None)
-    item = getattr(slot, "item", None)
+def unit_of(field: Field) -> str | None:
+    """Return the unit that a field's expressions are read in, None where any fits."""
+    unit: str | None = getattr(field, "unit", None)
+    item = getattr(field, "item", None)
     return unit if item is None else unit_of(item)
 
 
 def from_fields(cls: type[Element], tree: Mapping[str, Any]) -> Element:
     """Return the element that a map of fields describes; unknown and missing fields are errors."""
-    known = slots_of(cls)
+    known = fields_of(cls)
     for key in tree:
         if key not in known:
             with at(key):
@@ -205,9 +214,9 @@ def fields_tree(element: Element) -> dict[str, Any]:
     """Return the fields of an element that differ from their defaults, as a file holds them."""
     tree = {}
     for f in fields(element):
-        value, slot = getattr(element, f.name), f.metadata["slot"]
-        default = None if f.default is MISSING or f.default is None else slot.accept(f.default)
+        value, field = getattr(element, f.name), f.metadata["field"]
+        default = None if f.default is MISSING or f.default is None else field.accept(f.default)
         empty = isinstance(value, Mapping) and not value
         if value is not None and value != default and not empty:
-            tree[f.name] = slot.tree(value)
+            tree[f.name] = field.tree(value)
     return tree

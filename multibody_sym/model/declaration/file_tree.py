@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from multibody_sym.errors import ModelError, at, suggestion
 from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.fields import Element, Record, fields_tree, from_fields, holds, slots_of
+from multibody_sym.model.declaration.fields import Element, Record, fields_of, fields_tree, from_fields, holds
 from multibody_sym.model.declaration.joints import JOINTS
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.declaration.values import Count, Text, described, is_text
@@ -29,7 +29,7 @@ def system_from_tree(tree: Any) -> System:
     if version != VERSION:
         with at(_VERSION_KEY):
             raise ModelError(f"a model file says '{_VERSION_KEY}: {VERSION}' first, got {described(version)}")
-    known = (_VERSION_KEY, *slots_of(System), _REPEAT_KEY)
+    known = (_VERSION_KEY, *fields_of(System), _REPEAT_KEY)
     for key in tree:
         if key not in known:
             with at(key):

@@ -16,7 +16,7 @@ from multibody_sym.scalars.node import Node
 
 
 @dataclass(frozen=True)
-class DimensionSlot:
+class DimensionField:
     """The dimension of a parameter, written as a unit that has it, such as `N*m` or `rad`."""
 
     def accept(self, value: Any) -> Dimension:
@@ -31,13 +31,13 @@ class Parameter(Element):
     """A named number: its value (SI) or an expression of others, its dimension where stated, its sign where known."""
 
     value: Node = holds(Scalar())
-    dimension: Dimension | None = holds(DimensionSlot(), None)
+    dimension: Dimension | None = holds(DimensionField(), None)
     positive: bool = holds(Flag(), False)
     label: str | None = holds(Text(), None)
 
 
 @dataclass(frozen=True)
-class ParameterSlot:
+class ParameterField:
     """A parameter: a number, `1 kg`, an expression of others, or the long form with `value`, `positive`, `label`."""
 
     def accept(self, value: Any) -> Parameter:

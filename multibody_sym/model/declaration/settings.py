@@ -38,7 +38,7 @@ class Ask(Element):
 
 
 @dataclass(frozen=True)
-class AskSlot:
+class AskField:
     """A question, written as an expression, `{of: block, after: 4 s}`, `{x: 2 m}` or `{of: block, at: {x: 2 m}}`."""
 
     def accept(self, value: Any) -> Ask:

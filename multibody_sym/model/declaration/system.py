@@ -14,9 +14,9 @@ from multibody_sym.model.declaration.doors import flag, text
 from multibody_sym.model.declaration.fields import Element, MapOf, Names, Record, holds
 from multibody_sym.model.declaration.forces import FORCES
 from multibody_sym.model.declaration.joints import JOINTS, Joint
-from multibody_sym.model.declaration.parameters import Parameter, ParameterSlot
-from multibody_sym.model.declaration.settings import Ask, AskSlot, Settings
-from multibody_sym.model.declaration.tables import InputSlot, Table
+from multibody_sym.model.declaration.parameters import Parameter, ParameterField
+from multibody_sym.model.declaration.settings import Ask, AskField, Settings
+from multibody_sym.model.declaration.tables import InputField, Table
 from multibody_sym.model.declaration.values import Condition, Point, Scalar, Text, Vector, described, listed
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, leaves, symbol, symbol_with
@@ -32,7 +32,7 @@ t: Final = symbol("t")
 
 
 class Written(NamedTuple):
-    """An expression that stands in a system: where, and in which unit its slot wants it (None: any)."""
+    """An expression that stands in a system: where, and in which unit its field wants it (None: any)."""
 
     path: tuple[str, ...]
     node: Node
@@ -48,16 +48,16 @@ class System(Element):
 
     name: str = holds(Text())
     gravity: Point = holds(Vector("m/s^2"), (0, 0, 0))
-    parameters: Mapping[str, Parameter] = holds(MapOf(ParameterSlot()), None)
+    parameters: Mapping[str, Parameter] = holds(MapOf(ParameterField()), None)
     bodies: Mapping[str, Body] = holds(MapOf(Record(Body)), None)
     joints: Mapping[str, Joint] = holds(MapOf(JOINTS), None)
     forces: Mapping[str, Element] = holds(MapOf(FORCES), None)
     constraints: Mapping[str, Element] = holds(MapOf(CONSTRAINTS), None)
     pulleys: Mapping[str, Pulley] = holds(MapOf(Record(Pulley)), None)
-    inputs: Mapping[str, Node | Table] = holds(MapOf(InputSlot()), None)
+    inputs: Mapping[str, Node | Table] = holds(MapOf(InputField()), None)
     outputs: Mapping[str, Node] = holds(MapOf(Scalar()), None)
     stop: Mapping[str, Node] = holds(MapOf(Condition()), None)
-    ask: Mapping[str, Ask] = holds(MapOf(AskSlot()), None)
+    ask: Mapping[str, Ask] = holds(MapOf(AskField()), None)
     simulation: Settings = holds(Record(Settings), None)
 
     def __post_init__(self) -> None:
@@ -98,16 +98,16 @@ def _plain(node: Node) -> Node:
 
 
 def expressions(part: Any, path: tuple[str, ...] = (), unit: str | None = None) -> Iterator[Written]:
-    """Yield every expression inside a system, element, map or tuple, with its path and the unit its slot asks for."""
+    """Yield every expression inside a system, element, map or tuple, with its path and the unit its field asks for."""
     if isinstance(part, Node):
         yield Written(path, part, unit)
     elif isinstance(part, Mapping):
         for name, x in part.items():
             yield from expressions(x, (*path, name), unit)
     elif isinstance(part, Element):
-        for steps, value, slot_unit in part.written():
+        for steps, value, field_unit in part.written():
             if not isinstance(value, _PLAIN):
-                yield from expressions(value, (*path, *steps), slot_unit)
+                yield from expressions(value, (*path, *steps), field_unit)
     elif isinstance(part, tuple):
         for i, x in enumerate(part):
             yield from expressions(x, (*path, str(i)), unit)
@@ -151,7 +151,7 @@ def parameters(
         with at("parameters", name):
             verify_symbol(name)
             value = f"{value} {unit}" if unit else value
-            parameter = ParameterSlot().accept({"value": value, "positive": positive})
+            parameter = ParameterField().accept({"value": value, "positive": positive})
             made.append(symbol_with(name, parameter))
     return tuple(made)
 

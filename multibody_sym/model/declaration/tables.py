@@ -63,7 +63,7 @@ class Table(Element):
 
 
 @dataclass(frozen=True)
-class InputSlot:
+class InputField:
     """An input: an expression, or a table."""
 
     def accept(self, value: Any) -> Node | Element:

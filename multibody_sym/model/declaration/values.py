@@ -19,7 +19,7 @@ AXES = ("x", "y", "z")
 _NOTHING = "null"
 
 
-class Slot(Protocol):
+class Field(Protocol):
     """One field's kind of content."""
 
     def accept(self, value: Any) -> Any:
@@ -234,10 +234,10 @@ class Count:
         return str(value)
 
 
-def content_of(index: int, value: Any, slot: Slot) -> Any:
-    """Return what `slot` holds of item number `index`, which an error is placed at."""
+def content_of(index: int, value: Any, field: Field) -> Any:
+    """Return what `field` holds of item number `index`, which an error is placed at."""
     with at(index):
-        return slot.accept(value)
+        return field.accept(value)
 
 
 def listed(value: Any) -> list[Any] | None:

@@ -1,4 +1,4 @@
-"""Slots: what each kind of field takes, how it is written back, and the errors of elements by text and path."""
+"""Fields: what each kind of field takes, how it is written back, and the errors of elements by text and path."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ X, Y = symbol("x"), symbol("y")
 
 
 @pytest.mark.parametrize(
-    ("slot", "value", "content", "tree"),
+    ("field", "value", "content", "tree"),
     [
         (Scalar("kg"), "500 g", as_node(1) / 2, "0.5"),
         (Scalar(""), "45 deg", PI / 4, "pi/4"),
@@ -58,15 +58,15 @@ X, Y = symbol("x"), symbol("y")
         (ListOf(Text()), "a", ("a",), ["a"]),
     ],
 )
-def test_content_and_what_a_file_holds(slot: Any, value: Any, content: Any, tree: Any) -> None:
-    found = slot.accept(value)
+def test_content_and_what_a_file_holds(field: Any, value: Any, content: Any, tree: Any) -> None:
+    found = field.accept(value)
     assert found == content
-    assert slot.tree(found) == tree
-    assert slot.accept(slot.tree(found)) == content
+    assert field.tree(found) == tree
+    assert field.accept(field.tree(found)) == content
 
 
 @pytest.mark.parametrize(
-    ("slot", "value", "message", "path"),
+    ("field", "value", "message", "path"),
     [
         (Scalar("kg"), "2 m", "'2 m' does not fit here: expected a quantity in kg", ()),
         (Scalar(""), "2 m", "expected a quantity in no unit", ()),
@@ -93,9 +93,9 @@ def test_content_and_what_a_file_holds(slot: Any, value: Any, content: Any, tree
         (MapOf(Scalar()), {"a": "1", "b": []}, "expected a number or an expression, got a list", ("b",)),
     ],
 )
-def test_errors_of_slots(slot: Any, value: Any, message: str, path: tuple[str, ...]) -> None:
+def test_errors_of_fields(field: Any, value: Any, message: str, path: tuple[str, ...]) -> None:
     with pytest.raises(InputError) as caught:
-        slot.accept(value)
+        field.accept(value)
     assert message in caught.value.message
     assert caught.value.where.path == path
 
