@@ -55,9 +55,6 @@ class Node:
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError("a Node never changes")
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        raise TypeError("a Node is written with multibody_sym.dump, not pickled")
-
     def __copy__(self) -> Node:
         return self
 

@@ -83,6 +83,9 @@ class Names(Mapping[str, Any]):
     def __hash__(self) -> int:
         return hash(tuple(self))
 
+    def __reduce__(self) -> tuple[type[Names], tuple[dict[str, Any]]]:
+        return Names, (dict(self._content),)
+
     def __repr__(self) -> str:
         return repr(dict(self._content))
 
