@@ -46,7 +46,8 @@ from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.program.measures import operation_count
-from multibody_sym.program.program import Array, Program
+from multibody_sym.program.program import Program
+from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 from multibody_sym.runtime.loading import load
 from multibody_sym.scalars.node import Node, as_node, slot

@@ -10,7 +10,8 @@ import numpy as np
 from random_scans import WIDTH, Passes
 
 from multibody_sym.errors import ExpressionError
-from multibody_sym.program.program import Array, Program
+from multibody_sym.program.program import Program
+from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.node import BUILD, PI, Node, number, power, real
 

@@ -34,7 +34,7 @@ from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.program.derivatives import jacobian
+from multibody_sym.program.forward import jacobian
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
 from multibody_sym.runtime.loading import load

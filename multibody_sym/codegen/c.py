@@ -23,9 +23,11 @@ from multibody_sym.codegen.layout import (
 from multibody_sym.codegen.profile import Span, column_order, elimination_cost, row_spans
 from multibody_sym.codegen.selftest import TOLERANCE, Samples, stored_numbers
 from multibody_sym.codegen.templates import RUNTIME_HEADERS, RUNTIME_SOURCES, filled, runtime_files
+from multibody_sym.program.accesses import accesses
 from multibody_sym.program.infix import Language, Texts, expression
-from multibody_sym.program.program import Array, Assign, Call, Output, Program, Solve, Statement
-from multibody_sym.program.scan import Kernel, Loop, Progression, Scan, accesses
+from multibody_sym.program.program import Program
+from multibody_sym.program.progressions import Progression
+from multibody_sym.program.statements import Array, Assign, Call, Callee, Kernel, Loop, Output, Scan, Solve, Statement
 from multibody_sym.scalars.node import Node
 
 _LONGEST: Final = 400
@@ -100,7 +102,7 @@ def _signature(name: str, declarations: Sequence[str], exported: bool) -> str:
     return wrapped(f"{kind} {name}(", declarations or ["void"], ")", indent=" " * (len(kind) + len(name) + 2))
 
 
-def _declared(program: Program, inputs: Sequence[str], outputs: Sequence[str]) -> dict[str, str]:
+def _declared(program: Callee, inputs: Sequence[str], outputs: Sequence[str]) -> dict[str, str]:
     """Return the declaration of each parameter by its identifier."""
     declared = {}
     for name, array in zip(inputs, program.inputs, strict=True):
@@ -129,7 +131,7 @@ def _sizes(sizes: Sequence[int]) -> str:
     return ", ".join(map(str, sizes or [0]))
 
 
-def _entry(k: int, name: str, program: Program, prefix: str) -> str:
+def _entry(k: int, name: str, program: Callee, prefix: str) -> str:
     given = f"{len(program.inputs)}, {prefix}__in_sizes_{k}"
     return f'    {{"{name}", {given}, {len(program.outputs)}, {prefix}__out_sizes_{k}, {prefix}__call_{k}}},'
 

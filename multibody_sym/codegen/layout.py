@@ -7,7 +7,9 @@ from dataclasses import dataclass, fields
 from typing import Final
 
 from multibody_sym.program.measures import operation_count, program_hash
-from multibody_sym.program.program import Program, ProgramError, callees, verify_program_name
+from multibody_sym.program.program import Program
+from multibody_sym.program.statements import Callee, ProgramError, callees
+from multibody_sym.program.verify import verify_program_name
 from multibody_sym.scalars.node import Node
 
 _WIDTH: Final = 110
@@ -18,7 +20,7 @@ class Function:
     """A Program under the name that generated code gives it; others only call it unless it is `exported`."""
 
     name: str
-    program: Program
+    program: Callee
     exported: bool
 
 
@@ -61,7 +63,7 @@ def functions(programs: Mapping[str, Program], prefix: str, callee_prefix: str, 
     return Functions(tuple(found), names)
 
 
-def _callees(program: Program, known: Mapping[int, str]) -> Iterator[Program]:
+def _callees(program: Callee, known: Mapping[int, str]) -> Iterator[Callee]:
     """Yield the Programs that `program` runs, directly or not, callees first, those not known yet."""
     for statement in program.statements:
         for callee in callees(statement):
@@ -70,7 +72,7 @@ def _callees(program: Program, known: Mapping[int, str]) -> Iterator[Program]:
                 yield callee
 
 
-def parameters(program: Program, reserved: Collection[str]) -> tuple[list[str], list[str]]:
+def parameters(program: Callee, reserved: Collection[str]) -> tuple[list[str], list[str]]:
     """Return an identifier for each input and each output: its name, with underscores added where that is taken."""
     inputs = _identifiers([array.name for array in program.inputs], reserved)
     return inputs, _identifiers([output.name for output in program.outputs], {*reserved, *inputs})
@@ -122,7 +124,7 @@ def strides(leaves: Sequence[Node], wanted: Places) -> Iterator[tuple[int, int, 
         start = end
 
 
-def summary(name: str, program: Program) -> list[str]:
+def summary(name: str, program: Callee) -> list[str]:
     """Return the lines for the head of a file that say what a Program costs and which one it is."""
     count = operation_count(program)
     parts = [f"{getattr(count, field.name)} {field.name}" for field in fields(count)]

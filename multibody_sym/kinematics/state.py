@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.program.program import Array
+from multibody_sym.program.statements import Array
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, slot
 from multibody_sym.scalars.vectors import S

@@ -6,8 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from multibody_sym.program.program import Assign, Call, Program, Solve, targets
-from multibody_sym.program.scan import Integers, Kernel, Loop, Scan
+from multibody_sym.program.program import Program
+from multibody_sym.program.progressions import Integers
+from multibody_sym.program.statements import Assign, Call, Callee, Kernel, Loop, Scan, Solve, targets
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, as_node
@@ -15,7 +16,7 @@ from multibody_sym.scalars.node import Node, as_node
 Vector = tuple[Node, ...]
 
 
-def folded(program: Program, input: str, values: Sequence[float | Node]) -> Program:
+def folded(program: Callee, input: str, values: Sequence[float | Node]) -> Program:
     """Return `program` with the numbers `values` in place of its input `input`, also in the Programs it calls.
 
     Raises UndefinedError where there is no such input, ExpressionError where a constant part has no finite value.
@@ -40,7 +41,7 @@ def folded(program: Program, input: str, values: Sequence[float | Node]) -> Prog
     return trace.finish({output.name: (output.shape, constant(output.values)) for output in program.outputs})
 
 
-def _callee(call: Call, input: str, numbers: dict[Node, Node], values: Sequence[float | Node]) -> Program:
+def _callee(call: Call, input: str, numbers: dict[Node, Node], values: Sequence[float | Node]) -> Callee:
     """Return what a call runs; it is folded too where it is handed that input as a whole, under the same name."""
     for array, arguments in zip(call.program.inputs, call.arguments, strict=True):
         if array.name == input and arguments == tuple(numbers):

@@ -11,8 +11,18 @@ import numpy.typing as npt
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.least_norm import solve
 from multibody_sym.program.arithmetic import OPERATIONS, integer_exponent, power
-from multibody_sym.program.program import Assign, Call, Program, Record, ShapeError, Solve, Statement, targets
-from multibody_sym.program.scan import Loop, Scan
+from multibody_sym.program.statements import (
+    Assign,
+    Call,
+    Callee,
+    Loop,
+    Record,
+    Scan,
+    ShapeError,
+    Solve,
+    Statement,
+    targets,
+)
 from multibody_sym.scalars.node import Node
 
 
@@ -25,7 +35,7 @@ class _Values(dict[Node, float]):
         return node.shadow
 
 
-def interpret(program: Program, *arrays: npt.ArrayLike) -> tuple[Floats, ...]:
+def interpret(program: Callee, *arrays: npt.ArrayLike) -> tuple[Floats, ...]:
     """Return the outputs of `program` for `arrays`, one for each input; raises ShapeError where one does not fit."""
     if len(arrays) != len(program.inputs):
         raise ShapeError(f"program {program.name} has {len(program.inputs)} inputs, not {len(arrays)}")

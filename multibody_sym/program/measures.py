@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from multibody_sym.program.arithmetic import integer_exponent
-from multibody_sym.program.program import Assign, Call, Program, Record, Solve, Statement, operands, targets
-from multibody_sym.program.scan import Progression, Scan, Window
+from multibody_sym.program.progressions import Progression, Window
+from multibody_sym.program.statements import Assign, Call, Callee, Record, Scan, Solve, Statement, operands, targets
 from multibody_sym.scalars.node import BUILD, Node
 
 
@@ -34,7 +34,7 @@ class OperationCount:
         return self.additions + self.subtractions + self.multiplications + self.divisions
 
 
-def operation_count(program: Program) -> OperationCount:
+def operation_count(program: Callee) -> OperationCount:
     """Return the operations of one run; those of callees count whenever they run, those inside a solve do not.
 
     A change of sign is free; x^n costs the multiplications that compute it; where, abs, min and comparisons are
@@ -43,7 +43,7 @@ def operation_count(program: Program) -> OperationCount:
     return OperationCount(**_counted(program, {}))
 
 
-def _counted(program: Program, known: dict[int, Counter[str]]) -> Counter[str]:
+def _counted(program: Callee, known: dict[int, Counter[str]]) -> Counter[str]:
     if id(program) not in known:
         nodes = [node for s in program.statements if isinstance(s, Assign) for node in s.nodes]
         counts = _counted_nodes(nodes)
@@ -84,7 +84,7 @@ def _counted_nodes(nodes: list[Node]) -> Counter[str]:
     )
 
 
-def program_hash(program: Program) -> str:
+def program_hash(program: Callee) -> str:
     """Return 64 hexadecimal digits that depend on structure, shapes and constants only, not on any name.
 
     (The names of inputs decide the order of operands in a sum or product, which is part of the structure.)
@@ -93,7 +93,7 @@ def program_hash(program: Program) -> str:
     return program.digest.hex()
 
 
-def digest(program: Program) -> bytes:
+def digest(program: Callee) -> bytes:
     """Return the hash as `Program.digest` keeps it."""
     numbers = _Numbers()
     for given in program.inputs:

@@ -14,8 +14,9 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.program.program import Array, Program
-from multibody_sym.program.scan import Integers, Kernel, Loop, Progression, Window, progression, progression_through
+from multibody_sym.program.program import Program
+from multibody_sym.program.progressions import Integers, Progression, Window, progression, progression_through
+from multibody_sym.program.statements import Array, Kernel, Loop
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.node import BUILD, ZERO, Node, as_node, leaves, postorder, slot
 

@@ -6,8 +6,20 @@ from collections.abc import Callable, Iterable
 from typing import Any, Final
 
 from multibody_sym.program.infix import Language, Texts, expression
-from multibody_sym.program.program import TARGETS, Array, Assign, Call, Output, Program, Solve, Statement
-from multibody_sym.program.scan import Kernel, Loop, Progression, Scan, Window
+from multibody_sym.program.progressions import Progression, Window
+from multibody_sym.program.statements import (
+    TARGETS,
+    Array,
+    Assign,
+    Call,
+    Callee,
+    Kernel,
+    Loop,
+    Output,
+    Scan,
+    Solve,
+    Statement,
+)
 from multibody_sym.scalars.node import Node
 
 _LANGUAGE: Final = Language(
@@ -15,7 +27,7 @@ _LANGUAGE: Final = Language(
 )
 
 
-def program_text(program: Program) -> str:
+def program_text(program: Callee) -> str:
     """Return `program` for people: inputs with shapes, one numbered value a line, outputs."""
     texts = Texts()
     for array in program.inputs:

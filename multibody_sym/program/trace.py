@@ -8,20 +8,22 @@ from typing import Any, Final
 
 from multibody_sym.program.arithmetic import integer_exponent
 from multibody_sym.program.infix import PRODUCTS
-from multibody_sym.program.program import (
+from multibody_sym.program.program import Program
+from multibody_sym.program.statements import (
     TARGETS,
     Array,
     Assign,
     Call,
+    Callee,
+    Loop,
     Output,
-    Program,
     Record,
+    Scan,
     Solve,
     Statement,
     operands,
     targets,
 )
-from multibody_sym.program.scan import Loop, Scan
 from multibody_sym.scalars.node import Node, as_node, slot
 
 _LONGEST: Final = 16
@@ -45,7 +47,7 @@ class Trace:
     def __getitem__(self, name: str) -> tuple[Node, ...]:
         return self._slots[name]
 
-    def call(self, program: Program, arguments: Sequence[Sequence[Node]]) -> tuple[tuple[Node, ...], ...]:
+    def call(self, program: Callee, arguments: Sequence[Sequence[Node]]) -> tuple[tuple[Node, ...], ...]:
         """Return the outputs of `program` for `arguments` (one sequence for each of its inputs) as fresh leaves."""
         given = tuple(tuple(map(as_node, values)) for values in arguments)
         record = Call(program, given, tuple(self._fresh(len(output.values)) for output in program.outputs))

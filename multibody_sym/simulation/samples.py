@@ -18,7 +18,7 @@ from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
 from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.program.program import Array
+from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 from multibody_sym.runtime.loading import Backend, Compiled, load
 from multibody_sym.simulation.runnable import Runnable

@@ -19,7 +19,8 @@ from multibody_sym.codegen.c import c_source
 from multibody_sym.codegen.selftest import spread_samples
 from multibody_sym.program import interpreter
 from multibody_sym.program.interpreter import interpret
-from multibody_sym.program.program import Array, Program, ProgramError
+from multibody_sym.program.program import Program
+from multibody_sym.program.statements import Array, ProgramError
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import absolute, cos, maximum, minimum, sign, sin, where
 from multibody_sym.scalars.node import Node, number, power

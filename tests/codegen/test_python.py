@@ -17,7 +17,8 @@ from random_programs import ARITHMETIC, FUNCTIONS, Maker
 from multibody_sym.codegen.python import python_source
 from multibody_sym.codegen.selftest import spread_samples
 from multibody_sym.program.interpreter import interpret
-from multibody_sym.program.program import Array, Program, ProgramError
+from multibody_sym.program.program import Program
+from multibody_sym.program.statements import Array, ProgramError
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import log, sqrt, where
 from multibody_sym.scalars.node import number

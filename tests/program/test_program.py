@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from multibody_sym.program.program import (
+from multibody_sym.program.program import Program
+from multibody_sym.program.statements import (
     Array,
     Assign,
     Call,
     DefinedTwiceError,
     Output,
-    Program,
     ProgramError,
     ShapeError,
     Solve,

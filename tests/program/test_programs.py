@@ -6,8 +6,9 @@ from collections.abc import Mapping
 
 import pytest
 
-from multibody_sym.program.program import Array, Program, ProgramError, ShapeError
+from multibody_sym.program.program import Program
 from multibody_sym.program.programs import Programs
+from multibody_sym.program.statements import Array, ProgramError, ShapeError
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.node import Node, number
 

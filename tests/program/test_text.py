@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from multibody_sym.program.program import Array
+from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import absolute, maximum, sin, where
 

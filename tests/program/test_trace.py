@@ -10,7 +10,8 @@ from random_programs import FUNCTIONS, ROUNDED, Maker
 
 from multibody_sym.program.arithmetic import OPERATIONS, integer_exponent, power
 from multibody_sym.program.interpreter import interpret
-from multibody_sym.program.program import Array, Assign, Call, Program, ShapeError, Solve, UndefinedError
+from multibody_sym.program.program import Program
+from multibody_sym.program.statements import Array, Assign, Call, ShapeError, Solve, UndefinedError
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import cos, exp, maximum, sin, sqrt, where
 from multibody_sym.scalars.node import BUILD, PI, Node, number, postorder, symbol

@@ -12,7 +12,7 @@ from hand_models import DOUBLE_PENDULUM, OSCILLATOR, planar_pendulum
 
 from multibody_sym.errors import OutputError
 from multibody_sym.program.interpreter import interpret
-from multibody_sym.program.program import Array
+from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 from multibody_sym.runtime import cache, compiler, loading
 from multibody_sym.runtime.loading import FallbackNotice, load, load_c, load_python, recall, remember

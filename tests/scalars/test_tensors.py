@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from multibody_sym.program.measures import operation_count
-from multibody_sym.program.program import Array
+from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.rotations import turned
 from multibody_sym.scalars.tensors import turned_symmetric, turned_tensor

@@ -17,8 +17,9 @@ from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.kinematics.motion import coordinate_rates
 from multibody_sym.kinematics.state import arrays
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.program.derivatives import total_jacobian
-from multibody_sym.program.program import Array, Program
+from multibody_sym.program.forward import total_jacobian
+from multibody_sym.program.program import Program
+from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.node import ZERO, Node
 

@@ -16,7 +16,7 @@ from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.program.derivatives import total_jacobian
+from multibody_sym.program.forward import total_jacobian
 from multibody_sym.program.program import Program
 from multibody_sym.program.programs import Form, Programs
 from multibody_sym.program.trace import Trace

@@ -17,7 +17,8 @@ from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.kinematics.wrenches import joint_projection
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.program.program import Array, Program
+from multibody_sym.program.program import Program
+from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 
 

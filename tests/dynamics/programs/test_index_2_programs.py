@@ -11,7 +11,7 @@ from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.program import derivatives
+from multibody_sym.program import reverse as derivatives
 from multibody_sym.program.interpreter import interpret
 
 COIN = (Path(__file__).parents[3] / "examples" / "rolling_coin.yaml").read_text()

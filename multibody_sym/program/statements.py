@@ -1,0 +1,204 @@
+"""The statements of a Program: assign, call, solve, scan. Of a Program they know what calling it takes, a `Callee`.
+
+A *scan* runs kernels over arrays in loops, so that a thousand like bodies cost the code of one.
+It owns arrays that its loops fill. In each iteration one kernel reads *windows*, consecutive elements that begin
+where a progression says, and stores its outputs in others or adds them there. What a tree needs is said with windows:
+the parent's row is a window whose places are the parents', what children hand to their parent is added there, up the
+tree is a loop whose places descend, and different kinds of bodies are several kernels among which a progression
+chooses. As no element changes once it has been read, the values at the end are those that every kernel saw, and a
+scan is differentiated backwards by running the kernels' adjoints over the same windows in the opposite order.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar, Final, Protocol
+
+import numpy as np
+
+from multibody_sym.errors import MultibodyError
+from multibody_sym.program.progressions import Integers, Progression, Window
+from multibody_sym.scalars.node import Node, slot
+
+TARGETS: Final = "z"
+"""The array whose slots stand for the results of calls, solves and scans."""
+
+
+class ProgramError(MultibodyError):
+    """A Program contradicts itself."""
+
+    code: ClassVar[str] = "program"
+
+
+class UndefinedError(ProgramError):
+    """A value is used that no input and no earlier statement gives."""
+
+
+class DefinedTwiceError(ProgramError):
+    """A name, or a value, is defined a second time."""
+
+
+class ShapeError(ProgramError):
+    """The number of values does not fit the shape, or the callee."""
+
+
+@dataclass(frozen=True)
+class Array:
+    """A named input: its slots are the leaves that stand for its elements, row by row. Shape () is a scalar."""
+
+    name: str
+    shape: tuple[int, ...] = ()
+
+    @property
+    def size(self) -> int:
+        """The number of elements."""
+        return math.prod(self.shape)
+
+    @property
+    def slots(self) -> tuple[Node, ...]:
+        """The leaves that stand for the elements."""
+        return tuple(slot(self.name, k) for k in range(self.size))
+
+
+@dataclass(frozen=True, repr=False)
+class Output:
+    """A named result: its elements row by row, as atoms. Shape () is a scalar."""
+
+    name: str
+    shape: tuple[int, ...]
+    values: tuple[Node, ...]
+
+
+
+class Callee(Protocol):
+    """What a call or a kernel runs, and all that statements know of it: a Program."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def inputs(self) -> tuple[Array, ...]: ...
+    @property
+    def statements(self) -> tuple[Statement, ...]: ...
+    @property
+    def outputs(self) -> tuple[Output, ...]: ...
+    @property
+    def digest(self) -> bytes: ...
+    def input(self, name: str, /) -> Array: ...
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Assign:
+    """Compute `nodes` in order; later statements may use the last one, `value`.
+
+    Each node is an operation on constants, input slots, values of earlier statements and earlier `nodes`. As a Node is
+    its expression, no name is needed: wherever `value` occurs later, it is not computed again.
+    """
+
+    nodes: tuple[Node, ...]
+
+    @property
+    def value(self) -> Node:
+        """The Node that later statements may use."""
+        return self.nodes[-1]
+
+
+@dataclass(frozen=True, repr=False)
+class Call:
+    """Run `program` on `arguments`, one tuple for each of its inputs; its outputs become `targets`, one tuple each."""
+
+    program: Callee
+    arguments: tuple[tuple[Node, ...], ...]
+    targets: tuple[tuple[Node, ...], ...]
+
+
+@dataclass(frozen=True, repr=False)
+class Solve:
+    """Find the minimum-norm x with A x = r, and lambda with x = A^T lambda, as `numerics/least_norm.py` does.
+
+    `matrix` holds the s rows of A, `right` r (s); the targets are `solution` x (n), `multipliers` lambda (s, zero for
+    dependent rows) and `report` (rank, smallest part of a kept row, relative residual of the dependent rows). No more
+    rows are kept than `most`.
+    """
+
+    matrix: tuple[tuple[Node, ...], ...]
+    right: tuple[Node, ...]
+    most: Node
+    solution: tuple[Node, ...]
+    multipliers: tuple[Node, ...]
+    report: tuple[Node, ...]
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A Program, with a window for each of its inputs and of its outputs."""
+
+    program: Callee
+    reads: tuple[Window, ...]
+    writes: tuple[Window, ...]
+
+
+@dataclass(frozen=True)
+class Loop:
+    """`count` iterations; in iteration k kernel number `choice.at(k)` runs."""
+
+    count: int
+    kernels: tuple[Kernel, ...]
+    choice: Progression = Progression((0,))
+
+    def turns(self) -> Iterator[tuple[Kernel, Integers]]:
+        """Yield each kernel with the iterations in which it runs; raises IndexError where there is no such kernel."""
+        chosen = self.choice.values(self.count)
+        if chosen.size and not (chosen.min() >= 0 and chosen.max() < len(self.kernels)):
+            raise IndexError(f"a loop chooses among {len(self.kernels)} kernels one that is not there")
+        for number, kernel in enumerate(self.kernels):
+            yield kernel, np.nonzero(chosen == number)[0]
+
+
+@dataclass(frozen=True, repr=False)
+class Scan:
+    """Run `loops` over arrays: `given` atoms, results (`targets`) and work space of the sizes `work`.
+
+    Results and work space are zero at first.
+    """
+
+    given: tuple[tuple[Node, ...], ...]
+    targets: tuple[tuple[Node, ...], ...]
+    work: tuple[int, ...]
+    loops: tuple[Loop, ...]
+
+    @property
+    def sizes(self) -> tuple[int, ...]:
+        """The size of each array."""
+        return (*map(len, self.given), *map(len, self.targets), *self.work)
+
+
+Record = Call | Solve | Scan
+"""What fills targets. Its operands are atoms: constants, input slots, values of earlier statements."""
+
+
+Statement = Assign | Record
+
+
+def operands(statement: Record) -> tuple[tuple[Node, ...], ...]:
+    """Return the atoms that a record reads."""
+    if isinstance(statement, Solve):
+        return (*statement.matrix, statement.right, (statement.most,))
+    return statement.arguments if isinstance(statement, Call) else statement.given
+
+
+def targets(statement: Record) -> tuple[tuple[Node, ...], ...]:
+    """Return the slots that a record fills."""
+    if isinstance(statement, Solve):
+        return (statement.solution, statement.multipliers, statement.report)
+    return statement.targets
+
+
+def callees(statement: Statement) -> tuple[Callee, ...]:
+    """Return the Programs that a statement runs."""
+    if isinstance(statement, Call):
+        return (statement.program,)
+    if isinstance(statement, Scan):
+        return tuple(kernel.program for loop in statement.loops for kernel in loop.kernels)
+    return ()
