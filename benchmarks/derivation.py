@@ -29,7 +29,7 @@ from multibody_sym.model.declaration.joints import Revolute
 from multibody_sym.model.declaration.system import System
 
 ROUNDS: Final = 3
-INERTIA: Final = ("Ixx", "Iyy", "Izz", "Ixy", "Iyz", "Ixz")
+INERTIA: Final = {"Ixx": 1, "Iyy": 1, "Izz": 1, "Ixy": 0, "Iyz": 0, "Ixz": 0}
 LENGTHS: Final = {"planar": (2, 3, 5, 7, 10, 15, 20), "spatial": (2, 3, 4, 5, 6, 7, 8)}
 
 
@@ -53,7 +53,7 @@ def spatial(links: int) -> System:
     bodies, joints = {}, {}
     for k in range(links):
         names = {key: f"{key}{k}" for key in ("m", "cx", "cy", "cz", *INERTIA, "px", "py", "pz")}
-        parameters |= dict.fromkeys(names.values(), 1)
+        parameters |= {names[key]: INERTIA.get(key, 1) for key in names}
         bodies[f"link{k}"] = Body(
             mass=names["m"],
             com=[names["cx"], names["cy"], names["cz"]],

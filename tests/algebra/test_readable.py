@@ -10,7 +10,9 @@ import pytest
 import sympy
 from random_formulas import L, a, b, k, m1, random_formula, u, v
 
-from multibody_sym.algebra.readable import LARGEST_SUM, Readable, expanded_size
+from multibody_sym.algebra.readable import LARGEST_SUM, Readable, with_squares
+from multibody_sym.algebra.signs import with_numbers_outside, with_signs, with_sizes
+from multibody_sym.algebra.terms import expanded_size, terms_of
 
 m2 = sympy.Symbol("m2", positive=True)
 c = sympy.Symbol("c", real=True)
@@ -68,6 +70,16 @@ def test_signs_and_sizes_keep_their_values(power: int, at: float) -> None:
         given = a**power * sympy.Abs(a, evaluate=False) ** size * sympy.sign(a) ** signs + L
         values = (float(e.subs({L: 1.7, a: at})) for e in (given, readable(given)))
         assert next(values) == pytest.approx(next(values), rel=1e-14)
+
+
+def test_what_holds_no_sign_square_or_shared_number_is_not_built_anew() -> None:
+    """Most expressions hold none: looking costs a fraction of rebuilding every term."""
+    expression = m1 * L**2 * u**2 / 2 + m2 * k * L * v * cos(a - b) - sin(a) / (L + k)
+    terms = terms_of(expression)
+    assert with_signs(terms) is terms
+    assert with_sizes(terms) is terms
+    assert with_squares(terms, frozenset({u, v})) is terms
+    assert with_numbers_outside(expression) is expression
 
 
 def test_high_powers_are_left_alone() -> None:

@@ -6,7 +6,8 @@ import pytest
 import sympy
 
 import multibody_sym as mbs
-from multibody_sym.algebra.readable import expression_of, terms_of, with_squares
+from multibody_sym.algebra.readable import with_squares
+from multibody_sym.algebra.terms import expression_of, terms_of
 from multibody_sym.writing.derivation import derivation_text
 
 BOWL = """
