@@ -20,7 +20,7 @@ _NUMBERS: Final[Mapping[type, frozenset[str]]] = {
     Mechanism: frozenset({"name"}),
     ParameterEntry: frozenset({"value"}),
     Coordinate: frozenset({"initial", "given", "known"}),
-    Speed: frozenset({"initial", "given"}),
+    Speed: frozenset({"initial", "given", "known"}),
     Limit: frozenset({"lower", "upper", "velocity"}),
 }
 """What no Program follows from: a title, what is handed over as numbers, what is looked at after a run."""

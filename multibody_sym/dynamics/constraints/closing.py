@@ -136,7 +136,12 @@ def _suffice(rows: Rows, q: Floats, free: Sequence[int]) -> bool:
     jacobian = generic_jacobian(rows, q)
     if jacobian is None or not free:
         return bool(free)
-    of_free, of_all = (np.linalg.matrix_rank(matrix, _DEPENDENT) for matrix in (jacobian[:, list(free)], jacobian))
+    return suffice(jacobian, free, range(len(rows.mechanism.speeds)))
+
+
+def suffice(jacobian: Floats, free: Sequence[int], among: Sequence[int]) -> bool:
+    """Return whether some speeds can do to the rows, by their `jacobian`, whatever those `among` which they are can."""
+    of_free, of_all = (np.linalg.matrix_rank(jacobian[:, list(which)], _DEPENDENT) for which in (free, among))
     return bool(of_free == of_all)
 
 

@@ -1,8 +1,9 @@
 """Assembly: coordinates with phi = 0 and speeds with H u = -phi_t from declared ones, in floats.
 
-Which declared values are held is one rule for both: those marked `known`; without marks those that were given, in
-their order, as long as the rest can close. None are held, and the change is the smallest in the norm of the mass
-matrix, where that is asked for, and where all were given, none marked, and the rows nearly close.
+Which declared values are held is one rule for both: those marked `known`, and of the others that were given, in their
+order, those that leave the rest free to close; with nothing marked, all that were given if they close. Where all were
+given and the rows nearly close, those that are not marked change as little as possible instead. None are held, and the
+change is the smallest in the norm of the mass matrix, where that is asked for, or nothing is marked there.
 
 Where nothing closes, the elements are named for whose rows together no positions are found: what is left when those
 that change nothing are out.
@@ -25,6 +26,7 @@ from multibody_sym.dynamics.constraints.closing import (
     generic_jacobian,
     guessed,
     least_change,
+    suffice,
 )
 from multibody_sym.dynamics.constraints.row_values import verify_values
 from multibody_sym.errors import NoSolutionError, Where
@@ -153,8 +155,7 @@ def assembled_speeds(rows: Rows, q: Floats, u: Floats, *, project: bool = False)
 
 
 def _speed_items(mechanism: Mechanism) -> list[_Item]:
-    known = {c.joint for c in mechanism.coordinates if c.known}
-    return [_Item((s.name,), (k,), (k,), s.given, s.given and s.joint in known) for k, s in enumerate(mechanism.speeds)]
+    return [_Item((s.name,), (k,), (k,), s.given, s.known) for k, s in enumerate(mechanism.speeds)]
 
 
 # --- both ----------------------------------------------------------------------------------------------------------
@@ -174,17 +175,35 @@ def _chosen(
         free = [k for item in items for k in item.speeds if k not in fixed]
         return close(free, not held)
 
-    held: Sequence[_Item] = [] if project or (near and not known) else known or given
+    marked: Sequence[_Item] = [] if project else known
+    unmarked: Sequence[_Item] = [] if project or near else [item for item in given if not item.known]
+    if marked:
+        unmarked = _with_room(jacobian, items, marked, unmarked)
+    held: Sequence[_Item] = [*marked, *unmarked]
     values = attempt(held)
-    if values is None and held and not known:
-        held, values = _held_one_by_one(given, attempt)
+    if values is None and unmarked:
+        held, values = _held_one_by_one(marked, unmarked, attempt)
     return None if values is None else (values, held, concerned)
 
 
+def _with_room(
+    jacobian: Floats | None, items: Sequence[_Item], marked: Sequence[_Item], given: Sequence[_Item]
+) -> list[_Item]:
+    """Return those given that can be held beside the marked ones while the rest moves the rows as freely as before."""
+    taken = {k for item in marked for k in item.speeds}
+    free = [k for item in items for k in item.speeds if k not in taken]
+    room: list[_Item] = []
+    for item in given:
+        left = [k for k in free if k not in item.speeds]
+        if jacobian is not None and suffice(jacobian, left, free):
+            room, free = [*room, item], left
+    return room
+
+
 def _held_one_by_one(
-    given: Sequence[_Item], attempt: Callable[[Sequence[_Item]], Floats | None]
+    marked: Sequence[_Item], given: Sequence[_Item], attempt: Callable[[Sequence[_Item]], Floats | None]
 ) -> tuple[list[_Item], Floats | None]:
-    held: list[_Item] = []
+    held = list(marked)
     values = attempt(held)
     for item in given if values is not None else ():
         trial = attempt([*held, item])

@@ -55,9 +55,9 @@ class Start:
 def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None, *, project: bool = False) -> Start:
     """Return the state at t = 0: declared values, with what the constraints need of the others.
 
-    Joints marked `known` keep their values and the others are assembled; without marks those with an `initial` are
-    held in their order as long as the rest can close. If all are given, none marked, and miss the constraints by less
-    than 1e-6, and whenever `project` asks for it, all change as little as possible, in the norm of the mass matrix.
+    Coordinates marked `known` keep their values; others that are given are held in their order as long as the rest can
+    close. If all are given and miss the constraints by less than 1e-6, those not marked change as little as possible;
+    if none is marked, and whenever `project` asks for it, all do, in the norm of the mass matrix.
     Ropes without a length are measured in the assembled position.
     Raises NoSolutionError (constraints that contradict each other, by name, or do not close, with residuals by name; a
     speed that no inertia resists) and ModelError (values that are not finite or not positive).

@@ -14,7 +14,7 @@ from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.fields import Element, ListOf, OneOf, Record, holds
 from multibody_sym.model.declaration.steps import Step
-from multibody_sym.model.declaration.values import Direction, Flag, OptionalScalars, Point, Scalar, Scalars, Text
+from multibody_sym.model.declaration.values import Direction, Flag, Flags, OptionalScalars, Point, Scalar, Text
 from multibody_sym.scalars.node import PI, Node
 
 _BALL_COORDINATES: Final = ("qw", "qx", "qy", "qz")
@@ -87,11 +87,27 @@ class Joint(Element):
 
 @dataclass(frozen=True)
 class Initial(Element):
-    """The state of a joint at t = 0; `known` coordinates are held when closed loops are assembled."""
+    """The state of a joint at t = 0: `q` of its coordinates, `u` of its speeds; null (None) leaves one to be found.
 
-    q: tuple[Node, ...] | None = holds(Scalars(), None)
-    u: tuple[Node, ...] | None = holds(Scalars(), None)
-    known: bool = holds(Flag(), False)
+    `known` coordinates are held when closed loops are assembled: those in a list that are, or with `True` those that
+    are given (all, where none is). What is given is held before what is not, and never changed for its sake.
+    """
+
+    q: tuple[Node | None, ...] | None = holds(OptionalScalars(), None)
+    u: tuple[Node | None, ...] | None = holds(OptionalScalars(), None)
+    known: bool | tuple[bool, ...] = holds(Flags(), False)
+
+    def values(self, name: str, count: int) -> tuple[Node | None, ...]:
+        """Return the values under the key `name` (q, u), None for each that is not given."""
+        given: tuple[Node | None, ...] | None = getattr(self, name)
+        return given or (None,) * count
+
+    def marks(self, count: int) -> tuple[bool, ...]:
+        """Return whether each of a joint's coordinates is known."""
+        if isinstance(self.known, tuple):
+            return self.known
+        given = [x is not None for x in self.values("q", count)]
+        return tuple(self.known and (x or not any(given)) for x in given)
 
 
 @dataclass(frozen=True)
@@ -144,13 +160,22 @@ class MovingJoint(Joint):
             if coordinates == 0:
                 raise ModelError(f"{self._named} has no coordinate to give a name: leave it out").under("q")
             raise ModelError(f"{self._named} has {coordinates} coordinates, q names {len(self.q)}")
-        if self.initial is None:
-            return
-        for name, wanted in (("q", coordinates), ("u", speeds)):
-            given = getattr(self.initial, name)
-            if given is not None and len(given) != wanted:
-                with at("initial", name):
-                    raise ModelError(f"{self._named} needs {wanted} initial values here, got {len(given)}")
+        if self.initial is not None:
+            with at("initial"):
+                self._verify_initial(self.initial, {"q": coordinates, "u": speeds, "known": coordinates})
+
+    def _verify_initial(self, initial: Initial, counts: Mapping[str, int]) -> None:
+        """Raise ModelError for a list of another length, and for one that tears a quaternion apart."""
+        for name, wanted in counts.items():
+            given = getattr(initial, name)
+            if not isinstance(given, tuple):
+                continue
+            with at(name):
+                if len(given) != wanted:
+                    counted = f"{wanted} initial values here, got {len(given)}"
+                    raise ModelError(f"{self._named} needs {counted}; null (None) leaves one out")
+                if self.ball and name != "u" and len({x is None or x is False for x in given[-4:]}) > 1:
+                    raise ModelError("the last four are one quaternion (w, x, y, z): give all four or none")
 
     @property
     def _named(self) -> str:

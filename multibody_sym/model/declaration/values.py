@@ -17,6 +17,8 @@ from multibody_sym.scalars.node import ONE, ZERO, Node, negate
 Point = tuple[Node, Node, Node]
 AXES = ("x", "y", "z")
 _NOTHING = "null"
+_GAP = ("", _NOTHING, "~")
+"""What a file holds where a list leaves a place out."""
 
 
 class Field(Protocol):
@@ -167,7 +169,7 @@ class OptionalScalars:
 
     def accept(self, value: Any) -> tuple[Node | None, ...]:
         items = value if isinstance(value, (list, tuple)) else (value,)
-        left_out = [x is None or is_text(x, "", _NOTHING) for x in items]
+        left_out = [_is_gap(x) for x in items]
         return tuple(None if left_out[i] else content_of(i, x, Scalar(self.unit)) for i, x in enumerate(items))
 
     def tree(self, value: tuple[Node | None, ...]) -> Any:
@@ -219,6 +221,19 @@ class Flag:
 
 
 @dataclass(frozen=True)
+class Flags:
+    """true or false, or a list of these in which `null` (None) is false; a list is held as a tuple."""
+
+    def accept(self, value: Any) -> bool | tuple[bool, ...]:
+        if not isinstance(value, (list, tuple)):
+            return Flag().accept(value)
+        return tuple(not _is_gap(x) and content_of(i, x, Flag()) for i, x in enumerate(value))
+
+    def tree(self, value: bool | tuple[bool, ...]) -> Any:
+        return Flag().tree(value) if isinstance(value, bool) else [Flag().tree(x) for x in value]
+
+
+@dataclass(frozen=True)
 class Count:
     """A whole number, at least `least`."""
 
@@ -253,6 +268,11 @@ def listed(value: Any) -> list[Any] | None:
 def is_text(value: object, *words: str) -> bool:
     """Return whether a value, which may be an array that compares item by item, is one of some words."""
     return isinstance(value, str) and value in words
+
+
+def _is_gap(value: object) -> bool:
+    """Return whether a place in a list is left out."""
+    return value is None or is_text(value, *_GAP)
 
 
 def is_empty(value: object) -> bool:

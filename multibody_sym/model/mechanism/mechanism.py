@@ -39,13 +39,17 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Speed:
-    """A speed: its name, joint, unit and initial value (an expression of parameters)."""
+    """A speed: its name, joint, unit and initial value (an expression of parameters).
+
+    It is `known` where it is given and what it is the rate of is known.
+    """
 
     name: str
     joint: str
     unit: str
     initial: Node
     given: bool
+    known: bool
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.forces import Pull
-from multibody_sym.model.declaration.joints import Joint, MovingJoint
+from multibody_sym.model.declaration.joints import Initial, Joint, MovingJoint
 from multibody_sym.model.declaration.system import System, expressions, verify_system, with_expressions
 from multibody_sym.model.declaration.tables import Table, bends, interpolated
 from multibody_sym.model.mechanism.loads import span_leaves
@@ -187,26 +187,30 @@ def _speeds(system: System, joints: Iterable[str]) -> tuple[Speed, ...]:
 
 
 def _coordinates_of(name: str, joint: Joint) -> list[Coordinate]:
-    initial = joint.initial if isinstance(joint, MovingJoint) else None
-    values = initial.q if initial and initial.q else None
-    start = values or tuple(as_node(x) for x in joint.zero_coordinates)
-    names = coordinate_names(name, joint)
-    known = bool(initial and initial.known)
+    initial, units, zeros = _initial(joint), joint.coordinate_units, joint.zero_coordinates
+    each = zip(
+        coordinate_names(name, joint), units, initial.values("q", len(units)), zeros, initial.marks(len(units)),
+        strict=True,
+    )
     return [
-        Coordinate(q, name, unit, value, values is not None, known)
-        for q, unit, value in zip(names, joint.coordinate_units, start, strict=True)
+        Coordinate(q, name, unit, as_node(zero) if value is None else value, value is not None, known)
+        for q, unit, value, zero, known in each
     ]
 
 
 def _speeds_of(name: str, joint: Joint) -> list[Speed]:
-    initial = joint.initial if isinstance(joint, MovingJoint) else None
-    values = initial.u if initial and initial.u else None
-    names = speed_names(name, joint)
-    start = values or (ZERO,) * len(names)
+    initial, units = _initial(joint), joint.speed_units
+    marks = initial.marks(len(joint.coordinate_units))[: len(units)]  # a quaternion's are alike, of which three speeds
+    each = zip(speed_names(name, joint), units, initial.values("u", len(units)), marks, strict=True)
     return [
-        Speed(u, name, unit, value, values is not None)
-        for u, unit, value in zip(names, joint.speed_units, start, strict=True)
+        Speed(u, name, unit, ZERO if value is None else value, value is not None, known and value is not None)
+        for u, unit, value, known in each
     ]
+
+
+def _initial(joint: Joint) -> Initial:
+    """Return what is given of a joint's start."""
+    return (joint.initial if isinstance(joint, MovingJoint) else None) or Initial()
 
 
 def _slots(system: System, coordinates: Iterable[Coordinate], speeds: Iterable[Speed]) -> dict[Node, Node]:

@@ -1,0 +1,114 @@
+"""Start values that are typed: each on its own, in a list with gaps, held before any that nobody typed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.dynamics.start.start import Start, start
+
+DISC = {"mass": 2, "inertia": {"Ixx": 0.1, "Iyy": 0.1, "Izz": 0.1}}
+
+
+def begun(system: mbs.System) -> tuple[Start, dict[str, float]]:
+    """Return the start, and its coordinates and speeds by name."""
+    resolved = mbs.mechanism(system)
+    begin = start(resolved)
+    names = [x.name for x in (*resolved.coordinates, *resolved.speeds)]
+    return begin, dict(zip(names, (*begin.q, *begin.u), strict=True))
+
+
+def plate(initial: Any, zero: str = "P_x + 2*P_y + P_theta - 1") -> mbs.System:
+    """Return a plate that slides and turns in a plane, tied by one row."""
+    joint = mbs.Planar("ground", "plate", initial=initial)
+    return mbs.System("plate", bodies={"plate": DISC}, joints={"P": joint}, constraints={"tie": mbs.Expression(zero)})
+
+
+def sliders(*initial: Any) -> mbs.System:
+    """Return three bodies on a line whose places a, b, c have the sum zero."""
+    bodies = dict.fromkeys("ABC", DISC)
+    joints = {
+        name: mbs.Prismatic("ground", name, axis="x", q=name.lower(), initial=given)
+        for name, given in zip("ABC", initial, strict=True)
+    }
+    return mbs.System("sliders", bodies=bodies, joints=joints, constraints={"tie": mbs.Expression("a + b + c")})
+
+
+def test_a_gap_in_a_list_is_found_and_the_rest_is_held() -> None:
+    begin, found = begun(plate({"q": [None, 0.2, 0.1], "u": [3, None, 1]}))
+    assert (found["P_y"], found["P_theta"]) == (0.2, 0.1)
+    assert found["P_x"] == pytest.approx(1 - 2 * 0.2 - 0.1, abs=1e-14)
+    assert (found["u_P_x"], found["u_P_theta"]) == (3, 1)
+    assert found["u_P_y"] == pytest.approx(-(3 + 1) / 2, abs=1e-14)
+    assert set(begin.held) == {"P_y", "P_theta", "u_P_x", "u_P_theta"}
+    assert set(begin.assembled) == {"P_x", "u_P_y"}
+
+
+@pytest.mark.parametrize("gap", ["~", "null"])
+def test_a_file_writes_a_gap_as_null(gap: str) -> None:
+    text = f"""\
+multibody_sym: 1
+name: plate
+bodies: {{plate: {{mass: 2, inertia: {{Izz: 0.1}}}}}}
+joints:
+  P: {{type: planar, parent: ground, child: plate, initial: {{q: [{gap}, 20 cm, 0.1], known: [{gap}, true, {gap}]}}}}
+constraints: {{tie: {{type: expression, zero: P_x + 2*P_y + P_theta - 1}}}}
+"""
+    for system in (mbs.loads(text), mbs.loads(mbs.dumps(mbs.loads(text)))):
+        resolved = mbs.mechanism(system)
+        assert [(c.given, c.known) for c in resolved.coordinates] == [(False, False), (True, True), (True, False)]
+        assert begun(system)[1]["P_y"] == pytest.approx(0.2, abs=1e-16)
+
+
+def test_known_means_what_is_typed_and_all_where_nothing_is() -> None:
+    def known(initial: Any) -> list[bool]:
+        return [c.known for c in mbs.mechanism(plate(initial)).coordinates]
+
+    assert known({"q": [None, 0.2, None], "known": True}) == [False, True, False]
+    assert known({"u": [1, 2, 3], "known": True}) == [True, True, True]
+    assert known({"q": [1, 2, 3], "known": [True, None, False]}) == [True, False, False]
+    assert known({"q": [None, 0.2, None], "known": [True, False, False]}) == [True, False, False]
+
+
+def test_a_typed_value_is_held_beside_known_ones_while_others_are_not_typed() -> None:
+    """a known, b typed, c not: c = -(a + b) closes the row, so that nothing typed need change."""
+    begin, found = begun(sliders({"q": 1, "u": 2, "known": True}, {"q": 0.5, "u": 0.25}, None))
+    assert [found[name] for name in ("a", "b", "u_a", "u_b")] == [1, 0.5, 2, 0.25]
+    assert found["c"] == pytest.approx(-1.5, abs=1e-14)
+    assert found["u_c"] == pytest.approx(-2.25, abs=1e-14)
+    assert begin.shifts == {}
+
+
+def test_a_typed_value_that_known_ones_leave_no_room_for_is_a_guess() -> None:
+    """a and c known: b = -(a + c), whatever was typed, and the change is told."""
+    begin, found = begun(sliders({"q": 1, "known": True}, {"q": 0.5}, {"q": 0.5, "known": True}))
+    assert (found["a"], found["c"]) == (1, 0.5)
+    assert found["b"] == pytest.approx(-1.5, abs=1e-14)
+    assert begin.shifts == {"b": pytest.approx(-2.0)}
+
+
+def test_a_quaternion_has_no_gaps() -> None:
+    def ball(**initial: Any) -> mbs.System:
+        joint = mbs.Free("ground", "plate", initial=initial)
+        return mbs.System("ball", bodies={"plate": DISC}, joints={"F": joint})
+
+    _, found = begun(ball(q=[None, 1, None, None, None, None, None], u=[None, 2, None, 3, None, 4]))
+    assert [found[f"F_{x}"] for x in ("x", "y", "z", "qw", "wx", "wy", "wz")] == [0, 1, 0, 1, 3, 0, 4]
+    assert [found[f"u_F_{x}"] for x in "xyz"] == [0, 2, 0]
+    with pytest.raises(mbs.ModelError, match=r"quaternion.*all four or none") as error:
+        ball(q=[0, 0, 0, 1, None, 0, 0])
+    assert error.value.where.path[-2:] == ("initial", "q")
+    with pytest.raises(mbs.ModelError, match=r"quaternion.*all four or none") as error:
+        ball(q=[0, 0, 0, 1, 0, 0, 0], known=[True, True, True, True, False, True, True])
+    assert error.value.where.path[-2:] == ("initial", "known")
+
+
+def test_a_list_of_the_wrong_length_is_told_with_what_a_gap_is() -> None:
+    for key in ("q", "u", "known"):
+        with pytest.raises(mbs.ModelError, match=r"needs 3 .* null \(None\)") as error:
+            plate({key: [1 if key != "known" else True, None]})
+        assert error.value.where.path[-2:] == ("initial", key)
+    with pytest.raises(mbs.ModelError, match="expected true or false"):
+        plate({"known": [True, "perhaps", None]})
