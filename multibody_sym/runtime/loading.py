@@ -5,8 +5,8 @@ from __future__ import annotations
 import contextlib
 import functools
 import warnings
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from multibody_sym.program.program import Program
 
 Backend = Literal["c", "python"]
+Function = NativeFunction | PythonFunction
 _PYTHON: Final = "python"
 
 
@@ -36,16 +37,37 @@ class Compiled:
     """Programs ready to be called: `compiled[name](*arrays)`, `compiled.map(name, *arrays stacked by sample)`.
 
     `path` is the library or module in the cache, `origin` tells what made it. `notice` says why it is Python although
-    C was wanted, else None.
+    C was wanted, else None. Its copy in another process has no `path`: it holds no code, but makes or recalls its own
+    by `remake(native=, backend=)` when it is first called, for the `backend` that was `wanted`.
     """
 
     backend: Backend
-    path: Path
+    path: Path | None
     origin: str
-    functions: Mapping[str, NativeFunction] | Mapping[str, PythonFunction]
+    functions: Mapping[str, Function]
     notice: str | None = None
+    wanted: Backend | None = None
+    native: bool = False
+    remake: Callable[..., Compiled] | None = field(default=None, repr=False, compare=False)
 
-    def __getitem__(self, name: str) -> NativeFunction | PythonFunction:
+    def __copy__(self) -> Compiled:
+        return self
+
+    def __deepcopy__(self, memo: object) -> Compiled:
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        if self.remake is None:
+            raise TypeError("nothing says how these compiled functions are made again elsewhere")
+        names = tuple(self.functions)
+        return _elsewhere, (names, self.backend, self.origin, self.notice, self.likewise, self.native, self.remake)
+
+    @property
+    def likewise(self) -> Backend | None:
+        """The backend to ask for where more is to run as this does: Python if it is that, be it as a fallback."""
+        return "python" if self.backend == "python" else self.wanted
+
+    def __getitem__(self, name: str) -> Function:
         return self.functions[name]
 
     def __contains__(self, name: object) -> bool:
@@ -54,6 +76,44 @@ class Compiled:
     def map(self, name: str, *arrays: ArrayLike) -> tuple[Floats, ...]:
         """Return the outputs (samples, *shape) of program `name` for inputs stacked by sample, or the same for all."""
         return self.functions[name].map(*arrays)
+
+
+class _Later(Mapping[str, Function]):
+    """Functions of known `names` that are made when the first of them is asked for."""
+
+    def __init__(self, names: tuple[str, ...], make: Callable[[], Compiled]) -> None:
+        self._names = names
+        self._make = make
+
+    @functools.cached_property
+    def _made(self) -> Mapping[str, Function]:
+        return self._make().functions
+
+    def __getitem__(self, name: str) -> Function:
+        return self._made[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._names
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+
+def _elsewhere(
+    names: tuple[str, ...],
+    backend: Backend,
+    origin: str,
+    notice: str | None,
+    wanted: Backend | None,
+    native: bool,
+    remake: Callable[..., Compiled],
+) -> Compiled:
+    """Return what another process compiled, as it comes out of a pickle here."""
+    functions = _Later(names, functools.partial(remake, native=native, backend=wanted))
+    return Compiled(backend, None, origin, functions, notice, wanted, native, remake)
 
 
 def load(programs: Mapping[str, Program], *, native: bool = False, backend: Backend | None = None) -> Compiled:
@@ -80,11 +140,12 @@ def load(programs: Mapping[str, Program], *, native: bool = False, backend: Back
         return python_source(programs)
 
     try:
-        return _in_c_or_python(
+        made = _in_c_or_python(
             backend,
             lambda: load_c(signatures, key, printed_c, native=native),
             lambda: load_python(signatures, key, printed_python),
         )
+        return replace(made, wanted=backend, native=native, remake=functools.partial(load, programs))
     except OSError as problem:
         raise OutputError(f"generated code cannot be written: {problem}") from problem
 
@@ -178,6 +239,7 @@ class Recalled:
 def remember(key: str, compiled: Compiled, metadata: Mapping[str, Any]) -> None:
     """Let `recall(key)` find `compiled` and `metadata` (JSON values) as long as toolkit and compiler stay the same."""
     programs = [function.signature.as_json() for function in compiled.functions.values()]
+    assert compiled.path is not None  # made here
     full_key = cache.digest("recall", key, compiled.origin, cache.toolkit())
     cache.store(full_key, compiled.path, {"programs": programs, "caller": dict(metadata)})
 

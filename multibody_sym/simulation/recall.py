@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from multibody_sym.dynamics.routes import FORMALISMS, cheapest, verify_formalism
@@ -48,14 +49,15 @@ def compiled(
     """
     key = structure_key(mechanism, formalism, form)
     recalled = loading.recall(key, native=native, backend=backend)
+    again = partial(compiled, mechanism, formalism, form)
     if recalled is not None:
-        return recalled.compiled
+        return replace(recalled.compiled, wanted=backend, native=native, remake=again)
     from multibody_sym.dynamics.programs.system import programs  # a run that recalls needs none of it
 
     derived = programs(mechanism, FORMALISMS[formalism], form)
     made = loading.load(derived.as_mapping(), native=native, backend=backend)
     loading.remember(key, made, {})
-    return made
+    return replace(made, remake=again)
 
 
 def structure_key(mechanism: Mechanism, formalism: str, form: Form = "explicit") -> str:

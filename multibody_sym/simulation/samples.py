@@ -43,7 +43,8 @@ class Samples:
     def __getitem__(self, name: str) -> Floats:
         if not isinstance(name, str):
             raise InputError(f"a run is asked by name, such as run['theta'] (its times are run.t), not by {name!r}")
-        for columns in (self.coordinates, self.speeds, self.outputs, self.inputs):
+        for kind in ("coordinates", "speeds", "outputs", "inputs"):  # one after the other: the first two take no code
+            columns: Mapping[str, Floats] = getattr(self, kind)
             if name in columns:
                 return columns[name]
         known = [*self.coordinates, *self.speeds, *self.ready.mechanism.outputs, *self.ready.mechanism.inputs]
@@ -103,8 +104,7 @@ class Samples:
         About the joint's point on the child, in the axes of the joint's frame on the parent; components along free
         directions are those of motors and springs in the joint. What is `withheld` is nan.
         """
-
-        program = reaction_program(self.ready.mechanism, self.ready.compiled.backend)
+        program = reaction_program(self.ready.mechanism, self.ready.compiled.likewise)
         (values,) = program.map("reactions", *self._arguments, self._derivative[1], self._derivative[2])
         names = self.ready.mechanism.joint_names
         for joint, components in self.withheld.items():
@@ -173,7 +173,7 @@ def mechanism_units(mechanism: Mechanism) -> dict[str, str]:
     return {**measured, **coordinates, **{s.name: s.unit for s in mechanism.speeds}}
 
 
-def reaction_program(mechanism: Mechanism, backend: Backend) -> Compiled:
+def reaction_program(mechanism: Mechanism, backend: Backend | None) -> Compiled:
     """Return `reactions`: (t, q, u, parameters, inputs, modes, udot (nu), multipliers (ns)) -> values (joints, 6).
 
     The joints are those of the tree, then the cut ones (`Mechanism.joint_names`).

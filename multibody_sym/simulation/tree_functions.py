@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,7 +20,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.numbers import vector
 from multibody_sym.program.program import Program
-from multibody_sym.runtime.loading import Backend, load
+from multibody_sym.runtime.loading import Backend, Compiled, load
 from multibody_sym.simulation.arguments import Arguments, Values
 
 
@@ -124,6 +125,12 @@ class TreeFunction:
 def tree_function(question: TreeQuestion, *, native: bool = False, backend: Backend | None = None) -> TreeFunction:
     """Return a question about a tree as a compiled function."""
     resolved = examined(question.system)
+    compiled = _compiled(question, resolved, native=native, backend=backend)
+    (name,) = (name for name in compiled.functions if name != "inputs")
+    return TreeFunction(Arguments(resolved, compiled, np.array(parameter_values(resolved, {}))), name)
+
+
+def _compiled(question: TreeQuestion, resolved: Mechanism, *, native: bool, backend: Backend | None) -> Compiled:
     program = question.program(resolved)
-    compiled = load({"inputs": inputs_program(resolved), program.name: program}, native=native, backend=backend)
-    return TreeFunction(Arguments(resolved, compiled, np.array(parameter_values(resolved, {}))), program.name)
+    made = load({"inputs": inputs_program(resolved), program.name: program}, native=native, backend=backend)
+    return replace(made, remake=partial(_compiled, question, resolved))

@@ -84,20 +84,7 @@ class SymbolicEquations:
         """
         if not isinstance(result, str) or result not in ("accelerations", "terms"):
             raise InputError(f"result is 'accelerations' or 'terms', got {shown(result)}")
-        evaluate, n, given = self._compiled(), len(self.symbols.speeds), self._arguments
-
-        def terms(
-            q: Sequence[float], u: Sequence[float], t: float = 0.0, parameters: Sequence[float] | None = None
-        ) -> tuple[Floats, Floats, Floats, Floats]:
-            M, f, H, gamma = (np.array(x, dtype=float) for x in evaluate(*given(q, u, t, parameters)))
-            return M.reshape(n, n), f.reshape(n), H.reshape(-1, n), gamma.reshape(-1)
-
-        def accelerations(
-            q: Sequence[float], u: Sequence[float], t: float = 0.0, parameters: Sequence[float] | None = None
-        ) -> Floats:
-            return _accelerations(*terms(q, u, t, parameters))
-
-        return terms if result == "terms" else accelerations
+        return Lambdified(self, result, self._arguments, self._compiled())
 
     def _arguments(self, q: Any, u: Any, t: Any, parameters: Any) -> tuple[float, Floats, Floats, Floats]:
         """Return t, q, u, parameters as real numbers; raises InputError."""
@@ -141,6 +128,28 @@ class SymbolicEquations:
         lines = [rf"{write(name)} &= {write(e)}" for name, e in self.definitions]
         lines += [rf"{write(e.left)} &= {write(e.right)}" for e in self.equations]
         return r"$\displaystyle \begin{aligned}" + r" \\ ".join(lines) + r"\end{aligned}$"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Lambdified:
+    """Equations as a NumPy function (see `SymbolicEquations.lambdify`); what a pickle holds is the equations."""
+
+    equations: SymbolicEquations
+    result: str
+    given: Callable[..., Any]
+    evaluate: Callable[..., Any]
+
+    def __call__(
+        self, q: Sequence[float], u: Sequence[float], t: float = 0.0, parameters: Sequence[float] | None = None
+    ) -> Any:
+        """Return udot (n,), or M, f, H, gamma; raises InputError."""
+        n = len(self.equations.symbols.speeds)
+        M, f, H, gamma = (np.array(x, dtype=float) for x in self.evaluate(*self.given(q, u, t, parameters)))
+        terms = M.reshape(n, n), f.reshape(n), H.reshape(-1, n), gamma.reshape(-1)
+        return terms if self.result == "terms" else _accelerations(*terms)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return SymbolicEquations.lambdify, (self.equations, self.result)
 
 
 def _accelerations(M: Floats, f: Floats, H: Floats, gamma: Floats) -> Floats:
