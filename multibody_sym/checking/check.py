@@ -20,7 +20,7 @@ from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.formalisms.massless import massless_speeds
 from multibody_sym.dynamics.routes import FORMALISMS, cheapest
 from multibody_sym.dynamics.start.body_masses import holes
-from multibody_sym.dynamics.start.examined import blame_numbers, examined, on_numbers
+from multibody_sym.dynamics.start.examined import blame_numbers, end_of_run, examined, on_numbers
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.sampling import sampled_states
 from multibody_sym.dynamics.start.start import Start, start, verify_regular_start
@@ -98,7 +98,8 @@ def check(system: System) -> CheckReport:
     Raises InputError for what the declaration contradicts.
     """
     resolved = examined(system)
-    declared = _declared_hints(system)
+    base = resolved.relative or resolved
+    declared = _declared_hints(system, f"t_end = {end_of_run(system, base, parameter_values(base, {})):g} s")
     try:
         begin = start(resolved, project=system.simulation.project)
         verify_regular_start(resolved, begin)
@@ -185,7 +186,7 @@ def _hints(resolved: Mechanism, begin: Start, states: Sequence[State], multiplie
     return [*physical, *_start_hints(resolved, begin, states), *tensions, *wheels]
 
 
-def _declared_hints(system: System) -> list[str]:
+def _declared_hints(system: System, end: str) -> list[str]:
     """Return what the declaration alone suggests was forgotten."""
     hints = []
     if all(component.shadow == 0 for component in system.gravity):
@@ -194,8 +195,9 @@ def _declared_hints(system: System) -> list[str]:
     for section, what in (("parameters", "parameter"), ("inputs", "input")):
         hints += [f"{what} {name} is not used" for name in getattr(system, section) if name not in named]
     for name, joint in system.joints.items():
-        if switching_functions([x for x in getattr(joint, "motion", None) or () if x is not None]):
-            hints.append(f"the motion of joint {name} has a kink or jump: no impulse is computed where its speed jumps")
+        switches = switching_functions([x for x in getattr(joint, "motion", None) or () if x is not None])
+        if symbol("t") in leaves(switches, "symbol"):
+            hints.append(f"the motion of joint {name} has kinks: until {end} neither it nor its rate jumps")
     ropes = [step for c in system.constraints.values() if isinstance(c, Rope) for step in c.path]
     hints += [f"no rope runs over pulley {name}" for name in system.pulleys if name not in ropes]
     carriers = [joint.parent for joint in system.joints.values()]

@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.integrators.flow import Events, Flow, Status, Step, StepError
-from multibody_sym.integrators.looks import PROBE, Ends, first_seen
+from multibody_sym.integrators.looks import Ends
 from multibody_sym.integrators.singular import strays
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.sign_changes import PROBE, first_seen
 
 BEYOND: Final = 1e-6  # part of a step by which its extension is followed beyond its end
 SHORT_OF: Final = 1e-7  # part of the way to the crossing by which the repeated step stays away from it, ...

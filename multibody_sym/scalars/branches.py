@@ -35,6 +35,16 @@ def branches(nodes: Iterable[Node], time: Node) -> list[Branch]:
     return [b for b in dict.fromkeys(found) if b.switch.shadow is None]
 
 
+def poles(nodes: Iterable[Node], time: Node) -> list[Branch]:
+    """Return where expressions of time may pass every bound: at the zeros of their denominators, each once.
+
+    A factor of a denominator changes its sign there, or it turns back, so that its square touches zero.
+    """
+    factors = [f for n in postorder(nodes) for d in _denominators(n) for f in _factors(d) if f.shadow is None]
+    found = (b for f in factors for b in (Branch(f), Branch(derivative(f, time), power(f, TWO))))
+    return [b for b in dict.fromkeys(found) if b.switch.shadow is None]
+
+
 def _branches(n: Node, time: Node) -> Iterator[Branch]:
     if n.op in ("asin", "acos"):
         left = subtract(ONE, power(n.args[0], TWO))
@@ -59,3 +69,11 @@ def _denominators(n: Node) -> Iterator[Node]:
         yield n.args[1]
     elif n.op == "pow" and n.args[1].shadow is not None and n.args[1].shadow < 0.0:
         yield n.args[0]
+
+
+def _factors(n: Node) -> Iterator[Node]:
+    """Yield what is zero where a denominator is."""
+    if n.op in ("mul", "div", "neg", "abs", "sqrt", "pow"):
+        yield from (f for part in (n.args if n.op == "mul" else n.args[:1]) for f in _factors(part))
+    else:
+        yield n

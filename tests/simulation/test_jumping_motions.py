@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.cli import main
+from multibody_sym.dynamics.start.smooth_motions import verify_motions
 from multibody_sym.errors import ModelError
 from multibody_sym.scalars.node import symbol
-from multibody_sym.simulation.smooth_motions import verify_motions
 
 SWUNG = """
 multibody_sym: 1
@@ -193,3 +198,99 @@ def test_a_speed_that_is_prescribed_may_bend() -> None:
     text = DRIVEN.replace("CONSTRAINT", '{type: velocity, zero: "u_theta - max(0, t - 1)"}')
     run = mbs.simulate(mbs.loads(text), t_end=2, backend="python", samples=2)
     assert run["theta"][-1] == pytest.approx(0.5, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("motion", "told"),
+    [
+        ("where(t < 1, 0, 1)", "this motion jumps at t = 1 s, from 0 to 1"),
+        ("max(0, t - T)", "the rate of this motion jumps at t = 1 s, from 0 to 1"),
+        ("1/(t - T)", "this motion has a pole at t = 1 s"),
+    ],
+)
+@pytest.mark.parametrize(
+    "question",
+    [
+        mbs.derive,
+        mbs.check,
+        mbs.solve,
+        mbs.equilibrium,
+        mbs.linearize,
+        mbs.simulate,
+        lambda system: mbs.compile(mbs.state_derivative(system), backend="python"),
+        lambda system: mbs.compile(mbs.mass_matrix(system), backend="python"),
+        lambda system: mbs.export(system, "python", "never_made"),
+    ],
+)
+def test_every_question_is_refused_alike(question: Callable[[Any], Any], motion: str, told: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        question(mbs.loads(SWUNG.replace("MOTION", motion)))
+    assert told in caught.value.message
+    assert caught.value.where.path[:3] == ("joints", "slide", "motion")
+
+
+@pytest.mark.parametrize("command", ["derive", "check", "solve", "equilibrium", "linearize", "simulate"])
+def test_every_command_names_the_line_and_looks_till_the_end(command: str, tmp_path: Path, capfd: Any) -> None:
+    file = tmp_path / "m.yaml"
+    text = SWUNG.replace("MOTION", "max(0, t - T)") + "simulation: {t_end: 2*T, samples: 2, rtol: 1e-3}\n"
+    file.write_text(text)
+    assert main([command, str(file), "--json"]) == 2
+    error = json.loads(capfd.readouterr().out)["error"]
+    assert "the rate of this motion jumps at t = 1 s" in error["message"]
+    assert error["where"]["line"] == 8
+    file.write_text(text.replace("2*T", "T/2"))
+    assert main([command, str(file), "--json"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("motion", "what", "time"),
+    [
+        ("1/(t - T)", "this motion has a pole", 1),
+        ("sin(t) - a*(t - 2)^(-2)", "this motion has a pole", 2),
+        ("t/(1 - sin(t))", "this motion has a pole", math.pi / 2),
+        ("0.001/(t^2 - 2*t + 1)", "this motion has a pole", 1),
+        ("abs(t - 3)^(-0.25)", "this motion has a pole", 3),
+        ("a/(t - 1)/(t - 3)", "this motion has a pole", 1),
+        ("abs(t - 1.5)^(3/4)", "the rate of this motion", 1.5),
+    ],
+)
+def test_poles_on_the_way_are_told_by_name_and_time(motion: str, what: str, time: float) -> None:
+    error = refusal(SWUNG.replace("MOTION", motion))
+    assert what in error.message
+    assert f"at t = {time:.6g} s" in error.message
+    assert error.where.path[:3] == ("joints", "slide", "motion")
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [
+        "1/(t + 1)",
+        "1/(t - 5)",
+        "sin(t - 1)/(t - 1)",
+        "(t^2 - 1)/(t - 1)",
+        "(1 - cos(t - 1))/(t - 1)^2",
+        "1/(1e-4 + (t - 1)^2)",
+        "sin(t)/(2 + sin(7*t))",
+        "exp(-1/(t - 1)^2)",
+        "1/(1 + 1/(t - 1)^2)",
+    ],
+)
+def test_denominators_that_make_no_pole_on_the_way_are_not_refused(motion: str) -> None:
+    verify_motions(mbs.loads(SWUNG.replace("MOTION", motion)), {symbol("T"): 1.0, symbol("a"): 0.25}, 4.0)
+
+
+def test_a_prescribed_speed_with_a_pole_is_refused() -> None:
+    error = refusal(DRIVEN.replace("CONSTRAINT", '{type: velocity, zero: "u_theta - 1/(t - 1)"}'))
+    assert "this expression has a pole at t = 1 s" in error.message
+    assert error.where.path == ("constraints", "drive", "zero")
+
+
+def test_check_says_of_softer_kinks_only_what_is_so() -> None:
+    def hints(motion: str) -> list[str]:
+        system = mbs.loads(SWUNG.replace("MOTION", motion) + "simulation: {t_end: 2*T}\n")
+        return [hint for hint in mbs.check(system).hints if "slide" in hint]
+
+    told = "the motion of joint slide has kinks: until t_end = 2 s neither it nor its rate jumps"
+    assert hints("abs(t - 5)") == [told]
+    assert hints("max(0, t - T)^2") == [told]
+    assert hints("where(a > T, t, 2*t)") == hints("sin(t)") == []

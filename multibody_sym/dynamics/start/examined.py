@@ -14,6 +14,7 @@ from typing import Any, Final, TypeVar, cast
 
 from multibody_sym.dynamics.start.body_masses import verify_masses
 from multibody_sym.dynamics.start.parameters import parameter_values
+from multibody_sym.dynamics.start.smooth_motions import verify_motions
 from multibody_sym.dynamics.start.undefined import ARITHMETIC, undefined_text, value_or_none
 from multibody_sym.errors import ExpressionError, ModelError, Where, at
 from multibody_sym.model.declaration.system import System, Written, expressions
@@ -31,9 +32,10 @@ _LARGE: Final = 1e70
 
 
 def examined(system: System) -> Mechanism:
-    """Return the mechanism of a system whose declared numbers are finite, and whose masses bodies can have.
+    """Return the mechanism of a system whose declared numbers are finite, masses possible, and prescribed motions too.
 
-    Raises ModelError with the path of an expression of parameters that has no finite value, or of a body.
+    Raises ModelError with the path of an expression of parameters that has no finite value, of a body, or of a motion
+    that jumps or passes every bound before the end of the run.
     """
     with numbers_of(system):
         resolved = mechanism(system)
@@ -42,7 +44,14 @@ def examined(system: System) -> Mechanism:
         _verify_finite(expressions(system), _parameters(base, parameters))
         verify_masses(base, parameters)
         _verify_radii(base, parameters)
+        verify_motions(system, _start(base), end_of_run(system, base, parameters))
     return resolved
+
+
+def end_of_run(system: System, base: Mechanism, parameters: Sequence[float]) -> float:
+    """Return t_end as declared, by values of the parameters (np); 0 where it is no time, which a run tells."""
+    found = value_or_none(system.simulation.t_end, _parameters(base, parameters))
+    return found if found is not None and 0.0 < found < math.inf else 0.0
 
 
 def _verify_radii(base: Mechanism, parameters: Sequence[float]) -> None:

@@ -18,10 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.integrators.flow import Events, Flow, Status, Step, StepError, hermite, require_finite, scaled_norm
-from multibody_sym.integrators.looks import PROBE, Ends, first_seen
+from multibody_sym.integrators.looks import Ends
 from multibody_sym.integrators.methods.library import IDA, SCIPY, MissingPackageError
 from multibody_sym.integrators.methods.methods import Method
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.sign_changes import PROBE, first_seen
 
 BY_JACOBIAN: Final = ("Radau", "BDF", "LSODA", "cvode_bdf", IDA)
 """The implicit ones, which take the Jacobian."""
