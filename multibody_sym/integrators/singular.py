@@ -157,7 +157,7 @@ class Approach:
             return 0.0
         least = self._least()
         noise = self._round_off() * (self._most() - least) / least if least > 0.0 else math.inf
-        return max(noise, min(MANY * noise, MOST_NOISE)) if self.h <= self.smooth else noise
+        return _among_many(noise) if self.h <= self.smooth else noise
 
     def _round_off(self) -> float:
         """Return the part of the speeds by which round-off may falsify a state."""
@@ -264,8 +264,9 @@ class Approach:
         return replace(step, singular=singular_times(step, self.rows.independence))
 
     def _strays(self, x: Floats, closed: Floats) -> bool:
-        """Tell whether a state has been put onto another branch of the motion."""
-        return moved_far(self.x, x, closed, self._round_off() * float(np.max(np.abs(x)))) is not None
+        """Tell whether a state has been put onto another branch of the motion: further than round-off puts it."""
+        round_off = _among_many(self._round_off()) * float(np.max(np.abs(x)))
+        return moved_far(self.x, x, closed, round_off) is not None
 
     def _least(self) -> float:
         return min(self.least, self.start)
@@ -282,6 +283,11 @@ class Approach:
 
     def _comes_near(self) -> bool:
         return self._least() < max(NEAR * self._most(), NEAR_BY * self.peak)
+
+
+def _among_many(noise: float) -> float:
+    """Return as much noise, or more of it where many rows depend on each other."""
+    return max(noise, min(MANY * noise, MOST_NOISE))
 
 
 def widest_gap(method: Method) -> float:

@@ -147,16 +147,19 @@ static int converged(const mbs_run *r, double size, double before, double contra
     return 10.0 * size <= wanted || (contraction < 1.0 && rest <= wanted);
 }
 
-/* Tell whether what keeps moving is rounding of the largest components, which stiff forces show. */
+/* Tell whether what keeps moving is rounding: of the largest components under fixed steps, where stiff forces show it; else
+   no more than what round-off may falsify near a singular position. */
 static int rounded(mbs_run *r, const mbs_stages *p)
 {
     double most = 0.0;
-    find_scales(r, p, r->stage);
     for (int i = 0; i < p->s; ++i) {
         double size = mbs_largest(p->n, p->residual + i * p->size);
         most = size <= most ? most : size;
     }
-    return r->problem->step > 0.0 && most <= ROUND_OFF * mbs_largest(p->n, r->stage);
+    if (!(r->problem->step > 0.0))
+        return most <= mbs_noise(r) * mbs_largest(p->n, r->x);
+    find_scales(r, p, r->stage);
+    return most <= ROUND_OFF * mbs_largest(p->n, r->stage);
 }
 
 /* Tell whether the contraction is one: from far off, without a prediction, the first change is much larger than what it
@@ -236,7 +239,7 @@ static int estimate(mbs_run *r, const mbs_stages *p, double h)
                 r->error[k] += p->m->error[i] * p->z[i * p->size + k];
         mbs_stage_filter(p, r->error);
         int rough = p->memory[BEFORE] == 0.0 || p->memory[TRIALS] > 1.0;
-        if (round > 0 || !rough || mbs_scaled_norm(r, r->error, r->x, r->x_new, &worst) <= 1.0)
+        if (round > 0 || !rough || mbs_scaled_norm(r, r->error, r->x, r->x_new, 0.0, &worst) <= 1.0)
             return MBS_RUNNING;
         for (int k = 0; k < p->n; ++k)
             r->stage[k] = r->x[k] + r->error[k];
@@ -255,6 +258,7 @@ static int attempt(mbs_run *r, double h, double t_new)
     int status = find_stages(r, &p, h);
     if (status != MBS_RUNNING)
         return status;
+
     mbs_fill(p.n, 0.0, r->x_new);
     for (int i = 0; i < p.s; ++i)
         if (p.m->end[i] != 0.0)

@@ -136,7 +136,7 @@ static double trial_error(mbs_run *r, int *worst);
 
 static int attempt(mbs_run *r, double h, double t_new)
 {
-    r->residual = r->noise = 0.0;
+    r->residual = 0.0;
     r->beyond = 0;
     r->state->crossing = -1;
     r->state->extended = 0;
@@ -270,14 +270,14 @@ static int fixed_step(mbs_run *r)
 static double scale(const mbs_run *r, double before, double after)
 {
     double size = fabs(before) > fabs(after) ? fabs(before) : fabs(after);
-    return r->problem->atol + r->problem->rtol * size + r->noise;
+    return r->problem->atol + r->problem->rtol * size;
 }
 
-double mbs_scaled_norm(const mbs_run *r, const double *y, const double *x, const double *x_new, int *worst)
+double mbs_scaled_norm(const mbs_run *r, const double *y, const double *x, const double *x_new, double noise, int *worst)
 {
     double sum = 0.0, most = -1.0;
     for (int i = 0; i < r->n; ++i) {
-        double part = y[i] / scale(r, x[i], x_new[i]);
+        double part = y[i] / (scale(r, x[i], x_new[i]) + noise);
         sum += part * part;
         if (fabs(part) > most) {
             most = fabs(part);
@@ -291,12 +291,11 @@ double mbs_scaled_norm(const mbs_run *r, const double *y, const double *x, const
    the coarser, e3. */
 static double error_beside(mbs_run *r, double noise, int *worst)
 {
-    r->noise = noise;
-    double fine = mbs_scaled_norm(r, r->error, r->x, r->x_new, worst);
+    double fine = mbs_scaled_norm(r, r->error, r->x, r->x_new, noise, worst);
     int ignored;
     if (!r->method->coarse_error || fine == 0.0)
         return fine;
-    double coarse = mbs_scaled_norm(r, r->coarse, r->x, r->x_new, &ignored);
+    double coarse = mbs_scaled_norm(r, r->coarse, r->x, r->x_new, noise, &ignored);
     return fine * fine / sqrt(fine * fine + 0.01 * (coarse * coarse));
 }
 
@@ -397,7 +396,7 @@ static double first_step(mbs_run *r)
     const double *x = r->x, *slope = r->slope;
     double t = r->state->t, span = p->t_end - t;
     int worst, status;
-    double size = mbs_scaled_norm(r, x, x, x, &worst), speed = mbs_scaled_norm(r, slope, x, x, &worst);
+    double size = mbs_scaled_norm(r, x, x, x, 0.0, &worst), speed = mbs_scaled_norm(r, slope, x, x, 0.0, &worst);
     double h = size < 1e-5 || speed < 1e-5 ? 1e-6 : 0.01 * size / speed;
     h = h < span ? h : span;
     do {
@@ -409,7 +408,7 @@ static double first_step(mbs_run *r)
     } while (status != MBS_RUNNING);
     for (int i = 0; i < r->n; ++i)
         r->spare[i] -= slope[i];
-    double steepest = mbs_scaled_norm(r, r->spare, x, x, &worst) / h;
+    double steepest = mbs_scaled_norm(r, r->spare, x, x, 0.0, &worst) / h;
     if (!(steepest > speed))
         steepest = speed;
     double tried = steepest > 1e-15 ? pow(0.01 / steepest, control_power(r->method)) : (h * 1e-3 > 1e-6 ? h * 1e-3 : 1e-6);

@@ -103,10 +103,16 @@ static double round_off(const mbs_state *s)
     return NOISE / (least(s) * least(s));
 }
 
-/* A state has been put onto another branch of the motion. */
+/* As much noise, or more of it where many rows depend on each other. */
+static double among_many(double noise)
+{
+    return larger(noise, smaller(MANY * noise, MOST_NOISE));
+}
+
+/* A state has been put onto another branch of the motion: further than round-off puts it. */
 static int strays(const mbs_run *r, const double *x, const double *closed)
 {
-    return mbs_moved_far(r, x, closed, round_off(r->state) * mbs_largest(r->n, x)) >= 0;
+    return mbs_moved_far(r, x, closed, among_many(round_off(r->state)) * mbs_largest(r->n, x)) >= 0;
 }
 
 /* Put x onto the constraints as far as round-off lets it be; nothing is recorded of it. */
@@ -246,7 +252,7 @@ double mbs_noise(const mbs_run *r)
     if (!s->near)
         return 0.0;
     double noise = round_off(s) * (most(s) - least(s)) / least(s);
-    return s->h <= s->smooth ? larger(noise, smaller(MANY * noise, MOST_NOISE)) : noise;
+    return s->h <= s->smooth ? among_many(noise) : noise;
 }
 
 /* How long after the start of the step the independence is zero: beside the place in the trial where it was least, on the

@@ -54,7 +54,6 @@ struct mbs_run {
     const double *further; /* the input that some programs have beyond those of all */
     double drift_position, drift_velocity, removed_position, removed_velocity, deviation; /* of the step on trial */
     double residual; /* largest scaled residual of dependent rows in it */
-    double noise;    /* allowed besides tolerances */
     int watching;    /* there are kinks to look out for */
     int beyond;      /* a slope of the step on trial was taken beyond one */
     double left;     /* so soon the function at whose event the step starts has left zero, ... */
@@ -144,8 +143,9 @@ int mbs_value(mbs_run *r, double theta, double *x);
 /* The cubic through x and x_new with their slopes, at t + theta h. */
 void mbs_hermite(const mbs_run *r, double theta, double *x);
 
-/* The size of y in units of the tolerance at x and x_new, in the mean square; `worst`: the component with most of it. */
-double mbs_scaled_norm(const mbs_run *r, const double *y, const double *x, const double *x_new, int *worst);
+/* The size of y in units of noise and the tolerance at x and x_new, in the mean square; `worst`: the component with most
+   of it. */
+double mbs_scaled_norm(const mbs_run *r, const double *y, const double *x, const double *x_new, double noise, int *worst);
 
 /* Normalise a state between steps and put it back onto the constraints; where that fails it stays as it is. */
 void mbs_settle_sample(mbs_run *r, double t, double *x);

@@ -229,9 +229,15 @@ class CollocationStepper:
         return 10.0 * size <= wanted or rest <= wanted
 
     def _rounded(self, x: Floats, z: Floats, change: Floats) -> bool:
-        """Tell whether what keeps moving is rounding of the largest components, which stiff forces show."""
+        """Tell whether what keeps moving is rounding.
+
+        It is that of the largest components under fixed steps, where stiff forces show it; else no more than what
+        round-off may falsify near a singular position.
+        """
         most = float(np.abs(change[:, : self.size]).max())
-        return self.flow.step is not None and most <= ROUND_OFF * float(self._scales(x, z[:, : self.size]).max())
+        if self.flow.step is None:
+            return most <= self.flow.noise() * float(np.max(np.abs(x)))
+        return most <= ROUND_OFF * float(self._scales(x, z[:, : self.size]).max())
 
     def _error(self, t: float, x: Floats, slope: Floats, h: float, z: Floats, x_new: Floats) -> Floats:
         """Return the error; where a start that is not smooth yet makes the step fail, with the slope it leads to."""

@@ -1,0 +1,31 @@
+"""Where the iteration for the stages of implicit steps ends beside round-off."""
+
+import numpy as np
+
+from multibody_sym.integrators.flow import Flow
+from multibody_sym.integrators.methods.methods import METHODS
+from multibody_sym.integrators.stage_equations import ordinary
+from multibody_sym.integrators.steppers.collocation import CollocationStepper
+
+RADAU_5 = METHODS["radau_5"]
+
+
+def stepper(f, x0, tolerance, **how):
+    """Return steps from x0 of x' = f(t, x) by mere iteration: without a Jacobian."""
+    stages = ordinary(f, lambda t, x: np.zeros((len(x), len(x))))
+    flow = Flow(RADAU_5, f, 0.0, 1.0, np.array(x0), rtol=tolerance, atol=tolerance, stages=stages, **how)
+    return CollocationStepper(RADAU_5.scheme, flow)
+
+
+def test_an_iteration_that_moves_by_no_more_than_round_off_is_at_rest():
+    """Slopes that are wrong by 1e-9 keep stages moving by more than the tolerance, which is not to stop the run."""
+    chance = np.random.default_rng(1)
+
+    def even(t, x):
+        return 1.0 + chance.uniform(-1e-9, 1e-9, len(x))
+
+    x0 = np.ones(4)
+    for h in (0.02, 0.03, 0.04):
+        taking = stepper(even, x0, 1e-12, noise=lambda: 1e-9)
+        trial = taking.attempt(0.0, x0, np.ones(4), h, h)
+        np.testing.assert_allclose(trial.x_new, 1.0 + h, rtol=0.0, atol=1e-9 * h)
