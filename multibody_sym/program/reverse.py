@@ -35,8 +35,8 @@ from multibody_sym.program.sweeps import (
     unused,
 )
 from multibody_sym.program.trace import Trace
-from multibody_sym.scalars.derivatives import partials
-from multibody_sym.scalars.node import ONE, ZERO, Node, add, multiply, subtract, where
+from multibody_sym.scalars.derivatives import pulled_back
+from multibody_sym.scalars.node import ONE, ZERO, Node, add, multiply, subtract
 
 
 def gradient(program: Program, output: str, input: str) -> Program:
@@ -80,12 +80,8 @@ class _Reverse:
             weight = weights.pop(node, ZERO)
             if weight is ZERO:
                 continue
-            if node.op == "where":
-                _gather(weights, node.args[1], where(node.args[0], weight, ZERO))
-                _gather(weights, node.args[2], where(node.args[0], ZERO, weight))
-                continue
-            for a, partial in zip(node.args, partials(node), strict=True):
-                _gather(weights, a, multiply(weight, partial))
+            for a, pulled in zip(node.args, pulled_back(node, weight), strict=True):
+                _gather(weights, a, pulled)
 
     def call(self, statement: Call, weights: dict[Node, Node]) -> None:
         given = [taken(weights, leaves) for leaves in statement.targets]

@@ -104,6 +104,14 @@ _PARTIALS: Final[dict[str, Callable[..., tuple[Node, ...]]]] = {
 }
 
 
+_CHOICES: Final[dict[str, Callable[..., Node]]] = {
+    "min": less_equal,
+    "max": lambda a, b: less_equal(b, a),
+    "where": lambda c, _a, _b: c,
+}
+"""The condition on which the first of the last two operands is chosen."""
+
+
 def partials(node: Node) -> tuple[Node, ...]:
     """Return the derivatives of an operation with respect to each of its operands."""
     return _PARTIALS[node.op](node, *node.args)
@@ -146,6 +154,42 @@ def gradient(node: Node, leaves: Sequence[Node]) -> list[Node]:
     return adjoints([(node, ONE)], leaves)
 
 
+def pulled_back(n: Node, weight: Node) -> list[Node]:
+    """Return the weights that an operation's operands get from its own: weight times each partial derivative.
+
+    What is not chosen gets the weight 0, whatever its partial derivatives are: they may be no number there.
+    """
+    if n.op in _CHOICES:
+        condition = _CHOICES[n.op](*n.args)
+        chosen = [where(condition, weight, ZERO), where(condition, ZERO, weight)]
+        return [ZERO, *chosen] if n.op == "where" else chosen
+    return [_weighted(weight, partial) for partial in partials(n)]
+
+
+def _weighted(weight: Node, partial: Node) -> Node:
+    """Return weight * partial; 0 where the weight is 0 because something else was chosen."""
+    if weight.op == "where" and ZERO in weight.args[1:] and partial.shadow is None:
+        condition, first, second = weight.args
+        return where(condition, _weighted(first, partial), _weighted(second, partial))
+    if partial.shadow is None and _is_of_choices(weight):
+        return where(less_equal(absolute(weight), ZERO), ZERO, multiply(weight, partial))
+    return multiply(weight, partial)
+
+
+def _is_of_choices(weight: Node) -> bool:
+    """Tell whether every summand is 0 where something else was chosen."""
+    rest = [weight]
+    while rest:
+        n = rest.pop()
+        if n.op in ("add", "neg"):
+            rest.extend(n.args)
+        elif n.op == "mul":
+            rest.append(n.args[n.args[0].shadow is not None])
+        elif n.op != "where" or ZERO not in n.args[1:]:
+            return False
+    return True
+
+
 def adjoints(seeds: Iterable[tuple[Node, Node]], leaves: Sequence[Node]) -> list[Node]:
     """Return, for each leaf, the sum over `seeds` (node, weight) of weight times d node / d leaf."""
     pairs = list(seeds)
@@ -156,7 +200,7 @@ def adjoints(seeds: Iterable[tuple[Node, Node]], leaves: Sequence[Node]) -> list
         weight = weights.get(n, ZERO)
         if weight is ZERO or not n.args or n.shadow is not None:
             continue
-        for a, partial in zip(n.args, partials(n), strict=True):
-            if partial is not ZERO:
-                weights[a] = add(weights.get(a, ZERO), multiply(weight, partial))
+        for a, pulled in zip(n.args, pulled_back(n, weight), strict=True):
+            if pulled is not ZERO:
+                weights[a] = add(weights.get(a, ZERO), pulled)
     return [weights.get(leaf, ZERO) for leaf in leaves]

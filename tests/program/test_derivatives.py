@@ -235,3 +235,33 @@ def test_unknown_names_and_gradients_of_many_are_refused() -> None:
         gradient(program, "mixed", "q")
     with pytest.raises(ShapeError):
         gradient(program, "x", "A")
+
+
+def chosen(f: Callable[[Node, Node], Node]) -> Program:
+    trace = Trace("chosen", [Array("x"), Array("y")])
+    return trace.finish({"f": ((), [f(trace["x"][0], trace["y"][0])])})
+
+
+@pytest.mark.parametrize(
+    ("f", "on", "slopes"),
+    [
+        (lambda x, y: where(x > 0, sqrt(x), 0), 4.0, (0.25, 0)),
+        (lambda x, y: where(x > 0, y * log(x), y), 2.0, (1.5, np.log(2))),
+        (lambda x, y: where(x > 0, sqrt(x) + y * sqrt(x) ** 2, y**2), 4.0, (3.25, 4)),
+        (lambda x, y: where(x > 0, x**1.5, where(y > 0, 2 * y, log(y))), 4.0, (3, 0)),
+        (lambda x, y: where(x > 0, sqrt(x), 0) + where(x > 3, sqrt(x) * y, 0), 4.0, (1, 2)),
+        (lambda x, y: where(x > 0, where(x > 1, y / sqrt(x), 1), 0) + where(x > 0, 1 / sqrt(x), 0), 4.0, (-0.25, 0.5)),
+        (lambda x, y: y * maximum(0, where(x > 0, sqrt(x) - 1, -1)), 4.0, (0.75, 1)),
+    ],
+)
+def test_a_branch_that_is_not_taken_has_no_slope(
+    f: Callable[[Node, Node], Node], on: float, slopes: tuple[float, float]
+) -> None:
+    """At x = `on` the derivatives are those by hand; at x = -1, where the branch is no number, those of the other."""
+    program, y = chosen(f), np.array(3.0)
+    for name, slope in zip("xy", slopes, strict=True):
+        made = gradient(program, "f", name)
+        assert float(interpret(made, np.array(on), y)[0]) == pytest.approx(slope, abs=1e-15)
+        off = float(interpret(made, np.array(-1.0), y)[0])
+        assert off == float(interpret(jacobian(program, "f", name), np.array(-1.0), y)[0])
+        assert np.isfinite(off)
