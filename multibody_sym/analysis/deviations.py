@@ -33,7 +33,7 @@ from multibody_sym.kinematics.motion import coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.program.forward import jacobian
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
@@ -140,7 +140,7 @@ class Flow:
         of whose speeds are there.
         """
         known, size = self.known(q, u), len(self.mechanism.speeds)
-        positions, speeds = self._restrictions(known)
+        positions, speeds = self.restrictions(known)
         dependent = _pivots(speeds[:, size:], self._wanted)
         independent = set(range(size)) - set(dependent)
         dependent = [*_pivots(positions[:, :size], self._wanted | independent), *(size + k for k in dependent)]
@@ -149,7 +149,7 @@ class Flow:
 
     def span(self, known: Sequence[npt.ArrayLike], places: Sequence[int]) -> Floats:
         """Return X (2 nu x m) for given independent components."""
-        matrix = np.vstack(self._restrictions(known))
+        matrix = np.vstack(self.restrictions(known))
         if not np.isfinite(matrix).all():
             raise FloatingPointError("the constraints' slopes are not finite")
         dependent = [k for k in range(matrix.shape[1]) if k not in set(places)]
@@ -159,7 +159,7 @@ class Flow:
             X[dependent] = np.linalg.lstsq(matrix[:, dependent], -matrix[:, places], rcond=_RANK)[0]
         return X
 
-    def _restrictions(self, known: Sequence[npt.ArrayLike]) -> tuple[Floats, Floats]:
+    def restrictions(self, known: Sequence[npt.ArrayLike]) -> tuple[Floats, Floats]:
         """Return what positions of z and what all of z must not do: derivatives of phi, and of phidot (x 2 nu)."""
         N = self.displacements(known[1])
         phi = self._by(self._restricted, ("positions",), "q", known) @ N
@@ -186,6 +186,19 @@ class Flow:
         """Return how poses follow deviations (12 per body x nu)."""
         known = self.known(q, np.zeros(len(self.mechanism.speeds)))
         return self._by(self._place, ("poses",), "q", known) @ self.displacements(q)
+
+    def row_without_slopes(self, known: Sequence[npt.ArrayLike]) -> int | None:
+        """Return the first row whose acceleration, or what it restricts, has no finite derivative; None: all have."""
+        count = len(self.mechanism.rows)
+        for name in ("q", "u"):
+            try:
+                found = self._by(self._asked, ("rows",), name, known).reshape(count, -1) if count else np.zeros((0, 1))
+            except UNDEFINED:
+                return 0
+            bad = np.flatnonzero(~np.isfinite(found).all(axis=1))
+            if len(bad):
+                return int(bad[0])
+        return None
 
     @cached_property
     def _wanted(self) -> set[int]:
@@ -258,6 +271,15 @@ class Flow:
         return trace.finish(
             {"positions": ((len(positions),), positions), "speeds": ((len(speeds),), speeds)}
         )
+
+    @cached_property
+    def _asked(self) -> Program:
+        """The Program of what each row asks for: phi, phidot, its Jacobian and gamma (nr x (nu + 3))."""
+        trace = Trace("asked", arrays(self.mechanism))
+        rows = row_motions(motion_of(self.mechanism, slot_state(self.mechanism)))
+        each = [(row.phi if row.holonomic else 0, row.phidot, row.gamma, *row.jacobian) for row in rows]
+        values = [as_node(x) for parts in each for x in parts]
+        return trace.finish({"rows": ((len(values),), values)})
 
 
 def deviation_names(mechanism: Mechanism) -> list[str]:

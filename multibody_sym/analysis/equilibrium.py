@@ -46,6 +46,8 @@ _POLISHED: Final = 1e-9
 _SAME: Final = 1e-6
 _INDIFFERENT: Final = 1e-8
 _BESIDE: Final = 0.1
+_EDGE: Final = 1e-5
+"""How far beside a position forces are to have values, in m and rad: farther than it may be from their edge."""
 _SECONDS: Final = 10.0
 """CPU time after which no other guess is begun; that from the start always is, and takes what it takes."""
 _SEED: Final = 3
@@ -53,7 +55,9 @@ _SEED: Final = 3
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """Positions of equilibrium, each with its coordinates by name, and whether they are stable (None: indifferent).
+    """Positions of equilibrium, each with its coordinates by name, and whether they are stable.
+
+    `stable` is None where a position is indifferent, and where it is `one_sided`: beside it a force has no real value.
 
     `free`: for each position the coordinates along which the positions beside it are equilibria too; `beyond`: the
     springs whose end lies beyond their other end. `complete`: whether it is proved that there are no others;
@@ -69,6 +73,7 @@ class Equilibrium:
     cut_short: bool = False
     guesses: int = 0
     speeds_left_out: tuple[str, ...] = ()
+    one_sided: tuple[bool, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `equilibrium --json` prints."""
@@ -81,6 +86,7 @@ class Equilibrium:
             "cut_short": self.cut_short,
             "guesses": self.guesses,
             "speeds_left_out": list(self.speeds_left_out),
+            "one_sided": list(self.one_sided),
         }
 
 
@@ -104,15 +110,17 @@ def equilibrium(system: System) -> Equilibrium:
         )
     names = [c.name for c in resolved.coordinates]
     places = search.places
+    one_sided = tuple(search.one_sided(q) for q in found.positions)
     return Equilibrium(
         tuple(dict(zip(names, (places.principal(q) + 0.0).tolist(), strict=True)) for q in found.positions),
-        tuple(search.stable(q) for q in found.positions),
+        tuple(None if edge else search.stable(q) for q, edge in zip(found.positions, one_sided, strict=True)),
         tuple(tuple(names[k] for k in np.flatnonzero(free)) for free in found.free),
         are_all(places, found.positions, found.free),
         tuple(passed(places, q) for q in found.positions),
         found.cut_short,
         found.guesses,
         _moving(system, resolved, begin),
+        one_sided,
     )
 
 
@@ -276,6 +284,18 @@ class _Search:
             return False
         regular = slope.shape[0] == slope.shape[1]  # with rows of speeds alone some displacements change no force
         return True if regular and (values.real < -least).all() else None
+
+    def one_sided(self, q: Floats) -> bool:
+        """Return whether some acceleration has no real value a little beside a position, along a free direction."""
+        for column in self._columns(self.flow.tangents(q, np.zeros(len(self.mechanism.speeds)))).T:
+            for side in (_EDGE, -_EDGE):
+                near = closed_near(self.rows, displaced(self.mechanism, q, side * column / np.abs(column).max()))
+                try:
+                    if near is not None and not np.isfinite(self._size(near)):
+                        return True
+                except UNDEFINED:
+                    return True
+        return False
 
     def free(self, q: Floats) -> Mask:
         """Return the coordinates (nq) that change along those displacements on which all positions are equilibria."""

@@ -123,8 +123,13 @@ def _started(system: System, formalism: str | None) -> tuple[Flow, Start]:
 
 
 def _without_slopes(flow: Flow, begin: Start) -> NoSolutionError:
-    """Return the error that A has no finite value at the start, with the force without which it has one."""
-    loads = flow.mechanism.loads
+    """Return the error that A has no finite value at the start, with the row or force for which it has none."""
+    loads, row = flow.mechanism.loads, flow.row_without_slopes(flow.known(begin.q, begin.u))
+    if row is not None:
+        name = flow.mechanism.rows[row].name
+        why = f"what {name} asks of accelerations has no derivative there; start beside it"
+        where = Where(path=flow.mechanism.row_path(row))
+        return NoSolutionError(f"A has no finite value at the start: {why}", where=where)
     for load in loads:
         without = replace(flow.mechanism, loads=tuple(x for x in loads if x.name != load.name))
         if _has_slopes(replace(flow, mechanism=without), begin):
@@ -134,8 +139,9 @@ def _without_slopes(flow: Flow, begin: Start) -> NoSolutionError:
 
 
 def _has_slopes(flow: Flow, begin: Start) -> bool:
+    known = flow.known(begin.q, begin.u)
     try:
-        return all(np.isfinite(x).all() for x in flow.derivatives(flow.known(begin.q, begin.u)))
+        return all(np.isfinite(x).all() for x in (*flow.derivatives(known), *flow.restrictions(known)))
     except UNDEFINED:
         return False
 

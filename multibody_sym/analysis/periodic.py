@@ -53,14 +53,17 @@ def multipliers_of(flow: Flow, q: Floats, u: Floats, period: float) -> Multiplie
     begin = np.concatenate([q, u, np.ravel(tangents.X)])
     try:
         run = solve_ivp(rates, (0.0, period), begin, method="DOP853", rtol=_RTOL, atol=_RTOL)
+        at, speeds, Z = _parts(run.y[:, -1], sizes)
+        if not run.success:
+            raise NoSolutionError(
+                f"the motion cannot be followed over a period past t = {run.t[-1]:.4g} s: steps became too small, as "
+                "where a force or a constraint has no finite slope"
+            )
+        known = flow.known(at, speeds, period)
+        by_state, _ = flow.derivatives(known)
+        there = by_state[tangents.places] @ flow.span(known, tangents.places)
     except UNDEFINED as error:
         raise NoSolutionError(f"the motion cannot be followed over a period ({error})") from None
-    at, speeds, Z = _parts(run.y[:, -1], sizes)
-    if not run.success:
-        raise NoSolutionError(f"the motion cannot be followed over a period: {run.message}")
-    known = flow.known(at, speeds, period)
-    by_state, _ = flow.derivatives(known)
-    there = by_state[tangents.places] @ flow.span(known, tangents.places)
     missed = float(np.abs(there - found.A).max(initial=0.0))
     if missed > _REPEATS * max(1.0, float(np.abs(found.A).max(initial=0.0))):
         raise NoSolutionError(

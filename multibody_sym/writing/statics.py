@@ -13,12 +13,13 @@ _ROUNDING: Final = 1e-9
 def equilibrium_text(found: Equilibrium) -> str:
     """Return the positions for a person to read."""
     lines = []
-    each = zip(found.positions, found.stable, found.free, found.beyond, strict=True)
-    for position, stable, free, beyond in each:
+    each = zip(found.positions, found.stable, found.free, found.beyond, found.one_sided, strict=True)
+    for position, stable, free, beyond, one_sided in each:
         values = ", ".join(f"{name} = {0.0 if abs(x) < _ROUNDING else x:.9g}" for name, x in position.items())
         along = f"; and so is every position beside it along {', '.join(free)}" if free else ""
         past = f"; beyond the other end of {', '.join(beyond)}" if beyond else ""
-        lines.append(f"{_WORDS[stable]}: {values}{along}{past}")
+        edge = "; a force has no real value on one side of it" if one_sided else ""
+        lines.append(f"{'not decided' if one_sided else _WORDS[stable]}: {values}{along}{past}{edge}")
     return "\n".join([*lines, *_notes(found)])
 
 
