@@ -151,10 +151,13 @@ def _doors(system: mbs.System) -> list[Call]:
     period = {"system": still, "period": 0.1}
     run = {
         "t_end": 0.02, "method": "rk4", "step": 0.01, "rtol": None, "atol": None, "samples": 2, "constraints": None,
-        "project": False, "coordinates": "relative", "parameters": {"m": 2}, "formalism": None, "native": False,
-        "backend": "python", "on_progress": None,
+        "native": False, "backend": "python", "on_progress": None,
     }
-    exported = {"to": "python", "directory": "out", "formalism": None, "parameters": {"m": 2}, "fold": False}
+    changes = {
+        "parameters": {"m": 2}, "initial": {"theta": 0.1}, "inputs": {"F": 0}, "coordinates": "relative",
+        "project": False, "formalism": None,
+    }
+    exported = {"to": "python", "directory": "out", "fold": False}
     return [
         Call("load", mbs.load, {"path": "model.yaml"}),
         Call("loads", mbs.loads, {"text": MODEL, "name": "m"}),
@@ -162,14 +165,14 @@ def _doors(system: mbs.System) -> list[Call]:
         Call("dump", mbs.dump, {**whole, "file": "dumped.yaml"}),
         Call("dumps", mbs.dumps, whole),
         Call("mechanism", mbs.mechanism, whole),
-        Call("derive", mbs.derive, {"model": system, "method": None, "budget": None}, slow=True),
-        Call("check", mbs.check, whole, slow=True),
-        Call("solve", mbs.solve, {**whole, "parameters": {"m": 2}, "formalism": None}, slow=True),
-        Call("linearize", mbs.linearize, {**whole, "formalism": None}, slow=True),
-        Call("period_multipliers", mbs.period_multipliers, {**period, "formalism": None}, slow=True),
-        Call("equilibrium", mbs.equilibrium, whole, slow=True),
-        Call("simulate", mbs.simulate, {**whole, **run}, slow=True),
-        Call("export", mbs.export, {**whole, **exported}, slow=True),
+        Call("derive", mbs.derive, {"model": system, "method": None, "budget": None, **changes}, slow=True),
+        Call("check", mbs.check, {**whole, **changes}, slow=True),
+        Call("solve", mbs.solve, {**whole, **changes}, slow=True),
+        Call("linearize", mbs.linearize, {**whole, **changes}, slow=True),
+        Call("period_multipliers", mbs.period_multipliers, {**period, **changes, "initial": {"theta": 0}}, slow=True),
+        Call("equilibrium", mbs.equilibrium, {**whole, **changes}, slow=True),
+        Call("simulate", mbs.simulate, {**whole, **run, **changes}, slow=True),
+        Call("export", mbs.export, {**whole, **exported, **changes}, slow=True),
         Call("state_derivative", mbs.state_derivative, {**whole, "formalism": None}),
         Call("mass_matrix", mbs.mass_matrix, whole),
         Call("inverse_dynamics", mbs.inverse_dynamics, whole),

@@ -25,11 +25,13 @@ from multibody_sym.analysis.places import Mask, Places
 from multibody_sym.analysis.springs_passed import passed
 from multibody_sym.analysis.steadiness import displaced
 from multibody_sym.dynamics.constraints.closing import Rows, closed_near
+from multibody_sym.dynamics.routes import verify_formalism
 from multibody_sym.dynamics.start.examined import examined, on_numbers
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 
 _GUESSES: Final = 24
@@ -90,17 +92,32 @@ class Equilibrium:
         }
 
 
-@on_numbers
-def equilibrium(system: System) -> Equilibrium:
+def equilibrium(
+    system: System,
+    *,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    formalism: str | None = None,
+) -> Equilibrium:
     """Return the positions of equilibrium that are found from the start and from positions all around it, at t = 0.
 
     The system is taken at rest: speeds of the start are left out. Positions are told apart by where bodies are.
-    Raises InputError, and NoSolutionError where there is no start or none is found.
+    `parameters` .. `project`: what the call changes of the system (`Changes`); `formalism` by name, None for the
+    cheapest. Raises InputError, and NoSolutionError where there is no start or none is found.
     """
+    return _equilibrium(Changes(parameters, initial, inputs, coordinates, project).of(system), formalism)
+
+
+@on_numbers
+def _equilibrium(system: System, formalism: str | None) -> Equilibrium:
+    verify_formalism(formalism)
     resolved = examined(system)
     begin = start(resolved, project=system.simulation.project)
     rows = Rows(resolved, begin.parameters, range(len(resolved.rows)))
-    flow, q = Flow(resolved, begin.parameters), np.array(begin.q, dtype=float)
+    flow, q = Flow(resolved, begin.parameters, formalism), np.array(begin.q, dtype=float)
     search = _Search(resolved, flow, rows, Places(flow, rows, q))
     found = _found(search, q)
     if not found.positions:

@@ -24,6 +24,7 @@ from multibody_sym.dynamics.start.start import Start, start, verify_regular_star
 from multibody_sym.errors import ModelError, NoSolutionError, Where
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
+from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.numerics.numbers import number
 from multibody_sym.numerics.rounding import eigenvalues, without_rounding
@@ -81,29 +82,58 @@ class Linearization:
         }
 
 
-@on_numbers
-def linearize(system: System, *, formalism: str | None = None) -> Linearization:
-    """Return the linearisation of a system about its start, in coordinates of its joints.
+def linearize(
+    system: System,
+    *,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    formalism: str | None = None,
+) -> Linearization:
+    """Return the linearisation of a system about its start, in coordinates of its joints, whatever `coordinates` are.
 
-    Inputs that change with time are held at their values at t = 0.
+    Inputs that change with time are held at their values at t = 0. `parameters` .. `project`: what the call changes of
+    the system (`Changes`); `formalism` by name, None for the cheapest.
     Raises InputError, and NoSolutionError where there is no start, it is a singular position, a force has no derivative
     there, or it moves such that A is not constant, by name.
     """
+    return _linearized(Changes(parameters, initial, inputs, coordinates, project).of(system), formalism)
+
+
+@on_numbers
+def _linearized(system: System, formalism: str | None) -> Linearization:
     flow, begin = _started(system, formalism)
     q, u = np.array(begin.q, dtype=float), np.array(begin.u, dtype=float)
     return replace(_settled(flow, q, u), shifts=begin.shifts, held_inputs=_changing(flow.mechanism))
 
 
-@on_numbers
-def period_multipliers(system: System, period: float, *, formalism: str | None = None) -> Multipliers:
+def period_multipliers(
+    system: System,
+    period: float,
+    *,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    formalism: str | None = None,
+) -> Multipliers:
     """Return the multipliers over one period (s) of small deviations from the motion that begins at the start.
 
-    For motions that repeat themselves, in which A is not constant. Inputs that change with time are held.
+    For motions that repeat themselves, in which A is not constant. Inputs that change with time are held. All other
+    arguments as for `linearize`.
     Raises InputError, and NoSolutionError where there is no start, or the motion does not repeat itself.
     """
     period = number("period", period)
     if not (np.isfinite(period) and period > 0.0):
         raise ModelError(f"a period is a positive time, got {period:g}")
+    return _multiplied(Changes(parameters, initial, inputs, coordinates, project).of(system), period, formalism)
+
+
+@on_numbers
+def _multiplied(system: System, period: float, formalism: str | None) -> Multipliers:
     flow, begin = _started(system, formalism)
     return multipliers_of(flow, np.array(begin.q, dtype=float), np.array(begin.u, dtype=float), period)
 

@@ -18,25 +18,35 @@ from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, Coordinate, Mechanism, Speed, normal_forces
 from multibody_sym.model.mechanism.rows import DistanceRow, ExpressionRow, RopeRow, Row, VelocityRow
+from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.scalars.node import as_node, quantity, symbol
-from multibody_sym.simulation.overrides import with_values
 
 _ROUNDING: Final = 1e-12
 _UNITS: Final = {**dict.fromkeys(COMPONENTS[:3], "N"), **dict.fromkeys(COMPONENTS[3:], "N*m"), "tension": "N"}
 
 
-def solve(system: System, parameters: Mapping[str, Any] | None = None, formalism: str | None = None) -> Solution:
+def solve(
+    system: System,
+    parameters: Mapping[str, Any] | None = None,
+    formalism: str | None = None,
+    *,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+) -> Solution:
     """Return what holds at t = 0.
 
-    Arguments: `parameters`, values by name in place of those declared; `formalism` by name, for the numbers.
+    Arguments: `parameters` .. `project`, what the call changes of the system (`Changes`); `formalism` by name, for the
+    numbers.
     Numbers come from M udot = f + H^T lambda, H udot = gamma in floats, closed forms from the same equations over exact
     quotients. A closed form is given only where its value equals the number (to 1e-9), and if it is of bearable length.
     Raises InputError, NoSolutionError (no start, no inertia, contradicting constraints).
     """
-    valued = with_values(system, parameters)
-    with numbers_of(valued):
-        return _solution(solved_start(valued, formalism))
+    asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    with numbers_of(asked):
+        return _solution(solved_start(asked, formalism))
 
 
 def _solution(solved: Solved) -> Solution:

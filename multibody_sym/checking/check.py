@@ -16,9 +16,10 @@ from multibody_sym.analysis.theorems import NEGLIGIBLE, conserved, instant_of, r
 from multibody_sym.dynamics.constraints.closing import Rows
 from multibody_sym.dynamics.constraints.contradiction import contradiction_of
 from multibody_sym.dynamics.constraints.redundancy import redundancy
+from multibody_sym.dynamics.formalisms.equations import Formalism
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.formalisms.massless import massless_speeds
-from multibody_sym.dynamics.routes import FORMALISMS, cheapest
+from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.body_masses import holes
 from multibody_sym.dynamics.start.examined import blame_numbers, end_of_run, examined, on_numbers
 from multibody_sym.dynamics.start.parameters import parameter_values
@@ -32,9 +33,11 @@ from multibody_sym.model.declaration.system import System, expressions
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism, normal_forces
 from multibody_sym.model.mechanism.rows import RopeRow
+from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.scalars.kinks import switching_functions
 from multibody_sym.scalars.node import ZERO, leaves, symbol
+from multibody_sym.simulation.recall import formalism_name
 
 _STATES: Final = 4
 _LARGE: Final = 200
@@ -91,13 +94,29 @@ class CheckReport:
         return tree if self.failure is None else {**tree, **dict.fromkeys(("degrees_of_freedom", "rank", "shift"))}
 
 
-@on_numbers
-def check(system: System) -> CheckReport:
+def check(
+    system: System,
+    *,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    formalism: str | None = None,
+) -> CheckReport:
     """Return degrees of freedom, redundant constraints, the formalisms' agreement, theorems and hints for a system.
 
+    `parameters` .. `project`: what the call changes of the system (`Changes`); `formalism`: that whose motion and
+    forces theorems and hints are about, None for the cheapest; all that apply are compared.
     Raises InputError for what the declaration contradicts.
     """
+    return _checked(Changes(parameters, initial, inputs, coordinates, project).of(system), formalism)
+
+
+@on_numbers
+def _checked(system: System, formalism: str | None) -> CheckReport:
     resolved = examined(system)
+    chosen = formalism_name(formalism, resolved)
     base = resolved.relative or resolved
     declared = _declared_hints(system, f"t_end = {end_of_run(system, base, parameter_values(base, {})):g} s")
     try:
@@ -106,13 +125,14 @@ def check(system: System) -> CheckReport:
     except NoSolutionError as error:
         count = len(resolved.speeds)
         return CheckReport(count, 0, (), (), failure=str(error), hints=(*declared, *_massless_hint(system, error)))
-    return _with_dynamics(system, resolved, begin, declared)
+    return _with_dynamics(system, resolved, begin, declared, FORMALISMS[chosen])
 
 
-def _with_dynamics(system: System, resolved: Mechanism, begin: Start, declared: Sequence[str]) -> CheckReport:
+def _with_dynamics(
+    system: System, resolved: Mechanism, begin: Start, declared: Sequence[str], formalism: Formalism
+) -> CheckReport:
     states = sampled_states(resolved, begin, _STATES if len(resolved.speeds) <= _LARGE else 0)
     motion = motion_of(resolved, states[0])
-    formalism = FORMALISMS[cheapest(resolved)]
     rank = redundancy(motion, formalism(resolved, states[0]))
     compared = {name: f for name, f in FORMALISMS.items() if _is_compared(name, resolved)}
     ratios = agreement(resolved, states, compared)

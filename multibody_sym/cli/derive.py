@@ -7,7 +7,6 @@ import json
 from typing import TYPE_CHECKING, Final
 
 from multibody_sym.cli.answer import Answer
-from multibody_sym.cli.coordinates import add_coordinates
 
 if TYPE_CHECKING:
     from multibody_sym.dynamics.derivation.symbolic_equations import SymbolicEquations
@@ -19,21 +18,22 @@ _FORMATS: Final = ("text", "latex", "json")
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
-    add_coordinates(parser)
     route = "lagrange, multipliers, newton_euler or composite_body; default: the first that fits (or --formalism M)"
     parser.add_argument("--method", metavar="M", help=route)
+    budget = "the time that the derivation may take; default: 60"
+    parser.add_argument("--budget", metavar="SECONDS", type=float, help=budget)
     parser.add_argument("--steps", action="store_true", help="show every step of the derivation")
     parser.add_argument("--format", choices=_FORMATS, default=_FORMATS[0], help="how to print it; default: text")
 
 
 def run(options: argparse.Namespace) -> Answer:
     """Derive and print in the format asked for."""
-    from multibody_sym.cli.model import model
+    from multibody_sym.cli.model import model, shared
     from multibody_sym.dynamics.derive import derive
     from multibody_sym.writing.derivation import derivation_data
 
     with model(options) as system:
-        equations = derive(system, options.method or options.formalism)
+        equations = derive(system, options.method, budget=options.budget, **shared(options))
         data = derivation_data(equations)
         text = json.dumps(data, indent=1) if options.format == "json" else _written(equations, options)
     return Answer(data, text)

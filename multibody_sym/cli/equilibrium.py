@@ -6,7 +6,6 @@ import argparse
 from typing import Final
 
 from multibody_sym.cli.answer import Answer
-from multibody_sym.cli.coordinates import add_coordinates
 
 HELP: Final = "find positions of rest and whether they are stable (start speeds are left out)"
 
@@ -14,15 +13,14 @@ HELP: Final = "find positions of rest and whether they are stable (start speeds 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
-    add_coordinates(parser)
 
 
 def run(options: argparse.Namespace) -> Answer:
     """Find positions of equilibrium, from the start and from positions around it."""
     from multibody_sym.analysis.equilibrium import equilibrium
-    from multibody_sym.cli.model import model
+    from multibody_sym.cli.model import model, shared
     from multibody_sym.writing.statics import equilibrium_text
 
     with model(options) as system:
-        found = equilibrium(system)
+        found = equilibrium(system, **shared(options))
     return Answer(found.as_json(), equilibrium_text(found))

@@ -6,7 +6,6 @@ import argparse
 from typing import Final
 
 from multibody_sym.cli.answer import Answer
-from multibody_sym.cli.coordinates import add_coordinates
 
 HELP: Final = "write source code of the equations of motion, with a self-test"
 _NEXT: Final = {
@@ -18,19 +17,19 @@ _NEXT: Final = {
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
-    add_coordinates(parser)
     parser.add_argument("--to", required=True, choices=sorted(_NEXT), help="the language")
-    parser.add_argument("-o", "--output", required=True, metavar="DIR", help="the folder to write to")
+    names = ("-o", "--output", "--directory")
+    parser.add_argument(*names, dest="directory", required=True, metavar="DIR", help="the folder to write to")
     parser.add_argument("--fold", action="store_true", help="put the values of all parameters into the code")
 
 
 def run(options: argparse.Namespace) -> Answer:
     """Write the files and say how to try them."""
-    from multibody_sym.cli.model import model
+    from multibody_sym.cli.model import model, shared
     from multibody_sym.simulation.export import export
 
     with model(options) as system:
-        files = export(system, options.to, options.output, formalism=options.formalism, fold=options.fold)
+        files = export(system, options.to, options.directory, fold=options.fold, **shared(options))
     names = [str(file) for file in files]
-    text = "\n".join([*(f"wrote {name}" for name in names), f"next: cd {options.output} && {_NEXT[options.to]}"])
+    text = "\n".join([*(f"wrote {name}" for name in names), f"next: cd {options.directory} && {_NEXT[options.to]}"])
     return Answer({"to": options.to, "files": names}, text)

@@ -15,8 +15,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="a robot description (.urdf)")
     parser.add_argument("-o", "--output", metavar="FILE", help="the model file to write; default: standard output")
     parser.add_argument("--floating", action="store_true", help="the root link moves freely; default: fixed to ground")
-    parser.add_argument("--no-damping", action="store_true", help="leave out the damping of joints")
-    parser.add_argument("--no-mimic", action="store_true", help="leave joints free that mimic others")
+    parser.add_argument("--no-damping", dest="damping", action="store_false", help="leave out the damping of joints")
+    parser.add_argument("--no-mimic", dest="mimic", action="store_false", help="leave joints free that mimic others")
 
 
 def run(options: argparse.Namespace) -> Answer:
@@ -27,7 +27,7 @@ def run(options: argparse.Namespace) -> Answer:
     from multibody_sym.model.resolution.resolve import mechanism
 
     system = load_urdf(
-        options.file, floating=options.floating, damping=not options.no_damping, mimic=not options.no_mimic
+        options.file, floating=options.floating, damping=options.damping, mimic=options.mimic
     )
     text, speeds = dumps(system), len(mechanism(system).speeds)
     answer = {"model": text, "file": options.output, "speeds": speeds}

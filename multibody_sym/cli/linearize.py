@@ -6,7 +6,6 @@ import argparse
 from typing import Final
 
 from multibody_sym.cli.answer import Answer
-from multibody_sym.cli.coordinates import add_coordinates
 
 HELP: Final = "linearise about an equilibrium or a steady motion: A, B in independent coordinates, eigenvalues"
 
@@ -14,7 +13,6 @@ HELP: Final = "linearise about an equilibrium or a steady motion: A, B in indepe
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
-    add_coordinates(parser)
     described = "of a motion that repeats itself after T seconds: by what deviations are multiplied in each period"
     parser.add_argument("--period", metavar="T", type=float, help=described)
 
@@ -22,12 +20,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> Answer:
     """Linearise about the state at t = 0."""
     from multibody_sym.analysis.linearization import linearize, period_multipliers
-    from multibody_sym.cli.model import model
+    from multibody_sym.cli.model import model, shared
     from multibody_sym.writing.linearization import linearization_text, multipliers_text
 
     with model(options) as system:
         if options.period is not None:
-            repeated = period_multipliers(system, options.period, formalism=options.formalism)
+            repeated = period_multipliers(system, options.period, **shared(options))
             return Answer(repeated.as_json(), multipliers_text(repeated))
-        found = linearize(system, formalism=options.formalism)
+        found = linearize(system, **shared(options))
     return Answer(found.as_json(), linearization_text(found))

@@ -6,29 +6,31 @@ import argparse
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import fields
+from typing import Any, Final
 
-from multibody_sym.dynamics.start.examined import numbers_of
-from multibody_sym.errors import InputError, MultibodyError, Where, at
+from multibody_sym.cli.options import ASSIGNED
+from multibody_sym.errors import InputError, MultibodyError, Where
 from multibody_sym.formats.reader import load_with_places
 from multibody_sym.model.declaration.system import System
-from multibody_sym.simulation.overrides import with_settings, with_values
+from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.model.resolution.spanning_tree import coordinate_names, speed_names
+
+SHARED: Final = (*(f.name for f in fields(Changes)), "formalism")
+"""The arguments that every function takes beside a system."""
 
 
 @contextmanager
 def model(options: argparse.Namespace) -> Iterator[System]:
-    """Give the system of a command, with the values, start and coordinates that its options change.
+    """Give the system of a command as its file declares it, for a function that takes the `shared` options.
 
     Errors about the model that are raised inside name their place in the file, or the option they come from.
     """
     system, places = load_with_places(options.file)
-    with at("--set"):
-        changed = with_settings(with_values(system, options.set), {"project": options.project or None})
     try:
-        asked = with_settings(changed, {"coordinates": getattr(options, "coordinates", None)})
-        with numbers_of(asked):
-            yield asked
+        yield system
     except MultibodyError as error:
-        option = _option(error.where.path, options)
+        option = _option(error.where.path, options, system)
         if option is not None:
             error.where = Where(path=(option,))
         elif error.where.path:
@@ -44,11 +46,25 @@ def verify_apart(file: str, target: str | None) -> None:
         raise InputError("this is the model itself; give the result another name", where=Where(file=target))
 
 
-def _option(path: tuple[str, ...], options: argparse.Namespace) -> str | None:
+def shared(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the arguments that every function takes, from the options of the same names."""
+    return {name: getattr(options, name) for name in SHARED}
+
+
+def _option(path: tuple[str, ...], options: argparse.Namespace, system: System) -> str | None:
     """Return the option that gave what stands at a path of the model; None where the file did."""
-    section, name = (*path, "", "")[:2]
-    if section == "parameters" and name in options.set:
-        return f"--set {name}"
-    if section == "simulation" and getattr(options, name, None) is not None:
-        return "--" + name.replace("_", "-")
-    return "--formalism" if section == "formalism" else None
+    section, name, key = (*path, "", "", "")[:3]
+    if section == "joints" and key == "initial":
+        section, name = key, next(iter(_given_names(name, options, system)), "")
+    if section in ASSIGNED and name in getattr(options, section):
+        return f"{ASSIGNED[section]} {name}"
+    word = name if section == "simulation" else section
+    given = word not in ASSIGNED and getattr(options, word, None) is not None
+    return f"--{word.replace('_', '-')}" if given else None
+
+
+def _given_names(joint: str, options: argparse.Namespace, system: System) -> list[str]:
+    """Return the coordinates and speeds of a joint whose start values options gave."""
+    declared = system.joints[joint]
+    names = (*coordinate_names(joint, declared), *speed_names(joint, declared))
+    return [name for name in names if name in options.initial]

@@ -10,6 +10,8 @@ from multibody_sym.cli import check, derive, equilibrium, export, import_, linea
 from multibody_sym.errors import InputError, Where
 
 COMMANDS: Final = (new, import_, check, derive, solve, equilibrium, linearize, simulate, export)
+ASSIGNED: Final = {"parameters": "--set", "initial": "--initial", "inputs": "--inputs"}
+"""The options that are given as NAME=VALUE, by the names of the arguments that they are."""
 _AS_JSON: Final = "print one JSON object, also for an error; text goes to standard error"
 _EXIT_CODES: Final = (
     "exit codes: 0 done; 2 wrong input; 3 no solution, failed run or disagreement; 4 output, compiler or memory; "
@@ -63,8 +65,9 @@ def parsed(words: Sequence[str]) -> argparse.Namespace:
     if unknown:
         known = [option for action in commands[options.command]._actions for option in action.option_strings]
         raise UsageError(f"{options.command} has no option {unknown[0]!r}{_suggestion(unknown[0], known)}")
-    if "set" in options:
-        options.set = _assignments(options.set)
+    for name, option in ASSIGNED.items():
+        if name in options:
+            setattr(options, name, _assignments(option, getattr(options, name)))
     return options
 
 
@@ -95,19 +98,27 @@ def _parser() -> tuple[argparse.ArgumentParser, Mapping[str, argparse.ArgumentPa
 
 def _add_changes(parser: argparse.ArgumentParser) -> None:
     """Declare what changes the model that a command takes, or how it is solved."""
-    value = "give a parameter another value, such as m1='500 g'"
+    values = {
+        "parameters": "give a parameter another value, such as m1='500 g'",
+        "initial": "let a coordinate or speed start elsewhere, such as phi='30 deg'; phi=~: where constraints put it",
+        "inputs": "give an input another value, such as tau='2*sin(t)'",
+    }
+    which = "relative (of the joints) or absolute (of each body, restricted by joints); default: the file's"
     project = "let all start values change, known ones too, as little as constraints need"
     route = "the route to the equations of motion; default: the cheapest"
-    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help=value)
+    for name, help in values.items():
+        called = (ASSIGNED[name], f"--{name}") if ASSIGNED[name] != f"--{name}" else (f"--{name}",)
+        parser.add_argument(*called, dest=name, action="append", default=[], metavar="NAME=VALUE", help=help)
+    parser.add_argument("--coordinates", metavar="WHICH", help=which)
+    parser.add_argument("--project", action=argparse.BooleanOptionalAction, help=project)
     parser.add_argument("--formalism", metavar="NAME", help=route)
-    parser.add_argument("--project", action="store_true", help=project)
 
 
-def _assignments(texts: Sequence[str]) -> Mapping[str, str]:
+def _assignments(option: str, texts: Sequence[str]) -> Mapping[str, str]:
     values = {}
     for text in texts:
         name, equals, value = text.partition("=")
         if not equals or not name.strip() or not value.strip():
-            raise UsageError(f"--set {text!r}: write NAME=VALUE", where=Where(path=("--set",)))
+            raise UsageError(f"{option} {text!r}: write NAME=VALUE", where=Where(path=(option,)))
         values[name.strip()] = value.strip()
     return values

@@ -8,7 +8,6 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Final
 
 from multibody_sym.cli.answer import Answer
-from multibody_sym.cli.coordinates import add_coordinates
 from multibody_sym.errors import InputError, OutputError, Where
 from multibody_sym.integrators.methods.methods import SUMMARIES
 
@@ -34,7 +33,6 @@ _SETTINGS: Final = {
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
-    add_coordinates(parser)
     parser.add_argument("-o", "--output", metavar="OUT", help="the table: .csv, .npz or .parquet")
     figure = "a figure (.png, .svg, .pdf); default: FILE.png"
     parser.add_argument("--plot", metavar="PNG", nargs="?", const="", help=figure)
@@ -87,7 +85,7 @@ def _figure_name(options: argparse.Namespace) -> str | None:
 
 
 def _simulated(options: argparse.Namespace, table: Recording | None) -> Trajectory:
-    from multibody_sym.cli.model import model
+    from multibody_sym.cli.model import model, shared
     from multibody_sym.simulation.simulate import simulate
     from multibody_sym.writing.progress import progress_bar
 
@@ -104,7 +102,7 @@ def _simulated(options: argparse.Namespace, table: Recording | None) -> Trajecto
         return simulate(
             system,
             **settings,
-            formalism=options.formalism,
+            **shared(options),
             native=options.native,
             backend=options.backend,
             on_progress=progress,

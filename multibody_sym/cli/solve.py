@@ -18,9 +18,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> Answer:
     """Solve the instant t = 0 and the questions under `ask`."""
     from multibody_sym.answers.solve import solve
-    from multibody_sym.cli.model import model
+    from multibody_sym.cli.model import model, shared
     from multibody_sym.writing.solution import solution_text
 
     with model(options) as system:
-        solution = solve(system, formalism=options.formalism)
+        solution = solve(system, **shared(options))
     return Answer(solution.as_json(), solution_text(solution))

@@ -42,7 +42,7 @@ from multibody_sym.dynamics.formalisms.inverse_dynamics import inverse_dynamics
 from multibody_sym.dynamics.formalisms.newton_euler import without_reactions
 from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.examined import examined
-from multibody_sym.errors import ArgumentError, InputError, shown
+from multibody_sym.errors import ArgumentError, InputError, at, shown
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import row_motions
@@ -50,6 +50,8 @@ from multibody_sym.kinematics.state import slot_state
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import is_holonomic
+from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.numerics.numbers import number
 from multibody_sym.scalars.node import Node, as_node, postorder
 from multibody_sym.scalars.vectors import S
 
@@ -57,26 +59,31 @@ _READABLE_ENERGY: Final = 300
 """Operations in T up to which the equations that follow from it have a chance to be read."""
 
 
-def derive(model: System | Mechanism, method: str | None = None, *, budget: Budget | None = None) -> SymbolicEquations:
+def derive(
+    model: System | Mechanism,
+    method: str | None = None,
+    *,
+    formalism: str | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    budget: Budget | float | None = None,
+) -> SymbolicEquations:
     """Return the equations of motion in closed form.
 
-    `method`: "lagrange" (trees whose coordinates are independent), "multipliers" (any), "newton_euler" (any, every
-    body cut free, with the reactions), "composite_body" (any, without T and V); by default the first that fits. What a
-    person can read is written out and simplified; past that, shared sub-expressions have names. Raises InputError for
-    an unknown method, ModelError where "lagrange" does not apply, NoSolutionError past the budget.
+    `method` (or `formalism`): "lagrange" (trees whose coordinates are independent), "multipliers" (any), "newton_euler"
+    (any, every body cut free, with the reactions), "composite_body" (any, without T and V); by default the first that
+    fits. `parameters` .. `project`: what the call changes of the system (`Changes`); as the equations hold for all
+    values and states, these tell only which joint of a loop is cut. `budget`: the seconds it may take, 60 by default.
+    What a person can read is written out and simplified; past that, shared sub-expressions have names. Raises
+    InputError for an unknown method, ModelError where "lagrange" does not apply, NoSolutionError past the budget.
     """
+    model = _asked(model, Changes(parameters, initial, inputs, coordinates, project))
     mechanism = model if isinstance(model, Mechanism) else examined(model)
     labels = labels_of(model) if isinstance(model, System) else {}
-    chosen = ("multipliers" if mechanism.rows else "lagrange") if method is None else method
-    if not isinstance(budget, (Budget, type(None))):
-        raise ArgumentError(f"budget is to be a Budget, got {shown(budget)}")
-    if not isinstance(chosen, str) or chosen not in METHODS:
-        known = isinstance(chosen, str) and chosen in FORMALISMS
-        what = f"{chosen!r} gives no closed form" if known else f"there is no method {shown(chosen)}"
-        raise InputError(f"{what}: choose {', '.join(METHODS)}")
-    if chosen == "lagrange":
-        verify_free(mechanism)
-    limits = budget or Budget()
+    limits, chosen = _budget(budget), _method(method, formalism, mechanism)
     symbols = symbols_of(mechanism)
     if written_out_size(energy_nodes(mechanism)) <= LARGEST_SUM:
         circles = tuple(tuple(symbols.coordinates[k] for k in b.quaternion) for b in mechanism.bodies if b.ball)
@@ -89,6 +96,39 @@ def derive(model: System | Mechanism, method: str | None = None, *, budget: Budg
                 return short
     named = Subexpressions(symbols.free_prefix, limits)
     return _derived(mechanism, chosen, symbols, named, energies(mechanism, symbols, named), labels)
+
+
+def _asked(model: System | Mechanism, changes: Changes) -> System | Mechanism:
+    if not isinstance(model, Mechanism):
+        return changes.of(model)
+    if changes != Changes():
+        raise ArgumentError("a Mechanism is what follows from a System and is not changed; hand over the System")
+    return model
+
+
+def _budget(value: object) -> Budget:
+    if value is None or isinstance(value, Budget):
+        return value or Budget()
+    seconds = number("budget", value)
+    if not seconds > 0.0:
+        raise ArgumentError(f"budget is a time in seconds, got {shown(value)}")
+    return Budget(seconds=seconds)
+
+
+def _method(method: str | None, formalism: str | None, mechanism: Mechanism) -> str:
+    """Return the method's name. Raises InputError, ModelError where it does not apply."""
+    if None not in (method, formalism) and method != formalism:
+        raise InputError(f"method {shown(method)} and formalism {shown(formalism)} are two routes: give one of them")
+    word, asked = ("formalism", formalism) if method is None else ("method", method)
+    with at(word):
+        chosen = ("multipliers" if mechanism.rows else "lagrange") if asked is None else asked
+        if not isinstance(chosen, str) or chosen not in METHODS:
+            known = isinstance(chosen, str) and chosen in FORMALISMS
+            what = f"{chosen!r} gives no closed form" if known else f"there is no {word} {shown(chosen)}"
+            raise InputError(f"{what}: choose {', '.join(METHODS)}")
+    if chosen == "lagrange":
+        verify_free(mechanism)
+    return chosen
 
 
 def labels_of(system: System) -> dict[str, str]:

@@ -24,12 +24,12 @@ from multibody_sym.model.declaration.doors import flag
 from multibody_sym.model.declaration.doors import text as text_of
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.program.folding import folded
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.program import Program
 from multibody_sym.simulation.export_files import write_export
-from multibody_sym.simulation.overrides import with_values
 from multibody_sym.simulation.recall import formalism_name
 
 TARGETS: Final = ("c", "python")
@@ -41,16 +41,21 @@ def export(
     to: str,
     directory: str | os.PathLike[str],
     *,
-    formalism: str | None = None,
     parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    formalism: str | None = None,
     fold: bool = False,
 ) -> list[Path]:
     """Write a system's Programs as source code with a self-test and `names.json`; return the files.
 
     Neither C nor Python needs this package then; `integrate.py` beside the latter shows a loop that integrates it.
 
-    Arguments: `to`, "c" or "python"; `directory`, made if need be; `parameters`, values by name in place of those
-    declared; `fold` puts the values of all parameters into the code, which then reads none.
+    Arguments: `to`, "c" or "python"; `directory`, made if need be; `parameters` .. `project`, what the call changes of
+    the system (`Changes`); `formalism` by name, None for the cheapest; `fold` puts the values of all parameters into
+    the code, which then reads none.
     Raises InputError for what the model contradicts and for files in the folder that no export wrote, NoSolutionError
     without a start, OutputError.
     """
@@ -58,11 +63,10 @@ def export(
     if text_of("to", to) not in TARGETS:
         with at("to"):
             raise InputError(f"there is no target {shown(to)}{suggestion(to, TARGETS)}")
-    with at("parameters"):
-        valued = with_values(system, parameters)
-    resolved = examined(valued)
+    asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    resolved = examined(asked)
     name = formalism_name(formalism, resolved)
-    begin = start(resolved, project=system.simulation.project)
+    begin = start(resolved, project=asked.simulation.project)
     made = programs(resolved, FORMALISMS[name]).as_mapping()
     state = (0.0, begin.q, begin.u, begin.parameters)
     samples = _samples(made, state)

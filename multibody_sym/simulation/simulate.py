@@ -8,16 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.errors import at
 from multibody_sym.integrators.flow import Status
 from multibody_sym.model.declaration.doors import callback, flag
 from multibody_sym.model.declaration.settings import Baumgarte
 from multibody_sym.model.declaration.system import System
+from multibody_sym.model.resolution.changes import Changes, with_settings
 from multibody_sym.runtime.integration import Integration, integrate
 from multibody_sym.runtime.loading import Backend
 from multibody_sym.runtime.problem import Chunk, Event, Problem, Progress, Statistics
 from multibody_sym.simulation.failures import FailedRunError, failure_message, until_departure
-from multibody_sym.simulation.overrides import with_settings, with_values
 from multibody_sym.simulation.problem import problem_of, settings_of
 from multibody_sym.simulation.runnable import Runnable, runnable
 from multibody_sym.simulation.samples import Samples
@@ -34,9 +33,11 @@ def simulate(
     atol: Any = None,
     samples: Any = None,
     constraints: Any = None,
-    project: bool | None = None,
-    coordinates: str | None = None,
     parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
     formalism: str | None = None,
     native: bool = False,
     backend: Backend | None = None,
@@ -45,10 +46,10 @@ def simulate(
     """Return the motion of a system from its start at t = 0 to `t_end`.
 
     Arguments: the keys of `simulation:` in a model file, in whose place they stand (numbers, expressions of parameters,
-    or text such as `2 s`; `constraints` also the word `projection`, `baumgarte` or `index_2`; `project=True` lets known
-    start values change too, as little as constraints need); `parameters`, values by name; `formalism` by name, None for
-    the cheapest; `native` and `backend` ("c", "python") as for `runtime.loading.load`; `on_progress`, called about ten
-    times a second with the samples that are new and the part of the time that is done.
+    or text such as `2 s`; `constraints` also the word `projection`, `baumgarte` or `index_2`); `parameters` ..
+    `project`, what the call changes of the system (`Changes`); `formalism` by name, None for the cheapest; `native` and
+    `backend` ("c", "python") as for `runtime.loading.load`; `on_progress`, called about ten times a second with the
+    samples that are new and the part of the time that is done.
     Returns what was computed until then if Ctrl-C interrupts it.
     Raises InputError, NoSolutionError (no start, no inertia) and FailedRunError, which holds what was computed.
     """
@@ -58,10 +59,8 @@ def simulate(
     if isinstance(constraints, Baumgarte):
         named = {"baumgarte": constraints}
     settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
-    settings["project"] = project
-    with at("parameters"):
-        valued = with_values(system, parameters)
-    asked = with_settings(valued, {**settings, "constraints": named, "coordinates": coordinates})
+    changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    asked = with_settings(changed, {**settings, "constraints": named})
     ready = runnable(asked, formalism, native=native, backend=backend)
     problem = problem_of(ready, settings_of(ready))
 

@@ -11,8 +11,8 @@ import multibody_sym as mbs
 from multibody_sym.integrators.flow import Flow
 from multibody_sym.integrators.methods.methods import METHODS
 from multibody_sym.integrators.steppers.table import stepper
+from multibody_sym.model.resolution.changes import with_settings
 from multibody_sym.runtime.python_loop import _Run
-from multibody_sym.simulation.overrides import with_settings
 from multibody_sym.simulation.problem import problem_of, settings_of
 from multibody_sym.simulation.runnable import runnable
 

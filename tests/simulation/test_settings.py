@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.model.resolution.changes import with_settings, with_values
 from multibody_sym.scalars.node import symbol
-from multibody_sym.simulation.overrides import with_settings, with_values
 from multibody_sym.simulation.settings import Coefficients, run_settings
 
 

@@ -12,9 +12,9 @@ from scipy.integrate import solve_ivp
 from singular_mechanisms import MECHANISMS
 
 import multibody_sym as mbs
+from multibody_sym.model.resolution.changes import with_settings
 from multibody_sym.runtime.integration import integrate
 from multibody_sym.runtime.problem import Problem
-from multibody_sym.simulation.overrides import with_settings
 from multibody_sym.simulation.problem import problem_of, settings_of
 from multibody_sym.simulation.runnable import runnable
 

@@ -169,7 +169,7 @@ class OptionalScalars:
 
     def accept(self, value: Any) -> tuple[Node | None, ...]:
         items = value if isinstance(value, (list, tuple)) else (value,)
-        left_out = [_is_gap(x) for x in items]
+        left_out = [is_gap(x) for x in items]
         return tuple(None if left_out[i] else content_of(i, x, Scalar(self.unit)) for i, x in enumerate(items))
 
     def tree(self, value: tuple[Node | None, ...]) -> Any:
@@ -227,7 +227,7 @@ class Flags:
     def accept(self, value: Any) -> bool | tuple[bool, ...]:
         if not isinstance(value, (list, tuple)):
             return Flag().accept(value)
-        return tuple(not _is_gap(x) and content_of(i, x, Flag()) for i, x in enumerate(value))
+        return tuple(not is_gap(x) and content_of(i, x, Flag()) for i, x in enumerate(value))
 
     def tree(self, value: bool | tuple[bool, ...]) -> Any:
         return Flag().tree(value) if isinstance(value, bool) else [Flag().tree(x) for x in value]
@@ -270,7 +270,7 @@ def is_text(value: object, *words: str) -> bool:
     return isinstance(value, str) and value in words
 
 
-def _is_gap(value: object) -> bool:
+def is_gap(value: object) -> bool:
     """Return whether a place in a list is left out."""
     return value is None or is_text(value, *_GAP)
 

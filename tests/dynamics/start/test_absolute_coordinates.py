@@ -31,9 +31,9 @@ from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State, slot_state, state_of
 from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
+from multibody_sym.model.resolution.changes import with_settings
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.scalars.node import symbol
-from multibody_sym.simulation.overrides import with_settings
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 FAR_APART = 1000.0
