@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from multibody_sym.dynamics.start.examined import verify_bodies
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import InputError, suggestion
 from multibody_sym.model.mechanism.mechanism import Mechanism
@@ -26,13 +27,15 @@ class Arguments:
     mechanism: Mechanism
     compiled: Compiled
     parameters: Floats
+    _judged: list[bytes] = field(default_factory=list, compare=False, repr=False)
 
     def complete(
         self, t: float, q: ArrayLike, u: ArrayLike, parameters: Values, inputs: Values
     ) -> tuple[float, Floats, Floats, Floats, Floats, Floats]:
         """Return t, q, u, parameters, inputs, modes; parameters that depend on given ones follow them.
 
-        Raises InputError for an unknown name, a wrong length, and what is no real number.
+        Raises InputError for an unknown name, a wrong length, what is no real number, and for masses, inertias or
+        radii that no body has.
         """
         t, values = number("t", t), self._parameter_vector(parameters)
         state = vector("q", q, len(self.mechanism.coordinates)), vector("u", u, len(self.mechanism.speeds))
@@ -41,6 +44,21 @@ class Arguments:
     def _parameter_vector(self, given: Values) -> Floats:
         if given is None:
             return self.parameters
+        values = self._changed(given)
+        self._judge(values)
+        return values
+
+    def _judge(self, values: Floats) -> None:
+        """Raise ModelError where no body has the masses or inertias; values are judged anew when they change."""
+        key = values.tobytes()
+        if key in self._judged or not np.isfinite(values).all():
+            return
+        base = self.mechanism.relative or self.mechanism
+        by_name = {p.name: x for p, x in zip(self.mechanism.parameters, values.tolist(), strict=True)}
+        verify_bodies(self.mechanism, [by_name.get(p.name, 0.0) for p in base.parameters])
+        self._judged[:] = [key]
+
+    def _changed(self, given: Mapping[str, float] | ArrayLike) -> Floats:
         if not isinstance(given, Mapping):
             return _whole("parameters", [p.name for p in self.mechanism.parameters], given)
         real = {name: number(f"parameters[{name!r}]", value) for name, value in given.items()}

@@ -54,6 +54,20 @@ def verify_masses(mechanism: Mechanism, parameters: Sequence[float]) -> None:
                 _verify(parts)
 
 
+def verify_apart(mechanism: Mechanism, parameters: Sequence[float]) -> None:
+    """Raise ModelError at the first body that can be only with what it is welded to, as a hole: alone it is no body."""
+    for parts in _welded(mechanism, parameters):
+        for part in parts if parts[0].name != GROUND else ():
+            try:
+                _verify([part])
+            except ModelError:
+                with at("bodies", part.name):
+                    raise ModelError(
+                        f"{part.name} counts only together with {parts[0].name}, to which it is welded, and absolute "
+                        "coordinates move every body by itself: choose coordinates: relative"
+                    ) from None
+
+
 def holes(mechanism: Mechanism, parameters: Sequence[float]) -> Iterator[tuple[str, str]]:
     """Yield the bodies of negative mass, each with the first of those that it is welded to."""
     for parts in _welded(mechanism, parameters):

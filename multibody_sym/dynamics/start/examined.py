@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from functools import wraps
 from typing import Any, Final, TypeVar, cast
 
-from multibody_sym.dynamics.start.body_masses import verify_masses
+from multibody_sym.dynamics.start.body_masses import verify_apart, verify_masses
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.smooth_motions import verify_motions
 from multibody_sym.dynamics.start.undefined import ARITHMETIC, undefined_text, value_or_none
@@ -42,8 +42,7 @@ def examined(system: System) -> Mechanism:
         base = resolved.relative or resolved
         parameters = parameter_values(base, {})
         _verify_finite(expressions(system), _parameters(base, parameters))
-        verify_masses(base, parameters)
-        _verify_radii(base, parameters)
+        verify_bodies(resolved, parameters)
         verify_motions(system, _start(base), end_of_run(system, base, parameters))
     return resolved
 
@@ -52,6 +51,18 @@ def end_of_run(system: System, base: Mechanism, parameters: Sequence[float]) -> 
     """Return t_end as declared, by values of the parameters (np); 0 where it is no time, which a run tells."""
     found = value_or_none(system.simulation.t_end, _parameters(base, parameters))
     return found if found is not None and 0.0 < found < math.inf else 0.0
+
+
+def verify_bodies(mechanism: Mechanism, parameters: Sequence[float]) -> None:
+    """Raise ModelError, with the path, at the first body or wheel that cannot be with values of the parameters.
+
+    `parameters` in the order of the mechanism's coordinates of joints.
+    """
+    base = mechanism.relative or mechanism
+    verify_masses(base, parameters)
+    if mechanism.relative is not None:
+        verify_apart(base, parameters)
+    _verify_radii(base, parameters)
 
 
 def _verify_radii(base: Mechanism, parameters: Sequence[float]) -> None:
