@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields
+from functools import cache
 from types import MappingProxyType
 from typing import Any
 
@@ -142,9 +143,10 @@ class Element:
 
     def written(self) -> Iterator[tuple[tuple[str, ...], Any, str | None]]:
         """Yield the contents of the fields: the steps that lead to each in a file, it, and the unit it is read in."""
-        for name, field in fields_of(type(self)).items():
-            value, unit = getattr(self, name), unit_of(field)
-            steps = _steps_of(field, value)
+        kind: Any = type(self)
+        for name, field, unit in _contents(kind):
+            value = getattr(self, name)
+            steps = _steps_of(field, value) if type(value) is tuple else None
             if steps is None:
                 yield (name,), value, unit
             else:
@@ -179,10 +181,14 @@ def fields_of(cls: type[Element]) -> dict[str, Field]:
     return {f.name: f.metadata["field"] for f in fields(cls)}
 
 
-def _steps_of(field: Field, value: Any) -> list[tuple[str, ...]] | None:
+@cache
+def _contents(cls: Any) -> tuple[tuple[str, Field, str | None], ...]:
+    """Return names and fields of an element class with their units; large models ask for every element."""
+    return tuple((name, field, unit_of(field)) for name, field in fields_of(cls).items())
+
+
+def _steps_of(field: Field, value: tuple[Any, ...]) -> list[tuple[str, ...]] | None:
     """Return under which steps a file holds the items of a tuple, where that is not by their numbers."""
-    if not isinstance(value, tuple):
-        return None
     keys: tuple[str, ...] | None = getattr(field, "keys", None)
     if keys is not None:
         return [(key,) for key in keys]

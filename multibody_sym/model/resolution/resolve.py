@@ -61,8 +61,9 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
     measuring = [] if freed is None else [name for name in tree.cut if name in freed.measured]
     named = (*tree.carrying, *doubled)
     coordinates, speeds = _coordinates(system, named), _speeds(system, named)
-    references = _references(system, tree, doubled, measuring, plane=bool(freed and freed.plane))
-    slots = references.slots
+    names = meanings(system, (*coordinates, *_coordinates(system, measuring)), (*speeds, *_speeds(system, measuring)))
+    slots = _slots(system, coordinates, speeds)
+    references = _references(system, tree, doubled, names, slots, plane=bool(freed and freed.plane))
     bodies = tree_bodies(references, tree.carrying, doubled)
     told = measured(references, bodies[: len(bodies) - len(doubled)], measuring) if measuring else {}
     references = replace(references, measured=told)
@@ -91,15 +92,17 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
 
 
 def _references(
-    system: System, tree: SpanningTree, doubled: Sequence[str], measuring: Sequence[str], *, plane: bool
+    system: System,
+    tree: SpanningTree,
+    doubled: Sequence[str],
+    names: Mapping[str, str],
+    slots: Mapping[Node, Node],
+    *,
+    plane: bool,
 ) -> References:
     """Return what names stand for in a system whose expressions are verified, and written in slots."""
-    named = (*tree.carrying, *doubled)
-    every = (*named, *measuring)
-    names = meanings(system, _coordinates(system, every), _speeds(system, every))
     spanned = _with_spans(system, names)
     verify_expressions(spanned, names)
-    slots = _slots(system, _coordinates(system, named), _speeds(system, named))
     numbers = _body_numbers(tree, system)
     return References(
         _in_slots(slots, spanned),
@@ -208,9 +211,12 @@ def _speeds_of(name: str, joint: Joint) -> list[Speed]:
     ]
 
 
+_NOTHING_GIVEN: Final = Initial()
+
+
 def _initial(joint: Joint) -> Initial:
     """Return what is given of a joint's start."""
-    return (joint.initial if isinstance(joint, MovingJoint) else None) or Initial()
+    return (joint.initial if isinstance(joint, MovingJoint) else None) or _NOTHING_GIVEN
 
 
 def _slots(system: System, coordinates: Iterable[Coordinate], speeds: Iterable[Speed]) -> dict[Node, Node]:
