@@ -147,10 +147,9 @@ def _with_dynamics(
         blame_numbers(system)
     agreed = agrees(resolved, ratios) and all(x <= NEGLIGIBLE for x in residuals.values())
     failure = None if agreed else _contradiction(resolved, begin, states)
-    doubles = {body.joint_name: len(body.u) for body in resolved.bodies if body.is_double}
     return CheckReport(
-        degrees_of_freedom=len(resolved.speeds) - rank.rank,
-        rank=rank.rank - sum(doubles.values()),
+        degrees_of_freedom=len(resolved.speeds) - sum(rank.doubles.values()) - rank.rank,
+        rank=rank.rank,
         redundant=rank.redundant,
         not_unique=rank.not_unique,
         dependencies=rank.dependencies,
@@ -167,7 +166,7 @@ def _with_dynamics(
         hints=hints,
         withheld={name: each.components for name, each in resolved.withheld.items()},
         withheld_reasons=tuple(reasons(resolved.withheld)),
-        doubles=doubles,
+        doubles=rank.doubles,
     )
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from multibody_sym.analysis.limits import limits_passed
-from multibody_sym.dynamics.constraints.redundancy import Redundancy, redundancy
+from multibody_sym.dynamics.constraints.redundancy import Redundancy, doubles_of, redundancy
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.integrators.flow import Status
 from multibody_sym.kinematics.motion import motion_of
@@ -110,7 +110,8 @@ class Trajectory(Samples):
         """Which constraints were redundant at the start, and which forces that leaves undetermined."""
         mechanism, rank = self.ready.mechanism, self.integration.statistics.greatest_rank
         if rank == len(mechanism.rows):
-            return Redundancy(rank, (), ())
+            doubles = doubles_of(mechanism)
+            return Redundancy(rank - sum(doubles.values()), (), (), doubles=doubles)
         start = self.ready.q0.tolist(), self.ready.u0.tolist(), self.parameters.tolist()
         state = state_of(mechanism, float, self.problem.t0, *start)
         return redundancy(motion_of(mechanism, state), composite_body(mechanism, state))
@@ -140,6 +141,8 @@ class Trajectory(Samples):
     def as_json(self) -> dict[str, Any]:
         """Return the object that `simulate --json` prints; nan and infinity become None."""
         columns = {"coordinates": self.coordinates, "speeds": self.speeds, "outputs": self.outputs}
+        found = self.redundancy
+        rows = len(self.ready.mechanism.rows) - sum(found.doubles.values())
         return {
             "t": self.t.tolist(),
             **{kind: {name: _plain(x) for name, x in named.items()} for kind, named in columns.items()},
@@ -148,7 +151,7 @@ class Trajectory(Samples):
             "drift": {name: x if math.isfinite(x) else None for name, x in self.drift.items()},
             "withheld": {name: list(components) for name, components in self.withheld.items()},
             "withheld_reasons": self.withheld_reasons,
-            "redundancy": {**asdict(self.redundancy), "rows": len(self.ready.mechanism.rows)},
+            "redundancy": {**asdict(found), "rows": rows},
             "statistics": self.statistics,
             "start": {name: getattr(self.ready.start, name) for name in ("held", "assembled", "shifts")},
             "interrupted": self.interrupted,

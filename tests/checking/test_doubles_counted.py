@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import multibody_sym as mbs
 from multibody_sym.writing.check import check_text
 
@@ -47,3 +49,20 @@ def test_bricards_linkage_in_coordinates_of_its_joints() -> None:
     assert (found.degrees_of_freedom, found.rank, len(found.redundant)) == (1, 4, 1)
     assert found.doubles == {}
     assert "double" not in check_text(found)
+
+
+def test_a_run_counts_as_check_does() -> None:
+    run = mbs.simulate(bricard("absolute"), t_end=1e-6, samples=2, rtol=1e-3, backend="python")
+    told = run.as_json()["redundancy"]
+    assert (told["rank"], told["rows"], len(told["redundant"])) == (29, 30, 1)
+    assert told["doubles"] == {f"J{k}": 1 for k in range(1, 6)}
+    assert run.redundancy.rank == mbs.check(bricard("absolute")).rank
+
+
+def test_a_run_without_redundant_rows_counts_alike() -> None:
+    """Without its last hinge the chain has five bodies, 30 speeds, and 25 rows that leave five freedoms."""
+    opened = bricard("absolute")
+    joints = {name: joint for name, joint in opened.joints.items() if name != "J6"}
+    run = mbs.simulate(replace(opened, joints=joints), t_end=1e-6, samples=2, rtol=1e-3, backend="python")
+    told = run.as_json()["redundancy"]
+    assert (told["rank"], told["rows"], told["redundant"], len(told["doubles"])) == (25, 25, (), 5)

@@ -12,7 +12,7 @@ from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import constraint_jacobian
-from multibody_sym.model.mechanism.mechanism import COMPONENTS
+from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.dependence import NEGLIGIBLE, dependence, support
 from multibody_sym.numerics.least_norm import scaled_rows
@@ -23,11 +23,12 @@ _SHARE: Final = 0.1
 
 @dataclass(frozen=True)
 class Redundancy:
-    """The rank of H, the rows it leaves over, and what that makes ambiguous, by name.
+    """The rank of H without `doubles`, the rows it leaves over, and what that makes ambiguous, by name.
 
     `dependencies`: for each row left over the rows that depend on each other, in the order of declaration; one alone
     holds what nothing could move. `ambiguous`: joints with the components of their reactions that are not unique, and
-    constraints that are no joints.
+    constraints that are no joints. `doubles`: massless bodies by which joints keep their coordinates, with their
+    speeds, each of which a row of its own holds.
     """
 
     rank: int
@@ -35,6 +36,7 @@ class Redundancy:
     not_unique: tuple[str, ...]
     dependencies: tuple[tuple[str, ...], ...] = ()
     ambiguous: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    doubles: Mapping[str, int] = field(default_factory=dict)
 
 
 def redundancy(motion: Motion, dynamics: TreeDynamics) -> Redundancy:
@@ -52,13 +54,20 @@ def redundancy(motion: Motion, dynamics: TreeDynamics) -> Redundancy:
     loaded = _ambiguous(motion, dynamics, idle)
     of_joints = {k for cut in motion.mechanism.cuts for k in cut.rows}
     joints = [body.joint_name for body in motion.mechanism.bodies if body.joint_name in loaded]
+    doubles = doubles_of(motion.mechanism)
     return Redundancy(
-        found.rank,
+        found.rank - sum(doubles.values()),
         tuple(names[k] for k in found.left_over),
         (*(names[k] for k in sorted(shared)), *joints),
         tuple(tuple(names[k] for k in support(circuit)) for circuit in found.circuits),
         {**{names[k]: () for k in sorted(shared - of_joints)}, **loaded},
+        doubles,
     )
+
+
+def doubles_of(mechanism: Mechanism) -> dict[str, int]:
+    """Return the joints whose coordinates massless doubles keep, with their speeds, and as many rows that hold them."""
+    return {body.joint_name: len(body.u) for body in mechanism.bodies if body.is_double}
 
 
 def nearly_dependent(dynamics: TreeDynamics, rank: int) -> tuple[str, ...]:
