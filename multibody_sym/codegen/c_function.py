@@ -1,0 +1,279 @@
+"""One function of a generated C file: its pieces, the names that values have in them, where arrays stand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+from multibody_sym.codegen.layout import (
+    SHORTEST_RUN,
+    Function,
+    Functions,
+    Places,
+    parameters,
+    runs,
+    strides,
+    wrapped,
+)
+from multibody_sym.codegen.profile import Span, elimination_cost
+from multibody_sym.program.infix import Language, Texts
+from multibody_sym.program.statements import Array, Callee, Output, Statement
+from multibody_sym.scalars.node import Node
+
+_LONGEST: Final = 400
+"""Operations after which a new C function begins: compilers take more than twice the time for twice the length."""
+_UNROLLED: Final = 64
+"""Cost of an elimination up to which its loops are unrolled where it stands."""
+_WORDS: Final = """
+auto break case char const continue default do double else enum extern float for goto if inline int long register
+restrict return short signed sizeof static struct switch typedef union unsigned void volatile while
+acos asin atan cos cosh exp fabs log pow sin sinh sqrt tan tanh
+"""
+RESERVED: Final = frozenset([*_WORDS.split(), "w"])
+_OWN_FUNCTIONS: Final = {"min": "minimum", "max": "maximum", "sign": "sign"}
+
+
+def head_of(function: Function) -> str:
+    """Return the head of a function's definition or declaration."""
+    inputs, outputs = parameters(function.program, RESERVED)
+    return _signature(function.name, [*_declared(function.program, inputs, outputs).values()], function.exported)
+
+
+def _signature(name: str, declarations: Sequence[str], exported: bool) -> str:
+    kind = "void" if exported else "static void"
+    return wrapped(f"{kind} {name}(", declarations or ["void"], ")", indent=" " * (len(kind) + len(name) + 2))
+
+
+def _declared(program: Callee, inputs: Sequence[str], outputs: Sequence[str]) -> dict[str, str]:
+    """Return the declaration of each parameter by its identifier."""
+    declared = {}
+    for name, array in zip(inputs, program.inputs, strict=True):
+        declared[name] = f"const double *{name}" if array.shape else f"double {name}"
+    return declared | {name: f"double *{name}" for name in outputs}
+
+
+@dataclass
+class _Piece:
+    """The inside of one C function: values loaded from the work space, statements, values stored there.
+
+    `used` holds the identifiers of the parameters it needs, `size` is the number of operations and copies.
+    """
+
+    loads: list[str] = field(default_factory=list)
+    lines: list[str] = field(default_factory=list)
+    stores: list[str] = field(default_factory=list)
+    used: set[str] = field(default_factory=set)
+    size: int = 0
+
+
+class _Names(Texts):
+    """The text of what the current piece has used already; the printer is asked for the rest."""
+
+    def __init__(self, text: Callable[[Node], str]) -> None:
+        super().__init__()
+        self.text = text
+
+    def __missing__(self, node: Node) -> str:
+        self[node] = super().__missing__(node) if node.shadow is not None else self.text(node)
+        return self[node]
+
+
+class Printer:
+    """Prints one Program, in pieces where it is long: static functions that share a work space w on the stack."""
+
+    def __init__(self, function: Function, every: Functions, prefix: str) -> None:
+        self.function = function
+        self.every = every
+        self.language = Language(
+            functions={"abs": "fabs"} | {op: f"{prefix}__{name}" for op, name in _OWN_FUNCTIONS.items()},
+            choice="({condition} ? {yes} : {no})",
+            power=f"{prefix}__power({{x}}, {{n}})",
+            truth="{x} != 0.0",
+        )
+        program = function.program
+        self.inputs, self.outputs = parameters(program, RESERVED)
+        self.leaves = dict(_leaves(self.inputs, program.inputs))
+        self.given = _places(self.inputs, program.inputs)
+        self.wanted = _wanted(self.outputs, program.outputs)
+        self.written: set[tuple[str, int]] = set()
+        self.origins: dict[Node, tuple[_Piece, str]] = {}
+        self.kept: dict[Node, int] = {}
+        self.records = 0
+        self.factors: dict[tuple[tuple[tuple[Node, ...], ...], int, Node], str] = {}
+        self.patterns: dict[str, tuple[Sequence[Span], int]] = {}
+        self.pieces: list[_Piece] = []
+        self._cut()
+
+    def text(self, write: Callable[[Printer, Statement], None]) -> str:
+        """Return the definition of the function and of those that hold its pieces; `write` adds a statement."""
+        program = self.function.program
+        for statement in program.statements:
+            if self.piece.size >= _LONGEST:
+                self._cut()
+            write(self, statement)
+        for name, output in zip(self.outputs, program.outputs, strict=True):
+            self._output(name, output)
+        declared = _declared(program, self.inputs, self.outputs)
+        used = set().union(*(piece.used for piece in self.pieces))
+        body = [f"    (void){name};" for name in declared if name not in used]
+        for name, (spans, columns) in self.patterns.items():
+            body.append(f"    double {name}[MBS_FACTORS({len(spans)}, {columns})];")
+            declared[name] = f"double *{name}"
+        patterns = [_pattern(f"{self.function.name}__{name}", *pattern) for name, pattern in self.patterns.items()]
+        head = f"{head_of(self.function)}\n{{"
+        if len(self.pieces) == 1:
+            return "\n".join([*patterns, head, *body, *self.piece.lines, "}"])
+        names = [f"{self.function.name}__{k}" for k in range(1, len(self.pieces) + 1)]
+        if self.kept:
+            body.append(f"    double w[{len(self.kept)}];")
+            declared["w"] = "double *w"
+        parts = [_piece(name, piece, declared) for name, piece in zip(names, self.pieces, strict=True)]
+        for name, piece in zip(names, self.pieces, strict=True):
+            body.append(wrapped(f"    {name}(", [d for d in declared if d in piece.used], ");", indent=" " * 8))
+        return "\n".join([*patterns, *parts, head, *body, "}"])
+
+    def _cut(self) -> None:
+        self.piece = _Piece()
+        self.pieces.append(self.piece)
+        self.names = _Names(self._fetch)
+        self.places = dict(self.given)
+
+    def _fetch(self, node: Node) -> str:
+        """Return the text of an input, or of a value of an earlier piece, which is then passed on in the work space."""
+        if node in self.leaves:
+            name, text = self.leaves[node]
+            self.piece.used.add(name)
+            return text
+        origin, text = self.origins[node]
+        if node not in self.kept:
+            self.kept[node] = len(self.kept)
+            origin.stores.append(f"    w[{self.kept[node]}] = {text};")
+            origin.used.add("w")
+        name = text if text.isidentifier() else f"w{self.kept[node]}"
+        self.piece.loads.append(f"    const double {name} = w[{self.kept[node]}];")
+        self.piece.used.add("w")
+        return name
+
+    def define(self, node: Node, text: str) -> None:
+        """From here on `node` is called `text` in this piece."""
+        self.names[node] = text
+        self.origins[node] = (self.piece, text)
+
+    def array(self, name: str, atoms: Sequence[Node]) -> str:
+        """Return the declaration of a constant array; C has none of size zero."""
+        self.piece.size += len(atoms)
+        texts = [self.names[atom] for atom in atoms] or ["0.0"]
+        return wrapped(f"        const double {name}[{len(texts)}] = {{", texts, "};", indent=" " * 12)
+
+    def pointer(self, name: str, atoms: Sequence[Node]) -> tuple[str, str]:
+        """Return an expression for the address of `atoms`, and the declaration of array `name` where it needs one."""
+        if list(runs(atoms, self.places)) == [(0, len(atoms))] and atoms[0] in self.places:
+            whole, first = self.places[atoms[0]]
+            self._use(whole)
+            return (f"{whole} + {first}" if first else whole), ""
+        return name, self.array(name, atoms)
+
+    def _use(self, name: str) -> None:
+        if name in self.inputs:
+            self.piece.used.add(name)
+
+    def targets(self, name: str, leaves: Sequence[Node], storage: str = "") -> None:
+        """Declare the array that a call, solve or scan fills."""
+        self.piece.lines.append(f"    {storage}double {name}[{max(1, len(leaves))}];")
+        for k, leaf in enumerate(leaves):
+            self.define(leaf, f"{name}[{k}]")
+            self.places[leaf] = name, k
+
+    def record(self) -> str:
+        """Return a number for the local arrays of a call or solve."""
+        self.records += 1
+        return str(self.records)
+
+    def variant(self, factors: str) -> str:
+        """Return the ending of the functions that eliminate a matrix of this pattern."""
+        return "_unrolled" if elimination_cost(self.patterns[factors][0]) <= _UNROLLED else ""
+
+    def _output(self, name: str, output: Output) -> None:
+        values = output.values
+        for start, end in list(runs(values, self.places)):
+            if end - start >= SHORTEST_RUN and values[start] in self.places:
+                self._copy(name, start, end - start, self.places[values[start]])
+                continue
+            if end - start >= SHORTEST_RUN:
+                self._fill(name, start, end - start, self.names[values[start]])
+                continue
+            for k in range(start, end):
+                if (name, k) in self.written:
+                    continue
+                if self.piece.size >= _LONGEST:
+                    self._cut()
+                self.piece.size += 1
+                place = f"{name}[{k}]" if output.shape else f"*{name}"
+                self.piece.lines.append(f"    {place} = {self.names[values[k]]};")
+                self.piece.used.add(name)
+
+    def _copy(self, name: str, start: int, count: int, source: tuple[str, int]) -> None:
+        """Copy consecutive elements of an array to an output."""
+        self.piece.size += 1
+        self.piece.used.add(name)
+        self._use(source[0])
+        to, origin = (_element(i) for i in (start, source[1]))
+        self.piece.lines += [f"    for (int k = 0; k < {count}; k++)", f"        {name}[{to}] = {source[0]}[{origin}];"]
+
+    def _fill(self, name: str, start: int, count: int, text: str) -> None:
+        """Write the same number to consecutive elements of an output."""
+        self.piece.size += 1
+        self.piece.used.add(name)
+        self.piece.lines += [f"    for (int k = 0; k < {count}; k++)", f"        {name}[{_element(start)}] = {text};"]
+
+    def spread(self, source: str, leaves: Sequence[Node]) -> None:
+        """Write what a call has found down a column of a matrix at once, not element by element at the end."""
+        for start, end, step in strides(leaves, self.wanted):
+            name, first = self.wanted[leaves[start]]
+            to, origin = _element(first, step), _element(start)
+            self.piece.size += 1
+            self.piece.used.add(name)
+            self.piece.lines += [
+                f"    for (int k = 0; k < {end - start}; k++)",
+                f"        {name}[{to}] = {source}[{origin}];",
+            ]
+            self.written |= {(name, first + k * step) for k in range(end - start)}
+
+
+def _element(first: int, step: int = 1) -> str:
+    """Return the index of element k."""
+    moved = "k" if step == 1 else f"{step}*k"
+    return f"{first} + {moved}" if first else moved
+
+
+def _piece(name: str, piece: _Piece, declared: Mapping[str, str]) -> str:
+    head = _signature(name, [text for d, text in declared.items() if d in piece.used], exported=False)
+    return "\n".join([head, "{", *piece.loads, *piece.lines, *piece.stores, "}", ""])
+
+
+def _pattern(name: str, spans: Sequence[Span], columns: int) -> str:
+    """Return the constant that says where a matrix may differ from zero."""
+    rows = [f"{{{span.first}, {span.end}, {span.low}, {span.high}}}" for span in spans] or ["{0, 0, 0, 0}"]
+    table = wrapped(f"static const mbs_span {name}_spans[] = {{", rows, "};")
+    return f"{table}\nstatic const mbs_pattern {name} = {{{len(spans)}, {columns}, {name}_spans}};\n"
+
+
+def _leaves(names: Sequence[str], arrays: Sequence[Array]) -> list[tuple[Node, tuple[str, str]]]:
+    pairs = []
+    for name, array in zip(names, arrays, strict=True):
+        for k, leaf in enumerate(array.slots):
+            pairs.append((leaf, (name, f"{name}[{k}]" if array.shape else name)))
+    return pairs
+
+
+def _wanted(names: Sequence[str], outputs: Sequence[Output]) -> Places:
+    """Return where each value goes in the outputs; where it goes to several places, the first."""
+    shaped = [(name, output) for name, output in zip(names, outputs, strict=True) if output.shape]
+    places = [(value, (name, k)) for name, output in shaped for k, value in enumerate(output.values)]
+    return dict(reversed(places))
+
+
+def _places(names: Sequence[str], arrays: Sequence[Array]) -> Places:
+    shaped = [(name, array) for name, array in zip(names, arrays, strict=True) if array.shape]
+    return {leaf: (name, k) for name, array in shaped for k, leaf in enumerate(array.slots)}

@@ -1,0 +1,150 @@
+"""The statements of a Program as lines of C."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+from multibody_sym.codegen.c_function import Printer
+from multibody_sym.codegen.layout import wrapped
+from multibody_sym.codegen.profile import column_order, row_spans
+from multibody_sym.program.accesses import accesses
+from multibody_sym.program.infix import expression
+from multibody_sym.program.progressions import Progression
+from multibody_sym.program.statements import Assign, Call, Kernel, Loop, Scan, Solve, Statement
+
+
+def write(printer: Printer, statement: Statement) -> None:
+    """Add a statement to the function that a printer writes."""
+    _PRINTERS[type(statement)](printer, statement)
+
+
+def _assign(printer: Printer, statement: Assign) -> None:
+    text = expression(statement.nodes, printer.names, printer.language)
+    name = f"z{len(printer.origins)}"
+    printer.piece.lines.append(f"    const double {name} = {text};")
+    printer.piece.size += len(statement.nodes)
+    printer.define(statement.value, name)
+
+
+def _call(printer: Printer, statement: Call) -> None:
+    number, callee, lines = printer.record(), statement.program, printer.piece.lines
+    arguments, arrays = [], []
+    for k, (array, atoms) in enumerate(zip(callee.inputs, statement.arguments, strict=True)):
+        if not array.shape:
+            arguments.append(printer.names[atoms[0]])
+        else:
+            address, declared = printer.pointer(f"a{number}_{k}", atoms)
+            arguments.append(address)
+            arrays += [declared] if declared else []
+    for k, leaves in enumerate(statement.targets):
+        printer.targets(f"r{number}_{k}", leaves)
+        arguments.append(f"r{number}_{k}")
+    name = printer.every.names[id(callee)]
+    lines += ["    {", *arrays, wrapped(f"        {name}(", arguments, ");", indent=" " * 12), "    }"]
+    for k, leaves in enumerate(statement.targets):
+        printer.spread(f"r{number}_{k}", leaves)
+
+
+def _solve(printer: Printer, statement: Solve) -> None:
+    """Factorise the matrix, unless an earlier solve has, and substitute; columns come in an order with short spans."""
+    number, columns = printer.record(), len(statement.solution)
+    order = column_order(statement.matrix, columns)
+    known = statement.matrix, columns, statement.most
+    if known not in printer.factors:
+        printer.factors[known] = f"f{number}"
+        _factorise(printer, statement, order, f"f{number}")
+    factors = printer.factors[known]
+    solver = f"mbs_substitute{printer.variant(factors)}"
+    right = printer.array("right", statement.right)
+    solution = [statement.solution[k] for k in order]
+    for k, leaves in enumerate((solution, statement.multipliers, statement.report)):
+        printer.targets(f"r{number}_{k}", leaves)
+    given = [f"&{printer.function.name}__{factors}", factors, "right", *(f"r{number}_{k}" for k in range(3))]
+    printer.piece.used.add(factors)
+    printer.piece.lines += ["    {", right, wrapped(f"        {solver}(", given, ");", indent=" " * 12), "    }"]
+
+
+def _factorise(printer: Printer, statement: Solve, order: Sequence[int], factors: str) -> None:
+    rows = [[row[k] for k in order] for row in statement.matrix]
+    spans = row_spans(rows)
+    printer.patterns[factors] = spans, len(order)
+    solver = f"mbs_factorise{printer.variant(factors)}"
+    inside = [element for row, span in zip(rows, spans, strict=True) for element in row[span.first : span.end]]
+    matrix = printer.array("matrix", inside)
+    given = [f"&{printer.function.name}__{factors}", "matrix", printer.names[statement.most], factors]
+    printer.piece.used.add(factors)
+    printer.piece.lines += ["    {", matrix, wrapped(f"        {solver}(", given, ");", indent=" " * 12), "    }"]
+
+
+def _scan(printer: Printer, statement: Scan) -> None:
+    number, lines = printer.record(), printer.piece.lines
+    pointers = [printer.pointer(f"a{number}_{k}", atoms) for k, atoms in enumerate(statement.given)]
+    names = [name for name, _ in pointers]
+    for k, leaves in enumerate(statement.targets):
+        names.append(f"r{number}_{k}")
+        printer.targets(names[-1], leaves, "MBS_SCRATCH ")
+    work = []
+    for k, size in enumerate(statement.work):
+        names.append(f"s{number}_{k}")
+        work.append(f"        MBS_SCRATCH double {names[-1]}[{max(1, size)}];")
+    tables: dict[Progression, str] = {}
+    loops = [line for loop in statement.loops for line in _loop(printer, loop, names, tables)]
+    zeros = [
+        f"        for (int k = 0; k < {size}; k++)\n            {name}[k] = 0.0;"
+        for name, size, use in [*zip(names, statement.sizes, accesses(statement), strict=True)][len(pointers) :]
+        if use.needs_zeros
+    ]
+    patterns = [
+        wrapped(f"        static const int {name}[] = {{", map(str, given.pattern), "};", indent=" " * 12)
+        for given, name in tables.items()
+    ]
+    lines += ["    {", *(declared for _, declared in pointers if declared), *work, *patterns, *zeros, *loops, "    }"]
+
+
+def _loop(printer: Printer, loop: Loop, names: Sequence[str], tables: dict[Progression, str]) -> list[str]:
+    head = f"        for (int k = 0; k < {loop.count}; k++) {{"
+    if len(loop.kernels) == 1:
+        return [head, *_kernel(printer, loop.kernels[0], names, tables), "        }"]
+    lines = [head, f"            switch ({_place(loop.choice, tables)}) {{"]
+    for k, kernel in enumerate(loop.kernels):
+        inside = _kernel(printer, kernel, names, tables)
+        lines += [f"            case {k}: {{", *inside, "                break;", "            }"]
+    return [*lines, "            }", "        }"]
+
+
+def _kernel(printer: Printer, kernel: Kernel, names: Sequence[str], tables: dict[Progression, str]) -> list[str]:
+    declared, arguments, added = [], [], []
+    for window, array in zip(kernel.reads, kernel.program.inputs, strict=True):
+        place = _place(window.first, tables)
+        name = names[window.array]
+        arguments.append(f"{name} + {place}" if array.shape else f"({name})[{place}]")
+    for k, (window, output) in enumerate(zip(kernel.writes, kernel.program.outputs, strict=True)):
+        target, size = f"{names[window.array]} + {_place(window.first, tables)}", len(output.values)
+        if window.adds:
+            declared.append(f"                double d{k}[{max(1, size)}];")
+            added.append(f"                for (int i = 0; i < {size}; i++)")
+            added.append(f"                    ({target})[i] += d{k}[i];")
+        arguments.append(f"d{k}" if window.adds else target)
+    called = f"                {printer.every.names[id(kernel.program)]}("
+    return [*declared, wrapped(called, arguments, ");", indent=" " * 20), *added]
+
+
+def _place(given: Progression, tables: dict[Progression, str]) -> str:
+    """Return the expression of number k of a progression; one that is not arithmetic reads a table."""
+    pattern, step = given.pattern, given.step
+    if len(pattern) == 1:
+        steps = {0: "", 1: "k"}.get(step, f"{step}*k")
+        first = str(pattern[0]) if pattern[0] or not steps else ""
+        return f"{first} + {steps}" if first and steps else first + steps
+    table = tables.setdefault(given, f"p{len(tables)}")
+    periods = f" + {step}*(k / {len(pattern)})" if step else ""
+    return f"{table}[k % {len(pattern)}]{periods}"
+
+
+_PRINTERS: Final[dict[type[Statement], Callable[[Printer, Any], None]]] = {
+    Assign: _assign,
+    Call: _call,
+    Solve: _solve,
+    Scan: _scan,
+}
