@@ -6,18 +6,15 @@ import argparse
 from typing import Final
 
 from multibody_sym.cli.answer import Answer
+from multibody_sym.codegen.languages import LANGUAGES
 
 HELP: Final = "write source code of the equations of motion, with a self-test"
-_NEXT: Final = {
-    "c": "cc -std=c99 -O2 -ffp-contract=off model.c solve.c selftest.c -lm -o selftest && ./selftest",
-    "python": "python model.py && python integrate.py 1   (nothing but NumPy is needed)",
-}
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
-    parser.add_argument("--to", required=True, choices=sorted(_NEXT), help="the language")
+    parser.add_argument("--to", required=True, choices=sorted(LANGUAGES), help="the language")
     names = ("-o", "--output", "--directory")
     parser.add_argument(*names, dest="directory", required=True, metavar="DIR", help="the folder to write to")
     parser.add_argument("--fold", action="store_true", help="put the values of all parameters into the code")
@@ -30,6 +27,6 @@ def run(options: argparse.Namespace) -> Answer:
 
     with model(options) as system:
         files = export(system, options.to, options.directory, fold=options.fold, **shared(options))
-    names = [str(file) for file in files]
-    text = "\n".join([*(f"wrote {name}" for name in names), f"next: cd {options.directory} && {_NEXT[options.to]}"])
+    names, run = [str(file) for file in files], LANGUAGES[options.to].run
+    text = "\n".join([*(f"wrote {name}" for name in names), f"next: cd {options.directory} && {run}"])
     return Answer({"to": options.to, "files": names}, text)

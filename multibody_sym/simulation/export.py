@@ -10,10 +10,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from multibody_sym.codegen.c import c_source
-from multibody_sym.codegen.python import python_source
+from multibody_sym.codegen.languages import LANGUAGES
 from multibody_sym.codegen.selftest import Samples, spread_samples
-from multibody_sym.codegen.templates import template_text
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.examined import examined
@@ -32,7 +30,6 @@ from multibody_sym.program.program import Program
 from multibody_sym.simulation.export_files import write_export
 from multibody_sym.simulation.recall import formalism_name
 
-TARGETS: Final = ("c", "python")
 _SAMPLES: Final = 2
 
 
@@ -60,9 +57,9 @@ def export(
     without a start, OutputError.
     """
     fold, folder = flag("fold", fold), path_name(directory, "a folder")
-    if text_of("to", to) not in TARGETS:
+    if text_of("to", to) not in LANGUAGES:
         with at("to"):
-            raise InputError(f"there is no target {shown(to)}{suggestion(to, TARGETS)}")
+            raise InputError(f"there is no language {shown(to)}{suggestion(to, LANGUAGES)}")
     asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
     resolved = examined(asked)
     name = formalism_name(formalism, resolved)
@@ -73,17 +70,9 @@ def export(
     if fold:
         made = {key: folded(program, "parameters", begin.parameters) for key, program in made.items()}
         samples = {key: [(*s[:3], begin.parameters, *s[4:]) for s in listed] for key, listed in samples.items()}
-    texts = c_source(made, samples=samples) if to == "c" else _python(made, samples)
+    texts = LANGUAGES[to].files(made, samples)
     table = {"formalism": name, "folded": fold, **_names(resolved, state), "programs": _signatures(made)}
     return write_export(Path(folder), texts, table)
-
-
-def _python(made: Mapping[str, Program], samples: Samples) -> dict[str, str]:
-    """Return the module and a program that integrates it, which need this package no more."""
-    return {
-        "model.py": python_source(made, samples=samples, alone=True),
-        "integrate.py": template_text("python/integrate.py"),
-    }
 
 
 def _samples(made: Mapping[str, Program], state: tuple[ArrayLike, ...]) -> Samples:
