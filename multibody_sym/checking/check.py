@@ -18,8 +18,7 @@ from multibody_sym.dynamics.constraints.contradiction import contradiction_of
 from multibody_sym.dynamics.constraints.redundancy import redundancy
 from multibody_sym.dynamics.formalisms.equations import Formalism
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
-from multibody_sym.dynamics.formalisms.massless import massless_speeds
-from multibody_sym.dynamics.routes import FORMALISMS
+from multibody_sym.dynamics.routes import FORMALISMS, MANY_SPEEDS, ROUTES
 from multibody_sym.dynamics.start.body_masses import holes
 from multibody_sym.dynamics.start.examined import blame_numbers, end_of_run, examined, on_numbers
 from multibody_sym.dynamics.start.parameters import parameter_values
@@ -40,15 +39,6 @@ from multibody_sym.scalars.node import ZERO, leaves, symbol
 from multibody_sym.simulation.recall import formalism_name
 
 _STATES: Final = 4
-_LARGE: Final = 200
-_MOST: Final[Mapping[str, int]] = {
-    "lagrange": 12,
-    "multipliers": 12,
-    "composite_body": _LARGE,
-    "dalembert_lagrange": _LARGE,
-    "newton_euler": _LARGE,
-}
-"""The most speeds for which a formalism takes seconds: of those that derive closed forms, then of those in floats."""
 
 
 @dataclass(frozen=True)
@@ -131,10 +121,10 @@ def _checked(system: System, formalism: str | None) -> CheckReport:
 def _with_dynamics(
     system: System, resolved: Mechanism, begin: Start, declared: Sequence[str], formalism: Formalism
 ) -> CheckReport:
-    states = sampled_states(resolved, begin, _STATES if len(resolved.speeds) <= _LARGE else 0)
+    states = sampled_states(resolved, begin, _STATES if len(resolved.speeds) <= MANY_SPEEDS else 0)
     motion = motion_of(resolved, states[0])
     rank = redundancy(motion, formalism(resolved, states[0]))
-    compared = {name: f for name, f in FORMALISMS.items() if _is_compared(name, resolved)}
+    compared = {name: f for name, f in FORMALISMS.items() if ROUTES[name].is_compared(resolved)}
     ratios = agreement(resolved, states, compared)
     found = [forward_dynamics(formalism(resolved, state)) for state in states]
     rates = rates_of(resolved)
@@ -183,16 +173,10 @@ def _contradiction(resolved: Mechanism, begin: Start, states: Sequence[State]) -
     return None
 
 
-def _is_compared(name: str, resolved: Mechanism) -> bool:
-    massless = bool(massless_speeds(resolved))
-    refused = {"lagrange": bool(resolved.rows), "block_ldl": massless, "sweep": massless}
-    return not refused.get(name) and len(resolved.speeds) <= _MOST.get(name, len(resolved.speeds))
-
-
 def _not_compared(resolved: Mechanism) -> list[str]:
-    left_out = [name for name, most in _MOST.items() if len(resolved.speeds) > most]
+    left_out = [name for name, route in ROUTES.items() if route.is_slow(resolved)]
     hints = [f"not compared, as it would take long for so many speeds: {', '.join(left_out)}"] if left_out else []
-    return hints if len(resolved.speeds) <= _LARGE else [*hints, "compared at the start only, for the same reason"]
+    return hints if len(resolved.speeds) <= MANY_SPEEDS else [*hints, "compared at the start only, for the same reason"]
 
 
 # --- hints ---------------------------------------------------------------------------------------------------------
@@ -271,7 +255,7 @@ def _gravity_hint(resolved: Mechanism, state: State) -> list[str]:
 
 def _start_hints(resolved: Mechanism, begin: Start, states: Sequence[State]) -> list[str]:
     hints = _limit_hints(resolved, begin, states[0])
-    if len(resolved.speeds) <= _LARGE and len(states) <= _STATES:
+    if len(resolved.speeds) <= MANY_SPEEDS and len(states) <= _STATES:
         hints.append("at most states near the start something declared has no value, or the mass matrix is singular")
     return hints
 

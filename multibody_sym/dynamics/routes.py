@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Final
 
 from multibody_sym.dynamics.formalisms.block_ldl import block_ldl
@@ -29,16 +30,42 @@ def _multipliers(mechanism: Mechanism, state: State) -> TreeDynamics:
     return multipliers(mechanism, state)
 
 
-FORMALISMS: Final[Mapping[str, Formalism]] = {
-    "newton_euler": newton_euler,
-    "dalembert_lagrange": dalembert_lagrange,
-    "composite_body": composite_body,
-    "block_ldl": block_ldl,
-    "sweep": sweep,
-    "lagrange": _lagrange,
-    "multipliers": _multipliers,
+@dataclass(frozen=True)
+class Route:
+    """A formalism: its function, what it refuses, and for how many speeds it takes seconds (None: for any number)."""
+
+    formalism: Formalism
+    most_speeds: int | None = None
+    refuses_rows: bool = False
+    refuses_massless: bool = False
+
+    def refuses(self, mechanism: Mechanism) -> bool:
+        """Return whether the formalism has no answer for a mechanism."""
+        rows = self.refuses_rows and bool(mechanism.rows)
+        return rows or (self.refuses_massless and bool(massless_speeds(mechanism)))
+
+    def is_compared(self, mechanism: Mechanism) -> bool:
+        """Return whether the formalism answers for a mechanism, and in seconds."""
+        return not self.refuses(mechanism) and not self.is_slow(mechanism)
+
+    def is_slow(self, mechanism: Mechanism) -> bool:
+        """Return whether the formalism takes more than seconds for a mechanism."""
+        return self.most_speeds is not None and len(mechanism.speeds) > self.most_speeds
+
+
+MANY_SPEEDS: Final = 200
+"""The most speeds for which formalisms that form M in floats take seconds."""
+ROUTES: Final[Mapping[str, Route]] = {
+    "newton_euler": Route(newton_euler, MANY_SPEEDS),
+    "dalembert_lagrange": Route(dalembert_lagrange, MANY_SPEEDS),
+    "composite_body": Route(composite_body, MANY_SPEEDS),
+    "block_ldl": Route(block_ldl, refuses_massless=True),
+    "sweep": Route(sweep, refuses_massless=True),
+    "lagrange": Route(_lagrange, 12, refuses_rows=True),
+    "multipliers": Route(_multipliers, 12),
 }
 """Each by name. Those that derive with sympy import it when they are called."""
+FORMALISMS: Final[Mapping[str, Formalism]] = {name: route.formalism for name, route in ROUTES.items()}
 
 
 def verify_formalism(name: object) -> None:
