@@ -5,7 +5,7 @@ import sys
 if not sys.flags.safe_path:
     del sys.path[0]
 
-from multibody_sym.cli import main
+from multibody_sym.cli.main import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, NoReturn
 
-from multibody_sym.cli import check, derive, equilibrium, export, import_, linearize, new, simulate, solve
+from multibody_sym.cli.commands import check, derive, equilibrium, export, import_, linearize, new, simulate, solve
 from multibody_sym.errors import InputError, Where
 
 COMMANDS: Final = (new, import_, check, derive, solve, equilibrium, linearize, simulate, export)

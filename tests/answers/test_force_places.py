@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.cli import main
+from multibody_sym.cli.main import main
 from multibody_sym.errors import ModelError
 from multibody_sym.writing.check import check_text
 from multibody_sym.writing.run_summary import run_summary

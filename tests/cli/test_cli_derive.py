@@ -8,7 +8,7 @@ import math
 import pytest
 from command import EXAMPLES, PENDULUM, answer, command
 
-from multibody_sym.cli import main
+from multibody_sym.cli.main import main
 
 EQUATION = "m*l^2*theta'' + m*g*l*sin(theta) = 0"
 

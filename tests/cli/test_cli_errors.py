@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from command import PENDULUM, answer, command
 
-from multibody_sym.cli import main
+from multibody_sym.cli.main import main
 
 HINGE = (
     "{multibody_sym: 1, name: m, bodies: {b: {mass: 1, com: [1, 0, 0]}},"

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from command import EXAMPLES
 
-from multibody_sym.cli import main
 from multibody_sym.cli import recording as recording_module
+from multibody_sym.cli.main import main
 from multibody_sym.formats.tables import read_table
 from multibody_sym.simulation import simulate as simulation
 

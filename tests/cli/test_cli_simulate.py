@@ -204,7 +204,7 @@ def test_nothing_is_imported_from_the_working_folder(tmp_path: Path, start: str)
         (tmp_path / f"{name}.py").write_text("raise SystemExit(99)")
     script = tmp_path / "bin" / "multibody-sym"
     script.parent.mkdir()
-    script.write_text("import sys\nfrom multibody_sym.cli import main\nsys.exit(main())\n")
+    script.write_text("import sys\nfrom multibody_sym.cli.main import main\nsys.exit(main())\n")
     first = ["-m", "multibody_sym"] if start == "module" else [str(script)]
     for formalism in ("composite_body", "lagrange"):
         done = subprocess.run(

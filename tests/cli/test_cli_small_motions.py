@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from command import EXAMPLES, PENDULUM
 
-from multibody_sym.cli import main
+from multibody_sym.cli.main import main
 
 STONE = (
     "{multibody_sym: 1, name: m, gravity: [0, -9.81, 0], bodies: {b: {mass: 1}},"

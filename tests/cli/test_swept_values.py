@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from swept import BASES, bases, swept, text_of, words
 
-from multibody_sym.cli import main
+from multibody_sym.cli.main import main
 
 ROOT = Path(__file__).parents[2]
 LARGE = ("stewart_platform", "elastic_rod", "andrews_squeezer", "chain", "spatial_chain", "bicycle")

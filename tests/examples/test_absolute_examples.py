@@ -10,7 +10,7 @@ import pytest
 from twins import FILES, from_file
 
 import multibody_sym as mbs
-from multibody_sym.cli import main
+from multibody_sym.cli.main import main
 from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.resolution.changes import with_settings
 

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.cli import main
+from multibody_sym.cli.main import main
 from multibody_sym.dynamics.start.smooth_motions import verify_motions
 from multibody_sym.errors import ModelError
 from multibody_sym.scalars.node import symbol

@@ -84,7 +84,7 @@ def test_a_second_run_derives_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_recalled_run_imports_nothing_heavy(tmp_path: Path) -> None:
     program = (
-        "import sys, json; from multibody_sym.cli import main;"
+        "import sys, json; from multibody_sym.cli.main import main;"
         f"code = main(['simulate', {str(EXAMPLE)!r}, '-o', 'out.csv']);"
         f"print(json.dumps([code, [m for m in {HEAVY!r} if m in sys.modules]]))"
     )

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.cli import main
+from multibody_sym.cli.main import main
 from multibody_sym.writing.solution import solution_text
 
 MODEL = """

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.cli import main
+from multibody_sym.cli.main import main
 from multibody_sym.dynamics.start.examined import examined
 from multibody_sym.errors import ModelError
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from multibody_sym.cli import main
+from multibody_sym.cli.main import main
 from multibody_sym.kinematics import motion
 
 MODEL = """multibody_sym: 1

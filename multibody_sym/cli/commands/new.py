@@ -12,7 +12,7 @@ from multibody_sym.formats.files import write_new
 
 HELP: Final = "write a model file to start from, any of the shipped examples"
 STARTER: Final = "pendulum"
-_PACKAGE: Final = Path(__file__).parent.parent
+_PACKAGE: Final = Path(__file__).parents[2]
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
