@@ -13,7 +13,8 @@ from multibody_sym.errors import ExpressionError
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
-from multibody_sym.scalars.node import BUILD, PI, Node, number, power, real
+from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.node import PI, Node, number, power, real
 
 ROUNDED = ("add", "add", "mul", "mul", "div", "neg", "sqrt")
 ARITHMETIC = (*ROUNDED, "abs", "min", "max", "sign", "less", "less_equal", "where")

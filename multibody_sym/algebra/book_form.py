@@ -14,19 +14,9 @@ from multibody_sym.algebra.decimals import is_exact_decimal, is_long, with_doubl
 from multibody_sym.algebra.factors import Poly, factored
 from multibody_sym.algebra.quotients import Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.expressions.printer import text
-from multibody_sym.scalars.node import (
-    BUILD,
-    ONE,
-    ZERO,
-    Node,
-    add,
-    divide,
-    flatten,
-    multiply,
-    negate,
-    number,
-    power,
-)
+from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.node import ONE, ZERO, Node, add, divide, multiply, negate, number, power
+from multibody_sym.scalars.traversal import flatten
 
 _MOST_FORMS: Final = 8
 _MOST_TERMS: Final = 120

@@ -5,7 +5,9 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Final
 
-from multibody_sym.scalars.node import BUILD, Node, number, postorder
+from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.node import Node, number
+from multibody_sym.scalars.traversal import postorder
 
 _MOST_GIVEN: Final = 8
 _DIGITS_OF_A_DOUBLE: Final = 15

@@ -13,7 +13,9 @@ from sympy.ntheory import factorint
 from multibody_sym.algebra.book_form import book_form, trigonometric_forms
 from multibody_sym.algebra.factors import Poly, factored
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
-from multibody_sym.scalars.node import BUILD, PI, TWO, Node, multiply, postorder
+from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.node import PI, TWO, Node, multiply
+from multibody_sym.scalars.traversal import postorder
 
 _HIGHEST_MULTIPLE: Final = 12
 _LONGEST_FACTORED: Final = 60

@@ -18,7 +18,8 @@ from sympy.polys.orderings import lex
 from sympy.polys.rings import PolyRing
 
 from multibody_sym.algebra.factors import Poly
-from multibody_sym.scalars.node import PI, Node, leaves
+from multibody_sym.scalars.node import PI, Node
+from multibody_sym.scalars.traversal import leaves
 
 PRECISE: Final = MPContext()
 PRECISE.dps = 50

@@ -14,8 +14,9 @@ import sympy
 from sympy.logic.boolalg import Boolean
 
 from multibody_sym.algebra.budget import Budget
-from multibody_sym.scalars.node import Node, as_node, postorder
+from multibody_sym.scalars.node import Node, as_node
 from multibody_sym.scalars.sympy_bridge import SYMPY_OPERATIONS, from_sympy, to_sympy
+from multibody_sym.scalars.traversal import postorder
 
 _LARGEST_SIMPLE: Final = 12
 _EXACT: Final = ("number", "pi", "neg", "add", "mul", "div", "sin", "cos", "sqrt")

@@ -28,7 +28,7 @@ from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.numerics.numbers import number
 from multibody_sym.numerics.rounding import eigenvalues, without_rounding
-from multibody_sym.scalars.node import leaves
+from multibody_sym.scalars.traversal import leaves
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,8 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import Bend, DistanceRow, ExpressionRow, RopeRow, VelocityRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import Node, leaves, slot
+from multibody_sym.scalars.node import Node, slot
+from multibody_sym.scalars.traversal import leaves
 from multibody_sym.scalars.vectors import Vec
 
 _ROUNDING: Final = 1e-9

@@ -32,8 +32,9 @@ from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
 from multibody_sym.numerics.arrays import UNDEFINED
 from multibody_sym.scalars.functions import evaluate, evaluate_float
-from multibody_sym.scalars.node import Node, as_node, leaves, symbol
+from multibody_sym.scalars.node import Node, as_node, symbol
 from multibody_sym.scalars.rounding import EPSILON, Bounded, bounded
+from multibody_sym.scalars.traversal import leaves
 from multibody_sym.simulation.recall import formalism_name
 
 AGREEMENT: Final = 1e-9

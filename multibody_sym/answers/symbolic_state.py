@@ -13,7 +13,8 @@ from multibody_sym.dynamics.start.start import Start
 from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import ZERO, Node, as_node, leaves, slot, symbol
+from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
+from multibody_sym.scalars.traversal import leaves
 
 _WORK: Final = 10_000
 _ASIDE: Final = Fraction(1, 1009)

@@ -35,7 +35,8 @@ from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.scalars.kinks import switching_functions
-from multibody_sym.scalars.node import ZERO, leaves, symbol
+from multibody_sym.scalars.node import ZERO, symbol
+from multibody_sym.scalars.traversal import leaves
 from multibody_sym.simulation.recall import formalism_name
 
 _STATES: Final = 4

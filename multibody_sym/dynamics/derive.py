@@ -52,7 +52,8 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import is_holonomic
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.numerics.numbers import number
-from multibody_sym.scalars.node import Node, as_node, postorder
+from multibody_sym.scalars.node import Node, as_node
+from multibody_sym.scalars.traversal import postorder
 from multibody_sym.scalars.vectors import S
 
 _READABLE_ENERGY: Final = 300

@@ -11,17 +11,15 @@ from multibody_sym.errors import ExpressionError
 from multibody_sym.expressions.quantities import QUANTITIES
 from multibody_sym.expressions.tokens import Token, close_match, exact_number, failure, tokens
 from multibody_sym.expressions.units import Dimension, read_unit
+from multibody_sym.scalars.elementary import BUILD, maximum, minimum
 from multibody_sym.scalars.kinks import is_condition
 from multibody_sym.scalars.node import (
-    BUILD,
     PI,
     Node,
     add,
     divide,
     less,
     less_equal,
-    maximum,
-    minimum,
     multiply,
     negate,
     number,

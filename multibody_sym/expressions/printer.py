@@ -8,7 +8,8 @@ from typing import Final, NamedTuple
 
 from multibody_sym.errors import ExpressionError
 from multibody_sym.scalars.kinks import is_condition
-from multibody_sym.scalars.node import Node, postorder
+from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.traversal import postorder
 
 LONGEST_TEXT: Final = 100_000
 _LONGEST_DECIMAL: Final = 25

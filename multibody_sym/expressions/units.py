@@ -9,7 +9,8 @@ from typing import Final, NamedTuple
 from multibody_sym.errors import ExpressionError
 from multibody_sym.expressions.printer import text as printed
 from multibody_sym.expressions.tokens import Token, close_match, exact_number, failure, tokens
-from multibody_sym.scalars.node import ONE, PI, Node, as_node, postorder
+from multibody_sym.scalars.node import ONE, PI, Node, as_node
+from multibody_sym.scalars.traversal import postorder
 
 Exponent = int | Fraction
 _LARGEST_UNIT_EXPONENT: Final = 20

@@ -12,7 +12,8 @@ from multibody_sym.model.mechanism.loads import JointSpring, Load, PointDrag, Po
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import DistanceRow, ExpressionRow, RopeRow, VelocityRow
 from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import ZERO, Node, leaves
+from multibody_sym.scalars.node import ZERO, Node
+from multibody_sym.scalars.traversal import leaves
 from multibody_sym.scalars.vectors import Mat, S, Vec, add, apply, cross, dot
 
 

@@ -25,7 +25,8 @@ from multibody_sym.model.mechanism.loads import (
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.scalars.derivatives import gradient
 from multibody_sym.scalars.functions import absolute, sqrt
-from multibody_sym.scalars.node import ZERO, Node, leaves
+from multibody_sym.scalars.node import ZERO, Node
+from multibody_sym.scalars.traversal import leaves
 from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, apply, apply_transposed, cross, dot, scale, subtract
 
 TINY: Final = 1e-300

@@ -21,7 +21,8 @@ from multibody_sym.program.floats import (
     sqrt,
     tan,
 )
-from multibody_sym.scalars.node import FLOAT_OPERATIONS, Node
+from multibody_sym.scalars.interning import FLOAT_OPERATIONS
+from multibody_sym.scalars.node import Node
 
 __all__ = ["OPERATIONS", "integer_exponent", "power"]
 

@@ -26,7 +26,8 @@ from multibody_sym.program.sweeps import (
 )
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.derivatives import partials
-from multibody_sym.scalars.node import ONE, ZERO, Node, add, subtract, where
+from multibody_sym.scalars.elementary import where
+from multibody_sym.scalars.node import ONE, ZERO, Node, add, subtract
 
 _LARGEST_INLINE: Final = 10_000
 """Operations times columns up to which a Jacobian is written out: it is quick then, and compiles in a few seconds."""

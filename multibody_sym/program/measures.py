@@ -14,7 +14,8 @@ from typing import Any, Final
 from multibody_sym.program.arithmetic import integer_exponent
 from multibody_sym.program.progressions import Progression, Window
 from multibody_sym.program.statements import Assign, Call, Callee, Record, Scan, Solve, Statement, operands, targets
-from multibody_sym.scalars.node import BUILD, Node
+from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.node import Node
 
 
 @dataclass(frozen=True)

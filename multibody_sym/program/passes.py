@@ -18,7 +18,9 @@ from multibody_sym.program.program import Program
 from multibody_sym.program.progressions import Integers, Progression, Window, progression, progression_through
 from multibody_sym.program.statements import Array, Kernel, Loop
 from multibody_sym.program.trace import Trace
-from multibody_sym.scalars.node import BUILD, ZERO, Node, as_node, leaves, postorder, slot
+from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.node import ZERO, Node, as_node, slot
+from multibody_sym.scalars.traversal import leaves, postorder
 
 _KEPT: Final = "kept"
 _LONGEST_HEAD: Final = 3

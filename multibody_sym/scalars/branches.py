@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from multibody_sym.scalars.derivatives import derivative
-from multibody_sym.scalars.node import ONE, TWO, Node, cos, postorder, power, subtract
+from multibody_sym.scalars.elementary import cos
+from multibody_sym.scalars.node import ONE, TWO, Node, power, subtract
+from multibody_sym.scalars.traversal import postorder
 
 _BOUNDED_AT_POLES: Final = ("atan", "tanh", "exp")
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache
 from typing import Final
 
+from multibody_sym.scalars.elementary import cos, exp, log, sign, sin, where
 from multibody_sym.scalars.node import (
     ONE,
     TWO,
@@ -13,23 +14,17 @@ from multibody_sym.scalars.node import (
     Node,
     absolute,
     add,
-    cos,
     divide,
-    exp,
     less,
     less_equal,
-    log,
     multiply,
     negate,
     number,
-    postorder,
     power,
-    sign,
-    sin,
     sqrt,
     subtract,
-    where,
 )
+from multibody_sym.scalars.traversal import postorder
 
 _KINKS: Final = ("abs", "sign", "min", "max", "less", "less_equal", "where")
 

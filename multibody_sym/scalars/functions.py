@@ -10,7 +10,10 @@ from typing import Any, Final, TypeVar
 
 from multibody_sym.errors import ArgumentError, ExpressionError, UndefinedValueError, shown
 from multibody_sym.scalars import node as _node
-from multibody_sym.scalars.node import BUILD, FLOAT_OPERATIONS, Node, as_node, leaves, postorder, unboxed
+from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.interning import FLOAT_OPERATIONS
+from multibody_sym.scalars.node import Node, as_node, unboxed
+from multibody_sym.scalars.traversal import leaves, postorder
 
 S = TypeVar("S")
 """A scalar: float, Node or sympy.Expr. Plain integers are welcome among all three."""

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Final
 
-from multibody_sym.scalars.node import ZERO, Node, maximum, minimum, postorder, subtract
+from multibody_sym.scalars.elementary import maximum, minimum
+from multibody_sym.scalars.node import ZERO, Node, subtract
+from multibody_sym.scalars.traversal import postorder
 
 _COMPARISONS: Final = ("less", "less_equal")
 _JOINED: Final = {"min": minimum, "max": maximum}

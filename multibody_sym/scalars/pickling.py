@@ -14,7 +14,8 @@ from dataclasses import is_dataclass
 from typing import Any, Final
 from weakref import ReferenceType, ref
 
-from multibody_sym.scalars.node import BUILD, PI, Node, number, quantity, real, slot, symbol, symbol_with
+from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.node import PI, Node, number, quantity, real, slot, symbol, symbol_with
 
 _LEAVES: Final[dict[str, Callable[[Any], Node]]] = {
     "number": number,

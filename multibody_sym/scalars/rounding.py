@@ -7,7 +7,9 @@ from collections.abc import Iterable, Mapping
 from sys import float_info
 from typing import Final, NamedTuple
 
-from multibody_sym.scalars.node import FLOAT_OPERATIONS, Node, postorder
+from multibody_sym.scalars.interning import FLOAT_OPERATIONS
+from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.traversal import postorder
 
 EPSILON: Final = float_info.epsilon
 

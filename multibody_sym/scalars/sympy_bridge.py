@@ -9,7 +9,9 @@ from typing import Any, Final
 import sympy
 
 from multibody_sym.errors import ExpressionError
-from multibody_sym.scalars.node import BUILD, ONE, PI, Node, number, postorder, real, symbol
+from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.node import ONE, PI, Node, number, real, symbol
+from multibody_sym.scalars.traversal import postorder
 
 _CONDITIONS: Final = (sympy.core.relational.Relational, sympy.And, sympy.Or, type(sympy.true), type(sympy.false))
 

@@ -16,7 +16,7 @@ from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedForm
 from multibody_sym.expressions.parser import parse
 from multibody_sym.expressions.printer import text
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import leaves
+from multibody_sym.scalars.traversal import leaves
 
 SAMPLE = {
     "g": 10.0, "m": 1.5, "m1": 1.0, "m2": 2.0, "M": 5.0, "F": 30.0, "F1": 3.0, "F2": 5.0, "h": 2.0, "l": 0.5, "k": 7.0,

@@ -19,8 +19,9 @@ from multibody_sym.algebra.quotient_functions import doubled, exact, register_an
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.expressions.parser import parse
 from multibody_sym.expressions.printer import text
+from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import BUILD, Node, number, symbol
+from multibody_sym.scalars.node import Node, number, symbol
 
 SAMPLE = {symbol("a"): 2, symbol("b"): 3, symbol("c"): 5, symbol("x"): 0.7, symbol("y"): -1.3}
 

@@ -15,7 +15,8 @@ from textbook_problems import HEAD, PROBLEMS
 import multibody_sym as mbs
 from multibody_sym.answers.solution import Value
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import postorder, symbol
+from multibody_sym.scalars.node import symbol
+from multibody_sym.scalars.traversal import postorder
 
 
 def problem(model: str) -> mbs.System:

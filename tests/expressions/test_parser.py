@@ -12,7 +12,8 @@ from multibody_sym.expressions.parser import DEEPEST, FUNCTIONS, parse, parse_sc
 from multibody_sym.expressions.quantities import QUANTITIES
 from multibody_sym.scalars import functions as f
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import PI, leaves, number, quantity, real, symbol
+from multibody_sym.scalars.node import PI, number, quantity, real, symbol
+from multibody_sym.scalars.traversal import leaves
 
 a, b, c, x = map(symbol, ("a", "b", "c", "x"))
 VALUES = {"a": 0.7, "b": -1.3, "c": 2.1, "x": 0.4}

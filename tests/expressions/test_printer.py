@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from multibody_sym.errors import ExpressionError
 from multibody_sym.expressions.parser import FUNCTIONS, parse
 from multibody_sym.expressions.printer import text
-from multibody_sym.scalars.node import BUILD, PI, Node, as_node, number, quantity, real, slot, symbol, symbol_with
+from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.node import PI, Node, as_node, number, quantity, real, slot, symbol, symbol_with
 
 LEAVES = st.one_of(
     st.sampled_from(["a", "b", "m1", "r", "x", "E", "lambda", "sin", "t", "phi_2"]).map(symbol),

@@ -13,7 +13,8 @@ from multibody_sym.program.arithmetic import OPERATIONS, power
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.statements import Array, ShapeError
 from multibody_sym.program.trace import Trace
-from multibody_sym.scalars.node import BUILD, number
+from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.node import number
 
 NUMBERS = st.floats() | st.sampled_from([0.0, -0.0, 1.0, -1.0, 2.0, 0.5, 1e308, -745.0, 1e-320])
 

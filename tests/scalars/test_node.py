@@ -17,7 +17,7 @@ import pytest
 from random_expressions import random_expression
 
 from multibody_sym.errors import ExpressionError
-from multibody_sym.scalars import node as nodes
+from multibody_sym.scalars import interning
 from multibody_sym.scalars.functions import (
     absolute,
     acos,
@@ -33,21 +33,8 @@ from multibody_sym.scalars.functions import (
     tan,
     where,
 )
-from multibody_sym.scalars.node import (
-    ONE,
-    PI,
-    ZERO,
-    Node,
-    as_node,
-    flatten,
-    leaves,
-    number,
-    postorder,
-    quantity,
-    real,
-    slot,
-    symbol,
-)
+from multibody_sym.scalars.node import ONE, PI, ZERO, Node, as_node, number, quantity, real, slot, symbol
+from multibody_sym.scalars.traversal import flatten, leaves, postorder
 
 x, y, z = symbol("x"), symbol("y"), symbol("z")
 
@@ -291,11 +278,11 @@ def test_flatten() -> None:
 def test_unused_nodes_are_forgotten_and_used_ones_keep_their_identity() -> None:
     kept = [random_expression(np.random.default_rng(seed)) for seed in range(50)]
     thrown_away = [symbol(f"waste{k}") * sin(symbol(f"waste{k}")) for k in range(5_000)]
-    size = len(nodes._table)
+    size = len(interning._table)
     del thrown_away
     gc.collect()
-    nodes._forget_unused()
-    assert len(nodes._table) <= size - 10_000
+    interning.forget_unused()
+    assert len(interning._table) <= size - 10_000
     assert symbol("x") is x
     again = [random_expression(np.random.default_rng(seed)) for seed in range(50)]
     assert all(a is b for a, b in zip(kept, again, strict=True))

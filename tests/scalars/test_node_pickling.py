@@ -15,9 +15,11 @@ import pytest
 from random_expressions import random_expression
 
 from multibody_sym.model.declaration.system import parameters
-from multibody_sym.scalars import node as nodes
+from multibody_sym.scalars import interning
+from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import cos, sin, where
-from multibody_sym.scalars.node import BUILD, PI, Node, number, postorder, quantity, real, slot, symbol
+from multibody_sym.scalars.node import PI, Node, number, quantity, real, slot, symbol
+from multibody_sym.scalars.traversal import postorder
 
 x, y, z = symbol("x"), symbol("y"), symbol("z")
 PROTOCOLS = range(2, pickle.HIGHEST_PROTOCOL + 1)
@@ -56,7 +58,7 @@ def test_random_expressions_come_back_as_themselves_alone_and_together() -> None
 def test_what_was_forgotten_meanwhile_is_rebuilt() -> None:
     written = pickle.dumps([sin(symbol("gone") + 1), symbol("gone") + 1])
     gc.collect()
-    nodes._forget_unused()
+    interning.forget_unused()
     first, second = pickle.loads(written)
     assert first is sin(symbol("gone") + 1)
     assert first.args[0] is second
@@ -143,8 +145,8 @@ def test_a_failed_pickle_leaves_nothing_behind() -> None:
 def test_pickling_keeps_no_node_alive() -> None:
     again(sin(symbol("short_lived")))
     gc.collect()
-    nodes._forget_unused()
-    assert not any("short_lived" in str(data) for _, data, _ in nodes._table)
+    interning.forget_unused()
+    assert not any("short_lived" in str(data) for _, data, _ in interning._table)
 
 
 # --- another process -----------------------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.model.declaration.system import Written, expressions
 from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.scalars import node as nodes
+from multibody_sym.scalars import interning
 from multibody_sym.scalars.functions import sin
 from multibody_sym.scalars.node import Node, number, symbol
 
@@ -99,9 +99,9 @@ def test_a_node_taken_in_the_moment_in_which_it_is_forgotten_goes_back(monkeypat
             together(1, lambda _: taken.append(symbol("unused, and then wanted")))
         return found
 
-    monkeypatch.setattr(nodes, "getrefcount", count)
+    monkeypatch.setattr(interning, "getrefcount", count)
     holder.clear()
-    nodes._forget_unused()
+    interning.forget_unused()
     assert taken
     assert symbol("unused, and then wanted") is taken[0]
 
@@ -112,7 +112,7 @@ def _count(node: Node) -> int:
 
 @pytest.mark.long
 def test_a_node_found_while_unused_ones_are_forgotten_stays_the_only_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(nodes, "_table", {})  # a small one, which takes no time to look through
+    monkeypatch.setattr(interning, "_table", {})  # a small one, which takes no time to look through
     unequal, threads, done = [0], 3, threading.Event()
     gate = threading.Barrier(threads)
     made: list[Node | None] = [None] * threads
@@ -133,8 +133,8 @@ def test_a_node_found_while_unused_ones_are_forgotten_stays_the_only_one(monkeyp
 
     def forget() -> None:
         while not done.is_set():
-            with nodes._changing:
-                nodes._forget_unused()
+            with interning._changing:
+                interning.forget_unused()
 
     together(threads + 1, lambda k: work(k) if k < threads else forget())
     assert unequal == [0]

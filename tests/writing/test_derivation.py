@@ -14,7 +14,8 @@ from multibody_sym.expressions.parser import parse
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import leaves, symbol
+from multibody_sym.scalars.node import symbol
+from multibody_sym.scalars.traversal import leaves
 from multibody_sym.writing.derivation import derivation_data, derivation_latex, derivation_text
 
 STEPS = """\

@@ -13,7 +13,8 @@ from multibody_sym.model.mechanism.loads import Load, PointPull, PointSpring
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.rows import DistanceRow, RopeRow, Row
 from multibody_sym.numerics.arrays import UNDEFINED
-from multibody_sym.scalars.node import ZERO, leaves
+from multibody_sym.scalars.node import ZERO
+from multibody_sym.scalars.traversal import leaves
 
 
 def verify_lengths(motion: Motion) -> None:

@@ -17,7 +17,8 @@ from multibody_sym.algebra.script import LatexScript, TextScript, decimal
 from multibody_sym.dynamics.derivation.record import Label
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
-from multibody_sym.scalars.node import Node, leaves
+from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.traversal import leaves
 
 MASS, GRAVITY, PARAMETER, COORDINATE, NAME, SPEED, ACCELERATION, MULTIPLIER = range(8)
 """Kinds of symbols in the order in which a product names them; functions of them come last."""

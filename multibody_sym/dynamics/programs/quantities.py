@@ -26,7 +26,8 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import evaluate, sqrt
-from multibody_sym.scalars.node import Node, leaves
+from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.traversal import leaves
 from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, apply, cross, dot, scale, subtract
 
 

@@ -22,7 +22,8 @@ from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import ZERO, Node, leaves, postorder, slot, symbol
+from multibody_sym.scalars.node import ZERO, Node, slot, symbol
+from multibody_sym.scalars.traversal import leaves, postorder
 
 F = TypeVar("F", bound=Callable[..., Any])
 Values = Mapping[Node, float]

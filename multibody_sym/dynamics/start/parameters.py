@@ -10,7 +10,8 @@ from multibody_sym.errors import ModelError, Where, suggestion
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import UNDEFINED
 from multibody_sym.scalars.functions import evaluate, evaluate_float
-from multibody_sym.scalars.node import Node, leaves, slot, symbol
+from multibody_sym.scalars.node import Node, slot, symbol
+from multibody_sym.scalars.traversal import leaves
 
 
 def parameter_values(mechanism: Mechanism, overrides: Mapping[str, float]) -> list[float]:

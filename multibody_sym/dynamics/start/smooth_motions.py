@@ -20,8 +20,9 @@ from multibody_sym.scalars.branches import Branch, branches, poles
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.kinks import switching_functions
-from multibody_sym.scalars.node import Node, leaves, symbol
+from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.scalars.rounding import Bounded, bounded
+from multibody_sym.scalars.traversal import leaves
 
 _T: Final = symbol("t")
 _MOST_ZEROS: Final = 200  # of one switching function, at which jumps are looked for

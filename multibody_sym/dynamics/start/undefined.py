@@ -9,7 +9,8 @@ from typing import Final
 from multibody_sym.errors import ExpressionError
 from multibody_sym.expressions.printer import text
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import Node, leaves, postorder
+from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.traversal import leaves, postorder
 
 ARITHMETIC: Final = (ArithmeticError, ValueError, ExpressionError)
 """What arithmetic raises; numpy raises ValueErrors where it meets infinities."""

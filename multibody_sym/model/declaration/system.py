@@ -19,7 +19,8 @@ from multibody_sym.model.declaration.settings import Ask, AskField, Settings
 from multibody_sym.model.declaration.tables import InputField, Table
 from multibody_sym.model.declaration.values import Condition, Point, Scalar, Text, Vector, described, listed
 from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import Node, leaves, symbol, symbol_with
+from multibody_sym.scalars.node import Node, symbol, symbol_with
+from multibody_sym.scalars.traversal import leaves
 
 _MAPS: Final = (
     *("parameters", "bodies", "joints", "forces", "constraints", "pulleys"),

@@ -10,7 +10,8 @@ from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.fields import Element, fields_tree, from_fields, holds
 from multibody_sym.model.declaration.values import Choice, Scalar, described, scalar
-from multibody_sym.scalars.node import Node, as_node, less, where
+from multibody_sym.scalars.elementary import where
+from multibody_sym.scalars.node import Node, as_node, less
 
 MOST_ROWS: Final = 1_000
 Row = tuple[Node, Node]

@@ -26,7 +26,8 @@ from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism, TreeB
 from multibody_sym.model.mechanism.rows import ExpressionRow, VelocityRow
 from multibody_sym.model.resolution.plane import in_plane
 from multibody_sym.model.resolution.spanning_tree import body_part
-from multibody_sym.scalars.node import Node, leaves
+from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.traversal import leaves
 
 _IN_PLANE: Final = ("fx", "fy", "mz")
 _INSTEAD: Final[Mapping[str, str]] = {

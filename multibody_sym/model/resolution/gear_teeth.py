@@ -29,7 +29,8 @@ from multibody_sym.model.mechanism.rows import GearRow
 from multibody_sym.model.resolution.references import References
 from multibody_sym.model.resolution.spanning_tree import body_part
 from multibody_sym.scalars.functions import evaluate_float, sqrt
-from multibody_sym.scalars.node import Node, as_node, leaves, slot
+from multibody_sym.scalars.node import Node, as_node, slot
+from multibody_sym.scalars.traversal import leaves
 from multibody_sym.scalars.vectors import Vec, add, apply, cross, dot, scale, subtract
 
 Floats = tuple[float, ...]

@@ -34,7 +34,8 @@ from multibody_sym.model.resolution.spanning_tree import (
 from multibody_sym.model.resolution.vocabulary import meanings, verify_expressions
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.kinks import switching_function, switching_functions
-from multibody_sym.scalars.node import ZERO, Node, as_node, leaves, slot, symbol
+from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
+from multibody_sym.scalars.traversal import leaves
 
 
 def mechanism(system: System) -> Mechanism:

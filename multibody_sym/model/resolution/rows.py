@@ -43,7 +43,8 @@ from multibody_sym.model.resolution.references import References
 from multibody_sym.model.resolution.surface_tangents import surface_tangents
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import ONE, ZERO, Node, leaves, negate, slot
+from multibody_sym.scalars.node import ONE, ZERO, Node, negate, slot
+from multibody_sym.scalars.traversal import leaves
 
 
 def declared_rows(references: References) -> list[Row]:

@@ -12,7 +12,7 @@ from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.joints import Joint, MovingJoint
 from multibody_sym.model.declaration.system import System, expressions
 from multibody_sym.model.mechanism.mass import GROUND
-from multibody_sym.scalars.node import leaves
+from multibody_sym.scalars.traversal import leaves
 
 MOST_BODIES: Final = 20_000
 

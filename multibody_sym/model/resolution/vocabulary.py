@@ -16,7 +16,8 @@ from multibody_sym.model.mechanism.mass import GROUND, OWN_POINTS
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, Coordinate, Speed
 from multibody_sym.model.resolution.references import BARE
 from multibody_sym.model.resolution.spanning_tree import ground_moves
-from multibody_sym.scalars.node import Node, leaves, symbol
+from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.scalars.traversal import leaves
 
 
 def meanings(system: System, coordinates: Iterable[Coordinate], speeds: Iterable[Speed]) -> dict[str, str]:

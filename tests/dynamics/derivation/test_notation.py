@@ -16,7 +16,7 @@ from multibody_sym.dynamics.derivation.symbols import symbols_of
 from multibody_sym.expressions.parser import parse
 from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import leaves
+from multibody_sym.scalars.traversal import leaves
 
 VALUES = {"m1": 1.1, "k": 0.7, "l": 1.7, "a": 0.3, "b": -1.1, "u": 0.6, "v": -0.8}
 EXTRA = [

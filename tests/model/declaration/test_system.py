@@ -19,7 +19,7 @@ from multibody_sym.model.declaration.file_tree import system_from_tree, tree_fro
 from multibody_sym.model.declaration.joints import Initial, Revolute
 from multibody_sym.model.declaration.system import System, expressions, parameters, variable
 from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.scalars.node import leaves
+from multibody_sym.scalars.traversal import leaves
 
 
 def pendulum() -> System:

@@ -19,7 +19,8 @@ from multibody_sym.model.declaration.tables import MOST_ROWS, Table, bends, inte
 from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import postorder, symbol
+from multibody_sym.scalars.node import symbol
+from multibody_sym.scalars.traversal import postorder
 from multibody_sym.simulation.simulate import simulate
 
 T = symbol("t")

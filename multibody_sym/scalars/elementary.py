@@ -1,0 +1,149 @@
+"""Functions of Nodes, each folded where its value is exact, and every constructor by the operation it makes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Final
+
+from multibody_sym.scalars.interning import FLOAT_OPERATIONS, intern
+from multibody_sym.scalars.node import (
+    ONE,
+    PI,
+    ZERO,
+    Exact,
+    Node,
+    absolute,
+    add,
+    divide,
+    less,
+    less_equal,
+    multiply,
+    negate,
+    number,
+    power,
+    real,
+    sqrt,
+    unary,
+)
+
+
+def _odd(op: str, a: Node) -> Node:
+    if a is ZERO:
+        return ZERO
+    if a.op == "neg":
+        return negate(_odd(op, a.args[0]))
+    if a.op in ("number", "real") and a.data < 0:
+        return negate(_odd(op, negate(a)))
+    return unary(op, a)
+
+
+def _turns(a: Node) -> Fraction | None:
+    """Return a / pi where `a` is a rational multiple of pi."""
+    if a is PI:
+        return Fraction(1)
+    if a.op == "mul" and a.args[1] is PI and a.args[0].op == "number":
+        return Fraction(a.args[0].data)
+    return None
+
+
+_SINES: Final[dict[Fraction, Exact]] = {
+    Fraction(k, 6): Fraction(v, 2) for k, v in ((0, 0), (1, 1), (3, 2), (5, 1), (6, 0), (7, -1), (9, -2), (11, -1))
+}
+
+
+def sin(a: Node) -> Node:
+    """Return sin a, exactly at the rational multiples of pi where it is rational."""
+    if a.op == "neg":
+        return negate(sin(a.args[0]))
+    turns = _turns(a)
+    if turns is not None and turns % 2 in _SINES:
+        return number(_SINES[turns % 2])
+    return _odd("sin", a)
+
+
+def cos(a: Node) -> Node:
+    """Return cos a, exactly at the rational multiples of pi where it is rational."""
+    if a is ZERO:
+        return ONE
+    if a.op == "neg":
+        return cos(a.args[0])
+    turns = _turns(a)
+    if turns is not None and (turns + Fraction(1, 2)) % 2 in _SINES:
+        return number(_SINES[(turns + Fraction(1, 2)) % 2])
+    if a.op in ("number", "real") and a.data < 0:
+        return cos(negate(a))
+    return unary("cos", a)
+
+
+def sign(a: Node) -> Node:
+    """Return -1, 0 or 1."""
+    if a.shadow is not None:
+        return number((a.shadow > 0) - (a.shadow < 0))
+    if a.op == "neg":
+        return negate(sign(a.args[0]))
+    return intern(Node, "sign", (a,))
+
+
+def exp(a: Node) -> Node:
+    """Return e^a."""
+    return ONE if a is ZERO else unary("exp", a)
+
+
+def log(a: Node) -> Node:
+    """Return the natural logarithm of a."""
+    return ZERO if a is ONE else unary("log", a)
+
+
+def acos(a: Node) -> Node:
+    """Return the arc cosine of a."""
+    return ZERO if a is ONE else unary("acos", a)
+
+
+def cosh(a: Node) -> Node:
+    """Return the hyperbolic cosine of a."""
+    return ONE if a is ZERO else unary("cosh", a)
+
+
+def atan2(y: Node, x: Node) -> Node:
+    """Return the angle of the point (x, y)."""
+    if y.op == "real" and x.op == "real":
+        return real(math.atan2(y.data, x.data))
+    if y is ZERO and x.shadow is not None and x.shadow > 0:
+        return ZERO
+    return intern(Node, "atan2", (y, x))
+
+
+def _extreme(op: str, a: Node, b: Node) -> Node:
+    if a is b:
+        return a
+    if a.shadow is not None and b.shadow is not None:
+        return a if FLOAT_OPERATIONS[op](a.shadow, b.shadow) == a.shadow else b
+    return intern(Node, op, (a, b) if a.key <= b.key else (b, a))
+
+
+def minimum(a: Node, b: Node) -> Node:
+    """Return the smaller of a and b."""
+    return _extreme("min", a, b)
+
+
+def maximum(a: Node, b: Node) -> Node:
+    """Return the larger of a and b."""
+    return _extreme("max", a, b)
+
+
+def where(condition: Node, a: Node, b: Node) -> Node:
+    """Return a where the condition holds, else b."""
+    if condition.shadow is not None:
+        return a if condition.shadow else b
+    return a if a is b else intern(Node, "where", (condition, a, b))
+
+
+BUILD: Final[dict[str, Callable[..., Node]]] = {
+    "neg": negate, "add": add, "mul": multiply, "div": divide, "pow": power, "sin": sin, "cos": cos,
+    "tan": lambda a: _odd("tan", a), "asin": lambda a: _odd("asin", a), "acos": acos, "atan": lambda a: _odd("atan", a),
+    "atan2": atan2, "sinh": lambda a: _odd("sinh", a), "cosh": cosh, "tanh": lambda a: _odd("tanh", a), "exp": exp,
+    "log": log, "sqrt": sqrt, "abs": absolute, "sign": sign, "min": minimum, "max": maximum, "less": less,
+    "less_equal": less_equal, "where": where,
+}

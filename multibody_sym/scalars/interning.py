@@ -1,0 +1,183 @@
+"""Expressions that are one object where they are equal: how they lie in memory, and the table that knows them all.
+
+Two of them are equal exactly when they are the same object, whichever threads made them. Operands of `+` and `*` stand
+in the order of keys, which depend on structure only, never on names' hashes, addresses or history.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from fractions import Fraction
+from sys import getrefcount
+from threading import RLock
+from typing import Any, Final, Self, TypeVar
+
+from multibody_sym.errors import ExpressionError
+
+_HELD_BY_ONE: Final = 2  # the reference of a table or list and the argument of getrefcount
+_SMALLEST_LIMIT: Final = 200_000
+_table: dict[tuple[Any, ...], Any] = {}
+_limit = [_SMALLEST_LIMIT]
+_changing = RLock()
+"""Held while the table changes (it is read without): a finaliser or signal handler may come back here meanwhile."""
+if hasattr(os, "register_at_fork"):  # a child must not inherit a lock that a thread holds which it has not
+    os.register_at_fork(
+        before=_changing.acquire, after_in_parent=_changing.release, after_in_child=_changing.release
+    )
+
+
+class Interned:
+    """A scalar expression: `op`, operands `args`, and for leaves `data`.
+
+    Leaves: `number` (int or Fraction), `real` (float), `pi`, `symbol` (a name of the model), `declared` (a symbol that
+    carries its declaration), `slot` ((array, index): an element of a program's input or a temporary), `quantity`
+    ((function, names): asked of the moving system, such as `reaction(C, fx)`). `key` orders operands; `shadow` is the
+    float value of a constant expression, else None.
+    """
+
+    __slots__ = ("args", "data", "key", "op", "shadow")
+
+    op: str
+    args: tuple[Self, ...]
+    data: Any
+    key: int
+    shadow: float | None
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError("a Node never changes")
+
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self
+
+    def __repr__(self) -> str:
+        if self.op in ("number", "real", "symbol"):
+            return str(self.data)
+        if self.op == "declared":
+            return str(self.data[0])
+        if self.op == "slot":
+            return f"{self.data[0]}[{self.data[1]}]"
+        if self.op == "quantity":
+            return f"{self.data[0]}({', '.join(self.data[1])})"
+        return f"{self.op}({', '.join(map(repr, self.args))})" if self.args else self.op
+
+
+E = TypeVar("E", bound=Interned)
+
+_OPERATIONS: Final = (
+    "number real pi symbol declared slot quantity neg add mul div pow sin cos tan asin acos atan atan2 sinh cosh tanh "
+    "exp log sqrt abs sign min max less less_equal where"
+).split()
+_CODE: Final = {name: code for code, name in enumerate(_OPERATIONS, 1)}
+_set_op, _set_args, _set_data, _set_key, _set_shadow = (
+    vars(Interned)[name].__set__ for name in ("op", "args", "data", "key", "shadow")
+)
+
+
+def intern(cls: type[E], op: str, args: tuple[E, ...], data: Any = None) -> E:
+    """Return the expression `op` of `args` or, of a leaf, with `data`: the one there is, or a new one."""
+    identity = (op, data, args)
+    found: E | None = _table.get(identity)
+    if found is not None:
+        return found
+    node = object.__new__(cls)
+    _set_op(node, op)
+    _set_args(node, args)
+    _set_data(node, data)
+    if len(args) == 2:  # most are, and this function makes every Node
+        key = hash((_CODE[op], args[0].key, args[1].key))
+    else:
+        key = hash((_CODE[op], *[a.key for a in args])) if args else hash((_CODE[op], _data_key(data)))
+    _set_key(node, key)
+    _set_shadow(node, None if args and args[-1].shadow is None else _shadow(op, args, data))
+    with _changing:
+        if len(_table) >= _limit[0]:
+            forget_unused()
+        kept: E = _table.setdefault(identity, node)  # another thread's, if it was first
+        return kept
+
+
+def forget_unused() -> None:
+    """Drop the Nodes that only the table holds: newest first, so that operands go after what used them.
+
+    What another thread finds in the table just before it leaves it goes back; until then that thread's equals wait.
+    """
+    stack = list(_table)
+    while stack:
+        identity = stack.pop()
+        if getrefcount(_table[identity]) == _HELD_BY_ONE:
+            taken = [_table.pop(identity)]
+            if getrefcount(taken[0]) != _HELD_BY_ONE:
+                _table[identity] = taken[0]
+            taken.clear()  # else it would hold its operands, whose turn is next
+    _limit[0] = max(_SMALLEST_LIMIT, 2 * len(_table))
+
+
+def _data_key(data: Any) -> int:
+    """Return an integer that depends on `data` only: str hashes change with every process, those of numbers do not."""
+    if data is None:
+        return 0
+    if isinstance(data, (int, float, Fraction)):
+        return hash(data)
+    text = data if isinstance(data, str) else repr(data if isinstance(data[1], (int, tuple)) else data[0])
+    return int.from_bytes(text.encode("utf-8", "surrogatepass"), "big") % ((1 << 61) - 1)
+
+
+def _shadow(op: str, args: tuple[Interned, ...], data: Any) -> float | None:
+    if not args:
+        if op == "pi":
+            return math.pi
+        return finite_float(data) if op in ("number", "real") else None
+    for a in args:
+        if a.shadow is None:
+            return None
+    return constant_value(op, [a.shadow for a in args if a.shadow is not None])
+
+
+def constant_value(op: str, values: list[float]) -> float:
+    """Return the operation of floats; raises ExpressionError where it has no finite real value."""
+    try:
+        result = float(FLOAT_OPERATIONS[op](*values))
+    except (ArithmeticError, ValueError):
+        result = math.nan
+    if not math.isfinite(result):
+        shown = ", ".join(f"{v:g}" for v in values)
+        raise ExpressionError(f"{_SHOWN.get(op, op)}({shown}) is not a finite real number")
+    return result
+
+
+def finite_float(value: Fraction | float) -> float:
+    """Return a constant as a float; raises ExpressionError where it is too large."""
+    try:
+        return float(value)
+    except OverflowError:
+        raise ExpressionError("a constant is too large for a floating-point number") from None
+
+
+def _float_where(condition: float, a: float, b: float) -> float:
+    return a if condition else b
+
+
+def _float_power(a: float, b: float) -> float:
+    return math.pow(a, b)
+
+
+FLOAT_OPERATIONS: Final[dict[str, Callable[..., float]]] = {
+    "neg": lambda a: -a,
+    "add": lambda a, b: a + b,
+    "mul": lambda a, b: a * b,
+    "div": lambda a, b: a / b,
+    "pow": _float_power,
+    "sin": math.sin, "cos": math.cos, "tan": math.tan, "asin": math.asin, "acos": math.acos, "atan": math.atan,
+    "atan2": math.atan2, "sinh": math.sinh, "cosh": math.cosh, "tanh": math.tanh, "exp": math.exp, "log": math.log,
+    "sqrt": math.sqrt, "abs": abs, "min": min, "max": max,
+    "sign": lambda a: float((a > 0) - (a < 0)),
+    "less": lambda a, b: float(a < b),
+    "less_equal": lambda a, b: float(a <= b),
+    "where": _float_where,
+}
+_SHOWN: Final = {"neg": "-", "pow": "power", "add": "sum", "mul": "product", "div": "quotient"}
