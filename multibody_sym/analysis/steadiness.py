@@ -21,6 +21,7 @@ from scipy.linalg import eig, expm
 from multibody_sym.analysis.deviations import Flow, Tangents
 from multibody_sym.dynamics.constraints.closing import Rows, closed_near
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.parameters import Source
 from multibody_sym.numerics.arrays import EPSILON, UNDEFINED, Floats
 from multibody_sym.numerics.rounding import eigenvalues, least_rounding, without_rounding
 from multibody_sym.scalars.rotations import quaternion_product
@@ -146,7 +147,8 @@ class _Path:
         angles = np.array([speed.unit == "rad/s" for speed in self.flow.mechanism.speeds], dtype=bool)
         turned = EPSILON * rng.choice([-1.0, 1.0], angles.shape) * angles
         parameters = rounded(self.flow.parameters)
-        parameters[-3:] = self.flow.parameters[-3:]  # a rank, and what methods choose
+        chosen = self.flow.mechanism.parameters.places_from(Source.CHOSEN)
+        parameters[chosen] = np.array(self.flow.parameters)[chosen]
         beside = displaced(self.flow.mechanism, rounded(q), turned)
         return self.flow.known(beside, rounded(u), t, parameters)
 

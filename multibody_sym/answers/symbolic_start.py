@@ -22,6 +22,7 @@ from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
+from multibody_sym.model.mechanism.parameters import ARRAY, Source
 from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.scalars.functions import evaluate, evaluate_float, sqrt
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
@@ -136,7 +137,7 @@ class _SymbolicStart:
 
     def _closing(self, motion: Motion) -> list[RowMotion]:
         """Return the rows that restrict positions: all but nonholonomic ones, and ropes that take their length here."""
-        measured = {slot("parameters", i) for i, entry in enumerate(self.mechanism.parameters) if entry.value is None}
+        measured = {slot(ARRAY, i) for i in self.mechanism.parameters.places_from(Source.MEASURED)}
         pairs = zip(self.mechanism.rows, row_motions(motion), strict=True)
         return [m for row, m in pairs if m.holonomic and not (isinstance(row, RopeRow) and row.length in measured)]
 

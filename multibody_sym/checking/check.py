@@ -163,7 +163,7 @@ def _with_dynamics(
 
 def _contradiction(resolved: Mechanism, begin: Start, states: Sequence[State]) -> str | None:
     """Return which constraints contradict each other at one of the states, so that no formalism has a solution."""
-    generic = int(begin.parameters[-3]) if resolved.rows else 0
+    generic = resolved.parameters.independent_rows(begin.parameters)
     for state in states if generic < len(resolved.rows) else ():
         t = float(state.slots[TIME])
         rows = Rows(resolved, begin.parameters, range(len(resolved.rows)), t)

@@ -208,7 +208,7 @@ class _Run:
         from multibody_sym.numerics.least_norm import independent_rows  # other runs need nothing of `program`
 
         n, nq, rows = len(self.problem.x0), len(self.problem.q0), self.problem.rows
-        most = float(self.problem.parameters[-3])
+        most = self.problem.independent
         positions, speeds = jacobian[n : n + rows, :nq], jacobian[n + rows :, nq:n]
         return [*independent_rows(positions, most), *(rows + k for k in independent_rows(speeds, most))]
 

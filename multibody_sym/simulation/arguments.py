@@ -12,6 +12,7 @@ from multibody_sym.dynamics.start.examined import verify_bodies
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import InputError, suggestion
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.parameters import Source
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.numbers import floats, number, vector
 from multibody_sym.runtime.loading import Compiled
@@ -63,7 +64,7 @@ class Arguments:
             return _whole("parameters", [p.name for p in self.mechanism.parameters], given)
         real = {name: number(f"parameters[{name!r}]", value) for name, value in given.items()}
         values = np.array(parameter_values(self.mechanism, real))
-        undeclared = [k for k, entry in enumerate(self.mechanism.parameters) if entry.value is None]
+        undeclared = self.mechanism.parameters.places_from(Source.MEASURED, Source.CHOSEN)
         values[undeclared] = self.parameters[undeclared]
         return values
 

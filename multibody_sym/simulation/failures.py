@@ -86,7 +86,7 @@ def _singular(run: Trajectory, time: float) -> str:
     motion = Rows(mechanism, parameters, range(len(mechanism.rows)), time).motion(
         run.integration.q_final, run.integration.u_final
     )
-    names = nearly_dependent(composite_body(mechanism, motion.state), int(parameters[-3]))
+    names = nearly_dependent(composite_body(mechanism, motion.state), mechanism.parameters.independent_rows(parameters))
     come = "come" if len(names) > 1 else "comes"
     return (
         f"singular position at t = {time:.6g} s: {', '.join(names)} {come} to depend on the other constraints, or to "
@@ -99,7 +99,8 @@ def _contradiction(run: Trajectory, time: float) -> Contradiction | None:
     """Return the constraints that contradict each other at a time near the end of a run."""
     mechanism, parameters = run.ready.mechanism, run.parameters.tolist()
     rows = Rows(mechanism, parameters, range(len(mechanism.rows)), time)
-    return contradiction_of(rows, run.integration.q_final, run.integration.u_final, int(parameters[-3]))
+    generic = mechanism.parameters.independent_rows(parameters)
+    return contradiction_of(rows, run.integration.q_final, run.integration.u_final, generic)
 
 
 def _component(mechanism: Mechanism, failure: RunFailure) -> str:

@@ -57,7 +57,7 @@ def problem_of(ready: Runnable, settings: RunSettings) -> Problem:
         samples=settings.samples,
         project=constrained and settings.project,
         max_steps=_MOST_STEPS,
-        independent=float(ready.parameters[-3]) if constrained else 0.0,
+        independent=float(ready.mechanism.parameters.independent_rows(ready.start.parameters)),
         terminal=(True,) * len(ready.mechanism.stops) + (False,) * len(ready.mechanism.kinks),
         pairs=_pairing(ready.mechanism),
     )
@@ -65,7 +65,7 @@ def problem_of(ready: Runnable, settings: RunSettings) -> Problem:
         return problem
     given = (settings.baumgarte.alpha, settings.baumgarte.beta)
     alpha, beta = (_own_coefficient(problem) if x is None else x for x in given)
-    return replace(problem, parameters=np.array([*ready.parameters[:-2], alpha, beta]))
+    return replace(problem, parameters=ready.stabilised_by(alpha, beta))
 
 
 def _start_values(ready: Runnable) -> dict[Node, float]:

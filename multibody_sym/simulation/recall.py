@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
+from enum import Enum
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from multibody_sym.dynamics.routes import FORMALISMS, cheapest, verify_formalism
-from multibody_sym.model.mechanism.mechanism import Coordinate, Limit, Mechanism, ParameterEntry, Speed
+from multibody_sym.model.mechanism.mechanism import Coordinate, Limit, Mechanism, Speed
+from multibody_sym.model.mechanism.parameters import ParameterEntry
 from multibody_sym.runtime import loading
 from multibody_sym.runtime.cache import digest
 from multibody_sym.runtime.loading import Backend, Compiled
@@ -95,7 +97,7 @@ class _Written:
             for x in part:
                 self.add(x)
         else:
-            assert part is None or isinstance(part, (str, int, range)), part
+            assert part is None or isinstance(part, (str, int, range, Enum)), part
             self.lines.append(repr(part))
 
     def _fields_of(self, part: Any) -> tuple[str, ...]:

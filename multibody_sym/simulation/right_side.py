@@ -97,5 +97,5 @@ def compile(
     asked = run_settings(ready.system.simulation, ready.parameter_values).baumgarte
     values = ready.parameters
     if ready.mechanism.rows and asked is not None:
-        values = np.array([*values[:-2], asked.alpha or 0.0, asked.beta or 0.0])
+        values = ready.stabilised_by(asked.alpha or 0.0, asked.beta or 0.0)
     return RightSide(ready, Arguments(ready.mechanism, ready.compiled, values))

@@ -11,6 +11,7 @@ from multibody_sym.dynamics.start.examined import examined, on_numbers
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.parameters import ALPHA, BETA
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.loading import Backend, Compiled
 from multibody_sym.scalars.node import Node, symbol
@@ -42,6 +43,10 @@ class Runnable:
     def u0(self) -> Floats:
         """The speeds (nu,) at t = 0."""
         return np.array(self.start.u, dtype=float)
+
+    def stabilised_by(self, alpha: float, beta: float) -> Floats:
+        """Return the parameter vector (np,) with Baumgarte's coefficients (1/s)."""
+        return np.array(self.mechanism.parameters.changed(self.start.parameters, {ALPHA: alpha, BETA: beta}))
 
     @property
     def parameter_values(self) -> dict[Node, float]:

@@ -17,6 +17,7 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.integrators.flow import Status
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.mechanism.parameters import ALPHA, BETA
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem
@@ -135,8 +136,8 @@ class Trajectory(Samples):
         """Baumgarte's alpha and beta in 1/s where they stabilised the run."""
         if not self.ready.mechanism.rows or self.problem.project or self.problem.index_2:
             return None
-        alpha, beta = self.parameters[-2:].tolist()
-        return {"alpha": alpha, "beta": beta}
+        vector, values = self.ready.mechanism.parameters, self.parameters.tolist()
+        return {"alpha": vector.value(values, ALPHA), "beta": vector.value(values, BETA)}
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `simulate --json` prints; nan and infinity become None."""

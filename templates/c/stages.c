@@ -88,12 +88,12 @@ int mbs_stage_values(mbs_run *r, const mbs_stages *p, double t, const double *y,
 /* Append the independent ones of the rows from `first` on, whose derivatives by part of the state begin at `column`. */
 static void choose(const mbs_run *r, const mbs_stages *p, int first, int column, int columns)
 {
-    int ns = p->rows / 2, np = r->system->state_derivative->in_sizes[3];
+    int ns = p->rows / 2;
     const mbs_pattern pattern = {ns, columns, 0};
     double *matrix = p->choice, *independent = matrix + ns * columns, *factors = independent + ns;
     for (int i = 0; i < ns; ++i)
         mbs_copy(columns, p->by_state + (first + i) * p->n + column, matrix + i * columns);
-    mbs_factorise(&pattern, matrix, r->system->parameters[np - 3], factors);
+    mbs_factorise(&pattern, matrix, r->problem->independent, factors);
     mbs_independent(&pattern, factors, independent);
     for (int i = 0; i < ns; ++i) {
         if (independent[i] > 0.0)

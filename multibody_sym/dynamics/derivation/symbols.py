@@ -48,7 +48,7 @@ def symbols_of(mechanism: Mechanism) -> Symbols:
 def numbered_symbols(mechanism: Mechanism) -> Symbols:
     """Return symbols called by their places, so that what is derived for programs does not depend on any name."""
     m = mechanism
-    groups = {"q": m.coordinates, "u": m.speeds, "w": m.inputs, "p": m.parameters, "r": m.rows, "j": m.bodies}
+    groups = {"q": m.coordinates, "u": m.speeds, "w": m.inputs, "p": m.parameters.entries, "r": m.rows, "j": m.bodies}
     numbered = ([f"{letter}{i}" for i in range(len(group))] for letter, group in groups.items())
     return _symbols(mechanism, *numbered)
 

@@ -16,6 +16,7 @@ from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.parameters import ALPHA, BETA, INDEPENDENT
 from multibody_sym.program.forward import total_jacobian
 from multibody_sym.program.program import Program
 from multibody_sym.program.programs import Form, Programs
@@ -101,7 +102,7 @@ def _constrained(
     free = factors.weighted(dynamics.forcing)
     matrix = _nodes([factors.weighted(row.jacobian) for row in rows])
     wanted = _stabilised(rows, mechanism)
-    most = _most(mechanism)
+    most = mechanism.parameters.slot(INDEPENDENT)
     first = trace.solve(matrix, _missing(wanted, matrix, free), len(free), most)
     near = factors.unweighted([x + d for x, d in zip(free, first.solution, strict=True)])
     second = trace.solve(matrix, _missing(wanted, [row.jacobian for row in rows], near), len(free), most)
@@ -145,14 +146,9 @@ def _missing(wanted: Sequence[Node], matrix: Sequence[Sequence[Node]], x: Sequen
     ]
 
 
-def _most(mechanism: Mechanism) -> Node:
-    """Return the parameter that holds how many rows are independent at most."""
-    return arrays(mechanism)[3].slots[-3]
-
-
 def _stabilised(rows: Sequence[RowMotion], mechanism: Mechanism) -> list[Node]:
     """Return gamma - 2 alpha phidot - beta^2 phi, of nonholonomic rows gamma - alpha psi (Baumgarte 1972)."""
-    alpha, beta = arrays(mechanism)[3].slots[-2:]
+    alpha, beta = map(mechanism.parameters.slot, (ALPHA, BETA))
     return [
         row.gamma - 2 * alpha * row.phidot - beta**2 * row.phi if row.holonomic else row.gamma - alpha * row.phidot
         for row in rows
@@ -165,7 +161,7 @@ def _correction(
     """Return the change of the speeds, smallest in the norm of the mass matrix, with H change = wanted."""
     factors = dynamics.factors
     matrix = [factors.weighted(row.jacobian) for row in rows]
-    solved = trace.solve(_nodes(matrix), wanted, len(dynamics.speeds), _most(mechanism))
+    solved = trace.solve(_nodes(matrix), wanted, len(dynamics.speeds), mechanism.parameters.slot(INDEPENDENT))
     return factors.unweighted(solved.solution)
 
 

@@ -19,6 +19,7 @@ from multibody_sym.dynamics.start.undefined import ARITHMETIC, undefined_text, v
 from multibody_sym.errors import ExpressionError, ModelError, Where, at
 from multibody_sym.model.declaration.system import System, Written, expressions
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
+from multibody_sym.model.mechanism.parameters import Source
 from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.scalars.functions import evaluate_float
@@ -124,7 +125,8 @@ def _culprit(system: System) -> ModelError | None:
 
 def _parameters(base: Mechanism, values: Sequence[float]) -> dict[Node, float]:
     """Return the values of declared parameters by their symbols."""
-    return {symbol(entry.name): x for entry, x in zip(base.parameters, values, strict=True) if entry.value is not None}
+    pairs = zip(base.parameters, values, strict=True)
+    return {symbol(entry.name): x for entry, x in pairs if entry.source is Source.DECLARED}
 
 
 def _start(base: Mechanism) -> dict[Node, float]:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from multibody_sym.dynamics.start.undefined import undefined_text
 from multibody_sym.errors import ModelError, Where, suggestion
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.parameters import Source
 from multibody_sym.numerics.arrays import UNDEFINED
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import Node, slot, symbol
@@ -60,7 +61,7 @@ def _parameter_error(name: str, message: str) -> ModelError:
 
 
 def _verify_overrides(mechanism: Mechanism, overrides: Mapping[str, float]) -> None:
-    declared = [entry.name for entry in mechanism.parameters if entry.value is not None]
+    declared = [entry.name for entry in mechanism.parameters if entry.source is Source.DECLARED]
     for name in overrides:
         if name not in declared:
             raise ModelError(f"no parameter is called {name!r}{suggestion(name, declared)}")

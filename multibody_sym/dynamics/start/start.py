@@ -23,6 +23,7 @@ from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, Mechanism, Speed
+from multibody_sym.model.mechanism.parameters import ARRAY, INDEPENDENT, Source
 from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.functions import evaluate_float
@@ -81,7 +82,7 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None, *,
     rank = 0
     if mechanism.rows:
         rank, generic = generic_rank(every, position.values)
-        parameters[-3] = float(generic)
+        parameters = mechanism.parameters.changed(parameters, {INDEPENDENT: float(generic)})
         verify_consistent(every, position.values, speeds.values, generic)
     _verify_loads(every.motion(position.values, speeds.values))
     return Start(
@@ -107,7 +108,7 @@ def _in_absolute_coordinates(mechanism: Mechanism, joints: Start) -> Start:
     rank = 0
     if mechanism.rows:
         rank, generic = generic_rank(Rows(mechanism, parameters, range(len(mechanism.rows))), q)
-        parameters[-3] = float(generic)
+        parameters = mechanism.parameters.changed(parameters, {INDEPENDENT: float(generic)})
     return replace(joints, parameters=tuple(parameters), q=tuple(q.tolist()), u=tuple(u.tolist()), rank=rank)
 
 
@@ -115,7 +116,8 @@ def verify_regular_start(mechanism: Mechanism, begin: Start) -> None:
     """Raise NoSolutionError where rows depend on each other at the start that are independent beside it, by name."""
     if mechanism.rows:
         rows = Rows(mechanism, begin.parameters, range(len(mechanism.rows)))
-        verify_regular(rows, np.array(begin.q, dtype=float), begin.rank, int(begin.parameters[-3]))
+        generic = mechanism.parameters.independent_rows(begin.parameters)
+        verify_regular(rows, np.array(begin.q, dtype=float), begin.rank, generic)
 
 
 def _verify_motions(mechanism: Mechanism, parameters: Sequence[float]) -> None:
@@ -159,7 +161,7 @@ def _valued() -> Iterator[None]:
 
 def _measured_ropes(mechanism: Mechanism) -> dict[int, int]:
     """Return the rows whose rope is measured at the start, each with its length's position among the parameters."""
-    places = {slot("parameters", i): i for i, entry in enumerate(mechanism.parameters) if entry.value is None}
+    places = {slot(ARRAY, i): i for i in mechanism.parameters.places_from(Source.MEASURED)}
     return {
         k: places[row.length]
         for k, row in enumerate(mechanism.rows)

@@ -16,6 +16,7 @@ from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.loads import Load
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import GROUND, Mass, Pose
+from multibody_sym.model.mechanism.parameters import ParameterVector
 from multibody_sym.model.mechanism.rows import AngleRow, CutJoint, PositionRow, RollingRow, Row
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.node import ZERO, Node, slot
@@ -119,18 +120,6 @@ class TreeBody:
         return any(given is not None and given[1] is not ZERO for given in self.given)
 
 
-@dataclass(frozen=True)
-class ParameterEntry:
-    """An entry of the parameter vector: `value` is an expression of the entries before it.
-
-    None marks what is computed from the start (a rope's length) or chosen for a run (Baumgarte's coefficients).
-    """
-
-    name: str
-    value: Node | None
-    positive: bool
-
-
 def double_name(child: str, joint: str) -> str:
     """Return what the massless double of a joint's child is called."""
     return f"double of {child} at {joint}"
@@ -161,7 +150,7 @@ class Mechanism:
     markers: Mapping[str, Marker]
     coordinates: tuple[Coordinate, ...]
     speeds: tuple[Speed, ...]
-    parameters: tuple[ParameterEntry, ...]
+    parameters: ParameterVector
     inputs: Mapping[str, Node]
     outputs: Mapping[str, Node]
     stops: Mapping[str, Node]

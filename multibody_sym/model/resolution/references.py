@@ -11,6 +11,7 @@ from multibody_sym.model.declaration.bodies import Body, Surface
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import COM, GROUND, ORIGIN, OWN_POINTS, Pose, mass_of, pose_of
+from multibody_sym.model.mechanism.parameters import ParameterVector
 from multibody_sym.model.mechanism.rows import Bend, Drive, ExpressionRow, Row, VelocityRow
 from multibody_sym.model.resolution.spanning_tree import body_part, coordinate_names, speed_names
 from multibody_sym.scalars.derivatives import derivative
@@ -30,8 +31,8 @@ class Freedom:
 
 @dataclass(frozen=True)
 class References:
-    """A system whose expressions are written in slots, the numbers of its bodies, the joints `carrying` them,
-    and the numbers of the doubles that cut joints carry.
+    """A system whose expressions are written in slots, the numbers of its bodies, the joints `carrying` them, the
+    numbers of the doubles that cut joints carry, and the `parameters` that rows may take.
 
     In the `plane` rows that restrict what never leaves it are left out. What is `measured` of joints without
     coordinates of their own still stands as symbols, so that one sees on which joint something acts.
@@ -40,6 +41,7 @@ class References:
     system: System
     numbers: Mapping[str, int]
     slots: Mapping[Node, Node]
+    parameters: ParameterVector = ParameterVector(())
     plane: bool = False
     measured: Mapping[Node, Node] = field(default_factory=dict)
     pulleys: Mapping[str, Bend] = field(default_factory=dict)

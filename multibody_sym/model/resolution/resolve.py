@@ -13,7 +13,8 @@ from multibody_sym.model.declaration.system import System, expressions, verify_s
 from multibody_sym.model.declaration.tables import Table, bends, interpolated
 from multibody_sym.model.mechanism.loads import span_leaves
 from multibody_sym.model.mechanism.mass import GROUND
-from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, Limit, Mechanism, ParameterEntry, Speed
+from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, Limit, Mechanism, Speed
+from multibody_sym.model.mechanism.parameters import ParameterEntry, ParameterVector, Source, measured_length
 from multibody_sym.model.resolution.absolute import Freed, freed_bodies
 from multibody_sym.model.resolution.bodies import tree_bodies
 from multibody_sym.model.resolution.cuts import has_rows
@@ -78,7 +79,7 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
         markers=references.markers(),
         coordinates=tuple(replace(c, initial=_in(slots, c.initial)) for c in coordinates),
         speeds=tuple(replace(s, initial=_in(slots, s.initial)) for s in speeds),
-        parameters=_parameter_entries(system, slots, len(rows)),
+        parameters=references.parameters.with_rows(len(rows)),
         inputs={name: interpolated(x) if isinstance(x, Table) else x for name, x in resolved.inputs.items()},
         outputs={**{name.data: node for name, node in told.items()}, **resolved.outputs},
         stops={name: switching_function(condition) for name, condition in resolved.stop.items()},
@@ -109,6 +110,7 @@ def _references(
         _in_slots(slots, spanned),
         numbers,
         slots,
+        _parameter_vector(system, slots),
         plane,
         carrying=frozenset(tree.carrying),
         doubles={name: number for number, name in enumerate(doubled, max(numbers.values()) + 1)},
@@ -231,21 +233,14 @@ def _slots(system: System, coordinates: Iterable[Coordinate], speeds: Iterable[S
     return {symbol("t"): TIME, **slots}
 
 
-def _parameter_entries(system: System, slots: Mapping[Node, Node], rows: int) -> tuple[ParameterEntry, ...]:
-    """Return the declared parameters, the ropes' lengths at the start and, with rows, what a run chooses for them.
-
-    That is the most rows to be independent anywhere (all of them, unless the start finds fewer), and Baumgarte's
-    coefficients.
-    """
+def _parameter_vector(system: System, slots: Mapping[Node, Node]) -> ParameterVector:
+    """Return the declared parameters and the ropes' lengths at the start."""
     entries = [
         ParameterEntry(name, _in(slots, parameter.value), parameter.positive)
         for name, parameter in system.parameters.items()
     ]
-    entries += [ParameterEntry(f"length of {name}", None, True) for name in unmeasured_ropes(system)]
-    if rows:
-        entries.append(ParameterEntry("most independent rows", as_node(rows), False))
-        entries += [ParameterEntry(f"Baumgarte {name}", None, False) for name in ("alpha", "beta")]
-    return tuple(entries)
+    entries += [ParameterEntry(measured_length(name), None, True, Source.MEASURED) for name in unmeasured_ropes(system)]
+    return ParameterVector(tuple(entries))
 
 
 def _limits(system: System, slots: Mapping[Node, Node]) -> list[Limit]:

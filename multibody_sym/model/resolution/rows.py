@@ -24,6 +24,7 @@ from multibody_sym.model.declaration.constraints import (
 from multibody_sym.model.declaration.fields import Element
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mass import unit_vector
+from multibody_sym.model.mechanism.parameters import measured_length
 from multibody_sym.model.mechanism.rows import (
     Bend,
     CutJoint,
@@ -43,7 +44,7 @@ from multibody_sym.model.resolution.references import References
 from multibody_sym.model.resolution.surface_tangents import surface_tangents
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import ONE, ZERO, Node, negate, slot
+from multibody_sym.scalars.node import ONE, ZERO, Node, negate
 from multibody_sym.scalars.traversal import leaves
 
 
@@ -182,7 +183,7 @@ def _(element: Rolling, name: str, references: References) -> list[Row]:
 
 @_rows.register
 def _(element: Rope, name: str, references: References) -> list[Row]:
-    length = element.length if element.length is not None else _measured_length(name, references)
+    length = element.length if element.length is not None else references.parameters.slot(measured_length(name))
     path = tuple(_bend(i, step, references) for i, step in enumerate(element.path))
     return [RopeRow(name, path, length)]
 
@@ -206,11 +207,6 @@ def _bend(index: int, step: str, references: References) -> Bend:
             if "mean" not in near:
                 raise
             raise ModelError(f"no body or pulley is called {step!r}{near}") from error
-
-
-def _measured_length(name: str, references: References) -> Node:
-    system = references.system
-    return slot("parameters", len(system.parameters) + unmeasured_ropes(system).index(name))
 
 
 def unmeasured_ropes(system: System) -> list[str]:

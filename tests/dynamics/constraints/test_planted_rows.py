@@ -27,6 +27,7 @@ from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.mechanism.mechanism import TIME
+from multibody_sym.model.mechanism.parameters import Source
 
 Random = np.random.Generator
 Plants = Mapping[str, Any]
@@ -43,7 +44,10 @@ class Loop:
     def with_rows(self, plants: Plants) -> Case:
         system = self.case.system
         planted = replace(system, constraints=Names({**system.constraints, **plants}))
-        return Case(self.case.seed, planted, mbs.mechanism(planted), self.case.parameters[:-3] + [0.0] * 3)
+        made = mbs.mechanism(planted)
+        known = dict(zip(self.case.mechanism.parameters.places, self.case.parameters, strict=True))
+        values = [0.0 if entry.source is Source.CHOSEN else known[entry.name] for entry in made.parameters]
+        return Case(self.case.seed, planted, made, values)
 
     def at(self, case: Case) -> State:
         return case.state(self.time, list(self.state.q), list(self.state.u))

@@ -16,6 +16,7 @@ from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.motion import coordinate_rates
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import arrays
+from multibody_sym.model.mechanism.parameters import ALPHA, BETA
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.programs import Programs
 from multibody_sym.scalars.node import slot
@@ -58,7 +59,7 @@ def test_against_floats(seed: int, rows: bool) -> None:
 def test_baumgarte_pulls_towards_the_constraints(seed: int) -> None:
     """H udot = gamma - 2 alpha phidot - beta^2 phi, or gamma - alpha psi, with alpha, beta the last two parameters."""
     case, found, state = made(seed, rows=True)
-    parameters = [*case.parameters[:-2], 3.0, 5.0]
+    parameters = case.mechanism.parameters.changed(case.parameters, {ALPHA: 3.0, BETA: 5.0})
     _, udot, _, _ = run(case, found.state_derivative, state, parameters)
     for row in row_motions(case.motion(*state)):
         wanted = row.gamma - (6 * row.phidot + 25 * row.phi if row.holonomic else 3 * row.phidot)
