@@ -18,7 +18,7 @@ from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import EPSILON, Floats
-from multibody_sym.numerics.least_norm import ROUNDING
+from multibody_sym.numerics.rank import ROUNDING
 
 LARGEST_ON_TREES: Final = 10.0
 LARGEST_WITH_ROWS: Final = 100.0

@@ -18,6 +18,7 @@ from multibody_sym.analysis.places import Places
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
+from multibody_sym.numerics.rank import exact, rank
 
 _SAMPLES: Final = 4
 _SEED: Final = 13
@@ -69,7 +70,7 @@ def _affine(places: Places) -> bool:
         scatter = np.abs(slope) @ np.abs(change) + np.abs(here)
         if (np.abs(there - here - slope @ change) > _ROUNDING * scatter).any():
             return False
-    return bool(np.linalg.matrix_rank(slope) == size)
+    return rank(slope, exact(slope)) == size
 
 
 def _zeros_on_circle(places: Places) -> int | None:

@@ -24,7 +24,6 @@ from typing import Final
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import qr
 
 from multibody_sym.dynamics.programs.system import inputs_program, state_derivative
 from multibody_sym.dynamics.routes import FORMALISMS, cheapest
@@ -34,6 +33,7 @@ from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
+from multibody_sym.numerics.rank import SLOPES, leading_columns, least_squares
 from multibody_sym.program.forward import jacobian
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
@@ -42,7 +42,6 @@ from multibody_sym.scalars.node import as_node
 
 Function = Callable[..., tuple[Floats, ...]]
 
-_RANK: Final = 1e-9
 _WANTED: Final = 1e-3
 """The weight of a component that is wanted as a state: it is made dependent only where no other will do."""
 
@@ -156,7 +155,7 @@ class Flow:
         X = np.zeros((matrix.shape[1], len(places)))
         X[places] = np.eye(len(places))
         if dependent:
-            X[dependent] = np.linalg.lstsq(matrix[:, dependent], -matrix[:, places], rcond=_RANK)[0]
+            X[dependent] = least_squares(matrix[:, dependent], -matrix[:, places], SLOPES)
         return X
 
     def restrictions(self, known: Sequence[npt.ArrayLike]) -> tuple[Floats, Floats]:
@@ -174,7 +173,7 @@ class Flow:
             return u
         known = self.known(q, u, t)
         H, found = self._by(self._restricted, ("speeds",), "u", known)[:, dependent], u.copy()
-        found[dependent] -= np.linalg.lstsq(H, self._residuals(*known)[1], rcond=_RANK)[0]
+        found[dependent] -= least_squares(H, self._residuals(*known)[1], SLOPES)
         return found
 
     def poses(self, q: npt.ArrayLike) -> tuple[Floats, float]:
@@ -305,6 +304,4 @@ def _pivots(matrix: Floats, wanted: Set[int]) -> list[int]:
         return []
     matrix = matrix * np.where([k in wanted for k in range(matrix.shape[1])], _WANTED, 1.0)
     lengths = np.linalg.norm(matrix, axis=1, keepdims=True)
-    triangle, order = qr(matrix / np.where(lengths > 0.0, lengths, 1.0), mode="r", pivoting=True)
-    sizes = np.abs(np.diag(triangle))
-    return [int(k) for k in order[: int((sizes > _RANK * sizes.max(initial=0.0)).sum())]]
+    return leading_columns(matrix / np.where(lengths > 0.0, lengths, 1.0), SLOPES)

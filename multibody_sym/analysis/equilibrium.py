@@ -17,7 +17,6 @@ from itertools import count
 from typing import Any, Final
 
 import numpy as np
-from scipy.linalg import null_space
 
 from multibody_sym.analysis.all_rest import are_all
 from multibody_sym.analysis.deviations import Flow, Tangents
@@ -33,6 +32,7 @@ from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
+from multibody_sym.numerics.rank import ALIKE, FLAT, least_squares, null_space
 
 _GUESSES: Final = 24
 """How many guesses around the start are tried, and how many on end must find nothing before the search ends."""
@@ -46,7 +46,6 @@ _TURNED: Final = 4
 _POLISHING: Final = 60
 _POLISHED: Final = 1e-9
 _SAME: Final = 1e-6
-_INDIFFERENT: Final = 1e-8
 _BESIDE: Final = 0.1
 _EDGE: Final = 1e-5
 """How far beside a position forces are to have values, in m and rad: farther than it may be from their edge."""
@@ -240,7 +239,7 @@ class _Search:
         target = -self.flow.accelerations(q, np.zeros(len(self.mechanism.speeds)))[self._speeds(tangents)]
         if not (np.isfinite(slope).all() and np.isfinite(target).all()):
             raise FloatingPointError("the slope of the accelerations is not finite")
-        found: Floats = self._columns(tangents) @ np.linalg.lstsq(slope, target, rcond=None)[0]
+        found: Floats = self._columns(tangents) @ least_squares(slope, target)
         return found
 
     def _polished(self, q: Floats) -> Floats:
@@ -296,7 +295,7 @@ class _Search:
         """Return whether a position of equilibrium is stable; None where some displacement meets no resistance."""
         tangents, slope = self._slope(q)
         values = np.linalg.eigvals(slope @ self._rates(tangents))
-        least = _INDIFFERENT * max(float(np.abs(values).max(initial=0.0)), 1e-300)
+        least = FLAT * max(float(np.abs(values).max(initial=0.0)), 1e-300)
         if (values.real > least).any() or (np.abs(values.imag) > least).any():
             return False
         regular = slope.shape[0] == slope.shape[1]  # with rows of speeds alone some displacements change no force
@@ -318,10 +317,10 @@ class _Search:
         """Return the coordinates (nq) that change along those displacements on which all positions are equilibria."""
         tangents, slope = self._slope(q)
         found = np.zeros(len(q), dtype=bool)
-        for direction in (self._columns(tangents) @ null_space(slope, rcond=_INDIFFERENT)).T:
+        for direction in (self._columns(tangents) @ null_space(slope, FLAT)).T:
             step = direction / np.abs(direction).max()
             beside = displaced(self.mechanism, q, _BESIDE * step)
-            if self._rests(beside, _INDIFFERENT * (1.0 + float(np.abs(slope).max()))):
+            if self._rests(beside, FLAT * (1.0 + float(np.abs(slope).max()))):
                 found |= np.abs(beside - q) > _SAME
         return found
 
@@ -358,10 +357,10 @@ class _Search:
             if np.abs(missing).max() <= _SAME:
                 return True
             tangents, slope = self._slope(q)
-            free = self._columns(tangents) @ null_space(slope, rcond=_INDIFFERENT)
+            free = self._columns(tangents) @ null_space(slope, FLAT)
             if not free.shape[1]:
                 return False
-            step = free @ np.linalg.lstsq(self.places.slopes(q) @ free, missing, rcond=_SAME)[0]
+            step = free @ least_squares(self.places.slopes(q) @ free, missing, ALIKE)
             size = float(np.abs(step).max())
             ahead = closed_near(self.rows, displaced(self.mechanism, q, step * min(1.0, _LARGEST_STEP / (size or 1.0))))
             if size <= _SAME or ahead is None:

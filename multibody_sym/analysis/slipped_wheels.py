@@ -12,6 +12,7 @@ from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import Bend, DistanceRow, ExpressionRow, RopeRow, VelocityRow
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import least_squares
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, slot
 from multibody_sym.scalars.traversal import leaves
@@ -67,7 +68,7 @@ def _turns(linear: Sequence[Vec], angular: Sequence[Vec], centre: Floats, axis: 
     moving = np.array(linear, dtype=float) + np.cross(spin, centre)
     wanted = np.concatenate([axis, np.zeros(3)])
     rates = np.hstack([spin, moving]).T
-    missed = wanted - rates @ np.linalg.lstsq(rates, wanted, rcond=None)[0]
+    missed = wanted - rates @ least_squares(rates, wanted)
     return float(np.linalg.norm(missed)) <= _ROUNDING
 
 

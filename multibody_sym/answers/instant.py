@@ -31,6 +31,7 @@ from multibody_sym.kinematics.state import slot_state, state_of
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
 from multibody_sym.numerics.arrays import UNDEFINED
+from multibody_sym.numerics.rank import idle, least_squares
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import Node, as_node, symbol
 from multibody_sym.scalars.rounding import EPSILON, Bounded, bounded
@@ -215,7 +216,7 @@ def _solved_bounds(matrix: list[list[Node]], right: list[Node], known: Mapping[N
     values, bounds = (np.array(y, dtype=float) for y in zip(*found, strict=True))
     if not (np.isfinite(values).all() and np.isfinite(bounds).all()):
         return [np.inf] * size
-    inverse = np.abs(np.linalg.pinv(values[: size * size].reshape(size, size)))
+    inverse = np.abs(least_squares(values[: size * size].reshape(size, size), np.eye(size)))
     terms = bounds[size * size :] + bounds[: size * size].reshape(size, size) @ np.abs(x)
     return [float(bound) for bound in inverse @ terms + EPSILON * np.abs(x)]
 
@@ -255,6 +256,5 @@ def _undetermined(jacobian: Any, found: Accelerations) -> Sequence[Any]:
         return []
     lengths = np.linalg.norm(jacobian, axis=1)
     lengths[lengths == 0.0] = 1.0
-    left = np.linalg.svd(jacobian / lengths[:, None])[0]
     size = max(1.0, float(np.abs(found.multipliers).max(initial=0.0)))
-    return [size * change / lengths for change in left[:, rank:].T]
+    return [size * change / lengths for change in idle(jacobian / lengths[:, None], rank)]

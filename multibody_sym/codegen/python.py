@@ -22,8 +22,7 @@ from multibody_sym.codegen.layout import (
 )
 from multibody_sym.codegen.selftest import TOLERANCE, Samples
 from multibody_sym.codegen.templates import filled
-from multibody_sym.numerics import arrays
-from multibody_sym.numerics import least_norm as solve
+from multibody_sym.numerics import arrays, least_norm, rank
 from multibody_sym.program import floats
 from multibody_sym.program.infix import Language, Texts, expression
 from multibody_sym.program.interpreter import interpret
@@ -59,6 +58,9 @@ from __future__ import annotations
 
 
 {floats}
+
+
+{rank}
 
 
 {solve}
@@ -100,10 +102,10 @@ _PACKAGE: Final = "from multibody_sym."
 
 def _own_arithmetic() -> str:
     """Return the text of this package's arithmetic and solve, without the words at their heads."""
-    texts = [Path(str(module.__file__)).read_text(encoding="ascii") for module in (arrays, floats, solve)]
+    texts = [Path(str(module.__file__)).read_text(encoding="ascii") for module in (arrays, floats, rank, least_norm)]
     bodies = [text.partition(_FUTURE)[2].splitlines() for text in texts]
     own = ["\n".join(line for line in body if not line.startswith(_PACKAGE)).strip() for body in bodies]
-    return _OWN.format(arrays=own[0], floats=own[1], solve=own[2])
+    return _OWN.format(arrays=own[0], floats=own[1], rank=own[2], solve=own[3])
 
 
 def _selftest(programs: Mapping[str, Program], samples: Samples) -> str:

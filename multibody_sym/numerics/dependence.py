@@ -14,7 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.numerics.least_norm import scaled_rows, solve
+from multibody_sym.numerics.least_norm import solve
+from multibody_sym.numerics.rank import least_squares, scaled_rows
 
 NEGLIGIBLE: Final = 1e-8
 """Part of the largest share in a combination below which a row has none."""
@@ -65,7 +66,7 @@ def _generic(count: int) -> Floats:
 def _circuits(rows: Floats, kept: npt.NDArray[np.bool_]) -> list[Floats]:
     """Return the combinations that make each row left over vanish with those kept, its own share 1."""
     combinations = np.zeros((len(rows) - int(kept.sum()), len(rows)))
-    combinations[:, kept] = -np.linalg.lstsq(rows[kept].T, rows[~kept].T, rcond=None)[0].T
+    combinations[:, kept] = -least_squares(rows[kept].T, rows[~kept].T).T
     combinations[:, ~kept] = np.eye(len(combinations))
     return [_cleaned(combination) for combination in combinations]
 

@@ -7,18 +7,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
-from multibody_sym.numerics.arrays import EPSILON, Floats
-
-ROUNDING: Final = 2e-14
-"""Rows whose numbers are below this part of the longest row's largest one count as zero."""
-TIE: Final = 1e-8
-"""Remaining lengths that differ by less than this fraction count as equal; the row declared first is taken."""
-CLEAR: Final = 1e-6
-"""Where that part of every row in turn is left by those before it, all are independent beyond doubt."""
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import CLEAR, TIE, exact, scaled_rows
 
 
 @dataclass(frozen=True)
@@ -71,7 +64,7 @@ def solve(matrix: Floats, right: Floats, most: float = math.inf) -> Solution:
         return Solution(np.full(size, math.nan), np.full(count, math.nan), np.full(3, math.nan))
     factors = _in_order(rows.copy()) if count <= min(size, most) else None
     if factors is None:
-        factors = _longest_first(rows, 100.0 * EPSILON * max(size, count), most)
+        factors = _longest_first(rows, exact(matrix), most)
     scaled_right = right / scale
     halfway = _forward(factors, scaled_right)
     multipliers = _backward(factors, halfway) / scale
@@ -80,24 +73,8 @@ def solve(matrix: Floats, right: Floats, most: float = math.inf) -> Solution:
 
 def independent_rows(matrix: Floats, most: float = math.inf) -> list[int]:
     """Return which rows of a finite matrix (s, n) are independent, the longest taken first, in increasing order."""
-    factors = _longest_first(scaled_rows(matrix)[1], 100.0 * EPSILON * max(matrix.shape), most)
+    factors = _longest_first(scaled_rows(matrix)[1], exact(matrix), most)
     return sorted(factors.order[: factors.rank])
-
-
-def scaled_rows(matrix: Floats) -> tuple[Floats, Floats]:
-    """Return the lengths of the rows and the rows divided by them, without overflow on the way.
-
-    A row that is zero but for rounding (of numbers like those of the longest row) counts as zero: what is left of it
-    has no direction. Its length counts as that of the longest row, or one.
-    """
-    largest = np.abs(matrix).max(axis=1, initial=0.0)
-    longest = float(largest.max(initial=0.0))
-    empty = largest <= ROUNDING * longest
-    largest[empty] = longest or 1.0
-    rows = np.where(empty[:, None], 0.0, matrix / largest[:, None])
-    lengths = np.sqrt((rows * rows).sum(axis=1))
-    lengths[empty] = 1.0
-    return largest * lengths, rows / lengths[:, None]
 
 
 def _in_order(rows: Floats) -> _Factors | None:

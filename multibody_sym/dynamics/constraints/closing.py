@@ -11,8 +11,9 @@ import numpy as np
 
 from multibody_sym.dynamics.formalisms.block_ldl import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
+from multibody_sym.dynamics.formalisms.constrained import correction
 from multibody_sym.dynamics.formalisms.equations import MassFactors
-from multibody_sym.dynamics.formalisms.forward_dynamics import Equality, solved
+from multibody_sym.dynamics.formalisms.forward_dynamics import in_floats
 from multibody_sym.dynamics.formalisms.massless import completed_matrix, massless_speeds
 from multibody_sym.errors import ModelError, Where
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
@@ -23,6 +24,7 @@ from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import AngleRow, ExpressionRow, is_holonomic
 from multibody_sym.numerics.arrays import EPSILON, UNDEFINED, Floats
+from multibody_sym.numerics.rank import DRAWN, damped, rank
 from multibody_sym.scalars.ldl import factorized
 from multibody_sym.scalars.vectors import dot
 
@@ -46,7 +48,6 @@ _STIFFEST: Final = 1e12
 _TINY: Final = 1e-9
 _SEED: Final = 1
 _DAMPING: Final = 1e-2
-_DEPENDENT: Final = 1e-8
 
 
 class Missed(NamedTuple):
@@ -141,8 +142,8 @@ def _suffice(rows: Rows, q: Floats, free: Sequence[int]) -> bool:
 
 def suffice(jacobian: Floats, free: Sequence[int], among: Sequence[int]) -> bool:
     """Return whether some speeds can do to the rows, by their `jacobian`, whatever those `among` which they are can."""
-    of_free, of_all = (np.linalg.matrix_rank(jacobian[:, list(which)], _DEPENDENT) for which in (free, among))
-    return bool(of_free == of_all)
+    of_free, of_all = (rank(jacobian[:, list(which)], DRAWN) for which in (free, among))
+    return of_free == of_all
 
 
 def generic_jacobian(rows: Rows, q: Floats) -> Floats | None:
@@ -178,7 +179,7 @@ def _newton(rows: Rows, q: Floats, free: Sequence[int], weighted: bool) -> Float
             return None
         phi, jacobian = here
         size = float(np.linalg.norm(phi))
-        step = least_change(rows, q, jacobian, -phi, free, weighted, damped)
+        step = least_change(rows, q, jacobian, -phi, free, weighted, _damped)
         if _is_rounding(step) and _closed(rows, q, EPSILON):  # a coordinate near zero could follow phi far below it
             return q
         step *= min(1.0, _LARGEST_STEP / max(float(np.abs(step).max(initial=0.0)), _LARGEST_STEP))
@@ -280,9 +281,9 @@ def least_change(
     """Return the smallest change of the free speeds with H change = wanted, as `solver` finds it."""
     change = np.zeros(len(rows.mechanism.speeds))
     if weighted:
-        factors = _weights(rows.motion(q, change))
-        matrix = np.array([factors.weighted(row) for row in jacobian.tolist()], dtype=float)
-        return np.array(factors.unweighted(solver(matrix, wanted).tolist()), dtype=float)
+        weights = _weights(rows.motion(q, change))
+        found = correction(weights, jacobian.tolist(), lambda A: solver(np.array(A, dtype=float), wanted).tolist())
+        return np.array(found, dtype=float)
     if free:
         change[list(free)] = solver(jacobian[:, list(free)], wanted)
     return change
@@ -290,18 +291,12 @@ def least_change(
 
 def exactly(matrix: Floats, wanted: Floats) -> Floats:
     """Return the smallest x with A x = r over rows that are independent to rounding."""
-    return solved(matrix, wanted, [Equality()] * len(wanted)).solution
+    return in_floats(matrix.tolist(), wanted.tolist(), matrix.shape[1]).solution
 
 
-def damped(matrix: Floats, wanted: Floats) -> Floats:
-    """Return A^T (A A^T + mu E)^-1 r with mu -> 0 as |r|^2, over rows of unit length (Levenberg, Marquardt).
+def _damped(matrix: Floats, wanted: Floats) -> Floats:
+    """Return A^T (A A^T + mu E)^-1 r with mu -> 0 as |r|^2 (Levenberg, Marquardt).
 
     Rows that are dependent where they hold are independent beside it, and would lead Newton's method astray.
     """
-    lengths = np.linalg.norm(matrix, axis=1)
-    lengths[lengths == 0.0] = 1.0
-    u, sizes, v = np.linalg.svd(matrix / lengths[:, None], full_matrices=False)
-    damping = min(_DAMPING, float(wanted @ wanted))
-    gains = np.where(sizes > _DEPENDENT, sizes / (sizes * sizes + damping + (sizes == 0.0)), 0.0)
-    step: Floats = v.T @ (gains * (u.T @ (wanted / lengths)))
-    return step
+    return damped(matrix, wanted, min(_DAMPING, float(wanted @ wanted)))

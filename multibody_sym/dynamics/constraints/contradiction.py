@@ -21,11 +21,10 @@ from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.dependence import contradiction
-from multibody_sym.numerics.least_norm import scaled_rows
+from multibody_sym.numerics.rank import CLOSED, rank
 
 _ALLOWED: Final = 1e-8
 _ALLOWED_POSITION: Final = 1e-11
-_DEPENDENT: Final = 1e-6
 _BESIDE: Final = 0.01
 _SEED: Final = 5
 
@@ -98,7 +97,7 @@ def verify_consistent(rows: Rows, q: Floats, u: Floats, rank: int) -> None:
 
 
 def _rank(jacobian: Floats) -> int:
-    return int(np.linalg.matrix_rank(scaled_rows(jacobian)[1], _DEPENDENT))
+    return rank(jacobian, CLOSED)
 
 
 def _lasts(rows: Rows, q: Floats, jacobian: Floats, circuit: Sequence[int]) -> bool:

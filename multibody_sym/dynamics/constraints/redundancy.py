@@ -15,9 +15,9 @@ from multibody_sym.kinematics.rows import constraint_jacobian
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.dependence import NEGLIGIBLE, dependence, support
-from multibody_sym.numerics.least_norm import scaled_rows
+from multibody_sym.numerics.rank import CLOSED, last_share, scaled_rows
+from multibody_sym.numerics.rank import rank as rank_of
 
-_APPROXIMATE: Final = 1e-6
 _SHARE: Final = 0.1
 
 
@@ -73,7 +73,7 @@ def doubles_of(mechanism: Mechanism) -> dict[str, int]:
 def nearly_dependent(dynamics: TreeDynamics, rank: int) -> tuple[str, ...]:
     """Return the rows that come nearest to dependence, or to vanishing, where `rank` of all are independent."""
     matrix = np.array([dynamics.factors.weighted(row.jacobian) for row in dynamics.rows], dtype=float)
-    shares = np.abs(np.linalg.svd(matrix)[0][:, rank - 1])
+    shares = last_share(matrix, rank)
     return tuple(name for name, share in zip(dynamics.row_names, shares, strict=True) if share > _SHARE)
 
 
@@ -86,7 +86,7 @@ def losing_rank(here: TreeDynamics, beside: TreeDynamics, rank: int) -> tuple[st
 
 
 def _independent(rows: Floats) -> bool:
-    return bool(np.linalg.svd(rows, compute_uv=False)[-1] > _APPROXIMATE) and len(rows) <= rows.shape[1]
+    return rank_of(rows, CLOSED) == len(rows)
 
 
 def approximate_rank(dynamics: TreeDynamics) -> int:
@@ -94,8 +94,7 @@ def approximate_rank(dynamics: TreeDynamics) -> int:
     if not dynamics.rows:
         return 0
     matrix = _weighted(dynamics, constraint_jacobian(dynamics.rows))
-    values = np.linalg.svd(scaled_rows(matrix)[1], compute_uv=False)
-    return int((values > _APPROXIMATE).sum())
+    return rank_of(matrix, CLOSED)
 
 
 def _weighted(dynamics: TreeDynamics, jacobian: Floats) -> Floats:

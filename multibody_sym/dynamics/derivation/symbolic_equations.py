@@ -14,12 +14,15 @@ from multibody_sym.algebra.subexpressions import Subexpressions, needed, value_o
 from multibody_sym.dynamics.derivation.notation import Notation
 from multibody_sym.dynamics.derivation.record import Derivation, Equation
 from multibody_sym.dynamics.derivation.symbols import Symbols
+from multibody_sym.dynamics.formalisms.constrained import constrained
+from multibody_sym.dynamics.formalisms.forward_dynamics import in_floats
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import ArgumentError, InputError, shown
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.numerics.least_norm import solve
 from multibody_sym.numerics.numbers import number, vector
+from multibody_sym.numerics.rank import exact, rank
+from multibody_sym.scalars.ldl import factorized
 
 READABLE: Final = 2_000
 """Operations up to which a person reads equations."""
@@ -159,9 +162,8 @@ def _accelerations(M: Floats, f: Floats, H: Floats, gamma: Floats) -> Floats:
     """
     if not len(gamma):
         return np.asarray(np.linalg.solve(M, f), dtype=float)
-    weight = np.trace(M) if np.linalg.matrix_rank(M) < len(M) else 0.0
-    L = np.linalg.cholesky(M + weight * H.T @ H)
-    free = np.linalg.solve(L, f + weight * H.T @ gamma)
-    A = np.asarray(np.linalg.solve(L, H.T).T, dtype=float)
-    found = solve(A, np.asarray(gamma - A @ free, dtype=float))
-    return np.asarray(np.linalg.solve(L.T, free + found.solution), dtype=float)
+    weight = np.trace(M) if rank(M, exact(M)) < len(M) else 0.0
+    factors = factorized((M + weight * H.T @ H).tolist())
+    forcing = (f + weight * H.T @ gamma).tolist()
+    found = constrained(factors, forcing, H.tolist(), gamma.tolist(), in_floats)
+    return np.array(found.udot, dtype=float)

@@ -1,41 +1,33 @@
 """Forward dynamics in floats: accelerations and multipliers, the reference for every program.
 
-With M = G^T G: x = G udot, A = H G^-1 turns M udot = f + H^T lambda, H udot = gamma into x = G^-T f + A^T lambda,
-A x = gamma, which the rank-revealing solve answers whatever the rank of A. A second solve brings back what huge
-accelerations without rows have rounded away.
-
-What a row's force is follows from the law of the row. With x = A^T lambda the rows' part of G udot and r what is asked,
-row j leaves a_j = (A x - r)_j:
+What a row's force is follows from the law of the row. With x = A^T lambda the rows' part of G udot and r what is asked
+(`constrained`), row j leaves a_j = (A x - r)_j:
 
     equality    a = 0
     unilateral  0 <= a, 0 <= lambda, a lambda = 0
     friction    sticks with a = 0, |lambda| <= static lambda_n, or slides with lambda = -kinetic sign(v) lambda_n
 
-Equalities alone are solved as yet. W = A A^T, of which textbooks write a = W lambda - r, is never formed: it squares
-the condition of A.
+Equalities alone are solved as yet.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
 from multibody_sym.dynamics.formalisms.block_ldl import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import mass_diagonal, mass_matrix
+from multibody_sym.dynamics.formalisms.constrained import constrained
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.dynamics.formalisms.massless import completed_matrix, massless_speeds
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import constraint_jacobian, row_motions
-from multibody_sym.numerics.arrays import EPSILON, Floats
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.least_norm import Solution, solve
-
-_SAFETY: Final = 10
-SHORTEST: Final = 1e-6
-"""Part of the longest row's length that scales shorter rows: what rounding has left of a row takes no force."""
+from multibody_sym.numerics.rank import PIVOT, vanishes
 
 
 @dataclass(frozen=True)
@@ -55,19 +47,9 @@ def forward_dynamics(dynamics: TreeDynamics, *, minimum_norm: bool = False) -> A
     """
     if not dynamics.rows:
         return Accelerations(np.array(dynamics.bias_acceleration, dtype=float), np.zeros(0), np.zeros(3))
-    factors, gamma = dynamics.factors, np.array(dynamics.constraint_forcing, dtype=float)
-    free = np.array(factors.weighted(dynamics.forcing), dtype=float)
-    jacobian = constraint_jacobian(dynamics.rows)
-    matrix = np.array([factors.weighted(row) for row in jacobian.tolist()], dtype=float)
-    laws = [Equality()] * len(matrix)
-    first = solved(matrix, gamma - matrix @ free, laws)
-    near = np.array(factors.unweighted((free + first.solution).tolist()), dtype=float)
-    second = solved(matrix, gamma - jacobian @ near, laws)
-    udot = near + np.array(factors.unweighted(second.solution.tolist()), dtype=float)
-    multipliers = first.multipliers + second.multipliers
-    if minimum_norm:
-        multipliers = shared(matrix, first.solution + second.solution)
-    return Accelerations(udot, multipliers, first.report)
+    rows, gamma = constraint_jacobian(dynamics.rows).tolist(), dynamics.constraint_forcing
+    found = constrained(dynamics.factors, dynamics.forcing, rows, gamma, in_floats, minimum_norm=minimum_norm)
+    return Accelerations(*(np.array(list(x), dtype=float) for x in (found.udot, found.multipliers, found.report)))
 
 
 # --- is there inertia in every direction? ---------------------------------------------------------------------------
@@ -100,9 +82,9 @@ def _has_inertia(motion: Motion) -> bool:
         factors = tree_factors(motion)
     except ZeroDivisionError:
         return False
-    pivots = np.array([freedom.pivot for of_body in factors.freedoms for freedom in of_body], dtype=float)
-    diagonal = np.array(mass_diagonal(motion), dtype=float)
-    return bool((pivots > _SAFETY * EPSILON * len(pivots) * diagonal).all())
+    pivots = [freedom.pivot for of_body in factors.freedoms for freedom in of_body]
+    tolerance = PIVOT * len(pivots)
+    return not any(vanishes(p, d, tolerance) for p, d in zip(pivots, mass_diagonal(motion), strict=True))
 
 
 def speed_without_inertia(matrix: Sequence[Sequence[float]]) -> int | None:
@@ -110,7 +92,7 @@ def speed_without_inertia(matrix: Sequence[Sequence[float]]) -> int | None:
     m = np.array(matrix, dtype=float).reshape(len(matrix), len(matrix))
     diagonal = m.diagonal().copy()
     for k in range(len(m) - 1, -1, -1):
-        if not m[k, k] > _SAFETY * EPSILON * len(m) * diagonal[k]:
+        if vanishes(m[k, k], diagonal[k], PIVOT * len(m)):
             return k
         m[:k, :k] -= np.outer(m[:k, k], m[k, :k] / m[k, k])
     return None
@@ -153,13 +135,7 @@ def solved(matrix: Floats, right: Floats, laws: Sequence[Law]) -> Solution:
     return solve(matrix, right)
 
 
-def shared(matrix: Floats, x: Floats) -> Floats:
-    """Return among the lambda (s) with A^T lambda = x those of least norm, each times its row's length.
-
-    Rows that are alike share what they carry in equal parts.
-    """
-    lengths = np.linalg.norm(matrix, axis=1)
-    lengths = np.maximum(lengths, SHORTEST * lengths.max(initial=0.0))
-    lengths[lengths == 0.0] = 1.0
-    multipliers: Floats = solve((matrix / lengths[:, None]).T, x).solution / lengths
-    return multipliers
+def in_floats(matrix: Sequence[Sequence[float]], right: Sequence[float], size: int) -> Solution:
+    """Return the solve of equalities in floats: A (s x n), r (s), n."""
+    A, r = np.array(matrix, dtype=float).reshape(-1, size), np.array(right, dtype=float)
+    return solved(A, r, [Equality()] * len(r))

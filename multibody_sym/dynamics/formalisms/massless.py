@@ -22,11 +22,11 @@ from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
+from multibody_sym.numerics.rank import DRAWN, vanishes
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import ZERO_VECTOR, S, add, apply, cross
 
 _SEED: Final = 3
-_DEPENDENT: Final = 1e-8
 _LIGHTER: Final = 1024
 """How many times lighter than all bodies together the rows' weight w is."""
 
@@ -61,7 +61,7 @@ def _moved_alike(mechanism: Mechanism) -> set[int]:
         return set()
     found, diagonal = set(), m.diagonal().copy()
     for k in range(len(m) - 1, -1, -1):
-        if m[k, k] <= _DEPENDENT * diagonal[k]:
+        if vanishes(m[k, k], diagonal[k], DRAWN):
             found.add(k)
         else:
             m[:k, :k] -= np.outer(m[:k, k], m[k, :k] / m[k, k])
@@ -97,7 +97,7 @@ def _without_inertia(mechanism: Mechanism, body: TreeBody) -> list[int]:
     for k, momentum in zip(body.u, momenta, strict=True):
         rest = momentum - basis @ (basis.T @ momentum)
         length = float(np.linalg.norm(rest))
-        if length <= _DEPENDENT * max(1.0, float(np.linalg.norm(momentum))):
+        if vanishes(length, max(1.0, float(np.linalg.norm(momentum))), DRAWN):
             found.append(k)
         else:
             basis = np.column_stack([basis, rest / length])

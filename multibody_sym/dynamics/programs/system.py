@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import reduce
+from collections.abc import Callable, Sequence
 
 from multibody_sym.dynamics.formalisms.block_ldl import block_ldl
+from multibody_sym.dynamics.formalisms.constrained import Matrix, constrained, correction
 from multibody_sym.dynamics.formalisms.equations import Formalism, TreeDynamics
-from multibody_sym.dynamics.formalisms.forward_dynamics import SHORTEST
 from multibody_sym.dynamics.programs.index_2 import index_2_programs
 from multibody_sym.dynamics.programs.quantities import Sources, answered, events
 from multibody_sym.dynamics.programs.scanned import scanned_normalize, scanned_sources, worth_scanning
@@ -20,8 +19,9 @@ from multibody_sym.model.mechanism.parameters import ALPHA, BETA, INDEPENDENT
 from multibody_sym.program.forward import total_jacobian
 from multibody_sym.program.program import Program
 from multibody_sym.program.programs import Form, Programs
+from multibody_sym.program.statements import Solve
 from multibody_sym.program.trace import Trace
-from multibody_sym.scalars.functions import maximum, sqrt
+from multibody_sym.scalars.functions import maximum
 from multibody_sym.scalars.node import ZERO, Node, as_node
 from multibody_sym.scalars.rotations import unit_quaternion
 
@@ -92,37 +92,24 @@ def state_derivative(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
 def _constrained(
     trace: Trace, mechanism: Mechanism, dynamics: TreeDynamics
 ) -> tuple[list[Node], list[Node], Sequence[Node]]:
-    """Return udot, multipliers and the solve's report: with M = G^T G, x = G udot = x_f + A^T lambda, A x = gamma.
-
-    The accelerations x_f without rows may be huge beside x (a light body that heavy ones hold), and what they round
-    away is missing in A x = gamma: a second solve with the residual brings it back.
-    """
-    factors, acting = dynamics.factors, _acting(dynamics.rows)
+    """Return udot, multipliers and the solve's report; of what is stabilised, where Baumgarte's coefficients say so."""
+    acting = _acting(dynamics.rows)
     rows = [dynamics.rows[k] for k in acting]
-    free = factors.weighted(dynamics.forcing)
-    matrix = _nodes([factors.weighted(row.jacobian) for row in rows])
-    wanted = _stabilised(rows, mechanism)
+    found = constrained(
+        dynamics.factors,
+        dynamics.forcing,
+        _nodes([row.jacobian for row in rows]),
+        _stabilised(rows, mechanism),
+        _solver(trace, mechanism),
+        minimum_norm=mechanism.minimum_norm,
+    )
+    return found.udot, _placed(found.multipliers, acting, len(dynamics.rows)), list(found.report)
+
+
+def _solver(trace: Trace, mechanism: Mechanism) -> Callable[[Matrix, Sequence[Node], int], Solve]:
+    """Return the solve of least norm as a statement, which keeps no more rows than are independent anywhere."""
     most = mechanism.parameters.slot(INDEPENDENT)
-    first = trace.solve(matrix, _missing(wanted, matrix, free), len(free), most)
-    near = factors.unweighted([x + d for x, d in zip(free, first.solution, strict=True)])
-    second = trace.solve(matrix, _missing(wanted, [row.jacobian for row in rows], near), len(free), most)
-    udot = [x + d for x, d in zip(near, factors.unweighted(second.solution), strict=True)]
-    if mechanism.minimum_norm and rows:
-        x = [a + b for a, b in zip(first.solution, second.solution, strict=True)]
-        multipliers = _shared(trace, matrix, x, most)
-    else:
-        multipliers = [a + b for a, b in zip(first.multipliers, second.multipliers, strict=True)]
-    return udot, _placed(multipliers, acting, len(dynamics.rows)), first.report
-
-
-def _shared(trace: Trace, matrix: Sequence[Sequence[Node]], x: Sequence[Node], most: Node) -> list[Node]:
-    """Return the multipliers with A^T lambda = x that `forward_dynamics.shared` does."""
-    lengths = [sqrt(sum((a * a for a in row), ZERO)) for row in matrix]
-    shortest = as_node(SHORTEST) * reduce(maximum, lengths)
-    bounded = [maximum(length, shortest) for length in lengths]
-    transposed = [[row[i] / length for row, length in zip(matrix, bounded, strict=True)] for i in range(len(x))]
-    solution = trace.solve(transposed, x, len(matrix), most).solution
-    return [value / length for value, length in zip(solution, bounded, strict=True)]
+    return lambda matrix, right, size: trace.solve(matrix, right, size, most)
 
 
 def _acting(rows: Sequence[RowMotion]) -> list[int]:
@@ -138,14 +125,6 @@ def _placed(values: Sequence[Node], places: Sequence[int], size: int) -> list[No
     return found
 
 
-def _missing(wanted: Sequence[Node], matrix: Sequence[Sequence[Node]], x: Sequence[Node]) -> list[Node]:
-    """Return wanted - matrix x."""
-    return [
-        value - sum((a * b for a, b in zip(row, x, strict=True)), ZERO)
-        for row, value in zip(matrix, wanted, strict=True)
-    ]
-
-
 def _stabilised(rows: Sequence[RowMotion], mechanism: Mechanism) -> list[Node]:
     """Return gamma - 2 alpha phidot - beta^2 phi, of nonholonomic rows gamma - alpha psi (Baumgarte 1972)."""
     alpha, beta = map(mechanism.parameters.slot, (ALPHA, BETA))
@@ -158,11 +137,9 @@ def _stabilised(rows: Sequence[RowMotion], mechanism: Mechanism) -> list[Node]:
 def _correction(
     trace: Trace, mechanism: Mechanism, dynamics: TreeDynamics, rows: Sequence[RowMotion], wanted: Sequence[Node]
 ) -> list[Node]:
-    """Return the change of the speeds, smallest in the norm of the mass matrix, with H change = wanted."""
-    factors = dynamics.factors
-    matrix = [factors.weighted(row.jacobian) for row in rows]
-    solved = trace.solve(_nodes(matrix), wanted, len(dynamics.speeds), mechanism.parameters.slot(INDEPENDENT))
-    return factors.unweighted(solved.solution)
+    """Return the least change of the speeds with H change = wanted."""
+    jacobian, solve = _nodes([row.jacobian for row in rows]), _solver(trace, mechanism)
+    return correction(dynamics.factors, jacobian, lambda matrix: solve(matrix, wanted, len(dynamics.speeds)).solution)
 
 
 def _project_position(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:

@@ -22,6 +22,7 @@ from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import TYPED, null_space
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import ZERO_VECTOR
 
@@ -168,8 +169,4 @@ def _verify_inertia(parts: Sequence[_Part], whose: str, centre: Floats) -> None:
 
 def _normal(directions: Floats) -> Floats:
     """Return an orthonormal basis (3, k) of what is normal to directions (3, n)."""
-    if not directions.size:
-        return np.eye(3)
-    left, sizes, _ = np.linalg.svd(directions)
-    basis: Floats = left[:, int((sizes > _ROUNDING).sum()) :]
-    return basis
+    return null_space(directions.T, TYPED) if directions.size else np.eye(3)

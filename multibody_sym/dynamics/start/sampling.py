@@ -16,11 +16,9 @@ from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
-from multibody_sym.numerics.least_norm import scaled_rows
+from multibody_sym.numerics.rank import GROWING, ROUNDED, least_squares, worth
 
 _TRIES: Final = 20
-_DEPENDENT: Final = 1e-12
-_NEARLY_DEPENDENT: Final = 1e-4
 
 
 def sampled_states(mechanism: Mechanism, begin: Start, count: int, seed: int = 0) -> list[State]:
@@ -61,8 +59,8 @@ def _jacobian(motion: Motion, rows: list[RowMotion]) -> Floats:
 def _verify_regular(motion: Motion) -> None:
     """Raise ValueError where rows are nearly but not quite dependent: forces grow there beyond all bounds."""
     jacobian = _jacobian(motion, row_motions(motion))
-    sizes = np.linalg.svd(scaled_rows(jacobian)[1], compute_uv=False)
-    if ((sizes > _DEPENDENT) & (sizes < _NEARLY_DEPENDENT)).any():
+    sizes = worth(jacobian)
+    if ((sizes > ROUNDED) & (sizes < GROWING)).any():
         raise ValueError("a nearly singular position")
 
 
@@ -71,5 +69,4 @@ def _correction(motion: Motion) -> Floats:
     rows = row_motions(motion)
     jacobian = _jacobian(motion, rows)
     phidot = np.array([row.phidot for row in rows], dtype=float)
-    change: Floats = np.linalg.lstsq(jacobian, -phidot, rcond=_NEARLY_DEPENDENT)[0]
-    return change
+    return least_squares(jacobian, -phidot, GROWING)

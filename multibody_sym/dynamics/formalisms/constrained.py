@@ -1,0 +1,108 @@
+"""The constrained solve, once over all scalars: accelerations, multipliers, and least corrections.
+
+    M udot = f + H^T lambda,   H udot = gamma
+
+With M = G^T G, x = G udot and A = H G^-1 this is x = G^-T f + A^T lambda, A x = gamma, which a rank-revealing solve of
+least norm answers whatever the rank of A. `Solver` is that solve over the scalar at hand: numbers in floats, statements
+of a Program over Nodes. W = A A^T, of which textbooks write W lambda = gamma - A x_f, is never formed: it squares the
+condition of A.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import reduce
+from typing import Final, Protocol
+
+from multibody_sym.dynamics.formalisms.equations import MassFactors
+from multibody_sym.scalars.functions import maximum, sqrt
+from multibody_sym.scalars.vectors import S
+
+SHORTEST: Final = 1e-6
+"""Part of the longest row's length that scales shorter rows: what rounding has left of a row takes no force."""
+
+Matrix = Sequence[Sequence[S]]
+
+
+class LeastNorm(Protocol):
+    """The x (n) of least norm with A x = r, lambda (s) with x = A^T lambda, and the report (3) of `least_norm`."""
+
+    @property
+    def solution(self) -> Iterable[S]: ...
+    @property
+    def multipliers(self) -> Iterable[S]: ...
+    @property
+    def report(self) -> Iterable[S]: ...
+
+
+Solver = Callable[[Matrix, Sequence[S], int], LeastNorm]
+"""From A (s x n), r (s) and n, which no row may be there to tell, to the solution."""
+
+
+@dataclass(frozen=True)
+class Constrained:
+    """udot (n), multipliers (s) and the report (3) of the solve."""
+
+    udot: list[S]
+    multipliers: list[S]
+    report: Iterable[S]
+
+
+def constrained(
+    factors: MassFactors,
+    forcing: Sequence[S],
+    rows: Matrix,
+    wanted: Sequence[S],
+    solve: Solver,
+    *,
+    minimum_norm: bool = False,
+) -> Constrained:
+    """Return the accelerations and multipliers for f (n), H (s x n) and gamma (s).
+
+    The accelerations without rows may be huge beside x (a light body that heavy ones hold), and what they round away is
+    missing in A x = gamma: a second solve with the residual brings it back. Multipliers of dependent rows are zero,
+    unless those of `minimum_norm` are asked for (`shared`).
+    """
+    free = factors.weighted(forcing)
+    matrix = [factors.weighted(row) for row in rows]
+    first = solve(matrix, _missing(wanted, matrix, free), len(free))
+    near = factors.unweighted(_sums(free, first.solution))
+    second = solve(matrix, _missing(wanted, rows, near), len(free))
+    udot = _sums(near, factors.unweighted(list(second.solution)))
+    if minimum_norm and rows:
+        multipliers = shared(matrix, _sums(first.solution, second.solution), solve)
+    else:
+        multipliers = _sums(first.multipliers, second.multipliers)
+    return Constrained(udot, multipliers, first.report)
+
+
+def correction(factors: MassFactors, rows: Matrix, least: Callable[[Matrix], Sequence[S]]) -> list[S]:
+    """Return the change of the speeds, smallest in the norm of the mass matrix, with H change as `least` finds it.
+
+    `least` returns from A (s x n) the x (n) of least norm with A x as is wanted.
+    """
+    return factors.unweighted(least([factors.weighted(row) for row in rows]))
+
+
+def shared(matrix: Matrix, x: Sequence[S], solve: Solver) -> list[S]:
+    """Return among the lambda (s) with A^T lambda = x those of least norm, each times its row's length.
+
+    Rows that are alike share what they carry in equal parts.
+    """
+    lengths = [sqrt(sum(a * a for a in row)) for row in matrix]
+    shortest = SHORTEST * reduce(maximum, lengths)
+    bounded = [maximum(length, shortest) for length in lengths]
+    transposed = [[row[i] / length for row, length in zip(matrix, bounded, strict=True)] for i in range(len(x))]
+    found = solve(transposed, x, len(matrix)).solution
+    return [value / length for value, length in zip(found, bounded, strict=True)]
+
+
+def _missing(wanted: Sequence[S], matrix: Matrix, x: Sequence[S]) -> list[S]:
+    """Return wanted - matrix x."""
+    products = (sum(a * b for a, b in zip(row, x, strict=True)) for row in matrix)
+    return [value - product for value, product in zip(wanted, products, strict=True)]
+
+
+def _sums(a: Iterable[S], b: Iterable[S]) -> list[S]:
+    return [x + y for x, y in zip(a, b, strict=True)]

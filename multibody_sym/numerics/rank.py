@@ -1,0 +1,139 @@
+"""The rank of a matrix: one rule, and every tolerance with its reason.
+
+Rows count at unit length, so that units have no say, and a row that is rounding beside the longest is none. What is
+left of a row by those before it, or a singular value of unit rows, counts where it exceeds a tolerance: which one
+depends on how exact the matrix is, and is the caller's only choice.
+
+The text of this file stands in exported Python, and imports NumPy and the standard library only.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.numerics.arrays import EPSILON, Floats
+
+ROUNDING: Final = 2e-14
+"""Rows whose numbers are below this part of the longest row's largest one count as zero: a hundred roundings of it."""
+TIE: Final = 1e-8
+"""Remaining lengths that differ by less than this fraction count as equal; the row declared first is taken: rounding
+must not choose among rows that are alike."""
+CLEAR: Final = 1e-6
+"""Where that part of every row in turn is left by those before it, all are independent beyond doubt: the squares that
+lengths are taken from still have four digits beyond rounding."""
+CLOSED: Final = 1e-6
+"""For rows at positions that Newton's method has closed to rounding: where rows touch (the end of a reach, a stretched
+rod) the position is only as exact as the root of that, 1e-8, and H with it, a hundred times below this."""
+DRAWN: Final = 1e-8
+"""For matrices at drawn positions and parameters, where nothing is small by chance: what vanishes identically is some
+thousand roundings, what does not is a few parts in a hundred; this lies in the middle."""
+SLOPES: Final = 1e-9
+"""For exact derivatives of rows by position and speed at a closed state: sums of more terms than H has."""
+FLAT: Final = 1e-8
+"""For slopes of forces at rest, found where Newton's method ended: a direction in which they change by less is one in
+which nothing is resisted."""
+ALIKE: Final = 1e-6
+"""For rates of poses by coordinates: directions that move bodies by less than positions are told apart by."""
+TYPED: Final = 1e-6
+"""For directions that people wrote as decimals: six digits are enough to mean the same."""
+GROWING: Final = 1e-4
+"""Parts between rounding and this multiply forces by ten thousand and more: no state to compare two routes at."""
+ROUNDED: Final = 1e-12
+"""Singular values of unit rows below this are rounding of a combination that vanishes."""
+PIVOT: Final = 10.0 * EPSILON
+"""Times the size of M, the part of its own diagonal element below which a pivot of M is what subtractions left."""
+
+
+def exact(matrix: Floats) -> float:
+    """Return the tolerance for numbers that are exact but for arithmetic: 100 eps times the larger dimension."""
+    return 100.0 * EPSILON * float(max(matrix.shape))
+
+
+def scaled_rows(matrix: Floats) -> tuple[Floats, Floats]:
+    """Return the lengths of the rows and the rows divided by them, without overflow on the way.
+
+    A row that is zero but for rounding (of numbers like those of the longest row) counts as zero: what is left of it
+    has no direction. Its length counts as that of the longest row, or one.
+    """
+    largest = np.abs(matrix).max(axis=1, initial=0.0)
+    longest = float(largest.max(initial=0.0))
+    empty = largest <= ROUNDING * longest
+    largest[empty] = longest or 1.0
+    rows = np.where(empty[:, None], 0.0, matrix / largest[:, None])
+    lengths = np.sqrt((rows * rows).sum(axis=1))
+    lengths[empty] = 1.0
+    return largest * lengths, rows / lengths[:, None]
+
+
+def worth(matrix: Floats) -> Floats:
+    """Return the singular values of the rows at unit length, largest first: what each further direction is worth."""
+    return np.asarray(np.linalg.svd(scaled_rows(matrix)[1], compute_uv=False), dtype=float)
+
+
+def rank(matrix: Floats, tolerance: float) -> int:
+    """Return how many rows of a matrix (s x n) are independent."""
+    return int((worth(matrix) > tolerance).sum()) if matrix.size else 0
+
+
+def null_space(matrix: Floats, tolerance: float) -> Floats:
+    """Return an orthonormal basis (n x k) of the x with A x = 0, A as it stands: its columns' units are the caller's.
+
+    Directions count whose singular value is no more than the tolerance times the largest.
+    """
+    if not matrix.size:
+        return np.eye(matrix.shape[1])
+    _, sizes, v = np.linalg.svd(matrix)
+    return np.asarray(v[int((sizes > tolerance * sizes.max(initial=0.0)).sum()) :].T, dtype=float)
+
+
+def idle(matrix: Floats, count: int) -> Floats:
+    """Return (k x s), in rows, the combinations y^T A = 0 of unit rows that a rank of `count` leaves."""
+    return np.asarray(np.linalg.svd(matrix)[0][:, count:].T, dtype=float)
+
+
+def last_share(matrix: Floats, count: int) -> Floats:
+    """Return (s) the share of each row in the direction that counts least among `count` that do."""
+    return np.asarray(np.abs(np.linalg.svd(matrix)[0][:, count - 1]), dtype=float)
+
+
+def least_squares(matrix: Floats, right: Floats, tolerance: float | None = None) -> Floats:
+    """Return the x of least norm that misses A x = r least, A as it stands.
+
+    Directions whose singular value is no more than the tolerance (by default rounding) times the largest take no part.
+    """
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=tolerance)[0], dtype=float)
+
+
+def leading_columns(matrix: Floats, tolerance: float) -> list[int]:
+    """Return as many columns as the matrix (s x n) has rank: the longest first of what those before it leave.
+
+    The matrix stands as it is, and the tolerance is a part of its longest column.
+    """
+    rest, chosen, first = matrix.copy(), list[int](), 0.0
+    for _ in range(min(matrix.shape)):
+        lengths = np.linalg.norm(rest, axis=0)
+        largest = float(lengths.max(initial=0.0))
+        first = first or largest
+        if largest <= tolerance * first:
+            break
+        chosen.append(int(np.argmax(lengths >= (1.0 - TIE) * largest)))
+        unit = rest[:, chosen[-1]] / lengths[chosen[-1]]
+        rest -= np.outer(unit, unit @ rest)
+        rest[:, chosen] = 0.0
+    return chosen
+
+
+def damped(matrix: Floats, right: Floats, damping: float) -> Floats:
+    """Return A^T (A A^T + mu E)^-1 r over unit rows, without directions that are worth no more than `DRAWN`."""
+    lengths = np.linalg.norm(matrix, axis=1)
+    lengths[lengths == 0.0] = 1.0
+    u, sizes, v = np.linalg.svd(matrix / lengths[:, None], full_matrices=False)
+    gains = np.where(sizes > DRAWN, sizes / (sizes * sizes + damping + (sizes == 0.0)), 0.0)
+    return np.asarray(v.T @ (gains * (u.T @ (right / lengths))), dtype=float)
+
+
+def vanishes(pivot: float, diagonal: float, tolerance: float) -> bool:
+    """Return whether a pivot of M = L^T D L is nothing beside its own diagonal element; a nan is."""
+    return not pivot > tolerance * diagonal
