@@ -69,7 +69,10 @@ class Solved:
     reasons: dict[str, None] = field(default_factory=dict)
 
     def values(self, ask: Callable[[Instant], Mapping[str, Any]], units: Mapping[str, str]) -> dict[str, Value]:
-        """Return what `ask` finds at the instant, as numbers with closed forms where they agree."""
+        """Return what `ask` finds at the instant, as numbers with closed forms where they agree.
+
+        What is not unique has no value, unless multipliers of least norm are asked for.
+        """
         numbers, nodes, slots = ask(self.numbers), self._nodes(ask), ask(self.slots)
         others = [ask(other) for other in self.others]
         compared = (*numbers.values(), *self.numbers.udot, *self.numbers.multipliers)
@@ -80,7 +83,8 @@ class Solved:
             rounding = self._rounding(as_node(slots[name]))
             near = 0.0 if abs(number) <= rounding else float(number)
             closed = unique and name in nodes
-            known = self.value(as_node(nodes[name]), near, rounding) if closed else Value(near)
+            told = unique or self.mechanism.minimum_norm
+            known = self.value(as_node(nodes[name]), near, rounding) if closed else Value(near if told else None)
             found[name] = replace(known, unique=unique, unit=units.get(name, ""))
         return found
 

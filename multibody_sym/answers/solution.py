@@ -18,8 +18,8 @@ RowKind = Literal["rope", "rod", "force", "multiplier"]
 class Value:
     """A number (SI; None where there is none) and its closed form in the names of the model (None: numbers only).
 
-    It is not `unique` where constraints depend on each other and other values would serve as well. `unit` is empty for
-    pure numbers and where it is not known.
+    It is not `unique` where constraints depend on each other and other values would serve as well: then there is none,
+    but for that of least norm where this was asked for. `unit` is empty for pure numbers and where it is not known.
     """
 
     value: float | None
@@ -29,6 +29,8 @@ class Value:
 
     def __str__(self) -> str:
         """Return `formula = number unit`, without the formula where there is none or it is that number."""
+        if not self.unique:
+            return "not unique" if self.value is None else f"{self.value:.10g} {self.unit} (of least norm, not unique)"
         number = "unknown" if self.value is None else f"{self.value:.10g}"
         formula = "" if self.expression is None else text(self.expression)
         shown = number if formula in ("", number) else f"{formula} = {number}"

@@ -144,10 +144,12 @@ def _tension_conditions(solved: Solved, reactions: Mapping[str, Mapping[str, Val
     found = []
     for row in solved.mechanism.rows:
         if isinstance(row, RopeRow):
-            tension = reactions[row.name]["tension"].value or 0.0
-            largest = max(abs(x) for x in solved.numbers.multipliers)
-            taut = tension >= -_ROUNDING * largest
-            outcome = "holds" if taut else "fails: the rope would push; in truth it goes slack"
+            tension = reactions[row.name]["tension"].value
+            least = -_ROUNDING * max(abs(x) for x in solved.numbers.multipliers)
+            if tension is None:
+                outcome = "is not decided: the tension is not unique"
+            else:
+                outcome = "holds" if tension >= least else "fails: the rope would push; in truth it goes slack"
             found.append(f"{text(quantity('tension', (row.name,)))} >= 0 {outcome}")
     return found
 

@@ -17,6 +17,7 @@ from multibody_sym.answers.solution import Value
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
 from multibody_sym.scalars.traversal import postorder
+from multibody_sym.writing.solution import solution_text
 
 
 def problem(model: str) -> mbs.System:
@@ -174,8 +175,7 @@ repeat:
     assert any("too long" in note for note in solution.notes)
 
 
-def test_dependent_ropes_are_not_unique_but_the_motion_is() -> None:
-    solution = mbs.solve(problem("""
+TWO_ROPES = """
 gravity: [0, -g, 0]
 parameters: {m: 1 kg, g: 10}
 bodies: {ground: {points: {a: [0, 1, 0]}}, b: {mass: m}, c: {mass: m}}
@@ -183,13 +183,45 @@ joints:
   j: {type: prismatic, parent: ground, child: b, axis: y, q: y}
   k: {type: prismatic, parent: ground, child: c, axis: x, q: x}
 constraints: {r1: {type: rope, path: [ground.a, b]}, r2: {type: rope, path: [ground.a, b]}}
-"""))
+ask: {sum: tension(r1) + tension(r2), one: 2*tension(r1)}
+"""
+
+
+def test_dependent_ropes_are_not_unique_but_the_motion_is() -> None:
+    solution = mbs.solve(problem(TWO_ROPES))
     assert solution.not_unique == ["r1", "r2"]
-    assert solution.reactions["r1"]["tension"].expression is None
     assert solution.accelerations["y"].as_json() == {"value": 0.0, "expression": "0", "unit": "m/s^2"}
     assert solution.reactions["k"]["fy"].as_json()["expression"] == "g*m"
-    total = number(solution.reactions["r1"]["tension"]) + number(solution.reactions["r2"]["tension"])
-    assert total == pytest.approx(10.0, rel=1e-13)
+    assert number(solution.answers["sum"]) == pytest.approx(10.0, rel=1e-13)
+
+
+def test_forces_that_are_not_unique_are_told_without_a_value() -> None:
+    """Each rope may carry any part of the weight, 10 N: a number for one of them would be made up."""
+    solution = mbs.solve(problem(TWO_ROPES))
+    nothing = {"value": None, "expression": None, "unit": "N"}
+    for name in ("r1", "r2"):
+        assert solution.reactions[name]["tension"].as_json() == nothing
+        assert f"tension({name}) >= 0 is not decided: the tension is not unique" in solution.conditions
+    assert solution.answers["one"].value is None
+    told = solution_text(solution)
+    assert "  r1 = not unique\n  r2 = not unique\n" in told
+    assert "  one = not unique" in told
+    assert "not unique, because constraints depend on each other\n  r1, r2" in told
+
+
+def test_multipliers_of_least_norm_are_told_as_such_where_they_were_asked_for() -> None:
+    solution = mbs.solve(problem(TWO_ROPES + "simulation: {multipliers: minimum_norm}\n"))
+    assert number(solution.reactions["r1"]["tension"]) == pytest.approx(5.0, rel=1e-13)
+    assert solution.not_unique == ["r1", "r2"]
+    assert "  r1 = 5 N (of least norm, not unique)\n" in solution_text(solution)
+    assert "tension(r1) >= 0 holds" in solution.conditions
+
+
+def test_components_that_are_not_unique_stand_in_no_row_of_a_joint() -> None:
+    told = solution_text(mbs.solve(mbs.load(Path(__file__).parents[2] / "examples" / "three_cranks.yaml")))
+    assert "  B1 fy = -M*g*m/(12*(M + m)) = -0.654 N\n" in told
+    assert "A1 fx =" not in told
+    assert "fx fy fz mx my of A1, A2, A3; fx fz mx my of B1, B2, B3" in told
 
 
 def test_contradicting_constraints_are_named() -> None:
