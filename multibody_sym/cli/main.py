@@ -10,7 +10,8 @@ from collections.abc import Sequence
 from typing import Any, Final, TextIO, cast
 
 from multibody_sym.cli.answer import Answer
-from multibody_sym.cli.options import Shown, parsed
+from multibody_sym.cli.options import parsed
+from multibody_sym.cli.usage import Shown
 from multibody_sym.errors import MultibodyError, OutputError
 
 DEBUG: Final = "MULTIBODY_SYM_DEBUG"

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import fields
 from typing import Any, Final
 
-from multibody_sym.cli.options import ASSIGNED
+from multibody_sym.cli.changes import ASSIGNED
 from multibody_sym.errors import InputError, MultibodyError, Where
 from multibody_sym.formats.reader import load_with_places
 from multibody_sym.model.declaration.system import System

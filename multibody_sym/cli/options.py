@@ -6,31 +6,16 @@ import argparse
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, NoReturn
 
+from multibody_sym.cli.changes import ASSIGNED, add_changes, assignments
 from multibody_sym.cli.commands import check, derive, equilibrium, export, import_, linearize, new, simulate, solve
-from multibody_sym.errors import InputError, Where
+from multibody_sym.cli.usage import Shown, UsageError
 
 COMMANDS: Final = (new, import_, check, derive, solve, equilibrium, linearize, simulate, export)
-ASSIGNED: Final = {"parameters": "--set", "initial": "--initial", "inputs": "--inputs"}
-"""The options that are given as NAME=VALUE, by the names of the arguments that they are."""
 _AS_JSON: Final = "print one JSON object, also for an error; text goes to standard error"
 _EXIT_CODES: Final = (
     "exit codes: 0 done; 2 wrong input; 3 no solution, failed run or disagreement; 4 output, compiler or memory; "
     "70 a defect of this program; 130 Ctrl-C, with what was computed kept"
 )
-
-
-class UsageError(InputError):
-    """The words of a command line make no command."""
-
-    code = "usage"
-
-
-class Shown(SystemExit):
-    """What `--help` and `--version` show, instead of ending the process."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__(text)
-        self.text = text
 
 
 class _Parser(argparse.ArgumentParser):
@@ -67,7 +52,7 @@ def parsed(words: Sequence[str]) -> argparse.Namespace:
         raise UsageError(f"{options.command} has no option {unknown[0]!r}{_suggestion(unknown[0], known)}")
     for name, option in ASSIGNED.items():
         if name in options:
-            setattr(options, name, _assignments(option, getattr(options, name)))
+            setattr(options, name, assignments(option, getattr(options, name)))
     return options
 
 
@@ -91,34 +76,6 @@ def _parser() -> tuple[argparse.ArgumentParser, Mapping[str, argparse.ArgumentPa
         command.add_options(one)
         one.add_argument("--json", action="store_true", help=_AS_JSON)
         if command not in (new, import_):
-            _add_changes(one)
+            add_changes(one)
         one.set_defaults(run=command.run)
     return parser, made
-
-
-def _add_changes(parser: argparse.ArgumentParser) -> None:
-    """Declare what changes the model that a command takes, or how it is solved."""
-    values = {
-        "parameters": "give a parameter another value, such as m1='500 g'",
-        "initial": "let a coordinate or speed start elsewhere, such as phi='30 deg'; phi=~: where constraints put it",
-        "inputs": "give an input another value, such as tau='2*sin(t)'",
-    }
-    which = "relative (of the joints) or absolute (of each body, restricted by joints); default: the file's"
-    project = "let all start values change, known ones too, as little as constraints need"
-    route = "the route to the equations of motion; default: the cheapest"
-    for name, help in values.items():
-        called = (ASSIGNED[name], f"--{name}") if ASSIGNED[name] != f"--{name}" else (f"--{name}",)
-        parser.add_argument(*called, dest=name, action="append", default=[], metavar="NAME=VALUE", help=help)
-    parser.add_argument("--coordinates", metavar="WHICH", help=which)
-    parser.add_argument("--project", action=argparse.BooleanOptionalAction, help=project)
-    parser.add_argument("--formalism", metavar="NAME", help=route)
-
-
-def _assignments(option: str, texts: Sequence[str]) -> Mapping[str, str]:
-    values = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
-        if not equals or not name.strip() or not value.strip():
-            raise UsageError(f"{option} {text!r}: write NAME=VALUE", where=Where(path=(option,)))
-        values[name.strip()] = value.strip()
-    return values

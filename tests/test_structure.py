@@ -1,0 +1,81 @@
+"""The shape of the package: no import cycle, hidden ones neither, and caps on files, folders and functions."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import multibody_sym as mbs
+
+PACKAGE = Path(mbs.__file__).parent
+FILES = {path.relative_to(PACKAGE.parent): path.read_text(encoding="utf-8") for path in sorted(PACKAGE.rglob("*.py"))}
+LONGEST_FILE, LARGEST_FOLDER, LONGEST_FUNCTION = 400, 18, 40
+
+
+def module_name(path: Path) -> str:
+    return ".".join(path.with_suffix("").parts).removesuffix(".__init__")
+
+
+MODULES = {module_name(path): ast.parse(text) for path, text in FILES.items()}
+
+
+def imported(name: str) -> set[str]:
+    """Return the modules of the package that one imports anywhere: at its head, in functions, for types alone.
+
+    The root hands out names that other modules own when they are asked for, and imports none of them itself.
+    """
+    found = set()
+    for node in ast.walk(MODULES[name]):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            found |= {f"{node.module}.{alias.name}" for alias in node.names} | {node.module}
+        elif isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+    return (found & set(MODULES)) - {name, "multibody_sym"}
+
+
+def cycles(edges: dict[str, set[str]]) -> list[str]:
+    """Return the modules that lead back to themselves."""
+    left = {name: set(targets) for name, targets in edges.items()}
+    while True:
+        ends = {name for name, targets in left.items() if not targets}
+        if not ends:
+            return sorted(left)
+        left = {name: targets - ends for name, targets in left.items() if name not in ends}
+
+
+def functions(tree: ast.AST) -> Iterator[ast.FunctionDef]:
+    return (node for node in ast.walk(tree) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)))
+
+
+def length(function: ast.FunctionDef) -> int:
+    """Return the lines of a function from its name on, those of its docstring apart."""
+    first = function.body[0]
+    docstring = first.end_lineno - first.lineno + 1 if ast.get_docstring(function) is not None else 0
+    return function.end_lineno - function.lineno + 1 - docstring
+
+
+def test_no_module_leads_back_to_itself() -> None:
+    assert cycles({"a": {"b"}, "b": {"a", "c"}, "c": set()}) == ["a", "b"]
+    assert cycles({name: imported(name) for name in MODULES}) == []
+
+
+def test_no_file_is_long() -> None:
+    lines = {str(path): text.count("\n") for path, text in FILES.items()}
+    assert {path: n for path, n in lines.items() if n > LONGEST_FILE} == {}
+
+
+def test_no_folder_is_full() -> None:
+    folders = [path.parent for path in FILES if path.name != "__init__.py"]
+    full = {str(folder): folders.count(folder) for folder in folders if folders.count(folder) > LARGEST_FOLDER}
+    assert full == {}
+
+
+def test_no_function_is_long() -> None:
+    long = {
+        f"{name}.{function.name}": length(function)
+        for name, tree in MODULES.items()
+        for function in functions(tree)
+        if length(function) > LONGEST_FUNCTION
+    }
+    assert long == {}
