@@ -71,8 +71,8 @@ def states(resolved: Mechanism, count: int) -> tuple[np.ndarray, np.ndarray]:
     rng = np.random.default_rng(0)
     q = rng.uniform(-1, 1, (count, len(resolved.coordinates)))
     for body in resolved.bodies:
-        if body.ball:
-            q[:, body.quaternion] /= np.linalg.norm(q[:, body.quaternion], axis=1, keepdims=True)
+        for places in map(list, body.quaternions):
+            q[:, places] /= np.linalg.norm(q[:, places], axis=1, keepdims=True)
     return q, 0.1 * rng.normal(size=(count, len(resolved.speeds)))
 
 

@@ -92,8 +92,7 @@ def random_coordinates(resolved: Mechanism, rng: np.random.Generator) -> np.ndar
     """Return coordinates (STATES, nq), the quaternions of unit length."""
     q = rng.uniform(-1, 1, (STATES, len(resolved.coordinates)))
     for body in resolved.bodies:
-        if body.ball:
-            places = list(body.quaternion)
+        for places in map(list, body.quaternions):
             q[:, places] /= np.linalg.norm(q[:, places], axis=1, keepdims=True)
     return q
 

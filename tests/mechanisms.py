@@ -39,6 +39,7 @@ from multibody_sym.model.declaration.fields import Element, ListOf, OneOf, field
 from multibody_sym.model.declaration.forces import FORCES, Damper, Drag, Force, Motor, Pull, SpringDamper, Torque
 from multibody_sym.model.declaration.joints import JOINTS, Angles, Direct, Fixed, Initial, Joint, MovingJoint
 from multibody_sym.model.declaration.parameters import Parameter
+from multibody_sym.model.declaration.steps import Rotate, Translate
 from multibody_sym.model.declaration.system import System, variable
 from multibody_sym.model.declaration.tables import Table
 from multibody_sym.model.declaration.values import Direction, Field, Scalar, Text
@@ -149,9 +150,9 @@ def random_coordinates(rng: Random, resolved: Mechanism) -> list[float]:
     sizes = {"rad": math.pi, "m": 1.0, "": 1.0}
     q = np.array([rng.uniform(-1, 1) * sizes[c.unit] for c in resolved.coordinates])
     for body in resolved.bodies:
-        if body.ball:
+        for places in body.quaternions:
             quaternion = rng.normal(size=4)
-            q[list(body.quaternion)] = quaternion / np.linalg.norm(quaternion)
+            q[list(places)] = quaternion / np.linalg.norm(quaternion)
     return _floats(q)
 
 
@@ -324,7 +325,8 @@ class _Builder:
     def joint_motion(self, joint: Joint) -> list[str | None] | None:
         if not self.prescribes or self.motions.random() < 0.5:
             return None
-        return [self.motion() if self.motions.random() < 0.5 else None for _ in joint.steps]
+        steps = [step for step in joint.steps if step.may_be_prescribed]
+        return [self.motion() if self.motions.random() < 0.5 else None for _ in steps]
 
     def fields(self, cls: type[Joint]) -> dict[str, Any]:
         """Return values for what a kind of joint has besides its ends, names and start."""
@@ -394,8 +396,8 @@ def _turns(joint: Joint) -> bool:
 
 def _stays_in_plane(joint: Joint) -> bool:
     """Return whether all steps rotate about z or translate along x, y."""
-    flat = {"translate": lambda axis: axis[2].shadow == 0, "rotate": lambda axis: axis[0].shadow == axis[1].shadow == 0}
-    return not joint.ball and all(step.kind in flat and flat[step.kind](step.axis) for step in joint.steps)
+    flat = {Translate: lambda axis: axis[2].shadow == 0, Rotate: lambda axis: axis[0].shadow == axis[1].shadow == 0}
+    return all(type(step) in flat and flat[type(step)](step.axis) for step in joint.steps)
 
 
 def _force(build: _Builder, inputs: Mapping[str, Any]) -> Force:

@@ -34,7 +34,9 @@ def are_all(places: Places, found: Sequence[Floats], free: Sequence[npt.NDArray[
     mechanism = places.mechanism
     if not mechanism.coordinates:
         return True
-    if mechanism.rows or mechanism.kinks or any(body.ball for body in mechanism.bodies) or any(x.any() for x in free):
+    if mechanism.rows or mechanism.kinks or any(x.any() for x in free):
+        return False
+    if any(body.quaternions for body in mechanism.bodies):
         return False
     try:
         return len(found) == _count(places)
@@ -92,7 +94,7 @@ def _hangs(places: Places) -> bool:
     """Return whether every coordinate turns a body about one direction, and nothing but gravity acts at rest."""
     mechanism = places.mechanism
     for body in mechanism.bodies:
-        if len(body.steps) != len(body.step_q) or [step.kind for step in body.steps] not in ([], ["rotate"]):
+        if len(body.steps) != len(body.free_steps) or [step.is_hinge for step in body.steps] not in ([], [True]):
             return False
     return _parallel(places) and not _pushed(places)
 
@@ -100,7 +102,7 @@ def _hangs(places: Places) -> bool:
 def _parallel(places: Places) -> bool:
     motion, axes = places.motion(places.start), []
     for index, (body, moved) in enumerate(zip(places.mechanism.bodies, motion.bodies, strict=True)):
-        if body.step_q:
+        if body.q:
             axes.append(np.array(motion.rotation(index), dtype=float) @ np.array(moved.angular[0], dtype=float))
     return all(np.linalg.norm(np.cross(axes[0], axis)) < _ROUNDING for axis in axes[1:])
 

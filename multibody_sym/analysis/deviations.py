@@ -31,6 +31,7 @@ from multibody_sym.kinematics.energy import potential_energy
 from multibody_sym.kinematics.motion import coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import arrays, slot_state
+from multibody_sym.kinematics.steps import carried_deviations, deviation_suffixes
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.numerics.rank import SLOPES, leading_columns, least_squares
@@ -124,12 +125,11 @@ class Flow:
         return np.array(columns, dtype=float).reshape(len(units), len(self.mechanism.coordinates)).T
 
     def _turning(self, u: npt.ArrayLike) -> Floats:
-        """Return what the motion itself makes of deviations: theta' = - omega x theta."""
+        """Return what the motion itself makes of deviations, as of theta' = - omega x theta."""
         found = np.zeros((len(self.mechanism.speeds),) * 2)
         for body in self.mechanism.bodies:
-            if body.ball:
-                x, y, z = (float(np.asarray(u)[k]) for k in body.u[-3:])
-                found[np.ix_(body.u[-3:], body.u[-3:])] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+            for free in body.free_steps:
+                found[np.ix_(free.u, free.u)] = carried_deviations(free.step, [float(np.asarray(u)[k]) for k in free.u])
         return found
 
     def tangents(self, q: npt.ArrayLike, u: npt.ArrayLike) -> Tangents:
@@ -206,8 +206,9 @@ class Flow:
         return {
             u
             for body in self.mechanism.bodies
-            for q, u in [*zip(body.step_q, body.step_u, strict=True), *zip(body.quaternion, body.u[-3:], strict=False)]
-            if coordinates[q].known
+            for free in body.free_steps
+            for u in free.u
+            if any(coordinates[q].known for q in free.q)
         }
 
     def _by(self, program: Program, outputs: Sequence[str], name: str, known: Sequence[npt.ArrayLike]) -> Floats:
@@ -285,11 +286,11 @@ def deviation_names(mechanism: Mechanism) -> list[str]:
     """Return the names of the deviations sigma (nu): of coordinates theirs, of an attitude `J.rx`, `J.ry`, `J.rz`."""
     names = [""] * len(mechanism.speeds)
     for body in mechanism.bodies:
-        for q, u in zip(body.step_q, body.step_u, strict=True):
+        for q, u in body.rate_pairs:
             names[u] = mechanism.coordinates[q].name
-        if body.ball:
-            for axis, u in zip("xyz", body.u[-3:], strict=True):
-                names[u] = f"{body.joint_name}.r{axis}"
+        for free in body.free_steps:
+            for suffix, u in zip(deviation_suffixes(free.step), free.u, strict=True):
+                names[u] = names[u] if suffix is None else body.joint_name + suffix
     return names
 
 

@@ -373,8 +373,7 @@ class _Search:
         units = [c.unit for c in self.mechanism.coordinates]
         found = [np.where([x == unit for x in units], -q, q) for unit in ("rad", "m") if unit in units]
         for body in self.mechanism.bodies:
-            turning = [u for k, u in zip(body.step_q, body.step_u, strict=True) if units[k] == "rad"]
-            for place in [*turning, *(body.u[-3:] if body.ball else ())]:
+            for place in (u for u in body.u if self.mechanism.speeds[u].unit == "rad/s"):
                 half = np.zeros(len(self.mechanism.speeds))
                 half[place] = np.pi
                 found.append(displaced(self.mechanism, q, half))

@@ -102,8 +102,8 @@ class Places:
         turned = q - 2 * np.pi * np.ceil(q / (2 * np.pi) - 0.5 - _SAME)
         found = np.where(self.periodic, turned, q)
         for body in self.mechanism.bodies:
-            if body.ball and found[body.quaternion[0]] < 0.0:
-                found[list(body.quaternion)] *= -1.0
+            for places in map(list, body.quaternions):
+                found[places] *= -1.0 if found[places[0]] < 0.0 else 1.0
         return found
 
     def same(self, a: Floats, b: Floats, free: Mask) -> bool:
@@ -151,8 +151,8 @@ class Places:
             return None
         nearest = b - 2 * np.pi * np.round((b - a) / (2 * np.pi)) * self.periodic
         for body in self.mechanism.bodies:
-            k = list(body.quaternion)
-            nearest[k] *= np.sign(nearest[k] @ a[k]) if k else 1.0
+            for k in map(list, body.quaternions):
+                nearest[k] *= np.sign(nearest[k] @ a[k])
         found: Floats = (a + nearest) / 2
         normalize(self.mechanism, found)
         return found

@@ -55,11 +55,11 @@ def _turning(motion: Motion, bend: Bend) -> Iterator[int]:
     axis = np.array(components)
     if radius == 0.0 and np.linalg.norm(np.cross(axis, com)) > _ROUNDING * (1.0 + float(np.linalg.norm(centre))):
         return
-    for q, linear, angular in zip(body.step_q, moved.linear, moved.angular, strict=False):  # a ball's come last
-        if _turns([linear], [angular], centre, axis):
-            yield q
-    if body.ball and _turns(moved.linear[-3:], moved.angular[-3:], centre, axis):
-        yield body.q[-1]
+    partial = dict(zip(body.u, zip(moved.linear, moved.angular, strict=True), strict=True))
+    for free in body.free_steps:
+        linear, angular = zip(*(partial[k] for k in free.u), strict=True)
+        if _turns(linear, angular, centre, axis):
+            yield free.q[-1]
 
 
 def _turns(linear: Sequence[Vec], angular: Sequence[Vec], centre: Floats, axis: Floats) -> bool:
@@ -83,7 +83,5 @@ def _tied(mechanism: Mechanism) -> set[int]:
     found = {leaf.data for leaf in leaves(named, "slot")}
     tied = {place for array, place in found if array == "q"}
     for body in mechanism.bodies:
-        tied.update(q for q, u in zip(body.step_q, body.step_u, strict=True) if ("u", u) in found)
-        if any(("u", u) in found for u in body.u[-3:]) and body.ball:
-            tied.add(body.q[-1])
+        tied.update(free.q[-1] for free in body.free_steps if any(("u", u) in found for u in free.u))
     return tied

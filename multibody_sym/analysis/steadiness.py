@@ -20,11 +20,11 @@ from scipy.linalg import eig, expm
 
 from multibody_sym.analysis.deviations import Flow, Tangents
 from multibody_sym.dynamics.constraints.closing import Rows, closed_near
+from multibody_sym.kinematics.steps import displaced as step_displaced
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.parameters import Source
 from multibody_sym.numerics.arrays import EPSILON, UNDEFINED, Floats
 from multibody_sym.numerics.rounding import eigenvalues, least_rounding, without_rounding
-from multibody_sym.scalars.rotations import quaternion_product
 
 NO_EIGENVALUES: Final = "the state is no equilibrium and no steady motion, and A changes as soon as it is let go"
 _ADVICE: Final = (
@@ -210,9 +210,7 @@ class _Path:
 
     def _freedoms(self) -> Iterator[list[int]]:
         for body in self.flow.mechanism.bodies:
-            yield from ([k] for k in body.step_u)
-            if body.ball:
-                yield list(body.u[-3:])
+            yield from (list(free.u) for free in body.free_steps)
 
     def _differs(self, here: Floats, rounding: Floats, sigma: Floats, t: float) -> bool:
         there = self.along(sigma, np.zeros_like(self.u), t)
@@ -249,17 +247,24 @@ class _Path:
     def _named(self, places: Sequence[int]) -> str:
         mechanism, told = self.flow.mechanism, []
         for body in mechanism.bodies:
-            for q, u in zip(body.step_q, body.step_u, strict=True):
-                if u in places:
+            for free in body.free_steps:
+                if set(free.u).isdisjoint(places):
+                    continue
+                for q, u in free.rate_pairs:
                     told.append(f"{mechanism.coordinates[q].name} ({self.u[u]:.6g} {mechanism.speeds[u].unit})")
-            if body.ball and set(body.u[-3:]) & set(places):
-                rate = float(np.linalg.norm(self.u[list(body.u[-3:])]))
-                told.append(f"the attitude of joint {body.joint_name} ({rate:.6g} rad/s)")
+                if not free.step.speeds_are_rates:
+                    rate = float(np.linalg.norm(self.u[list(free.u)]))
+                    told.append(f"the attitude of joint {body.joint_name} ({rate:.6g} rad/s)")
         return f"A depends on what moves: {', '.join(told)}{self._angles_advice(places)}"
 
     def _angles_advice(self, places: Sequence[int]) -> str:
         """Return that three angles serve where a steady precession seen in a body's axes would not be constant."""
-        balls = [b.joint_name for b in self.flow.mechanism.bodies if b.ball and set(b.u[-3:]) & set(places)]
+        balls = [
+            body.joint_name
+            for body in self.flow.mechanism.bodies
+            for free in body.free_steps
+            if free.step.unit_quaternion and not set(free.u).isdisjoint(places)
+        ]
         if not balls:
             return ""
         joints = "joint " + balls[0] if len(balls) == 1 else "joints " + ", ".join(balls)
@@ -276,13 +281,8 @@ def displaced(mechanism: Mechanism, q: Floats, sigma: Floats) -> Floats:
     """Return q (nq) displaced by sigma (nu): coordinates by theirs, quaternions turned by the rotation vector."""
     found = q.copy()
     for body in mechanism.bodies:
-        found[list(body.step_q)] += sigma[list(body.step_u)]
-        if body.ball:
-            vector, places = sigma[list(body.u[-3:])], list(body.quaternion)
-            angle = float(np.linalg.norm(vector))
-            part = 0.5 * np.sinc(angle / (2.0 * np.pi))
-            found[places] = quaternion_product(q[places].tolist(), [np.cos(angle / 2.0), *(part * vector)])
-            found[places] /= np.linalg.norm(found[places])
+        for free in body.free_steps:
+            found[list(free.q)] = step_displaced(free.step, q[list(free.q)], sigma[list(free.u)])
     return found
 
 

@@ -50,7 +50,7 @@ def _unit(question: Ask) -> str:
 
 def _verify(solved: Solved, question: Ask) -> None:
     for coordinate in (*(question.when or ()), *(question.at or ())):
-        quaternions = {k for body in solved.mechanism.bodies for k in body.quaternion}
+        quaternions = {k for body in solved.mechanism.bodies for places in body.quaternions for k in places}
         names = [c.name for k, c in enumerate(solved.mechanism.coordinates) if k not in quaternions]
         if coordinate not in names:
             raise ModelError(f"no coordinate is called {coordinate!r}{suggestion(coordinate, names)}")

@@ -103,7 +103,7 @@ def acceleration_names(resolved: Mechanism) -> list[str]:
     """Return a name for each acceleration: the coordinate's of which it is the second derivative, else the speed's."""
     names = [speed.name for speed in resolved.speeds]
     for body in resolved.bodies:
-        for q, u in zip(body.step_q, body.step_u, strict=True):
+        for q, u in body.rate_pairs:
             names[u] = resolved.coordinates[q].name
     return names
 

@@ -129,7 +129,7 @@ class _SymbolicStart:
 
     def _linear(self, q: Sequence[Node], unknown: Sequence[int]) -> dict[int, Node] | None:
         """Return the unknown coordinates by one step from where they are zero, which is right for linear rows."""
-        places = {i: k for body in self.mechanism.bodies for i, k in zip(body.step_q, body.step_u, strict=True)}
+        places = {i: k for body in self.mechanism.bodies for i, k in body.rate_pairs}
         if not all(k in places for k in unknown):
             return None
         rows = self._closing(self._motion(q, self.u))
@@ -183,7 +183,8 @@ def _normalized(mechanism: Mechanism, q: list[Node]) -> list[Node]:
     """Return coordinates with each quaternion divided by its length."""
     normal = list(q)
     for body in mechanism.bodies:
-        length = sqrt(sum((q[k] ** 2 for k in body.quaternion), ZERO))
-        for k in body.quaternion:
-            normal[k] = q[k] / length
+        for places in body.quaternions:
+            length = sqrt(sum((q[k] ** 2 for k in places), ZERO))
+            for k in places:
+                normal[k] = q[k] / length
     return normal

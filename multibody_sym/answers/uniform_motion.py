@@ -133,7 +133,7 @@ class UniformMotion:
 def uniform_motion(solved: Solved) -> UniformMotion | None:
     """Return the motion if all accelerations are constant along it, None if they are not or this is not proved."""
     resolved, forms = solved.mechanism, solved.forms
-    if forms is None or any(body.quaternion for body in resolved.bodies) or not _seems_uniform(solved):
+    if forms is None or any(body.quaternions for body in resolved.bodies) or not _seems_uniform(solved):
         return None
     general = any_state(resolved, solved.begin)
     names = ("t", *(c.name for c in resolved.coordinates), *(s.name for s in resolved.speeds))

@@ -245,9 +245,9 @@ def _gravity_hint(resolved: Mechanism, state: State) -> list[str]:
     for body in resolved.bodies:
         if body.joint_name != GROUND or not gravity.any():
             continue
-        steps = [(s, g) for s, g in zip(body.steps, body.given, strict=True) if s.kind == "rotate" and g is not None]
+        steps = [(s, g) for s, g in zip(body.steps, body.given, strict=True) if s.turns and g is not None]
         moves = any(given[1] is not ZERO for _, given in steps)
-        axes = [np.array(state.values(step.axis), dtype=float) for step, _ in steps]
+        axes = [np.array(state.values(axis), dtype=float) for step, _ in steps for axis in step.turns]
         if moves and any(np.abs(np.cross(axis, gravity)).max() > NEGLIGIBLE * np.abs(gravity).max() for axis in axes):
             return ["ground turns, and gravity does not turn with it: it keeps its direction among the stars, and seen "
                     "from ground it turns the other way"]

@@ -87,7 +87,7 @@ def derive(
     limits, chosen = _budget(budget), _method(method, formalism, mechanism)
     symbols = symbols_of(mechanism)
     if written_out_size(energy_nodes(mechanism)) <= LARGEST_SUM:
-        circles = tuple(tuple(symbols.coordinates[k] for k in b.quaternion) for b in mechanism.bodies if b.ball)
+        circles = tuple(tuple(symbols.coordinates[k] for k in q) for b in mechanism.bodies for q in b.quaternions)
         readable = Readable(frozenset(symbols.speeds), circles)
         names = WrittenOut(symbols.free_prefix, limits, readable)
         given = energies(mechanism, symbols, names)

@@ -205,8 +205,9 @@ def _named(joints: Mapping[str, Tree]) -> dict[str, Tree]:
             stem += "_"
         taken |= _symbols(stem, joint)
         coordinates = [stem + suffix for suffix in joint.coordinate_suffixes]
-        if joint.ball or stem == name or not coordinates:
-            named[stem if joint.ball else name] = tree
+        own_speeds = any(suffix is not None for suffix in joint.speed_suffixes)
+        if own_speeds or stem == name or not coordinates:
+            named[stem if own_speeds else name] = tree
         else:
             named[name] = {**tree, "q": coordinates}
     return named

@@ -15,6 +15,8 @@ from typing import Any, Final
 
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.state import State
+from multibody_sym.kinematics.steps import invariant_directions
+from multibody_sym.model.declaration.steps import Step
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.loads import BodyTorque, PointForce
 from multibody_sym.model.mechanism.markers import Marker
@@ -101,14 +103,14 @@ def economical_motion(mechanism: Mechanism, state: State) -> Motion:
 def _placed(body: TreeBody, on_parent: Pose) -> tuple[Axes, TreeBody]:
     """Return a body's new axes, and the body with its joint described in them and in the parent's new ones."""
     on_body = body.frame_on_body
-    directions = [*on_parent.rotation, *on_body.rotation, *(step.axis for step in body.steps)]
-    if any(x.shadow is None for direction in directions for x in direction):
+    directions = [d for step in body.steps for d in (*step.slides, *step.turns)]
+    if any(x.shadow is None for d in (*on_parent.rotation, *on_body.rotation, *directions) for x in d):
         return Axes(), replace(body, frame_on_parent=on_parent)
     turn_F, turn_M = _matrix(on_parent.rotation), _matrix(on_body.rotation)
     turn = _joint_axes(body, turn_F)
-    steps = tuple(replace(step, axis=_snapped(apply(turn, step.axis))) for step in body.steps)
+    steps = tuple(step.with_directions(lambda d: _snapped(apply(turn, d))) for step in body.steps)
     rotation = _rounded(product(turn_F, transpose(turn)))
-    shift = _shift(body, [step.axis for step in steps], apply_transposed(_matrix(rotation), on_parent.position))
+    shift = _shift(steps, apply_transposed(_matrix(rotation), on_parent.position))
     position, origin = on_parent.position, on_body.position
     if shift is not ZERO_VECTOR:
         position = _nodes(add(position, apply(_matrix(rotation), shift)))
@@ -121,11 +123,12 @@ def _joint_axes(body: TreeBody, on_parent: Mat) -> Mat:
     """Return Q, which turns the axes of a joint's frames into those in which it is computed.
 
     At best Q = R_PF: body and parent are parallel at zero coordinates. A joint whose first turn is not about one of
-    the parent's axes then turns on by the smallest angle that makes it so. A ball keeps the axes of its speeds.
+    the parent's axes then turns on by the smallest angle that makes it so. Where speeds are components along the
+    child's axes, it keeps these.
     """
-    if body.ball:
+    if body.speeds_in_own_axes:
         return UNIT_MATRIX
-    turns = [step.axis for step in body.steps if step.kind != "translate"]
+    turns = [axis for step in body.steps for axis in step.turns]
     if not turns:
         return on_parent
     return _matrix(_rounded(product(_to_coordinate_axis(apply(on_parent, turns[0])), on_parent)))
@@ -147,13 +150,14 @@ def _to_coordinate_axis(direction: Vec) -> Mat:
     )
 
 
-def _shift(body: TreeBody, axes: Sequence[Point], p: Sequence[Node]) -> Vec:
-    """Return how far the joint's frames may be moved, along the joint's axes, so that more of p_PF becomes zero."""
+def _shift(steps: Sequence[Step], p: Sequence[Node]) -> Vec:
+    """Return how far a joint's frames may be moved, along directions that it keeps, so that more of p_PF is zero."""
     known = [x if x.shadow is not None else 0 for x in map(as_node, p)]
-    if body.ball or len(body.steps) > 1 :
+    if len(steps) > 1:
         return ZERO_VECTOR
-    if body.steps and body.steps[0].kind != "translate":
-        known = [x if is_exactly(a * a, 1) else 0 for a, x in zip(axes[0], known, strict=True)]
+    for step in steps:
+        kept = [any(is_exactly(d[k] * d[k], 1) for d in invariant_directions(step)) for k in range(3)]
+        known = [x if keep else 0 for x, keep in zip(known, kept, strict=True)]
     return ZERO_VECTOR if all(is_exactly(x, 0) for x in known) else (-known[0], -known[1], -known[2])
 
 

@@ -6,21 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from multibody_sym.kinematics.joints import (
-    JointMotion,
-    prescribed,
-    rotated,
-    screwed,
-    seen_from,
-    translated,
-)
+from multibody_sym.kinematics.joints import JointMotion, prescribed, seen_from
 from multibody_sym.kinematics.state import State
-from multibody_sym.model.declaration.steps import Step
+from multibody_sym.kinematics.steps import step_rates, stepped
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import IDENTITY, ORIGIN, Pose
 from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
 from multibody_sym.scalars.node import Node
-from multibody_sym.scalars.rotations import quaternion_rates, quaternion_rotation, turned
 from multibody_sym.scalars.vectors import (
     UNIT_MATRIX,
     ZERO_VECTOR,
@@ -130,7 +122,7 @@ def moving_parent(w_WB: Vec, v_WB: Vec, gravity: Vec) -> BodyMotion:
 def body_motion(body: TreeBody, parent: BodyMotion, state: State) -> BodyMotion:
     """Return the motion of one body, given that of its parent."""
     u = [state.u[k] for k in body.u]
-    R_PB, p_PB, joint = _relative(body, u, state)
+    R_PB, p_PB, joint = _relative(body, state)
     w_rel, v_rel = joint.turning, add(combination(joint.linear, u), joint.given_linear)
     w_parent = apply_transposed(R_PB, parent.w_WB)
     v_point = add(parent.v_WB, cross(parent.w_WB, p_PB))
@@ -149,38 +141,26 @@ def body_motion(body: TreeBody, parent: BodyMotion, state: State) -> BodyMotion:
     )
 
 
-def _relative(body: TreeBody, u: Sequence[S], state: State) -> tuple[Mat, Vec, JointMotion]:
+def _relative(body: TreeBody, state: State) -> tuple[Mat, Vec, JointMotion]:
     """Return R_PB, p_PB, and the motion of B's origin relative to P in B's axes, as the joint's own is in M's."""
     R_PF, p_PF = pose(state, body.frame_on_parent)
     R_BM, p_BM = pose(state, body.frame_on_body)
-    joint = _joint_motion(body, u, state)
+    joint = _joint_motion(body, state)
     R_PB = product(product(R_PF, joint.rotation), transpose(R_BM))
     p_PB = subtract(add(p_PF, apply(R_PF, joint.position)), apply(R_PB, p_BM))
     return R_PB, p_PB, seen_from(joint, R_BM, p_BM)
 
 
-def _joint_motion(body: TreeBody, u: Sequence[S], state: State) -> JointMotion:
-    moved, free = JointMotion(), iter(zip(body.step_q, u, strict=False))
+def _joint_motion(body: TreeBody, state: State) -> JointMotion:
+    moved, free_steps = JointMotion(), iter(body.free_steps)
     for step, given in zip(body.steps, body.given, strict=True):
         if given is None:
-            k, rate = next(free)
-            moved = _stepped(moved, step, state.q[k], rate, state)
+            free = next(free_steps)
+            moved = stepped(step, moved, [state.q[k] for k in free.q], [state.u[k] for k in free.u], state)
         else:
             q, rate, acceleration = state.values(given)
-            moved = prescribed(_stepped(moved, step, q, rate, state), rate, acceleration)
-    if body.ball:
-        rotation = quaternion_rotation([state.q[k] for k in body.quaternion])
-        moved = rotated(moved, rotation, UNIT_MATRIX, u[-3:])
+            moved = prescribed(stepped(step, moved, [q], [rate], state), rate, acceleration)
     return moved
-
-
-def _stepped(before: JointMotion, step: Step, q: S, rate: S, state: State) -> JointMotion:
-    axis = _triple(state, step.axis)
-    if step.kind == "translate":
-        return translated(before, axis, q, rate)
-    if step.kind == "rotate":
-        return rotated(before, turned(axis, q), (axis,), (rate,))
-    return screwed(before, axis, state.values([step.lead])[0], q, rate)
 
 
 def accelerations(motion: Motion, udot: Sequence[S], base: Vec = ZERO_VECTOR) -> list[tuple[Vec, Vec]]:
@@ -234,10 +214,11 @@ def coordinate_rates(mechanism: Mechanism, q: Sequence[S], u: Sequence[S]) -> li
 
 def joint_rates(body: TreeBody, q: Sequence[S], u: Sequence[S]) -> list[S]:
     """Return the part of qdot = N(q) u that belongs to the joint of `body`; q and u are those of the mechanism."""
-    rates = [u[k] for k in body.step_u]
-    if body.ball:
-        rates += quaternion_rates([q[k] for k in body.quaternion], [u[k] for k in body.u[-3:]])
-    return rates
+    return [
+        rate
+        for free in body.free_steps
+        for rate in step_rates(free.step, [q[k] for k in free.q], [u[k] for k in free.u])
+    ]
 
 
 def pose(state: State, declared: Pose) -> tuple[Mat, Vec]:

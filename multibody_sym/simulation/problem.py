@@ -78,9 +78,11 @@ def _pairing(mechanism: Mechanism) -> Pairing:
     plain: list[tuple[int, int]] = []
     balls: list[tuple[int, int]] = []
     for body in mechanism.bodies:
-        count = len(body.q) - len(body.quaternion)
-        plain += zip(body.q[:count], body.u[:count], strict=True)
-        balls += [(body.q[count], body.u[count])] if body.ball else []
+        plain += body.rate_pairs
+        for free in (free for free in body.free_steps if not free.step.speeds_are_rates):
+            if not free.step.unit_quaternion:
+                raise TypeError(f"nothing says how methods take the coordinates of {type(free.step).__name__} on")
+            balls.append((free.q[0], free.u[0]))
     return Pairing(len(mechanism.coordinates), tuple(plain), tuple(balls))
 
 

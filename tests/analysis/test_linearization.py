@@ -92,9 +92,9 @@ def displaced(mechanism: Mechanism, q: np.ndarray, sigma: np.ndarray) -> np.ndar
     """Return q with every attitude turned by the rotation vector that sigma holds in its place."""
     found = q.copy()
     for body in mechanism.bodies:
-        found[list(body.step_q)] += sigma[list(body.step_u)]
-        if body.ball:
-            places = list(body.quaternion)
+        for i, k in body.rate_pairs:
+            found[i] += sigma[k]
+        for places in map(list, body.quaternions):
             turn = Rotation.from_quat(q[places], scalar_first=True) * Rotation.from_rotvec(sigma[list(body.u[-3:])])
             found[places] = turn.as_quat(scalar_first=True)
             found[places] *= np.sign(found[places] @ q[places])
@@ -108,9 +108,9 @@ def rates_of_deviations(flow: Flow, q: np.ndarray, u: np.ndarray, z: np.ndarray)
     rates, there = (flow._rates(*flow.known(*state)) for state in ((q, u), (beside, fast)))
     found = np.concatenate([np.zeros(size), there[1] - rates[1]])
     for body in flow.mechanism.bodies:
-        found[list(body.step_u)] = (there[0] - rates[0])[list(body.step_q)]
-        if body.ball:
-            k = list(body.quaternion)
+        for i, k in body.rate_pairs:
+            found[k] = (there[0] - rates[0])[i]
+        for k in map(list, body.quaternions):
             turning = quaternion_product(conjugate(rates[0][k]), beside[k]), quaternion_product(
                 conjugate(q[k]), there[0][k]
             )

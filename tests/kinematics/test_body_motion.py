@@ -96,6 +96,5 @@ def test_quaternion_rates_keep_unit_length() -> None:
         _, q, u = random_state(np.random.default_rng(seed), case)
         qdot = np.array(coordinate_rates(case.mechanism, q, u), dtype=float)
         for body in case.mechanism.bodies:
-            if body.ball:
-                places = list(body.quaternion)
+            for places in map(list, body.quaternions):
                 assert abs(np.array(q)[places] @ qdot[places]) < 1e-14

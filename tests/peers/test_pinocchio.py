@@ -125,12 +125,12 @@ def random_instant(rng: np.random.Generator, resolved: Any) -> Instant:
     their_q: list[float] = []
     rotations, rates = np.eye(len(u)), np.zeros(len(u))
     for body in resolved.bodies:
-        moves = list(rng.normal(size=len(body.steps)))
-        quaternion = rng.normal(size=len(body.quaternion))
+        moves = list(rng.normal(size=len(body.rate_pairs)))
+        quaternion = rng.normal(size=4 * len(body.quaternions))
         quaternion = list(quaternion / np.linalg.norm(quaternion)) if len(quaternion) else []
         q += moves + quaternion
         their_q += moves + quaternion[1:] + quaternion[:1]
-        if body.ball and body.steps:
+        if body.quaternions and moves:
             R = pin.Quaternion(*quaternion).toRotationMatrix()
             first, spin = body.u[0], np.array([u[k] for k in body.u[3:]])
             rotations[first : first + 3, first : first + 3] = R.T

@@ -62,7 +62,7 @@ def twins(request: pytest.FixtureRequest) -> Twins:
     q_order, v_order = [], []
     for body in ours.bodies:
         if body.u:
-            joint = model.joints[1 if body.ball else model.getJointId(body.joint_name)]
+            joint = model.joints[1 if body.quaternions else model.getJointId(body.joint_name)]
             q_order += range(joint.idx_q, joint.idx_q + joint.nq)
             v_order += range(joint.idx_v, joint.idx_v + joint.nv)
     return Twins(ours, model, floating, q_order, v_order)

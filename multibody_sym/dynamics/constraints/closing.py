@@ -260,8 +260,7 @@ def moved(mechanism: Mechanism, q: Floats, change: Floats) -> Floats:
 def normalize(mechanism: Mechanism, q: Floats) -> None:
     """Give every quaternion in q unit length. Raises ModelError naming the joint of one that is zero."""
     for body in mechanism.bodies:
-        if body.ball:
-            places = list(body.quaternion)
+        for places in map(list, body.quaternions):
             length = float(np.linalg.norm(q[places]))
             if length == 0.0:
                 where = Where(path=("joints", body.joint_name, "initial", "q"))

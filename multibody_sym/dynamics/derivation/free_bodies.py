@@ -116,7 +116,7 @@ class _Reactions:
         """Read off what a joint transmits along its free directions, A^T R = Q; yield what names several components."""
         own = self._symbols.reactions[6 * index : 6 * index + 6]
         freedoms = [(direction, self._drive(*drive)) for direction, *drive in self._sums.drives(index)]
-        if self._motion.mechanism.bodies[index].ball:
+        if self._motion.mechanism.bodies[index].speeds_in_own_axes:
             *freedoms, x, y, z = freedoms
             axes = zip(*(self._written(direction[3:]) for direction, _ in (x, y, z)), strict=True)
             for s, row in zip(own[3:], axes, strict=True):
@@ -210,13 +210,13 @@ class _Sums:
     def _axes(self, index: int) -> tuple[Mat, Mat]:
         """Return the axes of forces and of moments, as rows, in the body's axes."""
         R_FB = self._joint_axes(index)
-        return R_FB, UNIT_MATRIX if self._motion.mechanism.bodies[index].ball else R_FB
+        return R_FB, UNIT_MATRIX if self._motion.mechanism.bodies[index].speeds_in_own_axes else R_FB
 
     def _own(self, index: int) -> dict[Any, Wrench]:
         """Return each component of the body's own reaction, already along the axes of the balances."""
-        ball, R_FB = self._motion.mechanism.bodies[index].ball, self._joint_axes(index)
+        own_axes, R_FB = self._motion.mechanism.bodies[index].speeds_in_own_axes, self._joint_axes(index)
         arm = subtract(self._joint_point(index), self._motion.masses[index].com)
-        turned, units = (arm, transpose(R_FB)) if ball else (apply(R_FB, arm), UNIT_MATRIX)
+        turned, units = (arm, transpose(R_FB)) if own_axes else (apply(R_FB, arm), UNIT_MATRIX)
         columns = transpose(units)
         wrenches: list[Wrench] = [(unit, cross(turned, c)) for unit, c in zip(UNIT_MATRIX, columns, strict=True)]
         return self._named(index, [*wrenches, *((ZERO_VECTOR, c) for c in columns)])

@@ -26,9 +26,9 @@ from multibody_sym.kinematics.loads import TINY, applied, applied_generalized_fo
 from multibody_sym.kinematics.motion import coordinate_rates, joint_rates, motion_of
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import State, slot_state
+from multibody_sym.kinematics.steps import turning_momenta
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.scalars.node import Node, as_node, slot
-from multibody_sym.scalars.vectors import cross
 
 
 def lagrange(mechanism: Mechanism, state: State) -> EquationsOfMotion:
@@ -95,8 +95,8 @@ def known_nodes(mechanism: Mechanism, symbols: Symbols) -> dict[Node, Any]:
     """
     known = {**symbols.slots, as_node(TINY): sympy.S.Zero}
     for body in mechanism.bodies:
-        if body.ball:
-            w, x, y, z = (slot("q", k) for k in body.quaternion)
+        for places in body.quaternions:
+            w, x, y, z = (slot("q", k) for k in places)
             known[w * w + x * x + y * y + z * z] = sympy.S.One
     return known
 
@@ -174,18 +174,13 @@ def projected(mechanism: Mechanism, q: Sequence[Any], gradient: Sequence[Any], n
 
 
 def turning(mechanism: Mechanism, u: Sequence[Any], momenta: Sequence[Any]) -> list[Any]:
-    """Return what N^T (d/dt dT/dqdot - dT/dq) holds besides d/dt dT/du - N^T dT/dq: nothing where u = qdot.
-
-    Of a ball's angular velocity omega = 2 E(q) qdot, N = E^T / 2: with p = dT/domega, dT/dqdot = 2 E^T p, and the
-    projection leaves N^T (d/dt (2 E^T) - (d(2 E qdot)/dq)^T) p = omega x p; the multiplier of |q| = 1 drops out
-    because N^T q = 0.
-    """
-    terms: list[Any] = []
-    for body in mechanism.bodies:
-        terms += [sympy.S.Zero] * len(body.step_u)
-        if body.ball:
-            terms += cross([u[k] for k in body.u[-3:]], [momenta[k] for k in body.u[-3:]])
-    return terms
+    """Return what N^T (d/dt dT/dqdot - dT/dq) holds besides d/dt dT/du - N^T dT/dq: nothing where u = qdot."""
+    return [
+        sympy.sympify(term)
+        for body in mechanism.bodies
+        for free in body.free_steps
+        for term in turning_momenta(free.step, [u[k] for k in free.u], [momenta[k] for k in free.u])
+    ]
 
 
 def _symmetric(upper: Sequence[Sequence[Any]]) -> list[list[Any]]:

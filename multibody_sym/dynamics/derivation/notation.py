@@ -91,7 +91,7 @@ def _reactions(mechanism: Mechanism, symbols: Symbols) -> dict[Any, Label]:
 def _rates(mechanism: Mechanism, symbols: Symbols, spelling: Mapping[Any, Label]) -> dict[Any, Label]:
     """Return the spelling of speeds and accelerations: theta', theta'' where u is the rate of theta."""
     found = {}
-    coordinate_of = {u: q for body in mechanism.bodies for u, q in zip(body.step_u, body.step_q, strict=True)}
+    coordinate_of = {u: q for body in mechanism.bodies for q, u in body.rate_pairs}
     for k, (u, a) in enumerate(zip(symbols.speeds, symbols.accelerations, strict=True)):
         if k in coordinate_of:
             text, latex = spelling[symbols.coordinates[coordinate_of[k]]]
@@ -103,11 +103,11 @@ def _rates(mechanism: Mechanism, symbols: Symbols, spelling: Mapping[Any, Label]
 
 def _balls(mechanism: Mechanism, symbols: Symbols) -> dict[Any, Label]:
     """Return the spelling of quaternions and angular velocities: with the joint's name where there are several."""
-    balls = [body for body in mechanism.bodies if body.ball]
+    balls = [(body, free) for body in mechanism.bodies for free in body.free_steps if free.step.unit_quaternion]
     found = {}
-    for body in balls:
+    for body, free in balls:
         of_joint = rf"{upright(body.joint_name)}," if len(balls) > 1 else ""
-        for letter, part, numbers in (("q", "wxyz", body.quaternion), (r"\omega", "xyz", body.u[-3:])):
+        for letter, part, numbers in (("q", "wxyz", free.q), (r"\omega", "xyz", free.u)):
             for component, k in zip(part, numbers, strict=True):
                 s = symbols.coordinates[k] if letter == "q" else symbols.speeds[k]
                 default = s.name.endswith(("_q" if letter == "q" else "_w") + component)

@@ -35,7 +35,7 @@ def coordinate_step(mechanism: Mechanism) -> Step:
     lines = []
     for body in mechanism.bodies:
         q = ", ".join(mechanism.coordinates[k].name for k in body.q)
-        if body.ball:
+        if body.quaternions:
             u = ", ".join(mechanism.speeds[k].name for k in body.u)
             lines.append(f"{body.joint_name}: {q} (a unit quaternion last), speeds {u} (angular velocity in body axes)")
         elif q:
@@ -106,7 +106,7 @@ def _shown(mechanism: Mechanism, symbols: Symbols, values: Sequence[Any]) -> lis
     """Return (coordinate, or speed where it is no coordinate's rate; value) by speed."""
     shown: list[Any] = list(symbols.speeds)
     for body in mechanism.bodies:
-        for u, q in zip(body.step_u, body.step_q, strict=True):
+        for q, u in body.rate_pairs:
             shown[u] = symbols.coordinates[q]
     return list(zip(shown, values, strict=True))
 
@@ -135,7 +135,7 @@ def lagrange_steps(
     ]
     return (
         Step("Momenta", tuple(momenta)),
-        Step("Their rates", tuple(rates), _TURNING if any(b.ball for b in mechanism.bodies) else ""),
+        Step("Their rates", tuple(rates), _TURNING if any(b.quaternions for b in mechanism.bodies) else ""),
         Step("Gradient of T", _gradient("T", mechanism, symbols, notation, terms.kinetic_gradient)),
         Step("Gradient of V", _gradient("V", mechanism, symbols, notation, terms.potential_gradient)),
     )

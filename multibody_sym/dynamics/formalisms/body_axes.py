@@ -50,11 +50,11 @@ def along_body_axes(motion: Motion) -> tuple[Motion, tuple[BodyAxes, ...]]:
 def _is_free(body: TreeBody) -> bool:
     """Return whether a body moves along x, y and z, in any order, and then turns."""
     moves, turns = body.steps[:3], body.steps[3:]
-    axes = [[abs(x.shadow or 0.0) for x in step.axis] for step in moves]
+    axes = [[abs(x.shadow or 0.0) for x in axis] for step in moves for axis in step.slides]
     return (
         sorted(axes, reverse=True) == [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
-        and [step.kind for step in moves] == ["translate"] * 3
-        and all(step.kind == "rotate" for step in turns)
-        and (body.ball or bool(turns))
+        and not any(step.turns for step in moves)
+        and not any(step.slides for step in turns)
+        and bool(turns)
         and not any(body.given)
     )

@@ -33,14 +33,13 @@ def base_inertias(motion: Motion) -> list[RigidInertia]:
 
 def handed_over(body: TreeBody, moved: BodyMotion, inertia: RigidInertia) -> tuple[RigidInertia, RigidInertia]:
     """Return what the joint feels of a body's inertia, in the body's axes, and the rest, in the parent's."""
-    kinds = [step.kind for step in body.steps]
-    if not kinds and not body.ball:
+    if not body.steps:
         return NOTHING, inertia.moved(moved.R_PB, moved.p_PB)
-    if kinds == ["translate"] and not body.ball:
+    if len(body.steps) == 1 and not body.steps[0].turns:
         turning = RigidInertia(0, ZERO_VECTOR, inertia.inertia)
         return RigidInertia(inertia.mass, inertia.moment, NOTHING.inertia), turning.moved(moved.R_PB, ZERO_VECTOR)
-    if set(kinds) <= {"rotate"} and all(x is ZERO for x in body.frame_on_body.position):
-        axis = _coordinate_axis(moved.angular[0]) if len(body.u) == len(kinds) == 1 else None
+    if not any(step.slides for step in body.steps) and all(x is ZERO for x in body.frame_on_body.position):
+        axis = _coordinate_axis(moved.angular[0]) if len(body.u) == len(body.steps) == 1 else None
         return _at_a_point(inertia, moved) if axis is None else _on_an_axis(axis, inertia, moved)
     return inertia, NOTHING
 

@@ -79,7 +79,7 @@ def _driven(motion: Motion, cut: CutJoint, multipliers: Sequence[S]) -> Wrench:
     index = cut.frames[1].body
     child = motion.mechanism.bodies[index]
     Q = [of_speed[k] for k in child.u]
-    along, about = (Q[:3], Q[3:]) if child.ball else ((*Q[:2], 0), (0, 0, Q[2]))
+    along, about = (Q[:3], Q[3:]) if child.quaternions else ((*Q[:2], 0), (0, 0, Q[2]))
     force = apply_transposed(motion.bodies[index].R_PB, along)
     return force, add(about, cross(motion.masses[index].com, force))
 

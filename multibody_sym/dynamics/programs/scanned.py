@@ -145,7 +145,7 @@ def _energies(kinds: Sequence[Kind], number: int, read: Values) -> Values:
 
 def scanned_normalize(mechanism: Mechanism, like: LikeBodies) -> Program | None:
     """Return (t, q, u, ...) -> q with unit quaternions, largest deviation; None without quaternions."""
-    if not any(body.ball for body in mechanism.bodies):
+    if not any(body.quaternions for body in mechanism.bodies):
         return None
     trace, count = Trace("normalize", arrays(mechanism)), len(mechanism.bodies)
     largest = Pass("largest", tuple(range(-1, count - 1)), 1, (ZERO,))
@@ -159,9 +159,9 @@ def _normalized(kinds: Sequence[Kind], number: int, read: Values) -> Values:
     """Return a body's coordinates and the largest deviation of its quaternion and of those before."""
     body, q = kinds[number].body, list(kinds[number].state.q)
     largest = read["largest"][0]
-    if body.ball:
-        unit, off = unit_quaternion([q[k] for k in body.quaternion])
-        q, largest = [*q[:-4], *unit], maximum(largest, off)
+    for places in body.quaternions:
+        unit, off = unit_quaternion([q[k] for k in places])
+        q[places[0] : places[-1] + 1], largest = unit, maximum(largest, off)
     return {"largest": [largest], "q": q, "deviation": [largest]}
 
 

@@ -164,10 +164,10 @@ def _normalize(mechanism: Mechanism) -> Program | None:
     q = list(trace["q"])
     deviation: Node = ZERO
     for body in mechanism.bodies:
-        if body.ball:
-            unit, off = unit_quaternion([q[k] for k in body.quaternion])
+        for places in body.quaternions:
+            unit, off = unit_quaternion([q[k] for k in places])
             deviation = maximum(deviation, off)
-            q[body.quaternion[0] : body.quaternion[-1] + 1] = unit
+            q[places[0] : places[-1] + 1] = unit
     if deviation is ZERO:
         return None
     return trace.finish({"q": ((len(q),), q), "deviation": ((), [deviation])})

@@ -62,7 +62,7 @@ def _placed(motion: Motion, index: int, free: TreeBody) -> tuple[Floats, Floats]
     v = R_WG.T @ (np.subtract(velocity(motion, centre), velocity(motion, origin)) - np.cross(spin, way))
     w = np.array(angular_velocity(motion, index), dtype=float) - spin
     p, R_GB = R_WG.T @ way, R_WG.T @ R_WB
-    if not free.ball:
+    if not free.quaternions:
         angle = math.atan2(R_GB[1, 0], R_GB[0, 0])
         return np.array([p[0], p[1], angle]), np.array([v[0], v[1], w @ R_WG[:, 2]])
     return np.array([*p, *_quaternion(R_GB)]), np.array([*v, *(R_WB.T @ w)])
@@ -86,9 +86,9 @@ def _quaternion(R: Floats) -> Floats:
 
 def _alike(body: TreeBody, q: Floats, angles: Sequence[float]) -> list[Floats]:
     """Return coordinates that turn a body by whole turns, or change its quaternion's sign."""
-    if body.ball:
+    for places in body.quaternions:
         change = np.ones_like(q)
-        change[list(body.quaternion)] = -1.0
+        change[list(places)] = -1.0
         return [q, q * change]
     most = 1 + math.ceil(max((abs(x) for x in (*angles, q[body.q[2]])), default=0.0) / _TURN)
     unit = np.zeros_like(q)

@@ -31,7 +31,7 @@ from multibody_sym.dynamics.constraints.closing import (
 from multibody_sym.dynamics.constraints.row_values import verify_values
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.kinematics.row_sizes import power_terms
-from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 
 NEAR: Final = 1e-6
@@ -114,18 +114,11 @@ def _not_closed(rows: Rows, q: Floats) -> NoSolutionError:
 def _position_items(mechanism: Mechanism) -> list[_Item]:
     items = []
     for body in mechanism.bodies:
-        for places, speeds in _groups(body):
-            declared = [mechanism.coordinates[i] for i in places]
+        for free in body.free_steps:  # a quaternion is held as a whole
+            declared = [mechanism.coordinates[i] for i in free.q]
             names = tuple(c.name for c in declared)
-            items.append(_Item(names, places, speeds, declared[0].given, declared[0].known))
+            items.append(_Item(names, free.q, free.u, declared[0].given, declared[0].known))
     return items
-
-
-def _groups(body: TreeBody) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
-    """Return the coordinates that can be held on their own, each with its speeds; a quaternion is held as a whole."""
-    groups: list[tuple[tuple[int, ...], tuple[int, ...]]] = []
-    groups += [((i,), (k,)) for i, k in zip(body.step_q, body.step_u, strict=True)]
-    return [*groups, (body.quaternion, body.u[-3:])] if body.ball else groups
 
 
 # --- speeds --------------------------------------------------------------------------------------------------------

@@ -83,7 +83,7 @@ def _welded(mechanism: Mechanism, parameters: Sequence[float]) -> list[list[_Par
     first: list[int] = []
     poses: list[tuple[Floats, Floats]] = []
     for index, body in enumerate(mechanism.bodies):
-        if body.steps or body.ball:
+        if body.steps:
             first.append(index)
             poses.append((np.eye(3), np.zeros(3)))
         else:

@@ -1,4 +1,4 @@
-"""Joints: each is declared as itself and moves by elementary steps, perhaps with a ball where three angles would fail.
+"""Joints: each is declared as itself and moves by elementary steps, the last a ball where three angles would fail.
 
 Frame F stands on the parent, frame M on the child; at zero coordinates they coincide. The steps lead from F to M: each
 translates along, rotates about, or screws along an axis that the steps before it have moved.
@@ -7,18 +7,18 @@ translates along, rotates about, or screws along an axis that the steps before i
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar, Final
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.fields import Element, ListOf, OneOf, Record, holds
-from multibody_sym.model.declaration.steps import Step
+from multibody_sym.model.declaration.steps import Ball, FreeStep, Rotate, Step, Translate, free_steps
+from multibody_sym.model.declaration.steps import Screw as ScrewStep
 from multibody_sym.model.declaration.values import Direction, Flag, Flags, OptionalScalars, Point, Scalar, Text
 from multibody_sym.scalars.node import PI, Node
 
-_BALL_COORDINATES: Final = ("qw", "qx", "qy", "qz")
-_BALL_SPEEDS: Final = ("wx", "wy", "wz")
 _X, _Y, _Z = (Direction().accept(letter) for letter in "xyz")
 
 
@@ -46,43 +46,38 @@ class Joint(Element):
         """The elementary motions, those with a prescribed motion moving by it."""
         return self.steps
 
-    @property
-    def free_steps(self) -> tuple[Step, ...]:
-        """The elementary motions that have a coordinate."""
-        return tuple(step for step in self.moves if step.motion is None)
-
-    @property
-    def ball(self) -> bool:
-        """Whether free rotation follows: a unit quaternion (w first), angular velocity in the child's axes."""
-        return False
+    @cached_property
+    def free_steps(self) -> tuple[FreeStep, ...]:
+        """The elementary motions that have coordinates, with their places among those of the joint."""
+        return free_steps(self.moves)
 
     @property
     def coordinate_suffixes(self) -> tuple[str, ...]:
         """What follows the joint's name in the default names of its coordinates."""
-        letters = [step.letter for step in self.free_steps] + [*(_BALL_COORDINATES if self.ball else ())]
-        return tuple(f"_{letter}" for letter in letters) if self.ball or len(self.steps) > 1 else ("",) * len(letters)
+        letters = [coordinate.letter for free in self.free_steps for coordinate in free.step.coordinates]
+        several = any(len(step.coordinates) > 1 for step in self.steps) or len(self.steps) > 1
+        return tuple(f"_{letter}" for letter in letters) if several else ("",) * len(letters)
 
     @property
     def speed_suffixes(self) -> tuple[str | None, ...]:
         """What follows the joint's name in the names of its speeds; None where a speed is a coordinate's rate."""
-        ball = tuple(f"_{letter}" for letter in _BALL_SPEEDS) if self.ball else ()
-        return (*(None for _ in self.free_steps), *ball)
+        letters = (speed.letter for free in self.free_steps for speed in free.step.speeds)
+        return tuple(None if letter is None else f"_{letter}" for letter in letters)
 
     @property
     def coordinate_units(self) -> tuple[str, ...]:
         """The units of the coordinates."""
-        return (*(step.unit for step in self.free_steps), *("" for _ in (_BALL_COORDINATES if self.ball else ())))
+        return tuple(coordinate.unit for free in self.free_steps for coordinate in free.step.coordinates)
 
     @property
     def speed_units(self) -> tuple[str, ...]:
         """The units of the speeds."""
-        ball = ("rad/s",) * len(_BALL_SPEEDS) if self.ball else ()
-        return (*(f"{step.unit}/s" for step in self.free_steps), *ball)
+        return tuple(speed.unit for free in self.free_steps for speed in free.step.speeds)
 
     @property
     def zero_coordinates(self) -> tuple[int, ...]:
         """The coordinates at which both frames coincide."""
-        return (*(0 for _ in self.free_steps), *((1, 0, 0, 0) if self.ball else ()))
+        return tuple(coordinate.zero for free in self.free_steps for coordinate in free.step.coordinates)
 
 
 @dataclass(frozen=True)
@@ -149,11 +144,12 @@ class MovingJoint(Joint):
     def moves(self) -> tuple[Step, ...]:
         if self.motion is None:
             return self.steps
-        return tuple(replace(step, motion=given) for step, given in zip(self.steps, self.motion, strict=True))
+        given = iter(self.motion)
+        return tuple(step.with_motion(next(given)) if step.may_be_prescribed else step for step in self.steps)
 
     def verify(self) -> None:
         self._verify_motion()
-        if self.limits is not None and (self.ball or len(self.steps) != 1):
+        if self.limits is not None and [len(step.speeds) for step in self.steps] != [1]:
             raise ModelError(f"limits are for joints with one freedom; a {self.kind} joint has more").under("limits")
         coordinates, speeds = len(self.coordinate_units), len(self.speed_units)
         if self.q is not None and len(self.q) != coordinates:
@@ -174,25 +170,27 @@ class MovingJoint(Joint):
                 if len(given) != wanted:
                     counted = f"{wanted} initial values here, got {len(given)}"
                     raise ModelError(f"{self._named} needs {counted}; null (None) leaves one out")
-                if self.ball and name != "u" and len({x is None or x is False for x in given[-4:]}) > 1:
-                    raise ModelError("the last four are one quaternion (w, x, y, z): give all four or none")
+                for free in self.free_steps if name != "u" else ():
+                    if free.step.unit_quaternion and len({given[k] is None or given[k] is False for k in free.q}) > 1:
+                        raise ModelError("the last four are one quaternion (w, x, y, z): give all four or none")
 
     @property
     def _named(self) -> str:
         return f"a {self.kind} joint" + (" whose motion is prescribed" if self.motion is not None else "")
 
     def _verify_motion(self) -> None:
-        """Raise ModelError unless `motion` has an entry for each step."""
-        if self.motion is None or len(self.motion) == len(self.steps):
+        """Raise ModelError unless `motion` has an entry for each step that may be prescribed."""
+        open_to_it = [step.may_be_prescribed for step in self.steps]
+        if self.motion is None or len(self.motion) == sum(open_to_it):
             return
         with at("motion"):
-            if self.ball:
+            if not all(open_to_it):
                 raise ModelError(
                     f"the rotation of a {self.kind} joint is a quaternion, which cannot be prescribed; choose three "
                     "angles instead (angles: xyz)"
                 )
             raise ModelError(
-                f"a {self.kind} joint moves by {len(self.steps)} translations and rotations: give a motion or null for "
+                f"a {self.kind} joint moves by {len(open_to_it)} translations and rotations: give a motion or null for "
                 f"each, got {len(self.motion)}"
             )
 
@@ -206,7 +204,7 @@ class Revolute(MovingJoint):
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        return (Step("rotate", self.axis),)
+        return (Rotate(self.axis),)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -233,7 +231,7 @@ class Prismatic(AxialJoint):
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        return (Step("translate", self.axis),)
+        return (Translate(self.axis),)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -245,7 +243,7 @@ class Screw(AxialJoint):
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        return (Step("screw", self.axis, lead=self.pitch / (2 * PI)),)
+        return (ScrewStep(self.axis, lead=self.pitch / (2 * PI)),)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -256,7 +254,7 @@ class Cylindrical(AxialJoint):
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        return Step("translate", self.axis, "z"), Step("rotate", self.axis, "phi")
+        return Translate(self.axis, "z"), Rotate(self.axis, "phi")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -268,7 +266,7 @@ class Universal(MovingJoint):
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        return Step("rotate", self.axes[0], "1"), Step("rotate", self.axes[1], "2")
+        return Rotate(self.axes[0], "1"), Rotate(self.axes[1], "2")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -279,7 +277,7 @@ class Planar(MovingJoint):
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        return Step("translate", _X, "x"), Step("translate", _Y, "y"), Step("rotate", _Z, "theta")
+        return Translate(_X, "x"), Translate(_Y, "y"), Rotate(_Z, "theta")
 
 
 @dataclass(frozen=True)
@@ -296,9 +294,10 @@ class Angles:
         return value
 
 
-def _three_angles(angles: str | None) -> tuple[Step, ...]:
+def _turning_freely(angles: str | None) -> tuple[Step, ...]:
+    """Return a ball, or three rotations where `angles` are chosen."""
     axes = {"x": _X, "y": _Y, "z": _Z}
-    return tuple(Step("rotate", axes[letter], str(k)) for k, letter in enumerate(angles or "", 1))
+    return (Ball(),) if angles is None else tuple(Rotate(axes[x], str(k)) for k, x in enumerate(angles, 1))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -313,11 +312,7 @@ class Spherical(MovingJoint):
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        return _three_angles(self.angles)
-
-    @property
-    def ball(self) -> bool:
-        return self.angles is None
+        return _turning_freely(self.angles)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -329,12 +324,7 @@ class Free(MovingJoint):
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        moves = Step("translate", _X, "x"), Step("translate", _Y, "y"), Step("translate", _Z, "z")
-        return (*moves, *_three_angles(self.angles))
-
-    @property
-    def ball(self) -> bool:
-        return self.angles is None
+        return (Translate(_X, "x"), Translate(_Y, "y"), Translate(_Z, "z"), *_turning_freely(self.angles))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -354,11 +344,11 @@ class Direct(Element):
     def step(self, letter: str) -> Step:
         """Return the freedom as a step."""
         if self.translate is not None:
-            return Step("translate", self.translate, letter)
+            return Translate(self.translate, letter)
         assert self.rotate is not None
         if self.pitch is None:
-            return Step("rotate", self.rotate, letter)
-        return Step("screw", self.rotate, letter, self.pitch / (2 * PI))
+            return Rotate(self.rotate, letter)
+        return ScrewStep(self.rotate, letter, lead=self.pitch / (2 * PI))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,7 +11,7 @@ from functools import cached_property
 from typing import Final
 
 from multibody_sym.errors import ModelError, suggestion
-from multibody_sym.model.declaration.steps import Step
+from multibody_sym.model.declaration.steps import FreeStep, Step, free_steps
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.loads import Load
 from multibody_sym.model.mechanism.markers import Marker
@@ -69,17 +69,15 @@ class Limit:
 class TreeBody:
     """A body and the joint that carries it: frame F on the parent, frame M on the body, coinciding at zero coordinates.
 
-    The joint moves by `steps` (unit axes), then freely about M's origin if it is a `ball`. `q` and `u` are the places
-    of its coordinates and speeds among those of the mechanism. A ground that moves is such a body too, joined to the
-    world by prescribed steps. A massless `is_double`, which rows hold to the body that it doubles, keeps a joint's
-    coordinates where other joints carry its child.
+    The joint moves by `steps` (unit axes). `q` and `u` are the places of its coordinates and speeds among those of the
+    mechanism. A ground that moves is such a body too, joined to the world by prescribed steps. A massless `is_double`,
+    which rows hold to the body that it doubles, keeps a joint's coordinates where other joints carry its child.
     """
 
     name: str
     parent: int
     joint_name: str
     steps: tuple[Step, ...]
-    ball: bool
     frame_on_parent: Pose
     frame_on_body: Pose
     mass: Mass
@@ -87,20 +85,25 @@ class TreeBody:
     u: tuple[int, ...]
     is_double: bool = False
 
-    @property
-    def quaternion(self) -> tuple[int, ...]:
-        """The positions of the unit quaternion, if there is one, in the mechanism's coordinates."""
-        return self.q[-4:] if self.ball else ()
+    @cached_property
+    def free_steps(self) -> tuple[FreeStep, ...]:
+        """The steps that are not prescribed, with the places of their coordinates and speeds in the mechanism."""
+        return free_steps(self.steps, self.q, self.u)
 
     @property
-    def step_q(self) -> tuple[int, ...]:
-        """The positions of the coordinates of its steps; those of prescribed ones are missing."""
-        return self.q[:-4] if self.ball else self.q
+    def rate_pairs(self) -> tuple[tuple[int, int], ...]:
+        """The places of coordinates with those of the speeds that are their rates."""
+        return tuple(pair for free in self.free_steps for pair in free.rate_pairs)
 
     @property
-    def step_u(self) -> tuple[int, ...]:
-        """The positions of their rates among the speeds."""
-        return self.u[:-3] if self.ball else self.u
+    def speeds_in_own_axes(self) -> bool:
+        """Whether speeds of its joint are components along the axes of frame M, which then keeps its axes."""
+        return any(step.in_child_axes for step in self.steps)
+
+    @property
+    def quaternions(self) -> tuple[tuple[int, ...], ...]:
+        """The places of the coordinates that are unit quaternions (w first)."""
+        return tuple(free.q for free in self.free_steps if free.step.unit_quaternion)
 
     @cached_property
     def given(self) -> tuple[tuple[Node, Node, Node] | None, ...]:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 
 from multibody_sym.errors import ModelError
-from multibody_sym.model.declaration.steps import Step
+from multibody_sym.model.declaration.steps import Rotate, Translate
 from multibody_sym.model.mechanism.mass import GROUND, IDENTITY, NO_MASS, Pose, mass_of, unit_vector
 from multibody_sym.model.mechanism.mechanism import TreeBody, double_name
 from multibody_sym.model.resolution.references import BARE, References
@@ -23,11 +22,11 @@ def tree_bodies(references: References, carrying: Iterable[str], doubled: Iterab
     made, q, u = [], 0, 0
     for joint_name, name, mass, double in wanted:
         joint, (on_parent, on_body) = system.joints[joint_name], references.frames(joint_name)
-        steps = tuple(replace(step, axis=unit_vector(step.axis)) for step in joint.moves)
+        steps = tuple(step.with_directions(unit_vector) for step in joint.moves)
         nq, nu = len(joint.coordinate_units), len(joint.speed_units)
         numbers = tuple(range(q, q + nq)), tuple(range(u, u + nu))
         ends = on_parent.pose, on_body.pose
-        made.append(TreeBody(name, on_parent.body, joint_name, steps, joint.ball, *ends, mass, *numbers, double))
+        made.append(TreeBody(name, on_parent.body, joint_name, steps, *ends, mass, *numbers, double))
         q, u = q + nq, u + nu
     return (*_ground(references), *made)
 
@@ -42,6 +41,6 @@ def _ground(references: References) -> tuple[TreeBody, ...]:
             "joints"
         )
     places = zip(IDENTITY, (body.motion.x, body.motion.y, body.motion.z), strict=True)
-    moves = [Step("translate", axis, motion=place) for axis, place in places if place is not ZERO]
-    turns = [Step("rotate", unit_vector(turn.axis), motion=turn.angle) for turn in body.motion.turn]
-    return (TreeBody(GROUND, -1, GROUND, (*moves, *turns), False, Pose(), Pose(), mass_of(body), (), ()),)
+    moves = [Translate(axis, motion=place) for axis, place in places if place is not ZERO]
+    turns = [Rotate(unit_vector(turn.axis), motion=turn.angle) for turn in body.motion.turn]
+    return (TreeBody(GROUND, -1, GROUND, (*moves, *turns), Pose(), Pose(), mass_of(body), (), ()),)

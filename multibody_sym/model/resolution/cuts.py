@@ -11,7 +11,6 @@ from itertools import pairwise
 from typing import Final
 
 from multibody_sym.model.declaration.joints import Joint
-from multibody_sym.model.declaration.steps import Step
 from multibody_sym.model.declaration.values import AXES, Point
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import unit_vector
@@ -33,21 +32,21 @@ def has_rows(joint: Joint) -> bool:
     """
     if joint.moves != joint.steps:
         return False
-    kinds = [step.kind for step in joint.steps]
-    moves = kinds.count("translate")
-    turns = [step.axis for step in joint.steps[moves:]]
-    straight = "screw" not in kinds and "translate" not in kinds[moves:]
-    return straight and len(turns) <= 3 and not any(_parallel(a, b) for a, b in pairwise(turns))
+    first_turn = next((k for k, step in enumerate(joint.steps) if step.turns), len(joint.steps))
+    straight = not any(step.slides for step in joint.steps[first_turn:])
+    turns = [axis for step in joint.steps for axis in step.turns]
+    free = all(step.is_independent for step in joint.steps)
+    return straight and free and len(turns) <= 3 and not any(_parallel(a, b) for a, b in pairwise(turns))
 
 
 def cut_rows(name: str, joint: Joint, frames: tuple[Marker, Marker]) -> list[Row]:
     """Return the rows that stand for a joint between frame F of its parent and frame M of its child."""
-    moves = [unit_vector(step.axis) for step in joint.steps if step.kind == "translate"]
-    turns = [step for step in joint.steps if step.kind == "rotate"]
+    moves = [unit_vector(axis) for step in joint.steps for axis in step.slides]
+    turns = [unit_vector(axis) for step in joint.steps for axis in step.turns]
     rows: list[Row] = []
     for letter, axis in zip(*_normals(moves, ("x", "y", "z"), "n"), strict=True):
         rows.append(PositionRow(f"{name}.{letter}", frames, axis))
-    return rows if joint.ball or len(turns) == 3 else rows + _angle_rows(name, turns, frames)
+    return rows if len(turns) == 3 else rows + _angle_rows(name, turns, frames)
 
 
 def welded_rows(name: str, frames: tuple[Marker, Marker]) -> list[Row]:
@@ -58,12 +57,11 @@ def welded_rows(name: str, frames: tuple[Marker, Marker]) -> list[Row]:
     return positions + _angle_rows(name, (), frames)
 
 
-def _angle_rows(name: str, turns: Sequence[Step], frames: tuple[Marker, Marker]) -> list[Row]:
-    """Return the rows under which M turns relative to F about the axes of `turns` only."""
-    if not turns:
+def _angle_rows(name: str, axes: Sequence[Point], frames: tuple[Marker, Marker]) -> list[Row]:
+    """Return the rows under which M turns relative to F about these unit axes only."""
+    if not axes:
         pairs = zip(AXES, ((_Z, _Y), (_X, _Z), (_Y, _X)), _UNITS, strict=True)
         return [AngleRow(f"{name}.r{letter}", frames, pair, shared=axis) for letter, pair, axis in pairs]
-    axes = [unit_vector(step.axis) for step in turns]
     if len(axes) == 1:
         letters, normals = _normals(axes, ("rx", "ry", "rz"), "r")
         return [

@@ -13,7 +13,7 @@ they name which have this power; what the joints transmit on their account is th
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -124,46 +124,43 @@ def _named_speeds(resolved: Mechanism, zero: Node) -> set[int]:
         return found
     coordinates = {leaf.data[1] for leaf in leaves([zero], "slot") if leaf.data[0] == "q"}
     for body in resolved.bodies:
-        found.update(u for q, u in zip(body.step_q, body.step_u, strict=True) if q in coordinates)
-        found.update(body.u[-3:] if coordinates.intersection(body.quaternion) else ())
+        found.update(u for free in body.free_steps if not coordinates.isdisjoint(free.q) for u in free.u)
     return found
 
 
 def _told(body: TreeBody, named: set[int]) -> set[str]:
     """Return the components of a joint's reaction along freedoms that a row does not name."""
-    free = {k for k, step in enumerate(body.steps) if step.motion is None}
-    idle = {k for k, u in zip(sorted(free), body.step_u, strict=True) if u not in named}
-    told = _components(body.steps, idle)
-    return told | ({"mx", "my", "mz"} if body.ball and named.isdisjoint(body.u[-3:]) else set())
+    free = [k for k, step in enumerate(body.steps) if step.motion is None]
+    idle = [k for k, moved in zip(free, body.free_steps, strict=True) if named.isdisjoint(moved.u)]
+    return _components(body.steps, idle)
 
 
 def _told_of_cut(system: System, joint: str) -> set[str]:
     """Return the same of a joint that is cut: it has no coordinates that a row could name."""
-    declared = system.joints[joint]
-    told = _components(declared.steps, range(len(declared.steps)))
-    return told | ({"mx", "my", "mz"} if declared.ball else set())
+    steps = system.joints[joint].steps
+    return _components(steps, range(len(steps)))
 
 
 def _components(steps: Sequence[Step], idle: Iterable[int]) -> set[str]:
     """Return the components along those steps that move or turn along an axis of the frame on the parent, whatever the
     others do: translations before all rotations, a first rotation with no translation after it."""
-    first = next((k for k, step in enumerate(steps) if step.kind != "translate"), len(steps))
-    last = max((k for k, step in enumerate(steps) if step.kind != "rotate"), default=-1)
-    found = set()
+    first_turn = next((k for k, step in enumerate(steps) if step.turns), len(steps))
+    last_slide = max((k for k, step in enumerate(steps) if step.slides), default=-1)
+    found: set[str] = set()
     for k in idle:
-        component = _along(steps[k])
-        if component and (k < first or (k == first and k > last and steps[k].kind == "rotate")):
-            found.add(component)
+        if k < first_turn or k == first_turn > last_slide:
+            found.update(_along(steps[k]))
     return found
 
 
-def _along(step: Step) -> str | None:
-    """Return the component of the reaction along a step's axis, if that is x, y or z."""
-    sizes = [abs(float(x.shadow)) if x.shadow is not None else 1.0 for x in step.axis]
-    axes = [k for k, size in enumerate(sizes) if size > 0.0]
-    if len(axes) != 1:
-        return None
-    return COMPONENTS[axes[0] + (0 if step.kind == "translate" else 3)]
+def _along(step: Step) -> Iterator[str]:
+    """Yield the components of the reaction along the axes of a step, as far as these are x, y or z."""
+    for first, directions in ((0, step.slides), (3, step.turns)):
+        for direction in directions:
+            sizes = [abs(float(x.shadow)) if x.shadow is not None else 1.0 for x in direction]
+            axes = [k for k, size in enumerate(sizes) if size > 0.0]
+            if len(axes) == 1:
+                yield COMPONENTS[first + axes[0]]
 
 
 @dataclass(frozen=True)

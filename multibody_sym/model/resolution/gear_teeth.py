@@ -89,7 +89,7 @@ def _wheels(element: Gear, references: References) -> tuple[str, tuple[_Wheel, _
     system, ends = references.system, []
     for k, name in enumerate(element.joints):
         steps = system.joints[name].moves
-        if len(steps) != 1 or steps[0].kind != "rotate":
+        if len(steps) != 1 or not steps[0].is_hinge:
             with at("joints", k):
                 raise ModelError(f"radii are those of wheels, and {name!r} is no revolute joint; leave radii out")
         joint = system.joints[name]
@@ -111,7 +111,7 @@ def _wheel(joint: str, carried: bool, references: References) -> _Wheel:
     """Return a wheel that a joint carries; one that carries the body on which its axis stays turns the other way."""
     frames = references.frames(joint)
     on_carrier, on_wheel = frames if carried else frames[::-1]
-    along = apply(on_carrier.pose.rotation, unit_vector(references.system.joints[joint].moves[0].axis))
+    along = apply(on_carrier.pose.rotation, unit_vector(references.system.joints[joint].moves[0].turns[0]))
     side = 1 if carried else -1
     return _Wheel(on_carrier.pose.position, scale(side, along), on_wheel.body, side)
 

@@ -48,12 +48,11 @@ _UP = (ZERO, ZERO, ONE)
 def has_formula(joint: Joint, *, plane: bool) -> bool:
     """Return whether a joint's coordinates follow from the poses of its bodies, one by one.
 
-    They do where its translations are along axes normal to each other, and it turns as a ball or in the plane, where
-    bodies have angles: quaternions do not tell whole turns.
+    They do where each of its steps says so, and its translations are along axes normal to each other.
     """
-    moves = [step.axis for step in joint.steps if step.kind == "translate"]
-    turns = any(step.kind == "rotate" for step in joint.steps)
-    return (plane or not turns) and all(_normal(a, b) for i, a in enumerate(moves) for b in moves[:i])
+    moves = [axis for step in joint.steps for axis in step.slides]
+    told = all(step.is_measured(plane=plane) for step in joint.steps)
+    return told and all(_normal(a, b) for i, a in enumerate(moves) for b in moves[:i])
 
 
 def measured(references: References, bodies: Sequence[TreeBody], joints: Iterable[str]) -> dict[Node, Node]:
@@ -96,20 +95,25 @@ class _Pose:
     def u(self) -> list[Node]:
         return [slot("u", k) for k in self.body.u]
 
+    @property
+    def in_plane(self) -> bool:
+        """Whether it is carried in the plane, by x, y and an angle."""
+        return not self.body.quaternions
+
     @cached_property
     def centre(self) -> Vec:
         """The position of the centre of mass, in ground's axes."""
-        return (*self.q[:3],) if self.body.ball else (*self.q[:2], ZERO)  # type: ignore[return-value]
+        return (*self.q[:2], ZERO) if self.in_plane else (*self.q[:3],)  # type: ignore[return-value]
 
     @cached_property
     def rotation(self) -> Mat:
         """R_GB."""
-        return quaternion_rotation(self.q[3:]) if self.body.ball else turned(_UP, self.q[2])
+        return turned(_UP, self.q[2]) if self.in_plane else quaternion_rotation(self.q[3:])
 
     @property
     def rates(self) -> dict[Node, Node]:
         """The rate of each coordinate."""
-        turning = quaternion_rates(self.q[3:], self.u[3:]) if self.body.ball else self.u[2:]
+        turning = self.u[2:] if self.in_plane else quaternion_rates(self.q[3:], self.u[3:])
         count = len(self.q) - len(turning)
         return dict(zip(self.q, (*self.u[:count], *turning), strict=True))
 
@@ -161,28 +165,37 @@ class _Attached:
 
 @dataclass(frozen=True)
 class _Between:
-    """Frame M of a joint's child relative to frame F of its parent."""
+    """Frame M of a joint's child relative to frame F of its parent: what the joint's steps ask for."""
 
     F: _Attached
     M: _Attached
 
     def coordinates(self, joint: Joint) -> list[Node]:
         """Return the joint's coordinates."""
-        axes = [unit_vector(step.axis) for step in joint.steps if step.kind == "translate"]
-        way = subtract(self.M.position, self.F.position)
-        found = [as_node(dot(apply(self.F.rotation, axis), way)) for axis in axes]
-        if joint.ball:
-            return [*found, *self.quaternion]
-        turns = [unit_vector(step.axis)[2] for step in joint.steps if step.kind == "rotate"]
-        return [*found, *((self.M.angle - self.F.angle) * about for about in turns)]
+        return [x for step in joint.steps for x in step.with_directions(unit_vector).measured(self)]
 
     def speeds(self, joint: Joint, rates: Sequence[Node]) -> list[Node]:
         """Return the joint's speeds, given the rates of its coordinates."""
-        moves = sum(step.kind == "translate" for step in joint.steps)
-        if joint.ball:
-            turning = subtract(self.M.turning, apply_transposed(self.rotation, self.F.turning))
-            return [*rates[:moves], *map(as_node, turning)]
-        return list(rates)
+        pairs = [(free.step, [rates[k] for k in free.q]) for free in joint.free_steps]
+        return [x for step, own in pairs for x in step.measured_speeds(self, own)]
+
+    def way(self, axis: Point) -> Node:
+        """Return how far M is from F along a unit axis of F."""
+        return as_node(dot(apply(self.F.rotation, axis), self._way))
+
+    @cached_property
+    def _way(self) -> Vec:
+        return subtract(self.M.position, self.F.position)
+
+    @property
+    def angle(self) -> Node:
+        """The angle from F to M about z, in the plane."""
+        return self.M.angle - self.F.angle
+
+    @property
+    def turning(self) -> Vec:
+        """The angular velocity of M relative to F, in the axes of M."""
+        return subtract(self.M.turning, apply_transposed(self.rotation, self.F.turning))
 
     @cached_property
     def rotation(self) -> Mat:

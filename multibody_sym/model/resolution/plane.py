@@ -8,7 +8,7 @@ from dataclasses import replace
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.constraints import PointInPlane, PointOnLine
 from multibody_sym.model.declaration.forces import Force, Torque
-from multibody_sym.model.declaration.joints import Joint
+from multibody_sym.model.declaration.steps import is_flat, is_upright
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.mass import mass_of
@@ -18,7 +18,7 @@ from multibody_sym.scalars.node import Node
 
 def in_plane(system: System) -> bool:
     """Return whether a system stays in the plane z = 0: all that is declared lies in it, or turns about its normal."""
-    if any(joint.ball or not _fits(joint) for joint in system.joints.values()):
+    if not all(step.stays_in_plane for joint in system.joints.values() for step in joint.steps):
         return False
     vectors = [system.gravity, *(v for body in system.bodies.values() for v in _vectors(body))]
     axes = [axis for body in system.bodies.values() for axis in _axes(body)]
@@ -32,12 +32,7 @@ def in_plane(system: System) -> bool:
             vectors.append(element.line.direction)
         elif isinstance(element, PointInPlane):
             vectors.append(element.plane.normal)
-    return all(map(_flat, vectors)) and all(map(_upright, axes))
-
-
-def _fits(joint: Joint) -> bool:
-    fitting = {"translate": _flat, "rotate": _upright}
-    return all(step.kind in fitting and fitting[step.kind](step.axis) for step in joint.steps)
+    return all(map(is_flat, vectors)) and all(map(is_upright, axes))
 
 
 def _vectors(body: Body) -> Iterator[Point]:
@@ -74,15 +69,8 @@ def rows_in_plane(rows: Iterable[Row]) -> list[Row]:
 
 def _acts_in_plane(row: Row) -> bool:
     if isinstance(row, PositionRow):
-        return not _upright(row.axis)
+        return not is_upright(row.axis)
     if isinstance(row, RollingRow):
-        return not _upright(row.along)
-    return not isinstance(row, AngleRow) or all(map(_flat, row.directions))
+        return not is_upright(row.along)
+    return not isinstance(row, AngleRow) or all(map(is_flat, row.directions))
 
-
-def _flat(v: Point) -> bool:
-    return v[2].shadow == 0
-
-
-def _upright(v: Point) -> bool:
-    return v[0].shadow == 0 and v[1].shadow == 0

@@ -117,7 +117,7 @@ class References:
             known = self._freedoms(joint) if name is not None else self._one_freedom(joint)
         if name is None:
             return next(iter(known.values()))
-        by_coordinate = dict(zip(self._coordinate_names(joint), known.values(), strict=False))
+        by_coordinate = {q: known[u] for q, u in self._rate_pairs(joint)}
         named = {**known, **by_coordinate}
         if name not in named:
             with at("freedom"):
@@ -131,12 +131,12 @@ class References:
         return found
 
     def _freedoms(self, joint: str) -> dict[str, Freedom]:
-        """Return the freedoms of a joint by the names of their speeds; those of a ball come last."""
+        """Return the freedoms of a joint by the names of their speeds."""
         if joint not in self.system.joints:
             raise ModelError(f"no joint is called {joint!r}{suggestion(joint, self.system.joints)}")
         speeds = speed_names(joint, self.system.joints[joint])
         found = {u: Freedom(joint, None, self._named(u)) for u in speeds}
-        for q, u in zip(self._coordinate_names(joint), speeds, strict=False):
+        for q, u in self._rate_pairs(joint):
             found[u] = Freedom(joint, self._named(q), self._named(u))
         return found
 
@@ -155,7 +155,8 @@ class References:
                     found += [Drive(k, freedom.rate, factor)] if factor is not ZERO else []
         return tuple(found)
 
-    def _coordinate_names(self, joint: str) -> tuple[str, ...]:
-        """Return the names of those of a joint's coordinates whose rates are speeds."""
+    def _rate_pairs(self, joint: str) -> list[tuple[str, str]]:
+        """Return the names of a joint's coordinates whose rates are speeds, with the names of these."""
         declared = self.system.joints[joint]
-        return coordinate_names(joint, declared)[: len(declared.free_steps)]
+        coordinates, speeds = coordinate_names(joint, declared), speed_names(joint, declared)
+        return [(coordinates[q], speeds[u]) for free in declared.free_steps for q, u in free.rate_pairs]

@@ -65,7 +65,7 @@ class Loop:
     def coordinates(self, count: int) -> list[tuple[str, str]]:
         """Return coordinates whose rate is a speed, each with how it goes on at its speed."""
         mechanism = self.case.mechanism
-        plain = [(i, k) for body in mechanism.bodies for i, k in zip(body.step_q, body.step_u, strict=True)]
+        plain = [pair for body in mechanism.bodies for pair in body.rate_pairs]
         chosen = [plain[k] for k in self.rng.permutation(len(plain))[:count]]
         return [
             (mechanism.coordinates[i].name, f"{self.state.q[i]!r} + ({self.state.u[k]!r})*(t - {self.time!r})")

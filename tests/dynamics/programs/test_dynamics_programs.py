@@ -98,13 +98,13 @@ def test_quaternions_are_normalised() -> None:
     checked = 0
     for seed in range(12):
         case, found, (t, q, u) = made(seed, rows=False)
-        balls = [body for body in case.mechanism.bodies if body.ball]
-        assert (found.normalize is not None) == bool(balls)
+        quaternions = [places for body in case.mechanism.bodies for places in body.quaternions]
+        assert (found.normalize is not None) == bool(quaternions)
         if found.normalize is None:
             continue
         longer = list(q)
-        for body in balls:
-            for k in body.quaternion:
+        for places in quaternions:
+            for k in places:
                 longer[k] *= 1.25
         normalised, deviation = run(case, found.normalize, (t, longer, u))
         np.testing.assert_allclose(normalised, q, atol=1e-14)

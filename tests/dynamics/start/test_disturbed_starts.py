@@ -89,8 +89,8 @@ def test_disturbed_random_loops(seed: int) -> None:
 def unit(resolved: Mechanism, q: Sequence[float]) -> tuple[float, ...]:
     found = np.array(q)
     for body in resolved.bodies:
-        if body.ball:
-            found[list(body.quaternion)] /= np.linalg.norm(found[list(body.quaternion)])
+        for places in map(list, body.quaternions):
+            found[places] /= np.linalg.norm(found[places])
     return tuple(found.tolist())
 
 

@@ -375,8 +375,8 @@ def test_random_systems_with_rows_close_or_say_why() -> None:
 def assert_closed(resolved: Mechanism, begin: Start) -> None:
     assert max(residuals(resolved, begin)) < 1e-9
     for body in resolved.bodies:
-        if body.ball:
-            assert np.linalg.norm(np.array(begin.q)[list(body.quaternion)]) == pytest.approx(1.0)
+        for places in body.quaternions:
+            assert np.linalg.norm(np.array(begin.q)[list(places)]) == pytest.approx(1.0)
 
 
 def test_a_rod_without_length_is_refused_by_name() -> None:
