@@ -36,7 +36,7 @@ from multibody_sym.numerics.rank import ALIKE, FLAT, least_squares, null_space
 
 _GUESSES: Final = 24
 """How many guesses around the start are tried, and how many on end must find nothing before the search ends."""
-_MOST: Final = 400
+MOST: Final = 400
 _STEPS: Final = 25
 _HALVINGS: Final = 6
 _LARGEST_STEP: Final = 0.5
@@ -49,7 +49,7 @@ _SAME: Final = 1e-6
 _BESIDE: Final = 0.1
 _EDGE: Final = 1e-5
 """How far beside a position forces are to have values, in m and rad: farther than it may be from their edge."""
-_SECONDS: Final = 10.0
+SECONDS: Final = 10.0
 """CPU time after which no other guess is begun; that from the start always is, and takes what it takes."""
 _SEED: Final = 3
 
@@ -115,17 +115,11 @@ def _equilibrium(system: System, formalism: str | None) -> Equilibrium:
     verify_formalism(formalism)
     resolved = examined(system)
     begin = start(resolved, project=system.simulation.project)
-    rows = Rows(resolved, begin.parameters, range(len(resolved.rows)))
-    flow, q = Flow(resolved, begin.parameters, formalism), np.array(begin.q, dtype=float)
-    search = _Search(resolved, flow, rows, Places(flow, rows, q))
-    found = _found(search, q)
+    search = search_from(resolved, begin, formalism)
+    found = _found(search, np.array(begin.q, dtype=float))
     if not found.positions:
-        cut = " in time" if found.cut_short else ""
-        raise NoSolutionError(
-            f"no position of equilibrium was found near the start{cut}; give other initial coordinates"
-        )
-    names = [c.name for c in resolved.coordinates]
-    places = search.places
+        raise none_found(in_time=found.cut_short)
+    names, places = [c.name for c in resolved.coordinates], search.places
     one_sided = tuple(search.one_sided(q) for q in found.positions)
     return Equilibrium(
         tuple(dict(zip(names, (places.principal(q) + 0.0).tolist(), strict=True)) for q in found.positions),
@@ -138,6 +132,18 @@ def _equilibrium(system: System, formalism: str | None) -> Equilibrium:
         _moving(system, resolved, begin),
         one_sided,
     )
+
+
+def search_from(resolved: Mechanism, begin: Start, formalism: str | None) -> _Search:
+    """Return the search for positions of equilibrium from a start."""
+    rows = Rows(resolved, begin.parameters, range(len(resolved.rows)))
+    flow = Flow(resolved, begin.parameters, formalism)
+    return _Search(resolved, flow, rows, Places(flow, rows, np.array(begin.q, dtype=float)))
+
+
+def none_found(*, in_time: bool) -> NoSolutionError:
+    where = "near the start in time" if in_time else "near the start"
+    return NoSolutionError(f"no position of equilibrium was found {where}; give other initial coordinates")
 
 
 def _moving(system: System, resolved: Mechanism, begin: Start) -> tuple[str, ...]:
@@ -176,25 +182,24 @@ class _Found:
 
 def _found(search: _Search, start: Floats) -> _Found:
     """Return the positions found, that from the start first: from what is found its mirror images and half-turns."""
-    found, fruitless, until = _Found(), 0, time.process_time() + _SECONDS
+    found, fruitless, until = _Found(), 0, time.process_time() + SECONDS
     images: deque[Floats] = deque()
-    around = _guesses(search.places, start)
-    while images or (found.guesses < _MOST and fruitless <= _GUESSES):
+    around = guesses(search.places, start)
+    while images or (found.guesses < MOST and fruitless <= _GUESSES):
         if time.process_time() > until and found.guesses:
             found.cut_short = True
             break
         fruitless += not images
         guess = images.popleft() if images else next(around)
         found.guesses += 1
-        near = closed_near(search.rows, guess)
-        q = None if near is None else search.root(near)
+        q = search.reached(guess)
         if q is not None and found.takes(search, q):
             fruitless = 0
             images.extend(search.images(q))
     return found
 
 
-def _guesses(places: Places, q: Floats) -> Iterator[Floats]:
+def guesses(places: Places, q: Floats) -> Iterator[Floats]:
     """Yield the start and positions around it, ever farther away, whose rows may be open."""
     rng, mechanism = np.random.default_rng(_SEED), places.mechanism
     scale = np.array([places.length if speed.unit == "m/s" else 1.0 for speed in mechanism.speeds])
@@ -212,6 +217,11 @@ class _Search:
     flow: Flow
     rows: Rows
     places: Places
+
+    def reached(self, guess: Floats) -> Floats | None:
+        """Return the position of equilibrium that a guess, closed or not, leads to; None where it leads to none."""
+        near = closed_near(self.rows, guess)
+        return None if near is None else self.root(near)
 
     def root(self, q: Floats) -> Floats | None:
         """Return the position of equilibrium that Newton's method reaches from a closed position, None if it fails."""

@@ -10,13 +10,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.analysis.deviations import Flow
 from multibody_sym.analysis.periodic import Multipliers, multipliers_of
+from multibody_sym.analysis.places_asked import begin_at
 from multibody_sym.analysis.steadiness import NO_EIGENVALUES, constancy_of
 from multibody_sym.dynamics.routes import verify_formalism
 from multibody_sym.dynamics.start.examined import blame_numbers, examined, on_numbers
@@ -30,6 +31,9 @@ from multibody_sym.numerics.numbers import number
 from multibody_sym.numerics.rounding import eigenvalues, without_rounding
 from multibody_sym.scalars.traversal import leaves
 
+At = Literal["equilibrium"] | Mapping[str, Any] | None
+"""Where a system is linearised, beside its start."""
+
 
 @dataclass(frozen=True, eq=False)
 class Linearization:
@@ -40,7 +44,7 @@ class Linearization:
     equilibrium or a steady motion; `steady`: whether A is constant; where it is not, the system is let go from rest,
     and A is that of the start. `left_out`: states that are not among `states`, as nothing depends on them and their
     own rates are not constant. `shifts`: by how much given start values changed to satisfy the constraints. `rounding`
-    (m x m): what rounding may make of A.
+    (m x m): what rounding may make of A. `at`: the coordinates and speeds of the state.
     """
 
     states: tuple[str, ...]
@@ -53,6 +57,7 @@ class Linearization:
     left_out: tuple[str, ...] = ()
     held_inputs: tuple[str, ...] = ()
     rounding: Floats | None = None
+    at: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
     def eigenvalues(self) -> npt.NDArray[np.complex128]:
@@ -79,12 +84,14 @@ class Linearization:
             "held_inputs": list(self.held_inputs),
             "accelerations": self.accelerations,
             "shifts": dict(self.shifts),
+            "at": dict(self.at),
         }
 
 
 def linearize(
     system: System,
     *,
+    at: At = None,
     parameters: Mapping[str, Any] | None = None,
     initial: Mapping[str, Any] | None = None,
     inputs: Mapping[str, Any] | None = None,
@@ -94,25 +101,35 @@ def linearize(
 ) -> Linearization:
     """Return the linearisation of a system about its start, in coordinates of its joints, whatever `coordinates` are.
 
+    `at` another state: "equilibrium", the position of rest that is found first from the start, or values of coordinates
+    and speeds by name, around which constraints are closed and all else stays as at the start.
     Inputs that change with time are held at their values at t = 0. `parameters` .. `project`: what the call changes of
     the system (`Changes`); `formalism` by name, None for the cheapest.
     Raises InputError, and NoSolutionError where there is no start, it is a singular position, a force has no derivative
     there, or it moves such that A is not constant, by name.
     """
-    return _linearized(Changes(parameters, initial, inputs, coordinates, project).of(system), formalism)
+    return _linearized(Changes(parameters, initial, inputs, coordinates, project).of(system), formalism, at)
 
 
 @on_numbers
-def _linearized(system: System, formalism: str | None) -> Linearization:
-    flow, begin = _started(system, formalism)
+def _linearized(system: System, formalism: str | None, place: At) -> Linearization:
+    flow, begin = _started(system, formalism, place)
     q, u = np.array(begin.q, dtype=float), np.array(begin.u, dtype=float)
-    return replace(_settled(flow, q, u), shifts=begin.shifts, held_inputs=_changing(flow.mechanism))
+    state = _by_name(flow.mechanism, begin)
+    return replace(_settled(flow, q, u), shifts=begin.shifts, held_inputs=_changing(flow.mechanism), at=state)
+
+
+def _by_name(mechanism: Mechanism, begin: Start) -> dict[str, float]:
+    """Return the coordinates and speeds of a state."""
+    names = [*(c.name for c in mechanism.coordinates), *(s.name for s in mechanism.speeds)]
+    return dict(zip(names, (*begin.q, *begin.u), strict=True))
 
 
 def period_multipliers(
     system: System,
     period: float,
     *,
+    at: At = None,
     parameters: Mapping[str, Any] | None = None,
     initial: Mapping[str, Any] | None = None,
     inputs: Mapping[str, Any] | None = None,
@@ -129,21 +146,21 @@ def period_multipliers(
     period = number("period", period)
     if not (np.isfinite(period) and period > 0.0):
         raise ModelError(f"a period is a positive time, got {period:g}")
-    return _multiplied(Changes(parameters, initial, inputs, coordinates, project).of(system), period, formalism)
+    return _multiplied(Changes(parameters, initial, inputs, coordinates, project).of(system), period, formalism, at)
 
 
 @on_numbers
-def _multiplied(system: System, period: float, formalism: str | None) -> Multipliers:
-    flow, begin = _started(system, formalism)
+def _multiplied(system: System, period: float, formalism: str | None, place: At) -> Multipliers:
+    flow, begin = _started(system, formalism, place)
     return multipliers_of(flow, np.array(begin.q, dtype=float), np.array(begin.u, dtype=float), period)
 
 
-def _started(system: System, formalism: str | None) -> tuple[Flow, Start]:
-    """Return the flow in coordinates of joints and its start, which is regular."""
+def _started(system: System, formalism: str | None, place: At) -> tuple[Flow, Start]:
+    """Return the flow in coordinates of joints and its start, or the state at another place, which is regular."""
     verify_formalism(formalism)
     declared = examined(system)
     resolved = declared.relative or declared
-    begin = start(resolved, project=system.simulation.project)
+    begin = begin_at(resolved, start(resolved, project=system.simulation.project), place, formalism)
     verify_regular_start(resolved, begin)
     flow = Flow(resolved, begin.parameters, formalism)
     if not _has_slopes(flow, begin):

@@ -28,7 +28,7 @@ from multibody_sym.numerics.rounding import eigenvalues, least_rounding, without
 
 NO_EIGENVALUES: Final = "the state is no equilibrium and no steady motion, and A changes as soon as it is let go"
 _ADVICE: Final = (
-    "linearise about an equilibrium (`equilibrium` finds positions of rest), or about a motion in which only "
+    "linearise about an equilibrium (`--at equilibrium`; `equilibrium` finds all), or about a motion in which only "
     "coordinates change on which nothing depends; `--period T` gives multipliers of a motion that repeats itself"
 )
 _PARTS: Final = (0.37, 1.13, 2.9)

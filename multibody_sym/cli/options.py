@@ -53,7 +53,14 @@ def parsed(words: Sequence[str]) -> argparse.Namespace:
     for name, option in ASSIGNED.items():
         if name in options:
             setattr(options, name, assignments(option, getattr(options, name)))
+    if getattr(options, "at", None) is not None:
+        options.at = _place(options.at)
     return options
+
+
+def _place(words: Sequence[str]) -> str | Mapping[str, str]:
+    """Return where to linearise: one word, or values by name."""
+    return words[0] if len(words) == 1 and "=" not in words[0] else assignments("--at", words)
 
 
 def _suggestion(word: str, known: Sequence[str]) -> str:

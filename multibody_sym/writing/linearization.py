@@ -12,13 +12,15 @@ from multibody_sym.analysis.steadiness import NO_EIGENVALUES
 from multibody_sym.writing.shifts import shifts_text
 
 _ROUNDING: Final = 1e-9
+_ZERO: Final = 1e-12
+"""What a position that was looked for is near to zero at best."""
 
 
 def linearization_text(found: Linearization) -> str:
     """Return the linearisation for a person to read."""
     if not found.states:
         return "nothing is free to move: there are no states"
-    lines = [f"linearised in {', '.join(found.states)}", *shifts_text(found.shifts), *_notes(found)]
+    lines = [f"linearised in {', '.join(found.states)}", *_place(found), *shifts_text(found.shifts), *_notes(found)]
     if found.steady:
         lines += ["eigenvalues", *(f"  {text}" for text in _eigenvalues(found))]
     lines += ["A", *_matrix(found.A.tolist())]
@@ -36,6 +38,12 @@ def multipliers_text(found: Multipliers) -> str:
         elif x.imag > 0.0:
             lines.append(f"  {x.real:.9g} +- {x.imag:.9g} i   (size {abs(x):.9g})")
     return "\n".join(lines)
+
+
+def _place(found: Linearization) -> list[str]:
+    """Return the state about which the system was linearised."""
+    told = [f"{name} = {x if abs(x) > _ZERO else 0.0:.6g}" for name, x in found.at.items()]
+    return [f"about {', '.join(told)}"] if told else []
 
 
 def _notes(found: Linearization) -> list[str]:

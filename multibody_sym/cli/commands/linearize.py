@@ -13,6 +13,8 @@ HELP: Final = "linearise about an equilibrium or a steady motion: A, B in indepe
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
+    place = "where: equilibrium, the position of rest found first from the start, or NAME=VALUE; default: the start"
+    parser.add_argument("--at", metavar="WHERE", action="append", help=place)
     described = "of a motion that repeats itself after T seconds: by what deviations are multiplied in each period"
     parser.add_argument("--period", metavar="T", type=float, help=described)
 
@@ -25,7 +27,7 @@ def run(options: argparse.Namespace) -> Answer:
 
     with model(options) as system:
         if options.period is not None:
-            repeated = period_multipliers(system, options.period, **shared(options))
+            repeated = period_multipliers(system, options.period, at=options.at, **shared(options))
             return Answer(repeated.as_json(), multipliers_text(repeated))
-        found = linearize(system, **shared(options))
+        found = linearize(system, at=options.at, **shared(options))
     return Answer(found.as_json(), linearization_text(found))

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -28,6 +29,8 @@ from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import slot
+
+T = TypeVar("T", Coordinate, Speed)
 
 
 @dataclass(frozen=True)
@@ -68,7 +71,36 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None, *,
     declared = parameter_values(mechanism, overrides or {})
     _verify_motions(mechanism, declared)
     q, u = _declared_state(mechanism, declared)
-    measured = _measured_ropes(mechanism)
+    return _closed(mechanism, declared, q, u, _measured_ropes(mechanism), project=project)
+
+
+def start_beside(mechanism: Mechanism, begin: Start, values: Mapping[str, float]) -> Start:
+    """Return the state beside a start, with its parameters, in which these coordinates and speeds have these values.
+
+    The others keep those of the start as far as the constraints let them, given ones first. Raises NoSolutionError.
+    """
+    declared: list[Coordinate | Speed] = [*mechanism.coordinates, *mechanism.speeds]
+    pairs = zip(declared, (*begin.q, *begin.u), strict=True)
+    found = np.array([values.get(each.name, x) for each, x in pairs], dtype=float)
+    q, u = np.split(found, [len(mechanism.coordinates)])
+    normalize(mechanism, q)
+    marked = replace(
+        mechanism,
+        coordinates=tuple(_marked(c, values) for c in mechanism.coordinates),
+        speeds=tuple(_marked(s, values) for s in mechanism.speeds),
+    )
+    return replace(_closed(marked, begin.parameters, q, u, {}, project=False), shifts={})
+
+
+def _marked(each: T, values: Mapping[str, float]) -> T:
+    """Return a coordinate or speed as known where it has a value here."""
+    return replace(each, given=each.given or each.name in values, known=each.name in values)
+
+
+def _closed(
+    mechanism: Mechanism, declared: Sequence[float], q: Floats, u: Floats, measured: Mapping[int, int], *, project: bool
+) -> Start:
+    """Return the state that satisfies all constraints, from a declared one; with the lengths of `measured` ropes."""
     rows = Rows(mechanism, declared, [k for k in range(len(mechanism.rows)) if k not in measured])
     _verify_inertia(rows, q, u)
     verify_lengths(rows.motion(q, u))

@@ -1,0 +1,95 @@
+"""The state that a question is about: the start, the position of rest beside it, or where some values are others."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from itertools import islice, takewhile
+from math import isfinite
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.analysis.equilibrium import MOST, SECONDS, guesses, none_found, search_from
+from multibody_sym.dynamics.start.start import Start, start_beside
+from multibody_sym.dynamics.start.undefined import value_or_none
+from multibody_sym.errors import ArgumentError, ModelError, at, shown, suggestion
+from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
+from multibody_sym.model.resolution.changes import start_value
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.scalars.traversal import leaves
+
+REST: Final = "equilibrium"
+
+
+def begin_at(resolved: Mechanism, begin: Start, place: Any, formalism: str | None) -> Start:
+    """Return the state at a `place` beside a start: None, the word "equilibrium", or values by name.
+
+    Named coordinates and speeds have these values, and constraints are closed around them. Parameters, and lengths of
+    ropes, stay those of the start. Raises InputError with `at` in its path, NoSolutionError.
+    """
+    if place is None:
+        return begin
+    with at("at"):
+        if place == REST:
+            return start_beside(resolved, begin, _at_rest(resolved, rest_beside(resolved, begin, formalism).tolist()))
+        if not isinstance(place, Mapping) or not all(isinstance(name, str) for name in place):
+            wanted = f"the word {REST} or values by name, such as {{'phi': 0}}"
+            raise ArgumentError(f"at is to be {wanted}, got {shown(place)}")
+        values = _values(resolved, begin, place)
+        _verify_whole(resolved, values)
+        return start_beside(resolved, begin, values)
+
+
+def rest_beside(resolved: Mechanism, begin: Start, formalism: str | None) -> Floats:
+    """Return the position of equilibrium that is found first from a start. Raises NoSolutionError."""
+    until, search = time.process_time() + SECONDS, search_from(resolved, begin, formalism)
+    around = islice(guesses(search.places, np.array(begin.q, dtype=float)), MOST)
+    in_time = takewhile(lambda _: time.process_time() < until, around)
+    found = next((q for q in map(search.reached, in_time) if q is not None), None)
+    if found is None:
+        raise none_found(in_time=time.process_time() > until)
+    return found
+
+
+def _at_rest(resolved: Mechanism, q: list[float]) -> dict[str, float]:
+    names = (coordinate.name for coordinate in resolved.coordinates)
+    return {**dict(zip(names, q, strict=True)), **{speed.name: 0.0 for speed in resolved.speeds}}
+
+
+def _values(resolved: Mechanism, begin: Start, place: Mapping[str, Any]) -> dict[str, float]:
+    """Return the values in numbers: expressions of parameters, or text with units."""
+    declared: list[Coordinate | Speed] = [*resolved.coordinates, *resolved.speeds]
+    units = {each.name: each.unit for each in declared}
+    entries = zip(resolved.parameters, begin.parameters, strict=True)
+    known = {symbol(entry.name): x for entry, x in entries if entry.value is not None}
+    found = {}
+    for name, value in place.items():
+        with at(name):
+            if name not in units:
+                raise ModelError(f"no coordinate or speed is called {name!r}{suggestion(name, units)}")
+            node = start_value(value, units[name])
+            if node is None:
+                raise ModelError("it needs a value; what is not named keeps that of the start")
+            found[name] = _number(node, known)
+    return found
+
+
+def _number(node: Node, known: Mapping[Node, float]) -> float:
+    for leaf in leaves([node], "symbol", "declared"):
+        if leaf not in known:
+            raise ModelError(f"{leaf} is no parameter; here an expression names parameters only")
+    number = value_or_none(node, known)
+    if number is None or not isfinite(number):
+        raise ModelError("the expression has no finite value")
+    return number
+
+
+def _verify_whole(resolved: Mechanism, values: Mapping[str, float]) -> None:
+    """Raise ModelError for a part of a quaternion."""
+    for body in resolved.bodies:
+        names = [resolved.coordinates[k].name for k in body.quaternion]
+        given = [name for name in names if name in values]
+        if given and len(given) < len(names):
+            raise ModelError(f"{', '.join(names)} are one quaternion: give all four or none").under(given[0])
