@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.simulation.recall import structure_key
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").rglob("*.yaml"))
 
@@ -36,6 +37,8 @@ def test_mechanisms_come_back_equal(again: Callable[[Any], Any]) -> None:
     for path in EXAMPLES[::4]:
         mechanism = mbs.mechanism(mbs.load(path))
         assert again(mechanism) == mechanism
+        key = structure_key(mechanism, "composite_body")
+        assert structure_key(again(mechanism), "composite_body") == key, "its code would not be found in the cache"
 
 
 def test_what_was_copied_is_still_read_only() -> None:

@@ -157,6 +157,17 @@ def test_a_trajectory_is_read_where_nothing_can_be_compiled(monkeypatch: pytest.
     assert back.statistics["backend"] == "c"
 
 
+def test_code_that_the_cache_has_is_not_made_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    rhs = mbs.compile(mbs.state_derivative(mbs.loads(SYSTEM)), backend="c")
+
+    def no(*_: object, **__: object) -> None:
+        raise AssertionError("the cache has the library")
+
+    monkeypatch.setattr("multibody_sym.runtime.loading.build_library", no)
+    monkeypatch.setattr("multibody_sym.dynamics.programs.system.programs", no)
+    np.testing.assert_array_equal(pickled(rhs)(0.1, [0.2, 0.3]), rhs(0.1, [0.2, 0.3]))
+
+
 _OTHER = """
 import pickle, sys
 import numpy as np
@@ -189,9 +200,10 @@ def test_records_of_every_method_come_back() -> None:
         assert vars(back).keys() == vars(method).keys()
 
 
-@pytest.mark.parametrize("coordinates", ["relative", "absolute"])
-def test_a_run_with_rows_comes_back_with_its_multipliers(coordinates: str) -> None:
-    run = mbs.simulate(mbs.load(EXAMPLES / "four_bar.yaml"), t_end=0.1, coordinates=coordinates, backend="python")
+@pytest.mark.parametrize(("name", "coordinates"), [("four_bar", "relative"), ("pendulum", "absolute")])
+def test_a_run_with_rows_comes_back_with_its_multipliers(name: str, coordinates: str) -> None:
+    model = mbs.load(EXAMPLES / f"{name}.yaml")
+    run = mbs.simulate(model, t_end=0.05, coordinates=coordinates, backend="python")
     back = pickled(run)
     assert back.redundancy == run.redundancy
     assert back.events == run.events
