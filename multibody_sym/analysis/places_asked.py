@@ -88,8 +88,8 @@ def _number(node: Node, known: Mapping[Node, float]) -> float:
 
 def _verify_whole(resolved: Mechanism, values: Mapping[str, float]) -> None:
     """Raise ModelError for a part of a quaternion."""
-    for body in resolved.bodies:
-        names = [resolved.coordinates[k].name for k in body.quaternion]
+    for places in (places for body in resolved.bodies for places in body.quaternions):
+        names = [resolved.coordinates[k].name for k in places]
         given = [name for name in names if name in values]
         if given and len(given) < len(names):
             raise ModelError(f"{', '.join(names)} are one quaternion: give all four or none").under(given[0])
