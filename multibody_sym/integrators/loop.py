@@ -112,7 +112,7 @@ def _attempt(course: _Course, before: Step, h: float, t_new: float) -> Trial:
     try:
         trial = course.taking.attempt(*start, before.slope_new, h, t_new)
     except StepError:
-        if not course.approach.keeps_rows(course.taking):
+        if not course.approach.turns_stiff(course.taking):
             raise
         course.approach.begin(*start, h)
         trial = course.taking.attempt(*start, before.slope_new, h, t_new)

@@ -36,7 +36,8 @@ SHORTER: Final = 0.8  # at most, where it is known what lies ahead
 FAR: Final = 0.1  # of the whole step, by which its end may move when it is settled
 FAR_BEYOND_ROUND_OFF: Final = 1e-10
 ASIDE: Final = 1.2  # times the way to the middle of the widest gap: it is wide enough for what lies there
-MOST_VAIN: Final = 3  # trials of a step that fail, but not as they come too near, before rows stay in its equations
+MOST_VAIN: Final = 3  # trials of a step that fail, but not as they come too near, before a Jacobian is taken
+DIFFERENCE: Final = 1e-3  # of the distance from a singular position: so far states are moved to differentiate slopes
 LOOKS: Final = 16  # how often the independence is looked at within a step
 _ROUNDS: Final = 5
 
@@ -44,7 +45,7 @@ _ROUNDS: Final = 5
 class Approach:
     """How near the rows come to dependence on the way; their independence is 0 in a singular position, 1 at most.
 
-    `near`: the step on trial is near a singular position; `stiff`: rows that are part of its equations stay there.
+    `near`: the step on trial is near a singular position; `stiff`: there iteration fails without a Jacobian.
     """
 
     def __init__(self, flow: Flow) -> None:
@@ -67,7 +68,7 @@ class Approach:
         Slopes at states put onto the constraints hardly change with what is off them: the Jacobian of an implicit
         method, which tells the contrary, is left out near a singular position, as are rows that are part of the
         equations, and its stages are found by iteration. Where that fails for another reason than the singular
-        position, as with stiff forces, such rows stay.
+        position, as with stiff forces, it gets the Jacobian of such slopes.
         """
         flow = replace(self.flow, derivative=self.slope, noise=self.noise)
         return flow if flow.stages is None else replace(flow, stages=self._stages(flow.stages))
@@ -76,28 +77,61 @@ class Approach:
         size, index_2 = len(self.flow.x0), stages.values != self.flow.derivative
 
         def values(t: float, y: Floats) -> Floats:
-            if index_2 and (self.stiff or not self.near):
+            if index_2 and not self.near:
                 return stages.values(t, y)
             return np.concatenate([self.slope(t, y[:size]), np.zeros(len(y) - size)])
 
         def jacobian(t: float, y: Floats) -> Floats:
-            return np.zeros((len(y), len(y))) if self.near and not self.stiff else stages.jacobian(t, y)
+            if not self.near:
+                return stages.jacobian(t, y)
+            matrix = np.zeros((len(y), len(y)))
+            if self.stiff:
+                self._differentiate(t, y[:size], matrix)
+            return matrix
 
         def kept(matrix: Floats) -> Sequence[int]:
-            return () if self.near and not self.stiff else stages.kept(matrix)
+            return () if self.near else stages.kept(matrix)
 
-        return replace(stages, values=values, jacobian=jacobian, kept=kept)
+        found = self._look if index_2 else stages.found
+        return replace(stages, values=values, jacobian=jacobian, kept=kept, found=found)
+
+    def _differentiate(self, t: float, x: Floats, matrix: Floats) -> None:
+        """Fill in the derivative of slopes at states put onto the constraints, by differences.
+
+        It tells what forces do, but nothing of what is off the constraints.
+        """
+        assert self.rows is not None
+        try:
+            slope = self.flow.slope(t, self.rows.closed(t, x))
+        except StepError:
+            return
+        for j, size in enumerate(np.abs(x).tolist()):
+            moved, change = x.copy(), DIFFERENCE * self.start * (1.0 + size)
+            moved[j] += change
+            try:
+                matrix[: len(x), j] = (self.flow.slope(t, self.rows.closed(t, moved)) - slope) / change
+            except StepError:
+                continue
 
     def slope(self, t: float, x: Floats) -> Floats:
         """Return the derivative at (t, x), near a singular position at x put onto the constraints."""
         if self.rows is None:
             return self.flow.derivative(t, x)
         slope = self.flow.derivative(t, self.closed(t, x))
-        self.latest = self.rows.latest()
+        self._note(t, self.rows.latest())
+        return slope
+
+    def _look(self, t: float, x: Floats) -> None:
+        """Note the independence of the rows at a stage in whose equations they are: no slope tells it."""
+        independence = math.nan if self.rows is None or self.near else self.rows.independence(t, x)
+        if math.isfinite(independence):
+            self._note(t, independence)
+
+    def _note(self, t: float, independence: float) -> None:
+        self.latest = independence
         if self.latest < self.least:
             self.least_time = t
         self.least, self.greatest = min(self.least, self.latest), max(self.greatest, self.latest)
-        return slope
 
     def closed(self, t: float, x: Floats) -> Floats:
         """Return a state in the trial, near a singular position put onto the constraints; raises StepError."""
@@ -184,14 +218,13 @@ class Approach:
         except StepError:
             return before
 
-    def keeps_rows(self, taking: Stepper) -> bool:
-        """Tell whether a trial that failed is to be made again with the rows as part of its equations; from now on so.
+    def turns_stiff(self, taking: Stepper) -> bool:
+        """Tell whether a trial that failed is to be made again with a Jacobian; from now on so.
 
         It failed, as others of the step, for another reason than that it came too near.
         """
-        stages = self.flow.stages
-        ordinary = stages is None or stages.values == self.flow.derivative
-        if ordinary or self.stiff or not self.near or self._comes_too_near():
+        implicit = isinstance(self.flow.method, Collocation)
+        if not implicit or self.stiff or not self.near or self._comes_too_near():
             return False
         self.vain += 1
         if self.vain < MOST_VAIN:

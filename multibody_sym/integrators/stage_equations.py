@@ -17,13 +17,14 @@ class StageEquations:
     F is linear in z, and G_x F_z regular but for dependent rows of G: index 2. Without rows m = 0, an ordinary
     differential equation. `values(t, y)` is f (n + m,), `jacobian(t, y)` its derivative by y, `multipliers(t, x)` (m,)
     are those to begin with, and `kept(jacobian)` tells which of the m rows, and of the multipliers in their places,
-    are independent; the other multipliers are zero.
+    are independent; the other multipliers are zero. `found(t, x)` is told of each stage of a trial.
     """
 
     values: Callable[[float, Floats], Floats]
     jacobian: Callable[[float, Floats], Floats]
     multipliers: Callable[[float, Floats], Floats]
     kept: Callable[[Floats], Sequence[int]]
+    found: Callable[[float, Floats], None] = lambda t, x: None
 
 
 def ordinary(

@@ -52,13 +52,19 @@ static void evaluate_jacobian(mbs_run *r, const mbs_stages *p)
     p->memory[EXPECTED] = 1.0;
 }
 
+/* The step before is a guide to one over h. */
+static int guided(const mbs_stages *p, double h)
+{
+    return p->memory[BEFORE] > 0.0 && h / p->memory[BEFORE] <= FAR;
+}
+
 /* The polynomial of the step before, led on; zero where there is none, and for rows that are not active. */
 static void predict(const mbs_stages *p, double h)
 {
     const mbs_collocation *m = p->m;
-    double ratio = p->memory[BEFORE] > 0.0 ? h / p->memory[BEFORE] : HUGE_VAL;
+    double ratio = h / p->memory[BEFORE];
     mbs_fill(p->s * p->size, 0.0, p->z);
-    for (int i = 0; i < p->s && ratio <= FAR; ++i)
+    for (int i = 0; i < p->s && guided(p, h); ++i)
         for (int j = 0; j < p->s; ++j) {
             double theta = 1.0 + m->c[i] * ratio, there = 0.0, here = 0.0;
             for (int power = p->s - 1; power >= 0; --power) {
@@ -164,9 +170,9 @@ static int rounded(mbs_run *r, const mbs_stages *p)
 
 /* Tell whether the contraction is one: from far off, without a prediction, the first change is much larger than what it
    leaves, and the next ones are not. */
-static int known(const mbs_run *r, const mbs_stages *p, int round)
+static int known(const mbs_run *r, const mbs_stages *p, double h, int round)
 {
-    return r->problem->step > 0.0 ? round > 0 : round > 1 || p->memory[BEFORE] > 0.0;
+    return r->problem->step > 0.0 ? round > 0 : round > 1 || guided(p, h);
 }
 
 static int iterate(mbs_run *r, const mbs_stages *p, double h)
@@ -184,7 +190,7 @@ static int iterate(mbs_run *r, const mbs_stages *p, double h)
         }
         if (round == 1)
             p->memory[CONTRACTION] = contraction;
-        if (converged(r, size, before, known(r, p, round) ? contraction : 1.0))
+        if (converged(r, size, before, known(r, p, h, round) ? contraction : 1.0))
             return MBS_RUNNING;
         growths += round > 0 && contraction >= 1.0;
         if (!(size < HUGE_VAL) || growths > (r->problem->step > 0.0 ? GROWTHS : 0)) {
@@ -249,6 +255,16 @@ static int estimate(mbs_run *r, const mbs_stages *p, double h)
     }
 }
 
+/* Where rows are part of the equations no slope tells how near stages come to a singular position. */
+static void look_at_stages(mbs_run *r, const mbs_stages *p, double h)
+{
+    for (int i = 0; i < p->s && p->rows && !r->state->near; ++i) {
+        for (int k = 0; k < p->n; ++k)
+            p->y[k] = r->x[k] + p->z[i * p->size + k];
+        mbs_look_at_rows(r, r->state->t + p->m->c[i] * h, p->y);
+    }
+}
+
 static int attempt(mbs_run *r, double h, double t_new)
 {
     mbs_stages p = parts_of(r);
@@ -259,6 +275,7 @@ static int attempt(mbs_run *r, double h, double t_new)
     if (status != MBS_RUNNING)
         return status;
 
+    look_at_stages(r, &p, h);
     mbs_fill(p.n, 0.0, r->x_new);
     for (int i = 0; i < p.s; ++i)
         if (p.m->end[i] != 0.0)

@@ -144,7 +144,7 @@ static int attempt(mbs_run *r, double h, double t_new)
     r->state->t_new = t_new;
     mbs_begin_approach(r);
     int status = r->stepper->attempt(r, h, t_new);
-    if (status != MBS_RUNNING && mbs_keeps_rows(r)) {
+    if (status != MBS_RUNNING && mbs_turns_stiff(r)) {
         mbs_begin_approach(r);
         status = r->stepper->attempt(r, h, t_new);
     }

@@ -179,7 +179,7 @@ typedef struct {
     int event; /* the switching function whose event ended the last step of this call, -1 for none */
     int phase, crossing, origin, extended;
     int passed; /* ... and how many */
-    int near, stiff, vain; /* the step is near one; rows that are part of its equations stay there, ...
+    int near, stiff, vain; /* the step is near one; there iteration fails without a Jacobian, ...
                               after so many trials of it that failed, but not as they came too near */
     long long pace;   /* steps ... */
     double pace_time; /* ... since then, a thousandth of the whole time ago at most */

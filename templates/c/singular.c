@@ -18,7 +18,7 @@
 #define GOLDEN 0.618033988749895 /* a step made again that much shorter meets no node of the one before, nor its end */
 #define SHORTER 0.8   /* at most, where it is known what lies ahead */
 #define ASIDE 1.2     /* times the way to the middle of the widest gap: it is wide enough for what lies there */
-#define MOST_VAIN 3   /* trials of a step that fail, but not as they come too near, before rows stay in its equations */
+#define MOST_VAIN 3   /* trials of a step that fail, but not as they come too near, before a Jacobian is taken */
 #define LOOKS 16      /* how often the independence is looked at within a step */
 
 static double smaller(double a, double b)
@@ -69,6 +69,20 @@ void mbs_begin_approach(mbs_run *r)
     r->state->least = HUGE_VAL;
     r->state->least_time = r->state->t;
     r->state->greatest = 0.0;
+}
+
+/* Fill r->report at (t, x). */
+static void call_rows(mbs_run *r, double t, const double *x)
+{
+    double *out[4] = {r->stage, r->stage + r->system->nq, r->multipliers, r->report};
+    mbs_call(r, r->system->state_derivative, t, x, out);
+}
+
+void mbs_look_at_rows(mbs_run *r, double t, const double *x)
+{
+    call_rows(r, t, x);
+    if (isfinite(independence(r)))
+        mbs_note_independence(r, t);
 }
 
 void mbs_note_independence(mbs_run *r, double t)
@@ -134,6 +148,18 @@ int mbs_closed(mbs_run *r, double t, const double *x, double *closed)
     return status == MBS_RUNNING && strays(r, x, closed) ? singular(r, t) : status;
 }
 
+int mbs_slope_on_rows(mbs_run *r, const double *x, double *slope)
+{
+    double *out[4] = {slope, slope + r->system->nq, r->multipliers, r->report}, t = r->state->t;
+    mbs_copy(r->n, x, r->settled);
+    int status = put_onto_rows(r, t, r->settled);
+    if (status != MBS_RUNNING)
+        return status;
+    mbs_call(r, r->system->state_derivative, t, r->settled, out);
+    ++r->state->evaluations;
+    return mbs_all_finite(r, t, slope);
+}
+
 int mbs_restart_approach(mbs_run *r)
 {
     mbs_state *s = r->state;
@@ -188,10 +214,10 @@ static int comes_too_near(const mbs_state *s)
     return comes_near(s) && s->least < larger(LEAST, MARGIN * most_within(s));
 }
 
-int mbs_keeps_rows(mbs_run *r)
+int mbs_turns_stiff(mbs_run *r)
 {
     mbs_state *s = r->state;
-    if (!r->system->index_2 || s->stiff || !s->near || comes_too_near(s))
+    if (!r->method->collocation || s->stiff || !s->near || comes_too_near(s))
         return 0;
     if (++s->vain < MOST_VAIN)
         return 0;
@@ -299,10 +325,9 @@ double mbs_laid(const mbs_run *r, double h)
 static double within(mbs_run *r, double theta)
 {
     double t = r->state->t + theta * r->state->h, *x = r->settled;
-    double *out[4] = {r->stage, r->stage + r->system->nq, r->multipliers, r->report};
     if (mbs_value(r, theta, x) != MBS_RUNNING)
         return NAN;
-    mbs_call(r, r->system->state_derivative, t, x, out);
+    call_rows(r, t, x);
     return independence(r);
 }
 

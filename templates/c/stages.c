@@ -3,6 +3,8 @@
    Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, sections IV.8 and VII.4. */
 #include "stages.h"
 
+#define DIFFERENCE 1e-3 /* of the distance from a singular position, by which states are moved to see how slopes change */
+
 static int has_single(const mbs_collocation *m)
 {
     return m->gamma > 0.0 || m->error;
@@ -53,12 +55,6 @@ mbs_stages mbs_stages_of(const mbs_run *r, int memory)
 
 /* ---- equations ---- */
 
-/* Slopes are taken at states put onto the constraints, and are found by iteration. */
-static int without_rows(const mbs_run *r)
-{
-    return r->state->near && !r->state->stiff;
-}
-
 void mbs_first_multipliers(mbs_run *r, const mbs_stages *p)
 {
     int ns = p->rows / 2;
@@ -73,7 +69,7 @@ void mbs_first_multipliers(mbs_run *r, const mbs_stages *p)
 int mbs_stage_values(mbs_run *r, const mbs_stages *p, double t, const double *y, double *values)
 {
     double *out[4] = {values, values + r->system->nq, values + p->n, values + p->n + p->rows / 2};
-    if (!p->rows || without_rows(r)) {
+    if (!p->rows || r->state->near) {
         mbs_fill(p->rows, 0.0, values + p->n);
         return mbs_derivative(r, t, y, values);
     }
@@ -103,6 +99,23 @@ static void choose(const mbs_run *r, const mbs_stages *p, int first, int column,
     }
 }
 
+/* The derivative of slopes at states put onto the constraints, by differences: it tells what forces do, but nothing of what
+   is off the constraints. */
+static void differentiate_slope(mbs_run *r, const mbs_stages *p)
+{
+    double *slope = p->packed, *other = slope + p->n, part = DIFFERENCE * r->state->start;
+    if (mbs_slope_on_rows(r, r->x, slope) != MBS_RUNNING)
+        return;
+    for (int j = 0; j < p->n; ++j) {
+        double change = part * (1.0 + fabs(r->x[j]));
+        mbs_copy(p->n, r->x, p->y);
+        p->y[j] += change;
+        int status = mbs_slope_on_rows(r, p->y, other);
+        for (int i = 0; i < p->n && status == MBS_RUNNING; ++i)
+            p->by_state[i * p->n + j] = (other[i] - slope[i]) / change;
+    }
+}
+
 void mbs_stage_jacobian(mbs_run *r, const mbs_stages *p)
 {
     const mbs_system *s = r->system;
@@ -111,9 +124,11 @@ void mbs_stage_jacobian(mbs_run *r, const mbs_stages *p)
     for (int k = 0; k < p->n; ++k)
         p->active[k] = k;
     p->active[p->size] = p->n;
-    if (without_rows(r)) {
+    if (r->state->near) {
         mbs_fill(p->n * p->n, 0.0, p->by_state);
         mbs_fill(p->rows, 0.0, p->multipliers);
+        if (r->state->stiff)
+            differentiate_slope(r, p);
         return;
     }
     r->further = p->multipliers;

@@ -96,11 +96,17 @@ int mbs_moved_far(const mbs_run *r, const double *before, const double *settled,
 /* `closed` receives x put onto the constraints as far as round-off lets it be, if it is not moved far. */
 int mbs_closed(mbs_run *r, double t, const double *x, double *closed);
 
+/* The slope at the start of the step, at x put onto the constraints, wherever that is; nothing is noted of it. */
+int mbs_slope_on_rows(mbs_run *r, const double *x, double *slope);
+
 /* How near the rows come to dependence: a trial begins; */
 void mbs_begin_approach(mbs_run *r);
 
 /* a slope has been evaluated; */
 void mbs_note_independence(mbs_run *r, double t);
+
+/* a stage, in whose equations rows are, has been found at (t, x); */
+void mbs_look_at_rows(mbs_run *r, double t, const double *x);
 
 /* nothing before the latest slope counts, which is no singular position; */
 int mbs_restart_approach(mbs_run *r);
@@ -126,9 +132,9 @@ int mbs_comes_unforeseen(const mbs_run *r);
    what they know of other slopes does not count. */
 void mbs_foresee(mbs_run *r);
 
-/* A trial that failed as others of the step, but not as it came too near, is to be made again with the rows as part of its
-   equations, and those after it, as with stiff forces; 0 if it is not. */
-int mbs_keeps_rows(mbs_run *r);
+/* A trial that failed as others of the step, but not as it came too near, is to be made again with a Jacobian of such
+   slopes, and those after it, as with stiff forces; 0 if it is not. */
+int mbs_turns_stiff(mbs_run *r);
 
 /* Over which part of a step over h, that failed, to make the next: `otherwise` far from singular positions. */
 double mbs_retreat(mbs_run *r, double h, double otherwise);

@@ -63,6 +63,8 @@ class CollocationStepper:
         stages = self._stages(t, x, slope, h)
         self.latest = h, stages
         z = stages[:, : self.size]
+        for node, stage in zip(self.scheme.c.tolist(), z, strict=True):
+            self.equations.found(t + node * h, x + stage)
         x_new = self._end(z) + x
         require_finite(x_new, t_new)
         error = self._error(t, x, slope, h, z, x_new) if self.flow.step is None else None
@@ -137,12 +139,16 @@ class CollocationStepper:
             raise StepError(Status.NOT_CONVERGED, t, 0) from None
         self.factored = h
 
+    def _guided(self, h: float) -> bool:
+        """Tell whether the step before is a guide to one over h."""
+        return self.before is not None and h / self.before[0] <= FAR
+
     def _predicted(self, h: float) -> Floats:
         """Return the polynomial of the step before, led on; zero where there is none, and for rows not kept."""
         z = np.zeros((len(self.scheme.c), len(self.jacobian)))
-        ratio = math.inf if self.before is None else h / self.before[0]
-        if self.before is None or not ratio <= FAR:
+        if self.before is None or not self._guided(h):
             return z
+        ratio = h / self.before[0]
         for i, node in enumerate(self.scheme.c.tolist()):
             theta = 1.0 + node * ratio
             for coefficients, stage in zip(self.scheme.dense, self.before[1], strict=True):
@@ -165,7 +171,7 @@ class CollocationStepper:
                 self.expected = max(contraction, float_info.epsilon)
             if round_ == 1:
                 self.contraction = contraction
-            if self._converged(size, before, contraction if self._known(round_) else 1.0):
+            if self._converged(size, before, contraction if self._known(round_, h) else 1.0):
                 return z
             growths += round_ > 0 and contraction >= 1.0
             if not size < math.inf or growths > (GROWTHS if self.flow.step is not None else 0):
@@ -175,12 +181,12 @@ class CollocationStepper:
             before = size
         raise StepError(Status.NOT_CONVERGED, t, worst)
 
-    def _known(self, round_: int) -> bool:
+    def _known(self, round_: int, h: float) -> bool:
         """Tell whether the contraction is one.
 
         From far off, without a prediction, the first change is much larger than what it leaves; the next ones are not.
         """
-        return round_ > 0 if self.flow.step is not None else round_ > 1 or self.before is not None
+        return round_ > 0 if self.flow.step is not None else round_ > 1 or self._guided(h)
 
     def _residual(self, t: float, x: Floats, slope: Floats, h: float, z: Floats) -> Floats:
         """Return T^-1 (h start f(t, y) + h f(t + c h, y + z) - W E z)."""
