@@ -27,6 +27,9 @@ def model(options: argparse.Namespace) -> Iterator[System]:
     Errors about the model that are raised inside name their place in the file, or the option they come from.
     """
     system, places = load_with_places(options.file)
+    for table in places.tables:
+        for target in (getattr(options, name, None) for name in ("output", "plot")):
+            verify_apart(table, target, "a table of the model")
     try:
         yield system
     except MultibodyError as error:
@@ -39,11 +42,11 @@ def model(options: argparse.Namespace) -> Iterator[System]:
         raise
 
 
-def verify_apart(file: str, target: str | None) -> None:
-    """Raise InputError where a result would replace the model file, under whatever name."""
+def verify_apart(file: str, target: str | None, what: str = "the model itself") -> None:
+    """Raise InputError where a result would replace the model file or `what` else, under whatever name."""
     both = target is not None and os.path.isfile(file) and os.path.isfile(target)
     if both and target is not None and os.path.samefile(file, target):
-        raise InputError("this is the model itself; give the result another name", where=Where(file=target))
+        raise InputError(f"this is {what}; give the result another name", where=Where(file=target))
 
 
 def shared(options: argparse.Namespace) -> dict[str, Any]:

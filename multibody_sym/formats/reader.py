@@ -11,6 +11,7 @@ from typing import Final
 
 from multibody_sym.errors import ExpressionError, InputError, MultibodyError, Where
 from multibody_sym.formats.files import path_name
+from multibody_sym.formats.table_files import with_rows
 from multibody_sym.formats.yaml_tree import LARGEST_FILE, Place, Tree, read_bytes, read_text
 from multibody_sym.model.declaration import doors
 from multibody_sym.model.declaration.file_tree import system_from_tree
@@ -23,10 +24,11 @@ _ALIKE: Final = 0.7
 
 @dataclass(frozen=True)
 class Places:
-    """Where the parts of a model stand in its file; a side table, no part of the System."""
+    """Where the parts of a model stand in its file, and which `tables` it read; no part of the System."""
 
     name: str
     tree: Tree
+    tables: tuple[str, ...] = ()
 
     @contextmanager
     def shown(self) -> Iterator[None]:
@@ -46,7 +48,7 @@ def load(path: str | os.PathLike[str]) -> System:
 
 
 def loads(text: str, name: str = _TEXT_NAME) -> System:
-    """Return the System that a model file's text describes; `name` stands in the errors."""
+    """Return the System that a model file's text describes; `name` stands in the errors. It has no table files."""
     name = doors.text("name", name)
     return _with_places(read_text(doors.text("text", text), name), name)[0]
 
@@ -58,7 +60,7 @@ def load_with_places(path: str | os.PathLike[str]) -> tuple[System, Places]:
     if content.lstrip().startswith((b"<?xml", b"<robot")):
         message = "this is XML; multibody-sym import turns URDF into a model file, load_urdf(...) reads it in Python"
         raise InputError(message, where=Where(file=name, line=1, column=1))
-    return _with_places(read_bytes(content, name), name)
+    return _with_places(read_bytes(content, name), name, os.path.dirname(name))
 
 
 def read_content(name: str, largest: int) -> bytes:
@@ -90,10 +92,11 @@ def _neighbour(name: str) -> str:
     return f"; did you mean {path.parent / found[0]}?" if found else ""
 
 
-def _with_places(tree: Tree, name: str) -> tuple[System, Places]:
-    places = Places(name, tree)
-    with places.shown():
-        return system_from_tree(tree.data), places
+def _with_places(tree: Tree, name: str, folder: str | None = None) -> tuple[System, Places]:
+    """Return the System and its places; table files are looked for in the `folder`, or not at all."""
+    with Places(name, tree).shown():
+        data, tables = with_rows(tree.data, folder)
+        return system_from_tree(data), Places(name, tree, tables)
 
 
 def located(error: MultibodyError, tree: Tree, name: str) -> MultibodyError:

@@ -23,6 +23,8 @@ class TableRows:
 
     def accept(self, value: Any) -> tuple[Row, ...]:
         rows = value.tolist() if hasattr(value, "tolist") else value
+        if isinstance(rows, Mapping):
+            raise ModelError("a table file is read with its model file; here give its rows (numpy.loadtxt)")
         if not isinstance(rows, (list, tuple)):
             raise ModelError(f"expected a list of rows [argument, value], got {described(rows)}")
         if not 2 <= len(rows) <= MOST_ROWS:

@@ -1,0 +1,178 @@
+"""Tables in files of their own, `table: {file: motor.csv}`: two columns of numbers beside the model.
+
+A model may come from a stranger: only regular files in the folder of the model, or in one below, are opened, little is
+read of them, and only plain numbers are taken from them.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+from collections.abc import Iterator, Mapping
+from math import isfinite
+from typing import Any, Final, NamedTuple
+
+from multibody_sym.errors import InputError, ModelError, Where, at, shown, suggestion
+from multibody_sym.model.declaration.tables import MOST_ROWS
+from multibody_sym.model.declaration.values import Text
+
+LARGEST: Final = 1 << 20
+_LONGEST: Final = 40
+_KEY: Final = "file"
+_NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_LINE_END: Final = re.compile(r"\r\n|\r|\n")
+_CELL: Final[Mapping[str, re.Pattern[str]]] = {
+    separator: re.compile(pattern)
+    for separator, pattern in {";": r"[^;]+", ",": r"[^,]+", "\t": r"[^\t]+", " ": r"\S+"}.items()
+}
+_OPENED: Final = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NOCTTY", 0)
+
+
+def with_rows(data: Any, folder: str | None) -> tuple[Any, tuple[str, ...]]:
+    """Return a model file's content with the rows of its table files in their place, and the names of these files.
+
+    Raises InputError: with the file, line and column of what is wrong in a table, with the path in the model of a name
+    that no table has, or where there is no `folder` to look in.
+    """
+    inputs = data.get("inputs") if isinstance(data, Mapping) else None
+    if not isinstance(inputs, Mapping):
+        return data, ()
+    named = {name: _named(name, x) for name, x in inputs.items()}
+    files = {name: _placed(name, file, folder) for name, file in named.items() if file is not None}
+    filled = {name: {**inputs[name], "table": _read(name, file)} for name, file in files.items()}
+    return ({**data, "inputs": {**inputs, **filled}} if filled else data), tuple(files.values())
+
+
+def _named(name: str, given: Any) -> str | None:
+    """Return the file that an input names, None where it names none."""
+    table = given.get("table") if isinstance(given, Mapping) else None
+    if not isinstance(table, Mapping):
+        return None
+    with at("inputs", name, "table"):
+        for key in table:
+            if key != _KEY:
+                with at(key):
+                    raise ModelError(f"unknown key {key!r}{suggestion(str(key), (_KEY,))}")
+        with at(_KEY):
+            if table.get(_KEY) == "":
+                raise ModelError("file is empty: write the name of a table")
+            return Text().accept(table.get(_KEY))
+
+
+def _placed(name: str, file: str, folder: str | None) -> str:
+    """Return the name of a table file, which is in the folder of the model or below it."""
+    with at("inputs", name, "table", _KEY):
+        if folder is None:
+            raise ModelError(f"a model without a file has no folder to look for {file} in; write the rows instead")
+        if os.path.isabs(file):
+            raise ModelError(f"{shown(file)}: write a path relative to the model file")
+        if os.pardir in re.split(r"[/\\]", file):
+            raise ModelError(f"{shown(file)}: a table is in the folder of the model, or below it")
+        return os.path.join(folder, file)
+
+
+def _read(name: str, file: str) -> list[list[str]]:
+    path = ("inputs", name, "table", _KEY)
+    with at(*path):
+        content = _content(file)
+    try:
+        return _rows(_text(content))
+    except _TableError as wrong:
+        where = Where(file=file, line=wrong.line, column=wrong.column, path=path)
+        raise InputError(wrong.message, where=where) from None
+
+
+def _content(file: str) -> bytes:
+    """Return the bytes of a regular file, one more than the most at most; nothing else is waited for."""
+    try:
+        descriptor = os.open(file, _OPENED)
+        with open(descriptor, "rb") as opened:
+            if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+                raise ModelError(f"{file} is no regular file")
+            return opened.read(LARGEST + 1)
+    except FileNotFoundError:
+        raise ModelError(f"there is no such file: {file}") from None
+    except IsADirectoryError:
+        raise ModelError(f"{file} is no regular file") from None
+    except (OSError, ValueError) as error:
+        raise ModelError(f"{file} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+
+
+# --- what stands in it -----------------------------------------------------------------------------------------------
+
+
+class _TableError(Exception):
+    """What is wrong in a table file, and where."""
+
+    def __init__(self, line: int, column: int, message: str) -> None:
+        super().__init__(message)
+        self.line, self.column, self.message = line, column, message
+
+
+class _Cell(NamedTuple):
+    """A cell of a row with the column of its first character."""
+
+    column: int
+    text: str
+
+
+def _text(content: bytes) -> str:
+    if len(content) > LARGEST:
+        raise _TableError(1, 1, f"a table file has at most {LARGEST} bytes")
+    try:
+        return content.decode("utf-8").removeprefix("\ufeff")
+    except UnicodeDecodeError as error:
+        before = _LINE_END.split(content[: error.start].decode("utf-8"))
+        message = f"the byte 0x{content[error.start]:02X} is not valid UTF-8"
+        raise _TableError(len(before), len(before[-1]) + 1, message) from None
+
+
+def _rows(text: str) -> list[list[str]]:
+    """Return the rows; the first line may be a heading. Raises _TableError."""
+    rows: list[list[str]] = []
+    last = 1
+    for k, (line, cells) in enumerate(_lines(text)):
+        if k == 0 and not any(_NUMBER.fullmatch(cell.text) for cell in cells):
+            continue
+        last = line
+        row = _row(line, cells)
+        if len(rows) == MOST_ROWS:
+            raise _TableError(line, 1, f"a table has at most {MOST_ROWS:,} rows")
+        if rows and not float(rows[-1][0]) < float(row[0]):
+            message = f"the row begins with {row[0]}, which does not come after {rows[-1][0]}"
+            raise _TableError(line, cells[0].column, message)
+        rows.append(row)
+    if len(rows) < 2:
+        raise _TableError(last, 1, f"a table has at least two rows, got {len(rows)}")
+    return rows
+
+
+def _lines(text: str) -> Iterator[tuple[int, list[_Cell]]]:
+    """Yield the lines that hold something, with their cells; `#` begins a comment."""
+    for number, line in enumerate(_LINE_END.split(text), 1):
+        if line.strip() and not line.lstrip().startswith("#"):
+            separator = next((x for x in (";", ",", "\t") if x in line), " ")
+            found = _CELL[separator].finditer(line)
+            yield number, [_cell(match) for match in found if match[0].strip()]
+
+
+def _cell(match: re.Match[str]) -> _Cell:
+    bare = match[0].strip()
+    column = match.start() + len(match[0]) - len(match[0].lstrip()) + 1
+    return _Cell(column, bare[1:-1].strip() if len(bare) > 1 and bare[0] == bare[-1] == '"' else bare)
+
+
+def _row(line: int, cells: list[_Cell]) -> list[str]:
+    if len(cells) != 2:
+        column = cells[2].column if len(cells) > 2 else 1
+        raise _TableError(line, column, f"a table has two columns, argument and value; this row has {len(cells)}")
+    for column, text in cells:
+        if len(text) > _LONGEST:
+            raise _TableError(line, column, f"a number has at most {_LONGEST} digits")
+        if not _NUMBER.fullmatch(text):
+            comma = "; a number has a decimal point" if _NUMBER.fullmatch(text.replace(",", ".")) else ""
+            raise _TableError(line, column, f"{shown(text)} is no number{comma}")
+        if not isfinite(float(text)):
+            raise _TableError(line, column, f"{text} is too large")
+    return [text for _, text in cells]
