@@ -11,19 +11,23 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+import numpy as np
+
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.exact_solve import exact_solve
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.answers.symbolic_state import SymbolicState, parameter_letters
+from multibody_sym.dynamics.constraints.closing import Rows
+from multibody_sym.dynamics.start.constants import measured_rows, seen_axis
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.errors import ExpressionError
 from multibody_sym.kinematics.motion import Motion, motion_of
+from multibody_sym.kinematics.rolling import tangent_angle
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
-from multibody_sym.model.mechanism.parameters import ARRAY, Source
-from multibody_sym.model.mechanism.rows import RopeRow
+from multibody_sym.model.mechanism.start_constants import TangentAngle
 from multibody_sym.scalars.functions import evaluate, evaluate_float, sqrt
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
 
@@ -36,6 +40,7 @@ def declared_state(mechanism: Mechanism, begin: Start) -> SymbolicState:
     """Return the start with coordinates and speeds as declared, in parameters; assembled ones as this module says."""
     found = _SymbolicStart.of(mechanism, begin)
     found.find_positions()
+    found.measure()
     found.find_speeds()
     return found.given()
 
@@ -137,9 +142,18 @@ class _SymbolicStart:
 
     def _closing(self, motion: Motion) -> list[RowMotion]:
         """Return the rows that restrict positions: all but nonholonomic ones, and ropes that take their length here."""
-        measured = {slot(ARRAY, i) for i in self.mechanism.parameters.places_from(Source.MEASURED)}
-        pairs = zip(self.mechanism.rows, row_motions(motion), strict=True)
-        return [m for row, m in pairs if m.holonomic and not (isinstance(row, RopeRow) and row.length in measured)]
+        measured = measured_rows(self.mechanism)
+        return [row for k, row in enumerate(row_motions(motion)) if row.holonomic and k not in measured]
+
+    def measure(self) -> None:
+        """Put what tangents have at the start in place of their angles: they are ground's axes seen on their planes."""
+        begin, rest = self.begin, [ZERO] * len(self.u)
+        there = Rows(self.mechanism, begin.parameters, []).motion(np.array(begin.q), np.zeros(len(begin.u)))
+        here = self._motion(self.q, rest)
+        for place, entry in enumerate(self.mechanism.parameters):
+            if isinstance(entry.measure, TangentAngle):
+                angle = tangent_angle(here, entry.measure, seen_axis(there, entry.measure))
+                self.parameters[place] = as_node(angle)
 
     # --- speeds ---------------------------------------------------------------------------------------------------
 

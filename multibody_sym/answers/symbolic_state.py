@@ -49,7 +49,8 @@ def any_state(mechanism: Mechanism, begin: Start) -> SymbolicState:
 def parameter_letters(mechanism: Mechanism) -> tuple[list[Node], dict[Node, Letter]]:
     """Return the parameter vector over Nodes (those given by others written out), and the letters of the free ones.
 
-    Lengths of ropes and Baumgarte's coefficients, on which no acceleration depends, are zero.
+    What a run measures or chooses, on which no acceleration depends, is zero: lengths of ropes, angles of tangents,
+    Baumgarte's coefficients.
     """
     entries = mechanism.parameters
     known: dict[Node, Node] = {}

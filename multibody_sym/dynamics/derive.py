@@ -12,6 +12,12 @@ import sympy
 from multibody_sym.algebra.budget import Budget
 from multibody_sym.algebra.readable import LARGEST_SUM, Readable
 from multibody_sym.algebra.subexpressions import Subexpressions, WrittenOut, tidied, value_of
+from multibody_sym.dynamics.derivation.constants import (
+    constants_step,
+    measured_start,
+    measured_values,
+    without_zero_angles,
+)
 from multibody_sym.dynamics.derivation.free_bodies import FreeBodies, free_bodies
 from multibody_sym.dynamics.derivation.lagrange import (
     Energies,
@@ -82,21 +88,24 @@ def derive(
     InputError for an unknown method, ModelError where "lagrange" does not apply, NoSolutionError past the budget.
     """
     model = _asked(model, Changes(parameters, initial, inputs, coordinates, project))
-    mechanism = model if isinstance(model, Mechanism) else examined(model)
+    resolved = model if isinstance(model, Mechanism) else examined(model)
+    begin = measured_start(resolved, project=isinstance(model, System) and model.simulation.project)
+    mechanism = without_zero_angles(resolved, begin)
     labels = labels_of(model) if isinstance(model, System) else {}
     limits, chosen = _budget(budget), _method(method, formalism, mechanism)
     symbols = symbols_of(mechanism)
+    constants = measured_values(symbols, mechanism, begin)
     if written_out_size(energy_nodes(mechanism)) <= LARGEST_SUM:
         circles = tuple(tuple(symbols.coordinates[k] for k in q) for b in mechanism.bodies for q in b.quaternions)
         readable = Readable(frozenset(symbols.speeds), circles)
         names = WrittenOut(symbols.free_prefix, limits, readable)
         given = energies(mechanism, symbols, names)
         if given.kinetic.count_ops() <= _READABLE_ENERGY:
-            short = _derived(mechanism, chosen, symbols, names, given, labels)
+            short = _derived(mechanism, chosen, symbols, names, given, labels, constants)
             if short.operations <= READABLE:
                 return short
     named = Subexpressions(symbols.free_prefix, limits)
-    return _derived(mechanism, chosen, symbols, named, energies(mechanism, symbols, named), labels)
+    return _derived(mechanism, chosen, symbols, named, energies(mechanism, symbols, named), labels, constants)
 
 
 def _asked(model: System | Mechanism, changes: Changes) -> System | Mechanism:
@@ -241,6 +250,7 @@ def _derived(
     names: Subexpressions,
     given: Energies,
     labels: Mapping[str, str],
+    constants: Mapping[Any, float],
 ) -> SymbolicEquations:
     raw = METHODS[method](mechanism, symbols, names, given)
     definitions, replaced = tidied(names.definitions, _expressions(raw), symbols.free_prefix)
@@ -260,8 +270,9 @@ def _derived(
         parts.bodies.unknown if parts.bodies else (),
         tuple(definitions),
         {symbol: value_of(node) for symbol, node in names.numbers.items()},
-        _steps(mechanism, symbols, names, parts, matrices, notation),
+        _steps(mechanism, symbols, names, parts, matrices, notation, constants),
         notation,
+        constants,
     )
 
 
@@ -272,6 +283,7 @@ def _steps(
     parts: Parts,
     matrices: Sequence[Any],
     notation: Notation,
+    constants: Mapping[Any, float],
 ) -> Derivation:
     positions = () if names.definitions else position_steps(mechanism, symbols, names)
     terms = lagrange_steps(mechanism, symbols, notation, parts.terms) if parts.terms else ()
@@ -282,6 +294,7 @@ def _steps(
         *positions,
         *energies,
         *terms,
+        *constants_step(mechanism, symbols, constants),
         *row_steps(mechanism, parts.rows),
         *bodies,
         Step("Equations of motion", _equations(parts, symbols), _ELIMINATED if bodies else ""),

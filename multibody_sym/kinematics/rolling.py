@@ -12,8 +12,12 @@ from dataclasses import dataclass
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import acceleration, position, velocity
 from multibody_sym.kinematics.relative import angular_acceleration, angular_velocity, direction
+from multibody_sym.model.declaration.values import Point
+from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.mass import GROUND, Pose
 from multibody_sym.model.mechanism.rows import RollingRow
-from multibody_sym.scalars.functions import sqrt
+from multibody_sym.model.mechanism.start_constants import TangentAngle
+from multibody_sym.scalars.functions import atan2, sqrt
 from multibody_sym.scalars.vectors import S, Vec, add, cross, dot, negate, scale, subtract
 
 
@@ -44,6 +48,20 @@ def rolling_contact(row: RollingRow, motion: Motion, bias: Sequence[tuple[Vec, V
     rate = add(rate, add(cross(alpha, arm), cross(w, arm_rate)))
     rate = subtract(rate, add(cross(alpha_P, to_place), cross(w_P, to_place_rate)))
     return RollingContact(add(position(motion, row.wheel), arm), dot(normal, to_place), slip, rate)
+
+
+def tangent_components(motion: Motion, measure: TangentAngle, axis: Point) -> tuple[S, S]:
+    """Return the components of an axis of ground along `across` of a plane, and along normal x across."""
+    ground = motion.mechanism.body_index(GROUND)
+    seen = direction(motion, Marker(GROUND, ground, Pose()), axis)
+    along = direction(motion, measure.plane, measure.across)
+    return dot(seen, along), dot(seen, cross(direction(motion, measure.plane, measure.normal), along))
+
+
+def tangent_angle(motion: Motion, measure: TangentAngle, axis: Point) -> S:
+    """Return the angle by which an axis of ground, seen on a plane, leads `across` about the normal there."""
+    along, ahead = tangent_components(motion, measure, axis)
+    return atan2(ahead, along)
 
 
 def _lowest(row: RollingRow, motion: Motion, normal: Vec, normal_rate: Vec, w: Vec) -> tuple[Vec, Vec]:

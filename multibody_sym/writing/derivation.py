@@ -150,6 +150,7 @@ def derivation_data(equations: SymbolicEquations) -> dict[str, Any]:
         "forcing": [row[0] for row in _matrix(equations, equations.forcing)],
         "constraint_jacobian": _matrix(equations, equations.constraint_jacobian),
         "constraint_forcing": [row[0] for row in _matrix(equations, equations.constraint_forcing)],
+        "constants": {symbol.name: value for symbol, value in equations.constants.items()},
         "definitions": {str(name): _expression(equations, e) for name, e in equations.definitions},
         "equations": [_equation(equations, e) for e in equations.equations if shown],
         "steps": [_step(equations, step) for step in equations.steps if shown],

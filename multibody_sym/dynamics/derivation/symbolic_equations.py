@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Final
 
 import numpy as np
@@ -39,7 +39,8 @@ class SymbolicEquations:
     `equations` left = right as a student writes them: one for each speed or, by newton_euler, up to six for each body,
     with those of its `reactions` that do not vanish. All are sympy expressions in the symbols of `symbols` and in the
     names that `definitions` explains, each by earlier ones; `numbers` holds the values of symbols that stand for
-    numbers. `steps` is the derivation, `notation` how it is written.
+    numbers. `steps` is the derivation, `notation` how it is written. `constants` are the values, at the declared
+    start, of the parameters that a run measures there; none where that start cannot be assembled.
     """
 
     method: str
@@ -59,6 +60,7 @@ class SymbolicEquations:
     numbers: Mapping[Any, Any]
     steps: Derivation
     notation: Notation
+    constants: Mapping[Any, float] = field(default_factory=dict)
 
     @property
     def operations(self) -> int:
@@ -82,7 +84,7 @@ class SymbolicEquations:
         """Return a NumPy function of (q, u, t=0, parameters=None): arrays (nq,), (nu,), a number, (np,).
 
         With result "accelerations" it returns udot (n,), with "terms" the arrays (M, f, H, gamma). Parameters are in
-        the order of `symbols.parameters`, the declared values by default; inputs take their declared expressions.
+        the order of `symbols.parameters`, those of the declared start by default; inputs take their expressions.
         Raises InputError, as the function does for what is no real number and for wrong lengths.
         """
         if not isinstance(result, str) or result not in ("accelerations", "terms"):
@@ -91,8 +93,9 @@ class SymbolicEquations:
 
     def _arguments(self, q: Any, u: Any, t: Any, parameters: Any) -> tuple[float, Floats, Floats, Floats]:
         """Return t, q, u, parameters as real numbers; raises InputError."""
-        values = parameter_values(self.mechanism, {}) if parameters is None else parameters
         s = self.symbols
+        declared = zip(s.parameters, parameter_values(self.mechanism, {}), strict=True)
+        values = [self.constants.get(x, value) for x, value in declared] if parameters is None else parameters
         state, rates = vector("q", q, len(s.coordinates)), vector("u", u, len(s.speeds))
         return number("t", t), state, rates, vector("parameters", values, len(s.parameters))
 

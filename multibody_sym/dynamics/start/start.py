@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -17,16 +16,15 @@ from multibody_sym.dynamics.constraints.singular import generic_rank, verify_reg
 from multibody_sym.dynamics.formalisms.forward_dynamics import verify_inertia
 from multibody_sym.dynamics.start.absolute_state import absolute_state
 from multibody_sym.dynamics.start.assembly import assembled_position, assembled_speeds
+from multibody_sym.dynamics.start.constants import measured_rows, valued, with_constants
 from multibody_sym.dynamics.start.parameters import parameter_values, value_or_nan
 from multibody_sym.errors import ModelError, Where, at
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion
-from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, Mechanism, Speed
-from multibody_sym.model.mechanism.parameters import ARRAY, INDEPENDENT, Source
-from multibody_sym.model.mechanism.rows import RopeRow
-from multibody_sym.numerics.arrays import UNDEFINED, Floats
+from multibody_sym.model.mechanism.parameters import INDEPENDENT
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import slot
 
@@ -62,7 +60,7 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None, *,
     Coordinates marked `known` keep their values; others that are given are held in their order as long as the rest can
     close. If all are given and miss the constraints by less than 1e-6, those not marked change as little as possible;
     if none is marked, and whenever `project` asks for it, all do, in the norm of the mass matrix.
-    Ropes without a length are measured in the assembled position.
+    Ropes without a length and tangents that a body carries along are measured in the assembled position.
     Raises NoSolutionError (constraints that contradict each other, by name, or do not close, with residuals by name; a
     speed that no inertia resists) and ModelError (values that are not finite or not positive).
     """
@@ -71,7 +69,7 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None, *,
     declared = parameter_values(mechanism, overrides or {})
     _verify_motions(mechanism, declared)
     q, u = _declared_state(mechanism, declared)
-    return _closed(mechanism, declared, q, u, _measured_ropes(mechanism), project=project)
+    return _closed(mechanism, declared, q, u, measure=True, project=project)
 
 
 def start_beside(mechanism: Mechanism, begin: Start, values: Mapping[str, float]) -> Start:
@@ -89,7 +87,7 @@ def start_beside(mechanism: Mechanism, begin: Start, values: Mapping[str, float]
         coordinates=tuple(_marked(c, values) for c in mechanism.coordinates),
         speeds=tuple(_marked(s, values) for s in mechanism.speeds),
     )
-    return replace(_closed(marked, begin.parameters, q, u, {}, project=False), shifts={})
+    return replace(_closed(marked, begin.parameters, q, u, measure=False, project=False), shifts={})
 
 
 def _marked(each: T, values: Mapping[str, float]) -> T:
@@ -98,16 +96,17 @@ def _marked(each: T, values: Mapping[str, float]) -> T:
 
 
 def _closed(
-    mechanism: Mechanism, declared: Sequence[float], q: Floats, u: Floats, measured: Mapping[int, int], *, project: bool
+    mechanism: Mechanism, declared: Sequence[float], q: Floats, u: Floats, *, measure: bool, project: bool
 ) -> Start:
-    """Return the state that satisfies all constraints, from a declared one; with the lengths of `measured` ropes."""
+    """Return the state that satisfies all constraints, from a declared one; with constants measured there if asked."""
+    measured = measured_rows(mechanism) if measure else frozenset()
     rows = Rows(mechanism, declared, [k for k in range(len(mechanism.rows)) if k not in measured])
     _verify_inertia(rows, q, u)
     verify_lengths(rows.motion(q, u))
     with contradictions_named(rows, q, u):
         position = assembled_position(rows, q, project=project)
     verify_values(rows.motion(position.values, u))
-    parameters = _with_lengths(rows, position.values, measured)
+    parameters = with_constants(mechanism, declared, position.values) if measure else list(declared)
     every = Rows(mechanism, parameters, range(len(mechanism.rows)))
     with contradictions_named(every, position.values, u):
         speeds = assembled_speeds(every, position.values, u, project=project)
@@ -137,6 +136,7 @@ def _in_absolute_coordinates(mechanism: Mechanism, joints: Start) -> Start:
     relative = Rows(mechanism.relative, joints.parameters, [])
     motion = relative.motion(np.array(joints.q, dtype=float), np.array(joints.u, dtype=float))
     q, u = absolute_state(mechanism, motion, parameters)
+    parameters = with_constants(mechanism, parameters, q)
     rank = 0
     if mechanism.rows:
         rank, generic = generic_rank(Rows(mechanism, parameters, range(len(mechanism.rows))), q)
@@ -158,14 +158,14 @@ def _verify_motions(mechanism: Mechanism, parameters: Sequence[float]) -> None:
     for body in mechanism.bodies:
         place = ("bodies",) if body.joint_name == GROUND else ("joints",)
         for given in body.given:
-            with at(*place, body.joint_name, "motion"), _valued():
+            with at(*place, body.joint_name, "motion"), valued():
                 evaluate_float(given or (), values)
 
 
 def _verify_inertia(rows: Rows, q: Floats, u: Floats) -> None:
     motion = rows.motion(q, u)
     try:
-        with _valued():
+        with valued():
             verify_inertia(motion)
     except ModelError:
         verify_values(motion)
@@ -176,40 +176,8 @@ def _verify_loads(motion: Motion) -> None:
     for load in motion.mechanism.loads:
         with at("forces", load.name):
             verify_direction(motion, load)
-            with _valued():
+            with valued():
                 applied(motion, [load])
-
-
-@contextmanager
-def _valued() -> Iterator[None]:
-    try:
-        yield
-    except UNDEFINED as error:
-        raise ModelError(f"an expression has no finite value at the start ({error})") from None
-
-
-# --- parameters ----------------------------------------------------------------------------------------------------
-
-
-def _measured_ropes(mechanism: Mechanism) -> dict[int, int]:
-    """Return the rows whose rope is measured at the start, each with its length's position among the parameters."""
-    places = {slot(ARRAY, i): i for i in mechanism.parameters.places_from(Source.MEASURED)}
-    return {
-        k: places[row.length]
-        for k, row in enumerate(mechanism.rows)
-        if isinstance(row, RopeRow) and row.length in places
-    }
-
-
-def _with_lengths(rows: Rows, q: Floats, measured: Mapping[int, int]) -> list[float]:
-    """Return the parameters with the ropes' lengths at q: phi = length - path, where length is still zero."""
-    parameters = list(rows.parameters)
-    if measured:
-        with _valued():
-            motions = row_motions(rows.motion(q, np.zeros(len(rows.mechanism.speeds))))
-        for row, place in measured.items():
-            parameters[place] = -float(motions[row].phi)
-    return parameters
 
 
 # --- declared state ------------------------------------------------------------------------------------------------

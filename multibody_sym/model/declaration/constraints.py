@@ -135,8 +135,8 @@ class Rolling(Element):
     """A ball or disc (`body`, a surface of it) rolls on a plane (`on`) without slip and without lifting off.
 
     Its multipliers are the components of the force on the rolling body: `n` along the normal, and two across it. In a
-    plane model t1 is normal x z (uphill), in space the x of the plane's body as far as it lies in the plane (y where
-    the normal is x); t2 = normal x t1.
+    plane model t1 is normal x z (uphill), in space ground's x at the start as far as it lies in the plane (its y where
+    the normal is x there), carried along with the plane from then on; t2 = normal x t1.
     """
 
     components: ClassVar[tuple[str, ...]] = ("n", "t1", "t2")

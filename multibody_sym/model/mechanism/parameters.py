@@ -8,6 +8,7 @@ from enum import Enum
 from functools import cached_property
 from typing import Final
 
+from multibody_sym.model.mechanism.start_constants import Measure, RopeLength
 from multibody_sym.scalars.node import Node, as_node, slot
 
 ARRAY: Final = "parameters"
@@ -26,12 +27,16 @@ class Source(Enum):
 
 @dataclass(frozen=True)
 class ParameterEntry:
-    """An entry of the parameter vector; `value` is an expression of entries before it, None if there is no default."""
+    """An entry of the parameter vector; `value` is an expression of entries before it, None if there is no default.
+
+    `measure` is what the start measures.
+    """
 
     name: str
     value: Node | None
     positive: bool = False
     source: Source = Source.DECLARED
+    measure: Measure | None = None
 
 
 @dataclass(frozen=True)
@@ -66,6 +71,14 @@ class ParameterVector:
         """Return an entry of the vector `values` (np)."""
         return float(values[self.places[name]])
 
+    def with_measured(self, measures: Mapping[str, Measure]) -> ParameterVector:
+        """Return the vector with what the start measures of the constraints of these names."""
+        added = (
+            ParameterEntry(measured_name(name, what), None, isinstance(what, RopeLength), Source.MEASURED, what)
+            for name, what in measures.items()
+        )
+        return ParameterVector((*self.entries, *added))
+
     def with_rows(self, count: int) -> ParameterVector:
         """Return the vector with what a run chooses for rows, if there are any."""
         if not count:
@@ -86,6 +99,6 @@ class ParameterVector:
         return found
 
 
-def measured_length(rope: str) -> str:
-    """Return what the entry is called that holds the length of a rope as the start measures it."""
-    return f"length of {rope}"
+def measured_name(constraint: str, measure: Measure) -> str:
+    """Return what the entry is called that holds what the start measures of a constraint."""
+    return f"length of {constraint}" if isinstance(measure, RopeLength) else f"angle of {constraint}.t1"

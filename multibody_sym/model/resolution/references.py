@@ -13,6 +13,7 @@ from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import COM, GROUND, ORIGIN, OWN_POINTS, Pose, mass_of, pose_of
 from multibody_sym.model.mechanism.parameters import ParameterVector
 from multibody_sym.model.mechanism.rows import Bend, Drive, ExpressionRow, Row, VelocityRow
+from multibody_sym.model.mechanism.start_constants import Measure
 from multibody_sym.model.resolution.spanning_tree import body_part, coordinate_names, speed_names
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.node import ZERO, Node, symbol
@@ -30,12 +31,21 @@ class Freedom:
 
 
 @dataclass(frozen=True)
+class StartConstant:
+    """A constant that is measured at the start: the slot that stands for it, and what is measured."""
+
+    slot: Node
+    measure: Measure
+
+
+@dataclass(frozen=True)
 class References:
     """A system whose expressions are written in slots, the numbers of its bodies, the joints `carrying` them, the
     numbers of the doubles that cut joints carry, and the `parameters` that rows may take.
 
     In the `plane` rows that restrict what never leaves it are left out. What is `measured` of joints without
-    coordinates of their own still stands as symbols, so that one sees on which joint something acts.
+    coordinates of their own still stands as symbols, so that one sees on which joint something acts. `constants` of
+    the start stand by the constraints that have them.
     """
 
     system: System
@@ -47,6 +57,7 @@ class References:
     pulleys: Mapping[str, Bend] = field(default_factory=dict)
     carrying: frozenset[str] = frozenset()
     doubles: Mapping[str, int] = field(default_factory=dict)
+    constants: Mapping[str, StartConstant] = field(default_factory=dict)
 
     def marker(self, reference: str) -> Marker:
         """Return the marker of a body's origin, or of a point or frame of it, `body.point`.

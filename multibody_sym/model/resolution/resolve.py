@@ -14,7 +14,7 @@ from multibody_sym.model.declaration.tables import Table, bends, interpolated
 from multibody_sym.model.mechanism.loads import span_leaves
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, Limit, Mechanism, Speed
-from multibody_sym.model.mechanism.parameters import ParameterEntry, ParameterVector, Source, measured_length
+from multibody_sym.model.mechanism.parameters import ParameterEntry, ParameterVector
 from multibody_sym.model.resolution.absolute import Freed, freed_bodies
 from multibody_sym.model.resolution.bodies import tree_bodies
 from multibody_sym.model.resolution.cuts import has_rows
@@ -22,7 +22,7 @@ from multibody_sym.model.resolution.force_places import with_withheld
 from multibody_sym.model.resolution.loads import loads
 from multibody_sym.model.resolution.measured import measured
 from multibody_sym.model.resolution.references import References
-from multibody_sym.model.resolution.rows import cut_joints, declared_rows, unmeasured_ropes
+from multibody_sym.model.resolution.rows import cut_joints, declared_rows
 from multibody_sym.model.resolution.spanning_tree import (
     SpanningTree,
     body_part,
@@ -32,6 +32,7 @@ from multibody_sym.model.resolution.spanning_tree import (
     speed_names,
     used_joints,
 )
+from multibody_sym.model.resolution.start_constants import with_constants
 from multibody_sym.model.resolution.vocabulary import meanings, verify_expressions
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.kinks import switching_function, switching_functions
@@ -68,7 +69,7 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
     references = _references(system, tree, doubled, names, slots, plane=bool(freed and freed.plane))
     bodies = tree_bodies(references, tree.carrying, doubled)
     told = measured(references, bodies[: len(bodies) - len(doubled)], measuring) if measuring else {}
-    references = replace(references, measured=told)
+    references = with_constants(replace(references, measured=told), bodies)
     rows = declared_rows(references)
     cuts = cut_joints(references, [name for name in tree.cut if name not in doubled], rows)
     resolved = _in_slots(told, references.system)
@@ -234,12 +235,11 @@ def _slots(system: System, coordinates: Iterable[Coordinate], speeds: Iterable[S
 
 
 def _parameter_vector(system: System, slots: Mapping[Node, Node]) -> ParameterVector:
-    """Return the declared parameters and the ropes' lengths at the start."""
+    """Return the declared parameters."""
     entries = [
         ParameterEntry(name, _in(slots, parameter.value), parameter.positive)
         for name, parameter in system.parameters.items()
     ]
-    entries += [ParameterEntry(measured_length(name), None, True, Source.MEASURED) for name in unmeasured_ropes(system)]
     return ParameterVector(tuple(entries))
 
 

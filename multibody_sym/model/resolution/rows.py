@@ -22,9 +22,7 @@ from multibody_sym.model.declaration.constraints import (
     row_names,
 )
 from multibody_sym.model.declaration.fields import Element
-from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mass import unit_vector
-from multibody_sym.model.mechanism.parameters import measured_length
 from multibody_sym.model.mechanism.rows import (
     Bend,
     CutJoint,
@@ -37,11 +35,12 @@ from multibody_sym.model.mechanism.rows import (
     Row,
     VelocityRow,
 )
+from multibody_sym.model.mechanism.start_constants import TangentAngle
 from multibody_sym.model.resolution.cuts import cut_rows, normals_of, welded_rows
 from multibody_sym.model.resolution.gear_teeth import gear_row
 from multibody_sym.model.resolution.plane import in_plane, rows_in_plane
 from multibody_sym.model.resolution.references import References
-from multibody_sym.model.resolution.surface_tangents import surface_tangents
+from multibody_sym.model.resolution.surface_tangents import surface_tangents, turned_tangents
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ONE, ZERO, Node, negate
@@ -174,7 +173,12 @@ def _(element: Rolling, name: str, references: References) -> list[Row]:
     radius = rim.sphere if rim.disc is None else rim.disc
     assert radius is not None
     flat = references.plane or in_plane(references.system)
-    directions = (normal, *surface_tangents(normal, flat=flat))
+    constant = references.constants.get(name)
+    if constant is None:
+        directions = (normal, *surface_tangents(normal, flat=flat))
+    else:
+        assert isinstance(constant.measure, TangentAngle)
+        directions = (normal, *turned_tangents(normal, constant.measure.across, constant.slot))
     return [
         RollingRow(row, wheel, axis, radius, ground, normal, along)
         for row, along in zip(row_names(name, element), directions, strict=True)
@@ -183,7 +187,7 @@ def _(element: Rolling, name: str, references: References) -> list[Row]:
 
 @_rows.register
 def _(element: Rope, name: str, references: References) -> list[Row]:
-    length = element.length if element.length is not None else references.parameters.slot(measured_length(name))
+    length = element.length if element.length is not None else references.constants[name].slot
     path = tuple(_bend(i, step, references) for i, step in enumerate(element.path))
     return [RopeRow(name, path, length)]
 
@@ -207,8 +211,3 @@ def _bend(index: int, step: str, references: References) -> Bend:
             if "mean" not in near:
                 raise
             raise ModelError(f"no body or pulley is called {step!r}{near}") from error
-
-
-def unmeasured_ropes(system: System) -> list[str]:
-    """Return the ropes whose length is that of the start."""
-    return [name for name, c in system.constraints.items() if isinstance(c, Rope) and c.length is None]

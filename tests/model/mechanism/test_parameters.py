@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.model.mechanism.parameters import ALPHA, BETA, INDEPENDENT, Source, measured_length
+from multibody_sym.model.mechanism.parameters import ALPHA, BETA, INDEPENDENT, Source, measured_name
+from multibody_sym.model.mechanism.start_constants import RopeLength
 
 PACKAGE = Path(mbs.__file__).parent
 
@@ -30,7 +31,7 @@ def test_entries_say_who_gives_their_values() -> None:
     assert [(entry.name, entry.source) for entry in vector] == [
         ("m", Source.DECLARED),
         ("l", Source.DECLARED),
-        (measured_length("rope"), Source.MEASURED),
+        (measured_name("rope", RopeLength("rope")), Source.MEASURED),
         (INDEPENDENT, Source.CHOSEN),
         (ALPHA, Source.CHOSEN),
         (BETA, Source.CHOSEN),
@@ -41,7 +42,7 @@ def test_entries_say_who_gives_their_values() -> None:
 
 def test_a_rope_with_a_length_measures_nothing_and_a_tree_chooses_nothing() -> None:
     declared = mbs.mechanism(atwood(length="l")).parameters
-    assert measured_length("rope") not in declared.places
+    assert measured_name("rope", RopeLength("rope")) not in declared.places
     tree = mbs.mechanism(
         mbs.System("tree", bodies={"a": mbs.Body(mass="1 kg")}, joints={"x": mbs.Prismatic("ground", "a", axis="x")})
     ).parameters
@@ -49,7 +50,7 @@ def test_a_rope_with_a_length_measures_nothing_and_a_tree_chooses_nothing() -> N
     assert tree.independent_rows([]) == 0
 
 
-@pytest.mark.parametrize("name", [INDEPENDENT, ALPHA, measured_length("rope")])
+@pytest.mark.parametrize("name", [INDEPENDENT, ALPHA, measured_name("rope", RopeLength("rope"))])
 def test_what_is_not_declared_cannot_be_given(name: str) -> None:
     with pytest.raises(mbs.InputError, match=name):
         mbs.simulate(atwood(), parameters={name: 1.0}, backend="python")

@@ -1,0 +1,68 @@
+"""Constants of a run, measured in the assembled position: lengths of ropes, angles of tangents."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.dynamics.constraints.closing import Rows
+from multibody_sym.errors import ModelError, at
+from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.rolling import tangent_angle, tangent_components
+from multibody_sym.kinematics.ropes import segments
+from multibody_sym.model.declaration.values import Point
+from multibody_sym.model.mechanism.mass import IDENTITY
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.rows import RopeRow
+from multibody_sym.model.mechanism.start_constants import Measure, RopeLength, TangentAngle
+from multibody_sym.numerics.arrays import UNDEFINED, Floats
+
+_PARALLEL: Final = 1e-9
+
+
+def measured_rows(mechanism: Mechanism) -> frozenset[int]:
+    """Return the rows that any position satisfies, because their ropes take their lengths from it."""
+    ropes = {m.row for entry in mechanism.parameters if isinstance(m := entry.measure, RopeLength)}
+    return frozenset(k for k, row in enumerate(mechanism.rows) if row.name in ropes)
+
+
+def with_constants(mechanism: Mechanism, parameters: Sequence[float], q: Floats) -> list[float]:
+    """Return the parameter vector (np) with what is measured in the position q (nq) in place of its zeros.
+
+    Raises ModelError where an expression has no finite value there.
+    """
+    measures = [(place, entry.measure) for place, entry in enumerate(mechanism.parameters) if entry.measure]
+    found = list(parameters)
+    if measures:
+        with valued():
+            motion = Rows(mechanism, parameters, []).motion(q, np.zeros(len(mechanism.speeds)))
+            for place, measure in measures:
+                found[place] = _measured(motion, measure)
+    return found
+
+
+def seen_axis(motion: Motion, measure: TangentAngle) -> Point:
+    """Return the axis of ground that the tangent t1 follows at a state in floats: x, or y where x is normal to it."""
+    x, y, _ = IDENTITY
+    return x if np.hypot(*tangent_components(motion, measure, x)) >= _PARALLEL else y
+
+
+def _measured(motion: Motion, measure: Measure) -> float:
+    if isinstance(measure, TangentAngle):
+        return float(tangent_angle(motion, measure, seen_axis(motion, measure))) + 0.0  # no -0
+    row = next(row for row in motion.mechanism.rows if row.name == measure.row)
+    assert isinstance(row, RopeRow)
+    with at("constraints", row.name):
+        return float(segments(motion, row.path)[1])
+
+
+@contextmanager
+def valued() -> Iterator[None]:
+    """Raise ModelError where an expression inside has no finite value."""
+    try:
+        yield
+    except UNDEFINED as error:
+        raise ModelError(f"an expression has no finite value at the start ({error})") from None

@@ -1,0 +1,31 @@
+"""Constants of a run: what is measured at its start and then kept, in the parameter vector beside what is declared."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from multibody_sym.model.declaration.values import Point
+from multibody_sym.model.mechanism.markers import Marker
+
+
+@dataclass(frozen=True)
+class RopeLength:
+    """How long the path of a rope is, for ropes that declare no length; `row` is the name of its row."""
+
+    row: str
+
+
+@dataclass(frozen=True)
+class TangentAngle:
+    """By how much the tangent t1 of a plane on a body that turns leads `across` about `normal` (plane's body's axes).
+
+    At the start t1 is ground's x as far as it lies in the plane, or its y where x is normal to the plane; then the body
+    carries it along. Both vectors are of length one and normal to each other.
+    """
+
+    plane: Marker
+    normal: Point
+    across: Point
+
+
+Measure = RopeLength | TangentAngle

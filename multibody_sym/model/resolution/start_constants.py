@@ -1,0 +1,48 @@
+"""Which constraints have a constant that is measured at the start, and the slot among the parameters that holds it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import replace
+
+from multibody_sym.errors import ModelError
+from multibody_sym.model.declaration.constraints import Rolling, Rope
+from multibody_sym.model.mechanism.mass import GROUND, unit_vector
+from multibody_sym.model.mechanism.mechanism import TreeBody
+from multibody_sym.model.mechanism.parameters import measured_name
+from multibody_sym.model.mechanism.start_constants import Measure, RopeLength, TangentAngle
+from multibody_sym.model.resolution.plane import in_plane
+from multibody_sym.model.resolution.references import References, StartConstant
+from multibody_sym.model.resolution.surface_tangents import across
+
+
+def with_constants(references: References, bodies: Sequence[TreeBody]) -> References:
+    """Return the references with the constants that the start measures, which follow the declared parameters."""
+    measures = dict(_measures(references, bodies))
+    vector = references.parameters.with_measured(measures)
+    constants = {name: StartConstant(vector.slot(measured_name(name, what)), what) for name, what in measures.items()}
+    return replace(references, parameters=vector, constants=constants)
+
+
+def _measures(references: References, bodies: Sequence[TreeBody]) -> Iterator[tuple[str, Measure]]:
+    flat = references.plane or in_plane(references.system)
+    for name, element in references.system.constraints.items():
+        if isinstance(element, Rope) and element.length is None:
+            yield name, RopeLength(name)
+        if isinstance(element, Rolling) and not flat:
+            with suppress(ModelError):  # of references that name nothing, which the row tells with its place
+                marker, surface = references.surface(element.on)
+                if surface.plane is not None and _turns(bodies, marker.body):
+                    normal = unit_vector(surface.normal)
+                    yield name, TangentAngle(marker, normal, across(normal))
+
+
+def _turns(bodies: Sequence[TreeBody], index: int) -> bool:
+    """Return whether a body's axes may differ from ground's: some joint between them is more than a slide."""
+    while index >= 0 and bodies[index].name != GROUND:
+        body = bodies[index]
+        if any(step.turns for step in body.steps) or body.frame_on_parent.rotation != body.frame_on_body.rotation:
+            return True
+        index = body.parent
+    return False
