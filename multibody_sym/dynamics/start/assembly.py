@@ -96,7 +96,7 @@ def assembled_position(rows: Rows, q: Floats, *, project: bool = False) -> Assem
         verify_values(rows.motion(q, np.zeros(len(rows.mechanism.speeds))))
     if found is None:
         raise _not_closed(rows, q)
-    return _compared(q, *found)
+    return _compared(q, items, *found)
 
 
 def _not_closed(rows: Rows, q: Floats) -> NoSolutionError:
@@ -141,10 +141,11 @@ def assembled_speeds(rows: Rows, q: Floats, u: Floats, *, project: bool = False)
         found: Floats = u + least_change(rows, q, jacobian, -phidot, free, weighted, exactly)
         return found if missed(found).within(CLOSED) else None
 
-    chosen = _chosen(_speed_items(rows.mechanism), jacobian, missed(u), close, project)
+    items = _speed_items(rows.mechanism)
+    chosen = _chosen(items, jacobian, missed(u), close, project)
     if chosen is None:
         raise _failure(rows, "the initial speeds do not satisfy the constraints", missed(u))
-    return _compared(u, *chosen)
+    return _compared(u, items, *chosen)
 
 
 def _speed_items(mechanism: Mechanism) -> list[_Item]:
@@ -205,11 +206,14 @@ def _held_one_by_one(
     return held, values
 
 
-def _compared(declared: Floats, values: Floats, held: Sequence[_Item], concerned: Sequence[_Item]) -> Assembled:
-    found = [item for item in concerned if item not in held]
+def _compared(
+    declared: Floats, items: Sequence[_Item], values: Floats, held: Sequence[_Item], concerned: Sequence[_Item]
+) -> Assembled:
+    """Return what was held and found: what rows concern, and what moved along because it shares mass with that."""
+    changed = np.abs(values - declared) > _ROUNDING * np.maximum(1.0, np.abs(declared))
+    found = [item for item in items if item not in held and (item in concerned or changed[list(item.places)].any())]
     given = [pair for item in found if item.given for pair in zip(item.names, item.places, strict=True)]
-    told = _ROUNDING * np.maximum(1.0, np.abs(declared))
-    shifts = {name: float(values[k] - declared[k]) for name, k in given if abs(values[k] - declared[k]) > told[k]}
+    shifts = {name: float(values[k] - declared[k]) for name, k in given if changed[k]}
     names = [tuple(name for item in part for name in item.names) for part in (held, found)]
     return Assembled(values, names[0], names[1], shifts)
 

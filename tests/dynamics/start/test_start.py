@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 from mechanisms import random_case
 
+from multibody_sym.answers.solve import solve
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.errors import InputError, ModelError, NoSolutionError
+from multibody_sym.formats.reader import loads
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import state_of
@@ -28,6 +30,7 @@ from multibody_sym.model.declaration.joints import Free, Initial, Prismatic, Rev
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.scalars.node import leaves
 
 ROD = {"Izz": 1}
 
@@ -268,6 +271,26 @@ def test_all_given_and_near_is_projected_with_least_change() -> None:
     assert max(residuals(resolved, begin)) < 1e-12
     assert 0 < begin.shift < 1e-6
     assert begin.held == ()
+
+
+def test_what_moves_along_by_common_mass_is_told() -> None:
+    """No row names the angle, but the least change in the mass matrix's norm moves it with the cart that one does."""
+    system = loads("""\
+multibody_sym: 1
+name: near
+gravity: [0, -9.81, 0]
+bodies: {cart: {mass: 3}, bob: {mass: 1, com: [0, -2, 0]}}
+joints:
+  X: {type: prismatic, parent: ground, child: cart, axis: x, q: x, initial: {q: 0.1000001}}
+  T: {type: revolute, parent: cart, child: bob, axis: z, q: theta, initial: {q: 0.5}}
+constraints: {c: {type: expression, zero: x - 0.1, acts: in_joints}}
+""")
+    begin = start(mechanism(system))
+    assert begin.shifts.keys() == {"x", "theta"}
+    assert begin.shifts["theta"] == pytest.approx(-begin.shifts["x"] * math.cos(0.5) / 2, rel=1e-5)  # M's second row
+    solved = solve(system)
+    assert solved.assembled["theta"].value == begin.q[1]
+    assert "theta" in {leaf.data for leaf in leaves([solved.accelerations["theta"].expression], "symbol")}
 
 
 def test_all_given_and_far_are_guesses_but_for_the_first() -> None:
