@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -102,10 +104,13 @@ joints:
 GUIDED = LADDER.replace("  sy: {mass: 1}\n", "") + (
     "constraints: {c: {type: point_on_line, point: rod.e, line: {through: ground, direction: y}}}"
 )
-LINKED = LADDER + """
+LINKED = (
+    LADDER
+    + """
   Y: {type: prismatic, parent: ground, child: sy, axis: y, q: y, initial: {q: -2}}
   B: {type: revolute, parent: rod.e, child: sy, axis: z, cut: true}
 """
+)
 
 
 @pytest.mark.parametrize("text", [GUIDED, LINKED], ids=["guided", "linked"])
@@ -197,8 +202,13 @@ forces: {spring: {type: spring_damper, between: [ground, block], stiffness: 40, 
     found = mbs.equilibrium(rail)
     assert [round(p["x"], 9) for p in found.positions] == [1, -1]
     assert found.beyond == ((), ("spring",))
-    beside = mbs.equilibrium(mbs.loads(mbs.dumps(rail).replace("between: [ground,", "between: [ground.o,").replace(
-        "bodies:", "bodies:\n  ground: {points: {o: [0, 0.5, 0]}}")))
+    beside = mbs.equilibrium(
+        mbs.loads(
+            mbs.dumps(rail)
+            .replace("between: [ground,", "between: [ground.o,")
+            .replace("bodies:", "bodies:\n  ground: {points: {o: [0, 0.5, 0]}}")
+        )
+    )
     assert sorted(round(p["x"] ** 2, 9) for p in beside.positions) == [0, 0.75, 0.75]
     assert set(beside.beyond) == {()}
 
@@ -236,8 +246,9 @@ def pendulums(count: int) -> mbs.System:
     return mbs.System(
         "pendulums",
         gravity=[0, -G, 0],
-        bodies={name: mbs.Body(mass=1 + 0.3 * k, com=[0, -1, 0], points={"e": [0, -1, 0]})
-                for k, name in enumerate(names)},
+        bodies={
+            name: mbs.Body(mass=1 + 0.3 * k, com=[0, -1, 0], points={"e": [0, -1, 0]}) for k, name in enumerate(names)
+        },
         joints={
             f"J{k}": mbs.Revolute("ground" if k == 0 else f"{names[k - 1]}.e", name, q=f"t{k}", initial={"q": 0.2})
             for k, name in enumerate(names)
@@ -259,6 +270,62 @@ def test_what_is_not_proved_is_not_called_complete() -> None:
     assert not mbs.equilibrium(mbs.load(EXAMPLES / "slider_crank.yaml")).complete
     assert not mbs.equilibrium(held_upright(5)).complete
     assert mbs.equilibrium(mbs.load(EXAMPLES / "bead_on_hoop.yaml")).complete  # a polynomial of cos and sin
+
+
+def slider_under(force: str) -> mbs.System:
+    return mbs.System(
+        "slider",
+        bodies={"a": mbs.Body(mass=1)},
+        joints={"X": mbs.Prismatic("ground", "a", axis="x", q="x", initial={"q": 0.3})},
+        forces={"f": mbs.Force(on="a", value=[force, 0, 0])},
+    )
+
+
+@pytest.mark.parametrize(
+    "far", ["-20*x + 1e-9*x^3", "-20*x*(1 - x/1e9)", "-20*x + 1e-7*x*abs(x)", "-x - 1e3*x*exp(-(x - 40)^2)"]
+)
+def test_what_bends_far_away_is_not_affine(far: str) -> None:
+    """The first three rest again at sqrt(20e9) m, 1e9 m and 2e8 m, and the last is pulled back by little at 40 m."""
+    assert not mbs.equilibrium(slider_under(far)).complete
+
+
+def test_what_is_affine_by_its_expression_is_proved() -> None:
+    assert mbs.equilibrium(slider_under("-20*(x - 1)*3 + (2*x + 5)/4")).complete
+
+
+def hinge_under(torque: str) -> mbs.System:
+    return mbs.System(
+        "hinge",
+        bodies={"a": mbs.Body(mass=1, com=[0, -1, 0])},
+        joints={"H": mbs.Revolute("ground", "a", q="x", initial={"q": 0.3})},
+        gravity=[0, -1, 0],
+        forces={"f": mbs.Torque(joint="H", value=torque)},
+    )
+
+
+def test_a_pulse_between_samples_hides_no_position() -> None:
+    """-sin(x) plus a pulse at 1.03, narrower than a 64th of a turn, has zeros on both of its sides."""
+    found = mbs.equilibrium(hinge_under("2*exp(-1e5*(1 - cos(x - 1.03)))"))
+    assert not found.complete
+
+
+@pytest.mark.parametrize(
+    ("torque", "same"),
+    [
+        ("3*sin(x)*cos(x)", lambda x: 3 * np.sin(x) * np.cos(x)),
+        ("2*sin(2*x + 1)*cos(x)^2/3", lambda x: 2 * np.sin(2 * x + 1) * np.cos(x) ** 2 / 3),
+    ],
+)
+def test_polynomials_of_sine_and_cosine_are_counted(torque: str, same: Callable[[Any], Any]) -> None:
+    found = mbs.equilibrium(hinge_under(torque))
+    angles = np.linspace(-np.pi, np.pi, 200_001) + 1e-4
+    value = same(angles) - np.sin(angles)
+    assert found.complete
+    assert len(found.positions) == (value[:-1] * value[1:] < 0).sum()
+
+
+def test_what_takes_two_turns_is_not_counted_on_one() -> None:
+    assert not mbs.equilibrium(hinge_under("sin(x/2)")).complete
 
 
 def test_start_speeds_are_left_out_and_named() -> None:

@@ -30,7 +30,7 @@ from multibody_sym.model.declaration.joints import Free, Initial, Prismatic, Rev
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.scalars.node import leaves
+from multibody_sym.scalars.traversal import leaves
 
 ROD = {"Izz": 1}
 
