@@ -299,10 +299,16 @@ static double error_beside(mbs_run *r, double noise, int *worst)
     return fine * fine / sqrt(fine * fine + 0.01 * (coarse * coarse));
 }
 
-/* Near a singular position what round-off does there counts as allowed. */
+/* The error of a trial whose `plain` one is known: near a singular position what round-off does there counts as allowed. */
+static double error_allowing(mbs_run *r, double plain, int *worst)
+{
+    double noise = mbs_noise(r);
+    return noise == 0.0 ? plain : error_beside(r, noise * mbs_largest(r->n, r->x_new), worst);
+}
+
 static double trial_error(mbs_run *r, int *worst)
 {
-    return error_beside(r, mbs_noise(r) * mbs_largest(r->n, r->x_new), worst);
+    return error_allowing(r, error_beside(r, 0.0, worst), worst);
 }
 
 static double control_power(const mbs_method *m)
@@ -324,7 +330,7 @@ static double change_after(const mbs_run *r, double error)
 static double length_after(mbs_run *r, double h, double error, double plain, int rejected, double wished)
 {
     mbs_state *s = r->state;
-    double next = h / change_after(r, error), grown = h / change_after(r, plain);
+    double next = h / change_after(r, error), grown = plain == error ? next : h / change_after(r, plain);
     next = next > h && grown < next ? (grown > h ? grown : h) : next;
     if ((rejected || next < r->stepper->least_growth * h) && next > h)
         next = h;
@@ -343,7 +349,7 @@ static int adaptive_trial(mbs_run *r, int rejected, double *wished)
     double t_new = last ? t_end : t + s->h_next, h = last ? t_end - t : s->h_next;
     int status = attempt(r, h, t_new);
     if (status == MBS_RUNNING) {
-        double plain = error_beside(r, 0.0, &worst), error = trial_error(r, &worst);
+        double plain = error_beside(r, 0.0, &worst), error = error_allowing(r, plain, &worst);
         if (!(error <= 1.0)) {
             double power = control_power(r->method), shrink = pow(error, power - 0.75 * (0.2 * power)) / 0.9;
             s->h_next = h / (shrink < 5.0 ? shrink : 5.0);

@@ -311,8 +311,11 @@ double mbs_retreat(mbs_run *r, double h, double otherwise)
 double mbs_laid(const mbs_run *r, double h)
 {
     const mbs_state *s = r->state;
-    double gap = widest_gap(r->method), way = s->near && s->rate > 0.0 ? s->start / s->rate / h : 0.0;
-    if (!(way > 0.0) || way >= 1.0 + gap)
+    double way = s->near && s->rate > 0.0 ? s->start / s->rate / h : 0.0;
+    if (!(way > 0.0))
+        return h;
+    double gap = widest_gap(r->method);
+    if (way >= 1.0 + gap)
         return h;
     if (way <= gap)
         return h * (way / gap);
