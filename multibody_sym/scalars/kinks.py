@@ -1,4 +1,7 @@
-"""Where an expression has a kink or a jump: the switching functions of its comparisons, choices and absolute values."""
+"""Where an expression has a kink or a jump: the switching functions of its comparisons, choices and absolute values.
+
+And where a smooth one fades, which is as good as a kink to whoever takes steps.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +9,12 @@ from collections.abc import Iterable
 from typing import Final
 
 from multibody_sym.scalars.elementary import maximum, minimum
-from multibody_sym.scalars.node import ZERO, Node, subtract
+from multibody_sym.scalars.node import ZERO, Node, add, number, subtract
 from multibody_sym.scalars.traversal import postorder
 
 _COMPARISONS: Final = ("less", "less_equal")
+_FADED: Final = 36  # exp(-36) is round-off beside 1
+_SATURATED: Final = 20  # so is 1 - tanh(20)
 _JOINED: Final = {"min": minimum, "max": maximum}
 
 
@@ -37,6 +42,21 @@ def switching_functions(nodes: Iterable[Node]) -> list[Node]:
         sides = _sides(n)
         if sides is not None and subtract(*sides) not in found:
             found[subtract(sides[1], sides[0])] = None
+    return [g for g in found if g.shadow is None]
+
+
+def fading_functions(nodes: Iterable[Node]) -> list[Node]:
+    """Return functions at whose zeros smooth parts of expressions become as good as constant, each once.
+
+    exp(g) is as good as nothing below g = -36, and tanh(g) and 1/cosh(g) change no more beyond g = -20 and 20. Who
+    goes on from there at the pace that a constant allows may step over all of a narrow law.
+    """
+    found: dict[Node, None] = {}
+    for n in postorder(nodes):
+        if n.op == "exp":
+            found[add(n.args[0], number(_FADED))] = None
+        elif n.op in ("tanh", "cosh", "sinh"):
+            found.update(dict.fromkeys(add(n.args[0], number(x)) for x in (-_SATURATED, _SATURATED)))
     return [g for g in found if g.shadow is None]
 
 

@@ -41,7 +41,7 @@ def problem_of(ready: Runnable, settings: RunSettings) -> Problem:
     if ready.start.assembled:  # what is declared is examined already
         verify_motions(ready.system, _start_values(ready), settings.t_end)
     verify_regular_start(ready.mechanism, ready.start)
-    constrained = bool(ready.mechanism.rows)
+    mechanism, constrained = ready.mechanism, bool(ready.mechanism.rows)
     problem = Problem(
         compiled=ready.compiled,
         method=settings.method,
@@ -58,7 +58,7 @@ def problem_of(ready: Runnable, settings: RunSettings) -> Problem:
         project=constrained and settings.project,
         max_steps=_MOST_STEPS,
         independent=float(ready.mechanism.parameters.independent_rows(ready.start.parameters)),
-        terminal=(True,) * len(ready.mechanism.stops) + (False,) * len(ready.mechanism.kinks),
+        terminal=(True,) * len(mechanism.stops) + (False,) * (len(mechanism.kinks) + len(mechanism.fades)),
         pairs=_pairing(ready.mechanism),
     )
     if not constrained or settings.baumgarte is None:

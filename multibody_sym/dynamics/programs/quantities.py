@@ -92,11 +92,11 @@ def answered(trace: Trace, sources: Sources, declared: Sequence[Node]) -> list[N
 
 
 def events(mechanism: Mechanism, sources: Sources) -> Program | None:
-    """Return (t, q, u, ...) -> values: stops, then kinks; None where there are none.
+    """Return (t, q, u, ...) -> values: stops, then kinks and fades; None where there are none.
 
-    A stop's value becomes positive where its condition holds; a kink's value changes its sign.
+    A stop's value becomes positive where its condition holds; a kink's or a fade's value changes its sign.
     """
-    asked = [*mechanism.stops.values(), *mechanism.kinks]
+    asked = [*mechanism.stops.values(), *mechanism.kinks, *mechanism.fades]
     if not asked:
         return None
     trace = Trace("events", arrays(mechanism))

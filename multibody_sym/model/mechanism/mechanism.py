@@ -142,9 +142,10 @@ class Mechanism:
 
     `symbols` gives the slot of each name that expressions may use, or what it measures; `markers` every named point and
     frame. `stops` are functions that become positive where the run ends, `kinks` functions at whose zeros forces or
-    inputs bend or jump. In absolute coordinates `relative` is the same system in those of its joints, in which its
-    start is declared. `minimum_norm`: where rows are redundant, multipliers of least norm are asked for. `withheld`:
-    by joint, reactions that are not determined; `untold` outputs name such and are not among `outputs`.
+    inputs bend or jump, `fades` those at whose zeros they become as good as constant. In absolute coordinates
+    `relative` is the same system in those of its joints, in which its start is declared. `minimum_norm`:
+    where rows are redundant, multipliers of least norm are asked for. `withheld`: by joint, reactions that are not
+    determined; `untold` outputs name such and are not among `outputs`.
     """
 
     name: str
@@ -158,6 +159,7 @@ class Mechanism:
     outputs: Mapping[str, Node]
     stops: Mapping[str, Node]
     kinks: tuple[Node, ...]
+    fades: tuple[Node, ...]
     loads: tuple[Load, ...]
     rows: tuple[Row, ...]
     limits: tuple[Limit, ...]

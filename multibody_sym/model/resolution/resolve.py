@@ -35,7 +35,7 @@ from multibody_sym.model.resolution.spanning_tree import (
 from multibody_sym.model.resolution.start_constants import with_constants
 from multibody_sym.model.resolution.vocabulary import meanings, verify_expressions
 from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.kinks import switching_function, switching_functions
+from multibody_sym.scalars.kinks import fading_functions, switching_function, switching_functions
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
 from multibody_sym.scalars.traversal import leaves
 
@@ -85,6 +85,7 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
         outputs={**{name.data: node for name, node in told.items()}, **resolved.outputs},
         stops={name: switching_function(condition) for name, condition in resolved.stop.items()},
         kinks=_kinks(resolved),
+        fades=tuple(filter(_changes, fading_functions(_declared_laws(resolved)))),
         loads=_in_slots(told, tuple(loads(references))),
         rows=_in_slots(told, tuple(rows)),
         limits=tuple(_limits(resolved, {**slots, **told})),
@@ -161,10 +162,14 @@ def _in(slots: Mapping[Node, Node], node: Node) -> Node:
 
 def _kinks(resolved: System) -> tuple[Node, ...]:
     """Return the switching functions of forces, constraints, motions and inputs that change with time or motion."""
-    parts = (resolved.forces, resolved.constraints, resolved.inputs, resolved.joints, resolved.bodies)
-    found = switching_functions([written.node for part in parts for written in expressions(part)])
+    found = switching_functions(_declared_laws(resolved))
     tables = [x for x in resolved.inputs.values() if isinstance(x, Table)]
     return tuple(g for g in (*found, *(g for table in tables for g in bends(table))) if _changes(g))
+
+
+def _declared_laws(resolved: System) -> list[Node]:
+    parts = (resolved.forces, resolved.constraints, resolved.inputs, resolved.joints, resolved.bodies)
+    return [written.node for part in parts for written in expressions(part)]
 
 
 def _doubled(system: System, tree: SpanningTree) -> list[str]:
