@@ -63,7 +63,7 @@ class Equilibrium:
     `free`: for each position the coordinates along which the positions beside it are equilibria too; `beyond`: the
     springs whose end lies beyond their other end. `complete`: whether it is proved that there are no others;
     `cut_short`: whether the time of the search was up before it found nothing new; `guesses`: how many it tried.
-    `speeds_left_out`: speeds of the start, which is taken at rest.
+    `speeds_left_out`: speeds of the start, which is taken at rest. `units`: the unit of each coordinate.
     """
 
     positions: tuple[Mapping[str, float], ...]
@@ -75,6 +75,7 @@ class Equilibrium:
     guesses: int = 0
     speeds_left_out: tuple[str, ...] = ()
     one_sided: tuple[bool, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `equilibrium --json` prints."""
@@ -88,6 +89,7 @@ class Equilibrium:
             "guesses": self.guesses,
             "speeds_left_out": list(self.speeds_left_out),
             "one_sided": list(self.one_sided),
+            "units": dict(self.units),
         }
 
 
@@ -131,6 +133,7 @@ def _equilibrium(system: System, formalism: str | None) -> Equilibrium:
         found.guesses,
         _moving(system, resolved, begin),
         one_sided,
+        {c.name: c.unit for c in resolved.coordinates},
     )
 
 

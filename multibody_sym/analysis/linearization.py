@@ -7,7 +7,7 @@ tell what eigenvalues cannot (`periodic`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -25,6 +25,7 @@ from multibody_sym.dynamics.start.start import Start, start, verify_regular_star
 from multibody_sym.errors import ModelError, NoSolutionError, Where
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
+from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.numerics.numbers import number
@@ -44,7 +45,8 @@ class Linearization:
     equilibrium or a steady motion; `steady`: whether A is constant; where it is not, the system is let go from rest,
     and A is that of the start. `left_out`: states that are not among `states`, as nothing depends on them and their
     own rates are not constant. `shifts`: by how much given start values changed to satisfy the constraints. `rounding`
-    (m x m): what rounding may make of A. `at`: the coordinates and speeds of the state.
+    (m x m): what rounding may make of A. `at`: the coordinates and speeds of the state. `units`: the SI unit of each
+    state, input, coordinate and speed by name, empty where it is not known.
     """
 
     states: tuple[str, ...]
@@ -58,6 +60,7 @@ class Linearization:
     held_inputs: tuple[str, ...] = ()
     rounding: Floats | None = None
     at: Mapping[str, float] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def eigenvalues(self) -> npt.NDArray[np.complex128]:
@@ -85,6 +88,7 @@ class Linearization:
             "accelerations": self.accelerations,
             "shifts": dict(self.shifts),
             "at": dict(self.at),
+            "units": dict(self.units),
         }
 
 
@@ -209,7 +213,14 @@ def _settled(flow: Flow, q: Floats, u: Floats) -> Linearization:
         steady=constancy.constant,
         left_out=tuple(found.states[k] for k in sorted(constancy.left_out)),
         rounding=constancy.rounding[np.ix_(keep, keep)],
+        units=_units(flow.mechanism, found.states),
     )
+
+
+def _units(resolved: Mechanism, states: Sequence[str]) -> dict[str, str]:
+    """Return the units of states, of which those of quaternions are rotation vectors, and of inputs."""
+    told = MechanismUnits(resolved)
+    return {**dict.fromkeys(states, "rad"), **told.inputs, **told.state}
 
 
 def _changing(resolved: Mechanism) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ from multibody_sym.answers.uniform_motion import UniformMotion, uniform_motion
 from multibody_sym.errors import ExpressionError, ModelError, at, suggestion
 from multibody_sym.model.declaration.settings import Ask
 from multibody_sym.model.mechanism.mass import OWN_POINTS
+from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.force_places import is_undetermined
 from multibody_sym.scalars.node import Node
 
@@ -35,7 +36,8 @@ def answered(solved: Solved) -> tuple[dict[str, Value], list[str]]:
                 answers[name] = Value(None)
                 remarks.append(f"{name}: it hangs on a reaction that is withheld")
             elif question.value is not None:
-                answers[name] = solved.values(solved.asked(question.value), {})[""]
+                (unit,) = MechanismUnits(solved.mechanism).of([question.value])
+                answers[name] = solved.values(solved.asked(question.value), {"": unit})[""]
             else:
                 _verify(solved, question)
                 answers[name] = replace(motion.answer(name, question), unit=_unit(question))

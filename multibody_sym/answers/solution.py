@@ -7,8 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.expressions.printer import text
 from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.traversal import leaves
 
 RowKind = Literal["rope", "rod", "force", "multiplier"]
 """What a constraint's multiplier is: a tension of a rope or rod, a force (or moment), or that of an expression."""
@@ -29,12 +31,21 @@ class Value:
 
     def __str__(self) -> str:
         """Return `formula = number unit`, without the formula where there is none or it is that number."""
+        return self.told()
+
+    def told(self, units: Units = SI) -> str:
+        """Return the same with the number in chosen units; a formula of numbers alone is one in SI units."""
+        number = "unknown" if self.value is None else units.said(self.value, self.unit)
         if not self.unique:
-            return "not unique" if self.value is None else f"{self.value:.10g} {self.unit} (of least norm, not unique)"
-        number = "unknown" if self.value is None else f"{self.value:.10g}"
-        formula = "" if self.expression is None else text(self.expression)
-        shown = number if formula in ("", number) else f"{formula} = {number}"
-        return shown if self.value is None else f"{shown} {self.unit}".rstrip()
+            return "not unique" if self.value is None else f"{number} (of least norm, not unique)"
+        formula = self._formula(units)
+        return number if formula in ("", f"{self.value or 0.0:.10g}") else f"{formula} = {number}"
+
+    def _formula(self, units: Units) -> str:
+        if self.expression is None:
+            return ""
+        fits = units.of(self.unit) == self.unit or leaves([self.expression], "symbol")
+        return text(self.expression) if fits else ""
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `--json` prints."""
@@ -54,7 +65,7 @@ class Solution:
     the parent), of an expression `multiplier`, of any other constraint `tension`, which is one of ropes and rods (their
     `kinds`). `conditions` under which all this holds; `answers` to `ask`; `notes`: what was left out, and why.
     `withheld`: components of joints' reactions without a value, as constraints do not say where their forces act, with
-    the reasons.
+    the reasons. `units`: the unit of each coordinate and speed.
     """
 
     name: str
@@ -70,6 +81,7 @@ class Solution:
     kinds: Mapping[str, RowKind] = field(default_factory=dict)
     withheld: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     withheld_reasons: tuple[str, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         found = ", ".join(f"{name}: {value}" for name, value in self.accelerations.items())
@@ -96,6 +108,7 @@ class Solution:
             "withheld": {name: list(components) for name, components in self.withheld.items()},
             "withheld_reasons": list(self.withheld_reasons),
             "notes": list(self.notes),
+            "units": dict(self.units),
         }
 
 

@@ -16,14 +16,14 @@ from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.start.examined import numbers_of
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.system import System
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, Coordinate, Mechanism, Speed, normal_forces
+from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed, normal_forces
 from multibody_sym.model.mechanism.rows import DistanceRow, ExpressionRow, RopeRow, Row, VelocityRow
+from multibody_sym.model.mechanism.units import REACTION_UNITS, MechanismUnits
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.scalars.node import as_node, quantity, symbol
 
 _ROUNDING: Final = 1e-12
-_UNITS: Final = {**dict.fromkeys(COMPONENTS[:3], "N"), **dict.fromkeys(COMPONENTS[3:], "N*m"), "tension": "N"}
 
 
 def solve(
@@ -53,7 +53,8 @@ def _solution(solved: Solved) -> Solution:
     """Return what holds at a start that was solved."""
     resolved, begin = solved.mechanism, solved.begin
     names = acceleration_names(resolved)
-    units = {name: f"{speed.unit}^2" for name, speed in zip(names, resolved.speeds, strict=True)}
+    told = MechanismUnits(resolved)
+    units = {name: told.accelerations[speed.name] for name, speed in zip(names, resolved.speeds, strict=True)}
     accelerations = solved.values(lambda instant: dict(zip(names, instant.udot, strict=True)), units)
     reactions = _reactions(solved)
     answers, remarks = answered(solved)
@@ -79,6 +80,7 @@ def _solution(solved: Solved) -> Solution:
         shifts=dict(begin.shifts),
         withheld={name: each.components for name, each in resolved.withheld.items()},
         withheld_reasons=tuple(reasons(resolved.withheld)),
+        units=told.state,
     )
 
 
@@ -111,15 +113,15 @@ def acceleration_names(resolved: Mechanism) -> list[str]:
 def _reactions(solved: Solved) -> dict[str, dict[str, Value]]:
     """Return the reactions of joints, cut ones too, and the multipliers of constraints."""
     found: dict[str, dict[str, Value]] = {}
-    withheld = solved.mechanism.withheld
+    withheld, units = solved.mechanism.withheld, MechanismUnits(solved.mechanism).multipliers
     for name in solved.mechanism.joint_names:
 
         def of_joint(instant: Instant, name: str = name) -> Mapping[str, Any]:
             return instant.reactions[name]
 
-        values = solved.values(of_joint, _UNITS)
+        values = solved.values(of_joint, REACTION_UNITS)
         undetermined = withheld[name].components if name in withheld else ()
-        found[name] = {c: Value(None, unit=_UNITS[c]) if c in undetermined else x for c, x in values.items()}
+        found[name] = {c: Value(None, unit=REACTION_UNITS[c]) if c in undetermined else x for c, x in values.items()}
     for k, row in enumerate(solved.mechanism.rows):
         if row.name.rpartition(".")[0] in solved.mechanism.joint_names:
             continue
@@ -128,8 +130,8 @@ def _reactions(solved: Solved) -> dict[str, dict[str, Value]]:
         def of_row(instant: Instant, component: str = component, k: int = k) -> Mapping[str, Any]:
             return {component: instant.multipliers[k]}
 
-        units = {} if isinstance(row, VelocityRow) else _UNITS
-        found.setdefault(row.name, {})[component] = solved.values(of_row, units)[component]
+        unit = {component: units[row.name]}
+        found.setdefault(row.name, {})[component] = solved.values(of_row, unit)[component]
     return found
 
 

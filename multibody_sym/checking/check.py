@@ -32,6 +32,7 @@ from multibody_sym.model.declaration.system import System, expressions
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism, normal_forces
 from multibody_sym.model.mechanism.rows import RopeRow
+from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.scalars.kinks import switching_functions
@@ -55,6 +56,7 @@ class CheckReport:
     `assembled` start values, by how much given ones changed (`shifts`), and the largest such `shift`; `failure`: why
     there is no start to go on from, or no motion, if there is none; `hints` for the author; `withheld`: components of
     joints' reactions that are not determined, as constraints do not say where their forces act, with the reasons.
+    `units`: the unit of each coordinate and speed.
     """
 
     degrees_of_freedom: int
@@ -76,6 +78,7 @@ class CheckReport:
     withheld: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     withheld_reasons: tuple[str, ...] = ()
     doubles: Mapping[str, int] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `check --json` prints; without a start there are no numbers."""
@@ -133,7 +136,6 @@ def _with_dynamics(
     residuals = theorems(instants)
     multipliers = dict(zip((row.name for row in resolved.rows), found[0].multipliers.tolist(), strict=True))
     pulled = _pulling(resolved, multipliers, rank.not_unique)
-    hints = (*declared, *_hints(resolved, begin, states, multipliers), *pulled, *_not_compared(resolved))
     if not all(map(math.isfinite, (*ratios.values(), *residuals.values()))):
         blame_numbers(system)
     agreed = agrees(resolved, ratios) and all(x <= NEGLIGIBLE for x in residuals.values())
@@ -154,10 +156,11 @@ def _with_dynamics(
         shift=begin.shift,
         agrees=agreed,
         failure=failure,
-        hints=hints,
+        hints=(*declared, *_hints(resolved, begin, states, multipliers), *pulled, *_not_compared(resolved)),
         withheld={name: each.components for name, each in resolved.withheld.items()},
         withheld_reasons=tuple(reasons(resolved.withheld)),
         doubles=rank.doubles,
+        units=MechanismUnits(resolved).state,
     )
 
 
@@ -266,7 +269,7 @@ def _limit_hints(resolved: Mechanism, begin: Start, state: State) -> list[str]:
         return np.array(state.values([resolved.symbols[symbol(name)]]), dtype=float)
 
     crossed = limits_passed(resolved, begin.parameters, at_start)
-    return [f"joint {at.joint} starts beyond its {at.limit} limit, {at.bound:g}" for at in crossed]
+    return [f"joint {at.joint} starts beyond its {at.limit} limit, {at.bound:g} {at.unit}" for at in crossed]
 
 
 def _pushing(resolved: Mechanism, multipliers: Mapping[str, float]) -> list[str]:

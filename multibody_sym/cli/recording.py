@@ -9,8 +9,9 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager
 from typing import Final
 
 from multibody_sym.errors import OutputError, Where
+from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.formats.files import file_state, is_special
-from multibody_sym.formats.tables import GrowingCsv, growing_csv, table_format, write_table
+from multibody_sym.formats.tables import GrowingCsv, Table, growing_csv, table_format, write_table
 from multibody_sym.simulation.failures import FailedRunError
 from multibody_sym.simulation.samples import Samples
 from multibody_sym.simulation.trajectory import Trajectory
@@ -31,13 +32,16 @@ def verify_target(path: str) -> None:
 class Recording:
     """The table of a run in a file: made before the run, `recorded` during it, `finish`ed after it.
 
+    CSV, which has no other place for units, is in those that were chosen, and its header names them then. NPZ and
+    Parquet are SI.
     `place` is the file in the end: beside `path` where another run wrote that meanwhile.
     """
 
-    def __init__(self, path: str) -> None:
+    def __init__(self, path: str, units: Units = SI) -> None:
         """Raise InputError for an unknown ending and OutputError for a folder that cannot be written."""
         verify_target(path)
         self.path = self.place = path
+        self.units = units
         self._begin, self._through = file_state(path), is_special(path)
         self._grows = table_format(path) == _GROWS
         self._growing: GrowingCsv | None = None
@@ -59,7 +63,7 @@ class Recording:
 
             def write() -> None:
                 for new in waiting:
-                    table = new.table()
+                    table = self._table(new)
                     if self._growing is None:
                         self._growing = stack.enter_context(self._opened(list(table.columns)))
                     self._growing(table.rows())
@@ -80,6 +84,9 @@ class Recording:
         if self._grows and self._growing is not None:
             self.place = self._growing.place
 
+    def _table(self, samples: Samples) -> Table:
+        return samples.table(self.units).labelled() if self._grows and self.units.chosen else samples.table()
+
     def _opened(self, names: list[str]) -> AbstractContextManager[GrowingCsv]:
         if self._grows:
             return growing_csv(self.path, names, self._begin)
@@ -88,11 +95,11 @@ class Recording:
     def finish(self, run: Trajectory) -> None:
         """Write what does not grow by itself, and a CSV that Ctrl-C may have torn. Raises OutputError."""
         if not self._grows:
-            self.place = write_table(run.table(), self.path, self._begin)
+            self.place = write_table(self._table(run), self.path, self._begin)
             if self._growing is not None:
                 self._growing.discard()
         elif run.interrupted and not self._through:
-            write_table(run.table(), self.place)
+            write_table(self._table(run), self.place)
 
 
 def _beside(file: str, path: str) -> str:

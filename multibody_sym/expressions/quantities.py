@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final, NamedTuple
 
-from multibody_sym.expressions.units import Dimension
+from multibody_sym.expressions.known_units import Kind, Known
+from multibody_sym.expressions.units import ENERGY, FORCE, Dimension
 
 
 class Quantity(NamedTuple):
@@ -13,8 +15,6 @@ class Quantity(NamedTuple):
     arguments: tuple[str, ...]
     dimension: Dimension | None
 
-
-_ENERGY: Final = Dimension(1, 2, -2)
 
 QUANTITIES: Final[dict[str, Quantity]] = {
     "position": Quantity(("point", "axis"), Dimension(0, 1, 0)),
@@ -26,11 +26,29 @@ QUANTITIES: Final[dict[str, Quantity]] = {
     "reaction": Quantity(("joint", "component"), None),
     "tension": Quantity(("rope",), Dimension(1, 1, -2)),
     "multiplier": Quantity(("constraint",), None),
-    "total_energy": Quantity((), _ENERGY),
-    "kinetic_energy": Quantity((), _ENERGY),
-    "potential_energy": Quantity((), _ENERGY),
+    "total_energy": Quantity((), ENERGY),
+    "kinetic_energy": Quantity((), ENERGY),
+    "potential_energy": Quantity((), ENERGY),
     "center_of_mass": Quantity(("axis",), Dimension(0, 1, 0)),
     "momentum": Quantity(("axis",), Dimension(1, 1, -1)),
     "angular_momentum": Quantity(("axis",), Dimension(1, 2, -1)),
 }
 """Every quantity by its name; the arguments are names of the model, joined by dots."""
+
+_ANGULAR: Final = {"angular_velocity": 1, "angular_acceleration": 1, "angular_momentum": None}
+_ENERGIES: Final = ("total_energy", "kinetic_energy", "potential_energy")
+
+
+def component_kind(component: str) -> Kind:
+    """Return the kind of a component of a reaction: `fx` .. `fz` are forces, `mx` .. `mz` moments."""
+    return Kind(FORCE) if component.startswith("f") else Kind(ENERGY, angle=None)
+
+
+def quantity_known(function: str, arguments: Sequence[str]) -> Known | None:
+    """Return what is known of a quantity from what is asked; None for a multiplier, which depends on the constraint."""
+    if function == "reaction":
+        return Known(component_kind(arguments[1]), firm=True)
+    dimension = QUANTITIES[function].dimension
+    if dimension is None:
+        return None
+    return Known(Kind(dimension, _ANGULAR.get(function, 0), function in _ENERGIES), firm=dimension.mass != 0)

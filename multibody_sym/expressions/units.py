@@ -45,22 +45,22 @@ def _raised(unit: str, exponent: Exponent) -> str:
 
 _BASE: Final = ("kg", "m", "s")
 DIMENSIONLESS: Final = Dimension()
-_FORCE, _TORQUE = Dimension(1, 1, -2), Dimension(1, 2, -2)
-_LENGTH, _TIME, _MASS = Dimension(0, 1, 0), Dimension(0, 0, 1), Dimension(1, 0, 0)
+FORCE, ENERGY = Dimension(1, 1, -2), Dimension(1, 2, -2)
+LENGTH, TIME, MASS = Dimension(0, 1, 0), Dimension(0, 0, 1), Dimension(1, 0, 0)
 _NAMED: Final = {
-    _FORCE: "N", _TORQUE: "N*m", Dimension(1, 0, -2): "N/m", Dimension(1, 0, -1): "N*s/m",
+    FORCE: "N", ENERGY: "N*m", Dimension(1, 0, -2): "N/m", Dimension(1, 0, -1): "N*s/m",
     Dimension(1, 2, -3): "W", Dimension(1, -1, -2): "Pa",
 }
 
 _DEGREE: Final = PI / 180
 _UNITS: Final[dict[str, tuple[Node, Dimension, str]]] = {
     # name: factor to SI, dimension, prefixes that people use with it
-    "m": (ONE, _LENGTH, "k d c m u n"),
-    "g": (as_node(Fraction(1, 1000)), _MASS, "k m u"),
-    "s": (ONE, _TIME, "m u n"),
-    "N": (ONE, _FORCE, "k M G m u"),
-    "Nm": (ONE, _TORQUE, "k M m"),
-    "J": (ONE, _TORQUE, "k M m"),
+    "m": (ONE, LENGTH, "k d c m u n"),
+    "g": (as_node(Fraction(1, 1000)), MASS, "k m u"),
+    "s": (ONE, TIME, "m u n"),
+    "N": (ONE, FORCE, "k M G m u"),
+    "Nm": (ONE, ENERGY, "k M m"),
+    "J": (ONE, ENERGY, "k M m"),
     "W": (ONE, Dimension(1, 2, -3), "k M m"),
     "Pa": (ONE, Dimension(1, -1, -2), "k M G h"),
     "Hz": (ONE, Dimension(0, 0, -1), "k M"),
@@ -69,15 +69,15 @@ _UNITS: Final[dict[str, tuple[Node, Dimension, str]]] = {
     "turn": (2 * PI, DIMENSIONLESS, ""),
     "rev": (2 * PI, DIMENSIONLESS, ""),
     "rpm": (PI / 30, Dimension(0, 0, -1), ""),
-    "min": (as_node(60), _TIME, ""),
-    "h": (as_node(3600), _TIME, ""),
+    "min": (as_node(60), TIME, ""),
+    "h": (as_node(3600), TIME, ""),
     "bar": (as_node(100_000), Dimension(1, -1, -2), "m"),
-    "in": (as_node(Fraction("0.0254")), _LENGTH, ""),
-    "inch": (as_node(Fraction("0.0254")), _LENGTH, ""),
-    "ft": (as_node(Fraction("0.3048")), _LENGTH, ""),
-    "lb": (as_node(Fraction("0.45359237")), _MASS, ""),
-    "lbf": (as_node(Fraction("0.45359237") * Fraction("9.80665")), _FORCE, ""),
-    "kgf": (as_node(Fraction("9.80665")), _FORCE, ""),
+    "in": (as_node(Fraction("0.0254")), LENGTH, ""),
+    "inch": (as_node(Fraction("0.0254")), LENGTH, ""),
+    "ft": (as_node(Fraction("0.3048")), LENGTH, ""),
+    "lb": (as_node(Fraction("0.45359237")), MASS, ""),
+    "lbf": (as_node(Fraction("0.45359237") * Fraction("9.80665")), FORCE, ""),
+    "kgf": (as_node(Fraction("9.80665")), FORCE, ""),
 }
 _PREFIXES: Final = {"G": 9, "M": 6, "k": 3, "h": 2, "d": -1, "c": -2, "m": -3, "u": -6, "n": -9}
 
@@ -238,7 +238,7 @@ def dimension_of(node: Node, known: Callable[[Node], Dimension | None]) -> Dimen
     found: dict[Node, Dimension | None] = {}
     for n in postorder([node]):
         if n.shadow is not None:
-            found[n] = DIMENSIONLESS if _counts(n) else None
+            found[n] = DIMENSIONLESS if is_pure(n) else None
         elif not n.args:
             found[n] = known(n)
         else:
@@ -249,7 +249,7 @@ def dimension_of(node: Node, known: Callable[[Node], Dimension | None]) -> Dimen
 Dimensions = list[Dimension | None]
 
 
-def _counts(n: Node) -> bool:
+def is_pure(n: Node) -> bool:
     """Return whether a constant is a pure number; `9.81` in `9.81*m` carries a unit that nobody wrote."""
     if n.op == "number":
         return bool(abs(n.data.numerator) < _PURE_ABOVE and n.data.denominator <= _PURE_BELOW)

@@ -8,7 +8,7 @@ import json
 import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import PurePath
 from typing import Any, BinaryIO, Final
 
@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.errors import InputError, OutputError, Where
+from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.formats.files import (
     PARTIAL,
     FileState,
@@ -39,7 +40,7 @@ _FORMULA: Final = ("=", "+", "-", "@")
 class Table:
     """Columns of floats in order, all of one length; `units` of some of them, and what else belongs to the result.
 
-    CSV holds names and numbers only; NPZ and Parquet hold units and metadata too.
+    CSV holds names and numbers only; NPZ and Parquet hold units (Parquet with each column too) and metadata.
     """
 
     columns: Mapping[str, Column]
@@ -57,6 +58,18 @@ class Table:
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values()), ()))
+
+    def told_in(self, units: Units) -> Table:
+        """Return the table with the columns whose unit is known in chosen units, which its `units` say then."""
+        if not units.chosen:
+            return self
+        columns = {name: values / units.size(self.units.get(name, "")) for name, values in self.columns.items()}
+        return replace(self, columns=columns, units={name: units.of(unit) for name, unit in self.units.items()})
+
+    def labelled(self) -> Table:
+        """Return the table with units in the names of its columns, `theta [deg]`, for people to read."""
+        names = {name: SI.named(name, self.units.get(name, "")) for name in self.columns}
+        return replace(self, columns={names[name]: values for name, values in self.columns.items()}, units={})
 
     def rows(self) -> npt.NDArray[np.float64]:
         """Return the numbers, one row a sample: (samples, columns)."""
@@ -113,8 +126,13 @@ def _write_npz(table: Table, file: BinaryIO) -> None:
 def _write_parquet(table: Table, file: BinaryIO) -> None:
     arrow, parquet = _pyarrow()
     about = {"units": json.dumps(dict(table.units)), "metadata": json.dumps(dict(table.metadata), sort_keys=True)}
-    content = arrow.table(dict(table.columns)).replace_schema_metadata(about)
+    fields = [arrow.field(name, arrow.float64(), metadata=_unit(table, name)) for name in table.columns]
+    content = arrow.table(dict(table.columns), schema=arrow.schema(fields, metadata=about))
     parquet.write_table(content, file)
+
+
+def _unit(table: Table, name: str) -> dict[str, str] | None:
+    return {"unit": table.units[name]} if table.units.get(name) else None
 
 
 def _pyarrow() -> tuple[Any, Any]:

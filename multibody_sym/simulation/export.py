@@ -22,6 +22,7 @@ from multibody_sym.model.declaration.doors import flag
 from multibody_sym.model.declaration.doors import text as text_of
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.program.folding import folded
@@ -89,6 +90,7 @@ def _arguments(program: Program, values: tuple[ArrayLike, ...]) -> list[ArrayLik
 def _names(resolved: Mechanism, state: tuple[Any, ...]) -> dict[str, Any]:
     """Return what the entries of the arrays stand for, with the values at the start."""
     _, q, u, parameters = state
+    told = MechanismUnits(resolved)
     return {
         "system": resolved.name,
         "coordinates": [
@@ -96,13 +98,15 @@ def _names(resolved: Mechanism, state: tuple[Any, ...]) -> dict[str, Any]:
         ],
         "speeds": [{"name": s.name, "unit": s.unit, "initial": x} for s, x in zip(resolved.speeds, u, strict=True)],
         "parameters": [
-            {"name": p.name, "value": x} for p, x in zip(resolved.parameters, parameters, strict=True)
+            {"name": p.name, "unit": told.parameters[p.name], "value": x}
+            for p, x in zip(resolved.parameters, parameters, strict=True)
         ],
         "inputs": list(resolved.inputs),
         "outputs": list(resolved.outputs),
         "withheld_outputs": list(resolved.untold),
         "withheld_reasons": reasons(resolved.withheld),
         "constraints": [row.name for row in resolved.rows],
+        "units": {"inputs": told.inputs, "outputs": told.outputs, "constraints": told.multipliers},
     }
 
 

@@ -10,8 +10,8 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from multibody_sym.errors import OutputError
+from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.formats.files import path_name, write_whole
-from multibody_sym.model.mechanism.mechanism import Coordinate, Speed
 
 if TYPE_CHECKING:
     from multibody_sym.numerics.arrays import Floats
@@ -20,9 +20,12 @@ if TYPE_CHECKING:
 _MOST_CURVES = 12
 
 
-def figure_of(samples: Samples) -> Any:
-    """Return a matplotlib figure, one axis for each unit among coordinates and speeds and one for the outputs."""
-    panels = _panels(samples)
+def figure_of(samples: Samples, units: Units = SI) -> Any:
+    """Return a matplotlib figure in chosen units.
+
+    It has an axis for each unit among coordinates and speeds, for each among the outputs and for those without one.
+    """
+    panels, times = _panels(samples, units), samples.t / units.size("s")
     with _plain_style():
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
@@ -32,12 +35,12 @@ def figure_of(samples: Samples) -> Any:
         axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
         for axis, (label, curves) in zip(axes, panels.items(), strict=True):
             for name, values in list(curves.items())[:_MOST_CURVES]:
-                axis.plot(samples.t, values, label=_literal(name), linewidth=1.2)
+                axis.plot(times, values, label=_literal(name), linewidth=1.2)
             axis.set_ylabel(_literal(label))
             axis.grid(visible=True, alpha=0.3)
             axis.legend(loc="upper right", fontsize="small")
         axes[0].set_title(_literal(samples.ready.mechanism.name))
-        axes[-1].set_xlabel("t in s")
+        axes[-1].set_xlabel(f"t in {units.of('s')}")
     return figure
 
 
@@ -52,14 +55,15 @@ def write_figure(figure: Any, path: str | os.PathLike[str]) -> None:
     write_whole(path, content.getvalue())
 
 
-def _panels(samples: Samples) -> Mapping[str, Mapping[str, Floats]]:
-    mechanism = samples.ready.mechanism
-    named: list[Coordinate | Speed] = [*mechanism.coordinates, *mechanism.speeds]
+def _panels(samples: Samples, units: Units) -> Mapping[str, Mapping[str, Floats]]:
     panels: dict[str, dict[str, Floats]] = {}
-    for each in named:
-        panels.setdefault(each.unit or "quaternion", {})[each.name] = samples[each.name]
-    if samples.outputs:
-        panels["outputs"] = dict(samples.outputs)
+    for name, values in {**samples.coordinates, **samples.speeds}.items():
+        unit = samples.units[name]
+        panels.setdefault(units.of(unit) or "quaternion", {})[name] = values / units.size(unit)
+    for name, values in samples.outputs.items():
+        unit = samples.output_units[name]
+        label = f"outputs in {units.of(unit)}" if unit else "outputs"
+        panels.setdefault(label, {})[name] = values / units.size(unit)
     return panels or {"": {}}
 
 

@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 _NUMBERS: Final[Mapping[type, frozenset[str]]] = {
     Mechanism: frozenset({"name"}),
-    ParameterEntry: frozenset({"value"}),
+    ParameterEntry: frozenset({"value", "dimension"}),
     Coordinate: frozenset({"initial", "given", "known"}),
     Speed: frozenset({"initial", "given", "known"}),
     Limit: frozenset({"lower", "upper", "velocity"}),
 }
-"""What no Program follows from: a title, what is handed over as numbers, what is looked at after a run."""
+"""What no Program follows from: a title, what is handed over as numbers and its unit, what is looked at after a run."""
 
 
 def formalism_name(name: str | None, mechanism: Mechanism) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,12 +10,14 @@ import numpy as np
 
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.errors import InputError, ModelError, suggestion
+from multibody_sym.expressions.chosen_units import Units, chosen_units
 from multibody_sym.formats.tables import Table
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
 from multibody_sym.model.mechanism.rows import RopeRow
+from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.program.statements import Array
@@ -39,6 +41,17 @@ class Samples:
 
     def __len__(self) -> int:
         return len(self.t)
+
+    @cached_property
+    def units(self) -> Mapping[str, str]:
+        """The SI unit of each coordinate, speed and input, measured coordinates too; empty where none is known."""
+        told = MechanismUnits(self.ready.mechanism)
+        return {**told.inputs, **told.state}
+
+    @cached_property
+    def output_units(self) -> Mapping[str, str]:
+        """The SI unit of each output; empty where none is known, as of what hangs on parameters without units."""
+        return MechanismUnits(self.ready.mechanism).outputs
 
     def __getitem__(self, name: str) -> Floats:
         if not isinstance(name, str):
@@ -121,15 +134,20 @@ class Samples:
         """Why reactions are withheld, and what to declare instead."""
         return reasons(self.ready.mechanism.withheld)
 
-    def table(self) -> Table:
-        """Return time, coordinates, speeds and outputs as columns."""
-        mechanism = self.ready.mechanism
+    def table(self, units: str | Sequence[str] | Units | None = None) -> Table:
+        """Return time, coordinates, speeds and outputs as columns, with the units that are known.
+
+        They are SI but for those chosen, such as `units="mm,deg"`. Raises InputError for what is no unit.
+        """
         columns = {"t": self.t, **self.coordinates, **self.speeds}
+        known = {name: self.units[name] for name in columns if name != "t"}
         for name, values in self.outputs.items():
-            columns[f"output {name}" if name in columns else name] = values
-        units = {"t": "s", **mechanism_units(mechanism)}
+            column = f"output {name}" if name in columns else name
+            columns[column], known[column] = values, self.output_units[name]
+        known = {"t": "s", **{name: unit for name, unit in known.items() if unit}}
+        about = {"system": self.ready.mechanism.name, "formalism": self.ready.formalism}
         try:
-            return Table(columns, units, {"system": mechanism.name, "formalism": self.ready.formalism})
+            return Table(columns, known, about).told_in(chosen_units(units))
         except ValueError as problem:
             raise ModelError(f"the outputs cannot be columns of a table: {problem}") from None
 
@@ -164,13 +182,6 @@ class Samples:
 
     def _evaluated(self, name: str) -> tuple[Floats, ...]:
         return self.ready.compiled.map(name, *self._arguments)
-
-
-def mechanism_units(mechanism: Mechanism) -> dict[str, str]:
-    """Return the unit of each coordinate and speed by name, measured ones too; a quaternion's is empty."""
-    measured = {} if mechanism.relative is None else mechanism_units(mechanism.relative)
-    coordinates = {c.name: c.unit for c in mechanism.coordinates}
-    return {**measured, **coordinates, **{s.name: s.unit for s in mechanism.speeds}}
 
 
 def reaction_program(mechanism: Mechanism, backend: Backend | None) -> Compiled:

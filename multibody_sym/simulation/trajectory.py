@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
@@ -14,6 +14,7 @@ import numpy as np
 from multibody_sym.analysis.limits import limits_passed
 from multibody_sym.dynamics.constraints.redundancy import Redundancy, doubles_of, redundancy
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.expressions.chosen_units import Units, chosen_units
 from multibody_sym.integrators.flow import Status
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
@@ -141,12 +142,14 @@ class Trajectory(Samples):
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `simulate --json` prints; nan and infinity become None."""
+        known = {"coordinates": self.units, "speeds": self.units, "outputs": self.output_units}
         columns = {"coordinates": self.coordinates, "speeds": self.speeds, "outputs": self.outputs}
         found = self.redundancy
         rows = len(self.ready.mechanism.rows) - sum(found.doubles.values())
         return {
             "t": self.t.tolist(),
             **{kind: {name: _plain(x) for name, x in named.items()} for kind, named in columns.items()},
+            "units": {"t": "s", **{kind: {x: known[kind][x] for x in named} for kind, named in columns.items()}},
             "events": self.events,
             "final": self.final,
             "drift": {name: x if math.isfinite(x) else None for name, x in self.drift.items()},
@@ -158,14 +161,17 @@ class Trajectory(Samples):
             "interrupted": self.interrupted,
         }
 
-    def plot(self, path: str | os.PathLike[str] | None = None) -> Any:
+    def plot(
+        self, path: str | os.PathLike[str] | None = None, units: str | Sequence[str] | Units | None = None
+    ) -> Any:
         """Return a matplotlib figure of coordinates, speeds and outputs over time, written to `path` if one is given.
 
-        Raises OutputError where matplotlib is missing or the file cannot be written.
+        It is in SI units but for those chosen, such as `units="mm,deg"`.
+        Raises InputError for what is no unit, OutputError where matplotlib is missing or the file cannot be written.
         """
         from multibody_sym.simulation.plot import figure_of, write_figure
 
-        figure = figure_of(self)
+        figure = figure_of(self, chosen_units(units))
         if path is not None:
             write_figure(figure, path)
         return figure

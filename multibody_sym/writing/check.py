@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from multibody_sym.checking.check import CheckReport
+from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.writing.redundancy import redundancy_lines
 from multibody_sym.writing.shifts import shifts_text
 from multibody_sym.writing.withheld import withheld_text
 
 
-def check_text(found: CheckReport) -> str:
-    """Return the report for a person to read."""
+def check_text(found: CheckReport, units: Units = SI) -> str:
+    """Return the report for a person to read, in chosen units."""
     if found.failure is not None:
         return "\n".join([f"no motion: {found.failure}", *_hints(found.hints)])
-    return "\n".join([*_freedom(found), *_start(found), *_agreement(found), *_theorems(found), *_hints(found.hints)])
+    begun = [*_freedom(found), *_start(found, units)]
+    return "\n".join([*begun, *_agreement(found), *_theorems(found), *_hints(found.hints)])
 
 
 def _freedom(found: CheckReport) -> list[str]:
@@ -32,10 +34,10 @@ def _freedom(found: CheckReport) -> list[str]:
     return [*lines, *redundancy_lines(found), *withheld_text(found.withheld, found.withheld_reasons)]
 
 
-def _start(found: CheckReport) -> list[str]:
+def _start(found: CheckReport, units: Units) -> list[str]:
     lines = [f"held at the start: {_listed(found.held)}"] if found.held else []
     assembled = [f"assembled: {_listed(found.assembled)}"] if found.assembled else []
-    return [*lines, *assembled, *shifts_text(found.shifts)]
+    return [*lines, *assembled, *shifts_text(found.shifts, found.units, units)]
 
 
 def _agreement(found: CheckReport) -> list[str]:

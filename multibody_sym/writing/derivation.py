@@ -11,6 +11,8 @@ from multibody_sym.dynamics.derivation.notation import escaped
 from multibody_sym.dynamics.derivation.record import Equation, Step
 from multibody_sym.dynamics.derivation.symbolic_equations import READABLE, SymbolicEquations
 from multibody_sym.expressions.printer import text as in_model_language
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.scalars.sympy_bridge import from_sympy
 from multibody_sym.writing.withheld import withheld_lines
@@ -157,7 +159,14 @@ def derivation_data(equations: SymbolicEquations) -> dict[str, Any]:
         "withheld": {name: list(x.components) for name, x in equations.mechanism.withheld.items()},
         "withheld_reasons": reasons(equations.mechanism.withheld),
         "operations": equations.operations,
+        "units": _units(equations.mechanism),
     }
+
+
+def _units(mechanism: Mechanism) -> dict[str, dict[str, str]]:
+    """Return the SI units that are known of what the equations name."""
+    told = MechanismUnits(mechanism)
+    return {"state": told.state, "multipliers": told.multipliers, "parameters": told.parameters, "inputs": told.inputs}
 
 
 def _expression(equations: SymbolicEquations, e: Any) -> str:

@@ -6,9 +6,13 @@ import math
 from collections.abc import Sequence
 from typing import Final
 
+import numpy as np
+
 from multibody_sym.analysis.linearization import Linearization
 from multibody_sym.analysis.periodic import Multipliers
 from multibody_sym.analysis.steadiness import NO_EIGENVALUES
+from multibody_sym.expressions.chosen_units import SI, Units
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.writing.shifts import shifts_text
 
 _ROUNDING: Final = 1e-9
@@ -16,22 +20,38 @@ _ZERO: Final = 1e-12
 """What a position that was looked for is near to zero at best."""
 
 
-def linearization_text(found: Linearization) -> str:
-    """Return the linearisation for a person to read."""
+def linearization_text(found: Linearization, units: Units = SI) -> str:
+    """Return the linearisation for a person to read.
+
+    The rates that A and B give are those of the states in their chosen units, in a second.
+    """
     if not found.states:
         return "nothing is free to move: there are no states"
-    lines = [f"linearised in {', '.join(found.states)}", *_place(found), *shifts_text(found.shifts), *_notes(found)]
+    begun = [*_place(found, units), *shifts_text(found.shifts, found.units, units)]
+    lines = [f"linearised in {_named(found, found.states, units)}", *begun, *_notes(found, units)]
     if found.steady:
-        lines += ["eigenvalues", *(f"  {text}" for text in _eigenvalues(found))]
-    lines += ["A", *_matrix(found.A.tolist())]
+        lines += [f"eigenvalues in {units.of('1/s')}", *(f"  {text}" for text in _eigenvalues(found, units))]
+    states, inputs = (_sizes(found, names, units) for names in (found.states, found.inputs))
+    lines += ["A", *_matrix((found.A * states / states[:, None]).tolist())]
     if found.inputs:
-        lines += [f"B (by {', '.join(found.inputs)})", *_matrix(found.B.tolist())]
+        by = _named(found, found.inputs, units)
+        lines += [f"B (by {by})", *_matrix((found.B * inputs / states[:, None]).tolist())]
     return "\n".join(lines)
 
 
-def multipliers_text(found: Multipliers) -> str:
-    """Return the multipliers over one period for a person to read."""
-    lines = [f"in {', '.join(found.states)}, over one period of {found.period:g} s", "multipliers"]
+def _named(found: Linearization, names: Sequence[str], units: Units) -> str:
+    return ", ".join(units.named(name, found.units[name]) for name in names)
+
+
+def _sizes(found: Linearization, names: Sequence[str], units: Units) -> Floats:
+    """Return how large the units are in which these are told, in SI units."""
+    return np.array([units.size(found.units[name]) for name in names])
+
+
+def multipliers_text(found: Multipliers, units: Units = SI) -> str:
+    """Return the multipliers over one period, pure numbers, for a person to read."""
+    period = units.said(found.period, "s", "g")
+    lines = [f"in {', '.join(found.states)}, over one period of {period}", "multipliers"]
     for x in found.multipliers:
         if abs(x.imag) <= _ROUNDING * abs(x):
             lines.append(f"  {x.real:.9g}")
@@ -40,17 +60,19 @@ def multipliers_text(found: Multipliers) -> str:
     return "\n".join(lines)
 
 
-def _place(found: Linearization) -> list[str]:
+def _place(found: Linearization, units: Units) -> list[str]:
     """Return the state about which the system was linearised."""
-    told = [f"{name} = {x if abs(x) > _ZERO else 0.0:.6g}" for name, x in found.at.items()]
+    clear = {name: x if abs(x) > _ZERO else 0.0 for name, x in found.at.items()}
+    told = [f"{name} = {units.said(x, found.units[name], '.6g')}" for name, x in clear.items()]
     return [f"about {', '.join(told)}"] if told else []
 
 
-def _notes(found: Linearization) -> list[str]:
+def _notes(found: Linearization, units: Units) -> list[str]:
     """Return what to know of the state and of what was held."""
     notes = []
     independent = {name: x for name, x in found.accelerations.items() if not found.steady or name in found.states}
-    moving = ", ".join(f"{name}' = {x:.6g}" for name, x in independent.items() if abs(x) > _ROUNDING)
+    rates = {name: units.said(x, f"{found.units[name]}^2", ".6g") for name, x in independent.items()}
+    moving = ", ".join(f"{name}' = {rates[name]}" for name, x in independent.items() if abs(x) > _ROUNDING)
     if not found.steady:
         notes.append(f"note: {NO_EIGENVALUES} ({moving}): its eigenvalues are not given")
     elif moving:
@@ -63,16 +85,16 @@ def _notes(found: Linearization) -> list[str]:
     return notes
 
 
-def _eigenvalues(found: Linearization) -> list[str]:
+def _eigenvalues(found: Linearization, units: Units) -> list[str]:
     """Return one line for each real eigenvalue and for each pair, with frequency and damping ratio."""
-    lines = []
-    for x in found.eigenvalues:
+    lines, size = [], units.size("1/s")
+    for x, told in zip(found.eigenvalues, found.eigenvalues / size, strict=True):
         if x.imag == 0.0:
-            lines.append(f"{x.real:.9g}")
+            lines.append(f"{told.real:.9g}")
         elif x.imag > 0.0:
             frequency, damping = abs(x) / (2 * math.pi), 0.0 - x.real / abs(x)
-            real = f"{x.real:.9g} " if x.real else ""
-            lines.append(f"{real}+- {x.imag:.9g} i   ({frequency:.4g} Hz, damping ratio {damping:.4g})")
+            real = f"{told.real:.9g} " if x.real else ""
+            lines.append(f"{real}+- {told.imag:.9g} i   ({frequency:.4g} Hz, damping ratio {damping:.4g})")
     return lines
 
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
+from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.integrators.flow import Status
 from multibody_sym.kinematics.energy import working
+from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.simulation.oddities import ENERGY, NO_VALUE, PULLING, PUSHING
-from multibody_sym.simulation.samples import mechanism_units
 from multibody_sym.simulation.trajectory import Trajectory
 from multibody_sym.writing.redundancy import redundancy_lines
 from multibody_sym.writing.shifts import shifts_text
@@ -19,16 +20,16 @@ _MOST_NAMED: Final = 6
 _SINGULAR: Final = "singular position"
 
 
-def run_summary(run: Trajectory) -> str:
-    """Return how the run was done, where it ended, and how well energy and constraints were kept."""
-    started = shifts_text(run.ready.start.shifts)
-    kept = [*_energy(run), *_constraints(run), *_withheld(run)]
-    return "\n".join([_headline(run), *started, *_stop(run), *_end(run), *kept, *_events(run)])
+def run_summary(run: Trajectory, units: Units = SI) -> str:
+    """Return how the run was done, where it ended, and how well energy and constraints were kept, in chosen units."""
+    started = shifts_text(run.ready.start.shifts, MechanismUnits(run.ready.mechanism).state, units)
+    kept = [*_energy(run, units), *_constraints(run), *_withheld(run)]
+    return "\n".join([_headline(run, units), *started, *_stop(run), *_end(run, units), *kept, *_events(run, units)])
 
 
-def _headline(run: Trajectory) -> str:
+def _headline(run: Trajectory, units: Units) -> str:
     problem, taken, ready = run.problem, run.integration.statistics, run.ready
-    accuracy = f"step {problem.step:g} s" if problem.step else f"rtol {problem.rtol:g}, atol {problem.atol:g}"
+    accuracy = f"step {_time(problem.step, units)}" if problem.step else f"rtol {problem.rtol:g}, atol {problem.atol:g}"
     if problem.step and problem.step > problem.t_end - problem.t0:
         accuracy += ", longer than the run"
     code = {"c": "C", "python": "Python"}[ready.compiled.backend]
@@ -36,8 +37,9 @@ def _headline(run: Trajectory) -> str:
     if run.integration.failure is not None:
         done = "interrupted" if run.interrupted else "failed"
     jacobians = f", {taken.jacobians} Jacobians" if taken.jacobians else ""
+    ended, whole = (_time(t, units) for t in (run.t_final, problem.t_end))
     return (
-        f"{ready.mechanism.name}: {done} at t = {run.t_final:g} s of {problem.t_end:g} s, {len(run)} samples\n"
+        f"{ready.mechanism.name}: {done} at t = {ended} of {whole}, {len(run)} samples\n"
         f"{problem.method.name} ({accuracy}), {ready.formalism} in {code}: {taken.steps} steps, "
         f"{taken.rejected} rejected, {taken.evaluations} evaluations{jacobians}"
     )
@@ -49,28 +51,31 @@ def _stop(run: Trajectory) -> list[str]:
     return [f"the run ended at once: the condition of stop {run.stop['element']!r} holds at the start"]
 
 
-def _end(run: Trajectory) -> list[str]:
-    mechanism = run.ready.mechanism
-    units = mechanism_units(mechanism)
+def _time(t: float, units: Units) -> str:
+    return units.said(t, "s", "g")
+
+
+def _end(run: Trajectory, units: Units) -> list[str]:
+    known = MechanismUnits(run.ready.mechanism).state
     values: Mapping[str, float] = {**run.final["coordinates"], **run.final["speeds"]}
     width = max(map(len, values), default=0)
-    lines = [f"  {name:{width}} {value: .10g} {units[name]}".rstrip() for name, value in values.items()]
+    lines = [f"  {name:{width}} {units.said(value, known[name], ' .10g')}" for name, value in values.items()]
     more = [f"  ... {len(lines) - _MOST} more"] if len(lines) > _MOST else []
-    return [f"at t = {run.t_final:g} s:", *lines[:_MOST], *more]
+    return [f"at t = {_time(run.t_final, units)}:", *lines[:_MOST], *more]
 
 
-def _energy(run: Trajectory) -> list[str]:
+def _energy(run: Trajectory, units: Units) -> list[str]:
     if len(run) == 0:
         return []
     drives = ", ".join(run.ready.mechanism.drives)
-    told = f"it changed by at most {run.drift['energy']:.2g} J"
+    told = f"it changed by at most {units.said(run.drift['energy'], 'J', '.2g')}"
     acting = working(run.ready.mechanism)
     if acting:
         more = f" and {len(acting) - _MOST_NAMED} more" if len(acting) > _MOST_NAMED else ""
         told += f", the work of {', '.join(acting[:_MOST_NAMED])}{more} included"
     if drives:
         told = f"prescribed motion ({drives}) does work, so that its change tells nothing about the integration"
-    return [f"total energy {run.energy[0]:.6g} J at the start; {told}"]
+    return [f"total energy {units.said(float(run.energy[0]), 'J', '.6g')} at the start; {told}"]
 
 
 def _constraints(run: Trajectory) -> list[str]:
@@ -95,28 +100,29 @@ def _withheld(run: Trajectory) -> list[str]:
     return [*lines, f"  outputs without a value for that: {', '.join(untold)}"] if untold else lines
 
 
-def _events(run: Trajectory) -> list[str]:
+def _events(run: Trajectory, units: Units) -> list[str]:
     told = [event for event in run.events if event != run.stop and event["kind"] != _SINGULAR]
-    return [*_singular(run), *(_warning(event["kind"], event["element"], event["t"]) for event in told)]
+    warnings = [_warning(event["kind"], event["element"], _time(event["t"], units)) for event in told]
+    return [*_singular(run, units), *warnings]
 
 
-def _singular(run: Trajectory) -> list[str]:
-    times = [f"{t:.6g}" for t in run.integration.singular]
+def _singular(run: Trajectory, units: Units) -> list[str]:
+    times = [f"{units.value(t, 's'):.6g}" for t in run.integration.singular]
     if not times:
         return []
     shown = ", ".join(times if len(times) <= _MOST else [*times[:_MOST], "..."])
     named = f"{len(times)} singular positions" if len(times) > 1 else "a singular position"
-    return [f"passed {named}, in which constraints depend on each other, at t = {shown} s"]
+    return [f"passed {named}, in which constraints depend on each other, at t = {shown} {units.of('s')}"]
 
 
-def _warning(kind: str, element: str, t: float) -> str:
+def _warning(kind: str, element: str, t: str) -> str:
     if kind.endswith("limit"):
-        return f"warning: joint {element} passes its {kind} at t = {t:g} s; nothing stops it there"
+        return f"warning: joint {element} passes its {kind} at t = {t}; nothing stops it there"
     said = {
-        PUSHING: f"from t = {t:g} s on rope {element} would have to push; a real one goes slack there",
-        PULLING: f"from t = {t:g} s on {element} is negative: the plane would have to pull; a real wheel lifts off",
-        NO_VALUE: f"output {element} has no finite value, at t = {t:g} s for the first time",
-        ENERGY: f"from t = {t:g} s on the energy grows from nowhere: steps that are too long, or what drives what it "
+        PUSHING: f"from t = {t} on rope {element} would have to push; a real one goes slack there",
+        PULLING: f"from t = {t} on {element} is negative: the plane would have to pull; a real wheel lifts off",
+        NO_VALUE: f"output {element} has no finite value, at t = {t} for the first time",
+        ENERGY: f"from t = {t} on the energy grows from nowhere: steps that are too long, or what drives what it "
         "should brake (a negative damping, mass or stiffness); try a tighter tolerance or shorter steps first",
     }
     return f"warning: {said[kind]}"

@@ -59,7 +59,7 @@ def test_formulas_of_a_loop_hold_for_other_parameters(guess: str) -> None:
 def test_what_rows_determine_is_shown_with_its_closed_form_or_its_number() -> None:
     found = mbs.solve(mbs.loads(CRANK.format(**GUESSES["right by chance"])))
     lines = solution_text(found).splitlines()
-    assert lines[1] == "given start values were changed to satisfy the constraints: s by 0.00321"
+    assert lines[1] == "given start values were changed to satisfy the constraints: s by 0.00321 m"
     assert {"  psi = -2.094395102 rad", "  s = 0.1732050808 m"} <= set(lines)
     assert found.assembled["u_s"].as_json() == {"value": pytest.approx(-1.0), "expression": "-r*rate", "unit": "m/s"}
     assert found.as_json()["shifts"] == {"s": pytest.approx(np.sqrt(0.03) - 0.17)}

@@ -51,7 +51,7 @@ def test_equilibrium_says_which_positions_are_stable(capsys: pytest.CaptureFixtu
     assert main(["equilibrium", PENDULUM]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert {line.split(":")[0] for line in lines} == {"stable", "unstable"}
-    assert "stable: theta = 0" in lines
+    assert "stable: theta = 0 rad" in lines
 
 
 @pytest.mark.parametrize("command", ["linearize", "equilibrium"])

@@ -127,4 +127,4 @@ def test_passed_limits_are_told_and_stop_nothing() -> None:
     assert [(event["element"], event["kind"]) for event in run.events] == [("B", "upper limit"), ("A", "upper limit")]
     assert run.events[1]["t"] == pytest.approx((2 * 0.5 * 2 / 7) ** 0.5, abs=0.01)
     assert "warning: joint A passes its upper limit at t = 0.54 s; nothing stops it there" in run_summary(run)
-    assert "joint B starts beyond its upper limit, 1" in check(wheels(joints=limited, parameters={"u0": 0.5})).hints
+    assert "joint B starts beyond its upper limit, 1 rad" in check(wheels(joints=limited, parameters={"u0": 0.5})).hints

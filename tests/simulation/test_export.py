@@ -82,6 +82,8 @@ def test_names_tell_what_the_arrays_hold(tmp_path: Path) -> None:
     chosen = ["most independent rows", "Baumgarte alpha", "Baumgarte beta"]
     assert [p["name"] for p in names["parameters"]] == ["g", "l", "k", *chosen]
     assert (names["inputs"], names["outputs"], names["constraints"]) == (["P"], ["pull"], ["rod"])
+    assert [p["unit"] for p in names["parameters"]][:3] == ["", "m", ""]
+    assert names["units"] == {"inputs": {"P": ""}, "outputs": {"pull": "N"}, "constraints": {"rod": "N"}}
     wanted = {"qdot": [3], "udot": [3], "multipliers": [1], "report": [3]}
     assert names["programs"]["state_derivative"]["outputs"] == wanted
 

@@ -42,7 +42,7 @@ def test_names_find_coordinates_first_then_speeds_outputs_inputs(clash: mbs.Traj
 def test_table_has_a_column_for_each(clash: mbs.Trajectory, tmp_path: Path) -> None:
     table = clash.table()
     assert list(table.columns) == ["t", "x", "u_x", "output x", "output t", "$name_"]
-    assert table.units == {"t": "s", "x": "m", "u_x": "m/s"}
+    assert table.units == {"t": "s", "x": "m", "u_x": "m/s", "$name_": "m/s"}
     write_table(table, tmp_path / "clash.npz")
     assert np.array_equal(read_table(tmp_path / "clash.npz").columns["output x"], clash.outputs["x"])
 
@@ -81,3 +81,32 @@ def test_figures_take_every_name_as_it_stands(clash: mbs.Trajectory, tmp_path: P
     assert np.array_equal(line.get_ydata(), clash["x"])
     with pytest.raises(mbs.OutputError, match="'xyz'"):
         clash.plot(tmp_path / "clash.xyz")
+
+
+UNITS = (
+    "{multibody_sym: 1, name: units, parameters: {K: 3 N/m, k: 3, m: 2 kg},"
+    " bodies: {b: {mass: m}, c: {mass: m, com: [1, 0, 0]}}, joints:"
+    " {j: {type: prismatic, parent: ground, child: b, axis: x, q: x, initial: {u: 1}},"
+    " h: {type: revolute, parent: ground, child: c, q: a, initial: {u: 2}}},"
+    " outputs: {pull: K*x, lever: k*x, push: -K*x, way: 2*x}, simulation: {t_end: 1, samples: 3}}"
+)
+
+
+def test_axes_and_tables_tell_units_where_they_are_known() -> None:
+    pytest.importorskip("matplotlib")
+    run = mbs.simulate(mbs.loads(UNITS), backend="python")
+    figures = run.plot(), run.plot(units="mm,deg,ms")
+    plain, chosen = ([axis.get_ylabel() for axis in figure.axes] for figure in figures)
+    assert plain == ["m", "rad", "m/s", "rad/s", "outputs in N", "outputs", "outputs in m"]
+    assert chosen == ["mm", "deg", "mm/ms", "deg/ms", "outputs in N", "outputs", "outputs in mm"]
+    assert [figure.axes[-1].get_xlabel() for figure in figures] == ["t in s", "t in ms"]
+    t, x = figures[1].axes[0].get_lines()[0].get_data()
+    assert np.allclose([t, x], [1e3 * run.t, 1e3 * run["x"]])
+    table = run.table(units=["mm", "kN"])
+    assert table.units == {
+        "t": "s", "x": "mm", "a": "rad", "u_x": "mm/s", "u_a": "rad/s", "pull": "kN", "push": "kN", "way": "mm",
+    }
+    assert np.allclose(table.columns["pull"], run["pull"] / 1e3)
+    assert np.array_equal(table.columns["lever"], run["lever"])
+    with pytest.raises(mbs.InputError, match="'furlong' is not a unit; known: m, "):
+        run.plot(units="furlong")

@@ -118,3 +118,4 @@ def test_data_is_in_the_models_own_language(links: int) -> None:
     assert forcing == pytest.approx(expected.forcing, rel=1e-10)
     assert not leaves([parse(text) for text in data["forcing"]], "quantity")
     assert [set(e) for e in data["equations"]] == [{"text", "latex"}] * links
+    assert set(data["units"]["state"].values()) == {"rad", "rad/s"}

@@ -9,6 +9,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
+from multibody_sym.expressions.chosen_units import chosen_units
 from multibody_sym.writing.solution import solution_text
 
 MODEL = """
@@ -48,6 +49,7 @@ def test_speeds_that_are_no_coordinate_s_rate_have_one_prime() -> None:
         joints={"joint": mbs.Spherical("ground", "b", initial={"u": [1, 1, 0]})},
     )
     assert "joint_wz' = -1/3 = -0.3333333333 rad/s^2" in solution_text(mbs.solve(ball))
+    assert "  joint_wz' = -19.09859317 deg/s^2" in solution_text(mbs.solve(ball), chosen_units("deg")).splitlines()
 
 
 def test_the_command_prints_text_or_one_object(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -102,7 +104,7 @@ def test_only_ropes_have_tensions() -> None:
     assert headings["brake"] == headings["held"] == "multipliers"
     assert "  rod = 20 N (a tension)" in told
     assert "  shelf = 30 N" in told
-    assert found.reactions["brake"]["tension"].unit == "", "an expression of speeds has no unit that is known"
+    assert found.reactions["brake"]["tension"].unit == "N", "the force on D, whose speed stands alone in the row"
 
 
 def under_headings(lines: list[str]) -> list[tuple[str, str]]:

@@ -6,6 +6,7 @@ import argparse
 from typing import Final
 
 from multibody_sym.cli.answer import Answer
+from multibody_sym.cli.units import add_units, asked_units
 
 HELP: Final = "check a model: degrees of freedom, redundancy, formalisms against each other, hints"
 _DISAGREES: Final = 3
@@ -14,6 +15,7 @@ _DISAGREES: Final = 3
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
+    add_units(parser)
 
 
 def run(options: argparse.Namespace) -> Answer:
@@ -22,6 +24,7 @@ def run(options: argparse.Namespace) -> Answer:
     from multibody_sym.cli.model import model, shared
     from multibody_sym.writing.check import check_text
 
+    units = asked_units(options)
     with model(options) as system:
         found = check(system, **shared(options))
-    return Answer(found.as_json(), check_text(found), 0 if found.agrees else _DISAGREES)
+    return Answer(found.as_json(), check_text(found, units), 0 if found.agrees else _DISAGREES)

@@ -6,6 +6,7 @@ import argparse
 from typing import Final
 
 from multibody_sym.cli.answer import Answer
+from multibody_sym.cli.units import add_units, asked_units
 
 HELP: Final = "linearise about an equilibrium or a steady motion: A, B in independent coordinates, eigenvalues"
 
@@ -13,6 +14,7 @@ HELP: Final = "linearise about an equilibrium or a steady motion: A, B in indepe
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
+    add_units(parser)
     place = "where: equilibrium, the position of rest found first from the start, or NAME=VALUE; default: the start"
     parser.add_argument("--at", metavar="WHERE", action="append", help=place)
     described = "of a motion that repeats itself after T seconds: by what deviations are multiplied in each period"
@@ -25,9 +27,10 @@ def run(options: argparse.Namespace) -> Answer:
     from multibody_sym.cli.model import model, shared
     from multibody_sym.writing.linearization import linearization_text, multipliers_text
 
+    units = asked_units(options)
     with model(options) as system:
         if options.period is not None:
             repeated = period_multipliers(system, options.period, at=options.at, **shared(options))
-            return Answer(repeated.as_json(), multipliers_text(repeated))
+            return Answer(repeated.as_json(), multipliers_text(repeated, units))
         found = linearize(system, at=options.at, **shared(options))
-    return Answer(found.as_json(), linearization_text(found))
+    return Answer(found.as_json(), linearization_text(found, units))

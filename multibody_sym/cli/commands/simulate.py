@@ -8,11 +8,13 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Final
 
 from multibody_sym.cli.answer import Answer
+from multibody_sym.cli.units import add_units, asked_units
 from multibody_sym.errors import InputError, OutputError, Where
 from multibody_sym.integrators.methods.methods import SUMMARIES
 
 if TYPE_CHECKING:
     from multibody_sym.cli.recording import Recording
+    from multibody_sym.expressions.chosen_units import Units
     from multibody_sym.simulation.samples import Samples
     from multibody_sym.simulation.trajectory import Trajectory
 
@@ -34,6 +36,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
     parser.add_argument("-o", "--output", metavar="OUT", help="the table: .csv, .npz or .parquet")
+    add_units(parser)
     figure = "a figure (.png, .svg, .pdf); default: FILE.png"
     parser.add_argument("--plot", metavar="PNG", nargs="?", const="", help=figure)
     for name, described in _SETTINGS.items():
@@ -46,19 +49,19 @@ def run(options: argparse.Namespace) -> Answer:
     """Simulate and write what was asked for; a run that Ctrl-C ends keeps its rows."""
     from multibody_sym.cli.model import verify_apart
 
-    figure = _figure_name(options)
+    units, figure = asked_units(options), _figure_name(options)
     for target in (options.output, figure):
         verify_apart(options.file, target)
-    table = _recording(options.output)
+    table = _recording(options.output, units)
     done = _simulated(options, table)
     if table is not None:
         table.finish(done)
     if figure is not None:
-        done.plot(figure)
+        done.plot(figure, units)
     from multibody_sym.writing.run_summary import run_summary
 
     written = [path for path in (table and table.place, figure) if path is not None]
-    lines = [run_summary(done), *(f"wrote {path}" for path in written)]
+    lines = [run_summary(done, units), *(f"wrote {path}" for path in written)]
     code = _INTERRUPTED if done.interrupted else 0
     if table is not None and table.lost:
         lines.append(f"{table.path} is another run's: it was written while this one lasted")
@@ -66,12 +69,12 @@ def run(options: argparse.Namespace) -> Answer:
     return Answer({**done.as_json(), "written": written}, "\n".join(lines), code)
 
 
-def _recording(output: str | None) -> Recording | None:
+def _recording(output: str | None, units: Units) -> Recording | None:
     if output is None:
         return None
     from multibody_sym.cli.recording import Recording
 
-    return Recording(output)
+    return Recording(output, units)
 
 
 def _figure_name(options: argparse.Namespace) -> str | None:

@@ -6,6 +6,7 @@ import argparse
 from typing import Final
 
 from multibody_sym.cli.answer import Answer
+from multibody_sym.cli.units import add_units, asked_units
 
 HELP: Final = "find accelerations, tensions and reactions at the given instant, in closed form"
 
@@ -13,6 +14,7 @@ HELP: Final = "find accelerations, tensions and reactions at the given instant, 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
+    add_units(parser)
 
 
 def run(options: argparse.Namespace) -> Answer:
@@ -21,6 +23,7 @@ def run(options: argparse.Namespace) -> Answer:
     from multibody_sym.cli.model import model, shared
     from multibody_sym.writing.solution import solution_text
 
+    units = asked_units(options)
     with model(options) as system:
         solution = solve(system, **shared(options))
-    return Answer(solution.as_json(), solution_text(solution))
+    return Answer(solution.as_json(), solution_text(solution, units))

@@ -71,8 +71,7 @@ def constants_step(mechanism: Mechanism, symbols: Symbols, values: Mapping[Any, 
 
 
 def _value(value: float, measure: Measure) -> Label:
-    unit = "m" if isinstance(measure, RopeLength) else "rad"
-    return Label(f"{value:.10g} {unit}", rf"{value:.10g}\,\mathrm{{{unit}}}")
+    return Label(f"{value:.10g} {measure.unit}", rf"{value:.10g}\,\mathrm{{{measure.unit}}}")
 
 
 def _meaning(mechanism: Mechanism, measure: Measure) -> str:

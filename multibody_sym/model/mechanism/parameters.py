@@ -8,6 +8,7 @@ from enum import Enum
 from functools import cached_property
 from typing import Final
 
+from multibody_sym.expressions.units import Dimension
 from multibody_sym.model.mechanism.start_constants import Measure, RopeLength
 from multibody_sym.scalars.node import Node, as_node, slot
 
@@ -29,7 +30,7 @@ class Source(Enum):
 class ParameterEntry:
     """An entry of the parameter vector; `value` is an expression of entries before it, None if there is no default.
 
-    `measure` is what the start measures.
+    `measure` is what the start measures; `dimension` is None where no unit was given.
     """
 
     name: str
@@ -37,6 +38,7 @@ class ParameterEntry:
     positive: bool = False
     source: Source = Source.DECLARED
     measure: Measure | None = None
+    dimension: Dimension | None = None
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.markers import Marker
@@ -13,6 +14,7 @@ class RopeLength:
     """How long the path of a rope is, for ropes that declare no length; `row` is the name of its row."""
 
     row: str
+    unit: ClassVar[str] = "m"
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,7 @@ class TangentAngle:
     plane: Marker
     normal: Point
     across: Point
+    unit: ClassVar[str] = "rad"
 
 
 Measure = RopeLength | TangentAngle

@@ -242,7 +242,7 @@ def _slots(system: System, coordinates: Iterable[Coordinate], speeds: Iterable[S
 def _parameter_vector(system: System, slots: Mapping[Node, Node]) -> ParameterVector:
     """Return the declared parameters."""
     entries = [
-        ParameterEntry(name, _in(slots, parameter.value), parameter.positive)
+        ParameterEntry(name, _in(slots, parameter.value), parameter.positive, dimension=parameter.dimension)
         for name, parameter in system.parameters.items()
     ]
     return ParameterVector(tuple(entries))
