@@ -124,7 +124,7 @@ def _equilibrium(system: System, formalism: str | None) -> Equilibrium:
     names, places = [c.name for c in resolved.coordinates], search.places
     one_sided = tuple(search.one_sided(q) for q in found.positions)
     return Equilibrium(
-        tuple(dict(zip(names, (places.principal(q) + 0.0).tolist(), strict=True)) for q in found.positions),
+        tuple(dict(zip(names, places.told(q), strict=True)) for q in found.positions),
         tuple(None if edge else search.stable(q) for q, edge in zip(found.positions, one_sided, strict=True)),
         tuple(tuple(names[k] for k in np.flatnonzero(free)) for free in found.free),
         are_all(places, found.positions, found.free),

@@ -30,6 +30,8 @@ from multibody_sym.numerics.arrays import UNDEFINED, Floats
 
 Mask = npt.NDArray[np.bool_]
 
+_NOTHING: Final = 1e-15
+"""The part of the model's size, or of 1 rad, that is rounding."""
 _SAME: Final = 1e-6
 _NEAR: Final = 1e-2
 _LEVEL: Final = 1e-5
@@ -105,6 +107,12 @@ class Places:
             for places in map(list, body.quaternions):
                 found[places] *= -1.0 if found[places[0]] < 0.0 else 1.0
         return found
+
+    def told(self, q: Floats) -> list[float]:
+        """Return coordinates as they are told: principal ones, zero where they are no more than rounding."""
+        found = self.principal(q)
+        least = _NOTHING * np.where(self.lengths, self.length, 1.0)
+        return [float(x) for x in np.where(np.abs(found) <= least, 0.0, found)]
 
     def same(self, a: Floats, b: Floats, free: Mask) -> bool:
         """Return whether two positions are the same up to what is free in the second."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
+import numpy as np
+
 from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.integrators.flow import Status
 from multibody_sym.kinematics.energy import working
@@ -17,6 +19,10 @@ from multibody_sym.writing.withheld import withheld_text
 
 _MOST: Final = 20
 _MOST_NAMED: Final = 6
+_UNRESOLVED: Final = 1e-3
+"""The part of a run's absolute tolerance that is told as nothing: the run does not tell it from zero."""
+_ROUNDING: Final = 1e-14
+"""The part of the largest kinetic energy that a sum of energies has from rounding."""
 _SINGULAR: Final = "singular position"
 
 
@@ -59,7 +65,9 @@ def _end(run: Trajectory, units: Units) -> list[str]:
     known = MechanismUnits(run.ready.mechanism).state
     values: Mapping[str, float] = {**run.final["coordinates"], **run.final["speeds"]}
     width = max(map(len, values), default=0)
-    lines = [f"  {name:{width}} {units.said(value, known[name], ' .10g')}" for name, value in values.items()]
+    least = 0.0 if run.problem.step else _UNRESOLVED * run.problem.atol
+    shown = {name: 0.0 if abs(value) <= least else value for name, value in values.items()}
+    lines = [f"  {name:{width}} {units.said(value, known[name], ' .10g')}" for name, value in shown.items()]
     more = [f"  ... {len(lines) - _MOST} more"] if len(lines) > _MOST else []
     return [f"at t = {_time(run.t_final, units)}:", *lines[:_MOST], *more]
 
@@ -75,7 +83,9 @@ def _energy(run: Trajectory, units: Units) -> list[str]:
         told += f", the work of {', '.join(acting[:_MOST_NAMED])}{more} included"
     if drives:
         told = f"prescribed motion ({drives}) does work, so that its change tells nothing about the integration"
-    return [f"total energy {units.said(float(run.energy[0]), 'J', '.6g')} at the start; {told}"]
+    rounding = _ROUNDING * float(np.nanmax(np.abs(run.kinetic_energy), initial=0.0))
+    begin = 0.0 if abs(run.energy[0]) <= rounding else float(run.energy[0])
+    return [f"total energy {units.said(begin, 'J', '.6g')} at the start; {told}"]
 
 
 def _constraints(run: Trajectory) -> list[str]:

@@ -293,6 +293,12 @@ def test_what_is_affine_by_its_expression_is_proved() -> None:
     assert mbs.equilibrium(slider_under("-20*(x - 1)*3 + (2*x + 5)/4")).complete
 
 
+def test_positions_at_zero_are_told_without_rounding() -> None:
+    found = mbs.equilibrium(slider_under("-20*x + 1e-9*x^3"))
+    assert found.positions[0] == {"x": 0.0}
+    assert mbs.equilibrium(slider_under("-20*(x - 1e-12)")).positions[0]["x"] == pytest.approx(1e-12)
+
+
 def hinge_under(torque: str) -> mbs.System:
     return mbs.System(
         "hinge",

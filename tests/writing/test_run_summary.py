@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import multibody_sym as mbs
@@ -50,6 +51,34 @@ joints:
   D: {type: revolute, parent: ground.far, child: rocker, axis: z, q: d, initial: {q: 80 deg}}
   C: {type: revolute, parent: rod.end, child: rocker.end, axis: z, cut: true}
 """
+
+
+def test_what_a_run_does_not_tell_from_zero_is_zero() -> None:
+    system = mbs.System(
+        "drift",
+        bodies={name: mbs.Body(mass=1) for name in ("a", "b", "c")},
+        joints={
+            "A": mbs.Prismatic("ground", "a", axis="x", q="noise", initial={"u": -1e-15}),
+            "B": mbs.Prismatic("ground", "b", axis="x", q="small", initial={"u": 1e-11}),
+            "C": mbs.Prismatic("ground", "c", axis="x", q="way", initial={"u": 1}),
+        },
+    )
+    lines = run_summary(mbs.simulate(system, t_end=1, rtol=1e-9, atol=1e-10)).splitlines()
+    told = {line.split()[0]: line.split()[1] for line in lines if line.startswith("  ")}
+    assert (told["noise"], told["u_noise"], told["small"], told["way"]) == ("0", "0", "1e-11", "1")
+    exact = run_summary(mbs.simulate(system, t_end=1, step=0.1, method="rk4"))
+    assert "-1e-15 m" in exact  # a step has no tolerance that says what is nothing
+
+
+def test_a_total_energy_of_rounding_is_zero() -> None:
+    """A pendulum let go level has T = V = 0, but for cos(pi/2) = 6e-17."""
+    system = mbs.System(
+        "level",
+        gravity=[0, -9.81, 0],
+        bodies={"bob": mbs.Body(mass=3, com=[0, -1, 0])},
+        joints={"H": mbs.Revolute("ground", "bob", q="theta", initial={"q": np.pi / 2})},
+    )
+    assert "total energy 0 J at the start" in run_summary(mbs.simulate(system, t_end=1))
 
 
 def test_the_redundancy_of_a_planar_model_is_two_short_lines() -> None:
