@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 
 from command import ROOT, environment
 
@@ -24,3 +25,11 @@ def test_help_imports_nothing_slow() -> None:
 def test_importing_the_package_imports_nothing_else() -> None:
     found = "print(sorted(set(sys.modules) - before))"
     assert printed(f"import sys; before = set(sys.modules); import multibody_sym; {found}") == "['multibody_sym']"
+
+
+def test_a_run_of_a_tree_draws_no_numbers_with_numpy(tmp_path: Path) -> None:
+    """`numpy.random` and what it needs take longer to import than a short run."""
+    model = ROOT / "examples" / "double_pendulum.yaml"
+    arguments = ["simulate", str(model), "--t-end", "0.1", "-o", str(tmp_path / "motion.csv")]
+    found = "print([m for m in ('numpy.random', 'secrets', 'sympy') if m in sys.modules])"
+    assert printed(f"import sys; from multibody_sym.cli.main import main; main({arguments!r}); {found}") == "[]"

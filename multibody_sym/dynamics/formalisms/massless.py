@@ -11,6 +11,7 @@ with dependent rows as well.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from random import Random
 from typing import Final
 
 import numpy as np
@@ -115,9 +116,9 @@ def _momenta(body: TreeBody, state: State) -> list[Floats]:
 
 
 def _generic_state(mechanism: Mechanism) -> State:
-    rng = np.random.default_rng(_SEED)
+    draw = Random(_SEED).uniform  # every run comes here, and importing NumPy's takes longer than all that is drawn
     sizes = len(mechanism.coordinates), len(mechanism.parameters)
-    q, parameters = (rng.uniform(0.5, 1.5, size).tolist() for size in sizes)
+    q, parameters = ([draw(0.5, 1.5) for _ in range(size)] for size in sizes)
     inputs, u = [0.0] * len(mechanism.inputs), [0.0] * len(mechanism.speeds)
     return state_of(mechanism, float, 0.5, q, u, parameters, inputs)
 
