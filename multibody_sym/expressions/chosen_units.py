@@ -10,12 +10,10 @@ from functools import cached_property
 from typing import Final, NamedTuple
 
 from multibody_sym.errors import ArgumentError, ExpressionError, InputError, shown
-from multibody_sym.expressions.known_units import ANGLE, PURE, Kind
-from multibody_sym.expressions.tokens import tokens
-from multibody_sym.expressions.units import DIMENSIONLESS, UNITS, parse_unit
+from multibody_sym.expressions.known_units import PURE, Kind, kind_of
+from multibody_sym.expressions.units import UNITS, parse_unit
 from multibody_sym.scalars.node import ONE, Node
 
-_ANGLES: Final = frozenset({"rpm", *(name for name, (_, dimension) in UNITS.items() if dimension == DIMENSIONLESS)})
 _PART: Final = re.compile(r"([*/]?)([A-Za-z]+|1)(?:\^\(?([-0-9/]+)\)?)?")
 
 
@@ -69,13 +67,13 @@ class Units:
     def _found(self, unit: str) -> _Choice:
         if not unit or not self.chosen:
             return _Choice(unit, ONE)
-        return self.chosen.get(_kind(unit)) or self._followed(unit)
+        return self.chosen.get(kind_of(unit)) or self._followed(unit)
 
     def _followed(self, unit: str) -> _Choice:
         """Return the unit made of chosen ones in place of each of its parts."""
         factor, above, below = ONE, list[str](), list[str]()
         for part, exponent in _parts(unit):
-            choice = self.chosen.get(_kind(part))
+            choice = self.chosen.get(kind_of(part))
             simple = choice is not None and choice.text.isalpha()
             name, size = choice if choice is not None and simple else (part, ONE)
             factor = factor * size**exponent
@@ -112,22 +110,12 @@ def _choice(word: str) -> tuple[Kind, _Choice]:
     if not word:
         raise InputError(f"write units with commas between them, such as mm,deg; known: {known}")
     try:
-        kind, factor = _kind(word), parse_unit(word)[0]
+        kind, factor = kind_of(word), parse_unit(word)[0]
     except ExpressionError as error:
         raise InputError(f"{error.message}; known: {known}") from None
     if kind == PURE:
         raise InputError(f"{word!r} is a pure number, which has no other unit; known: {known}")
     return kind, _Choice(word, factor)
-
-
-def _kind(unit: str) -> Kind:
-    """Return what a unit is one of; an angle stands first in it, and an energy alone."""
-    dimension = parse_unit(unit)[1]
-    names = [token.text for token in tokens(unit) if token.kind == "name"]
-    angles = sum(name in _ANGLES for name in names)
-    if angles and (angles > 1 or names[0] not in _ANGLES or dimension.mass or dimension.length):
-        raise InputError(f"{unit!r} is not a unit to read: an angle stands alone or before a time, as in deg or deg/s")
-    return Kind(dimension, ANGLE.angle if angles else 0, len(names) == 1 and names[0].endswith("J"))
 
 
 def _parts(unit: str) -> Iterator[tuple[str, Fraction]]:

@@ -11,7 +11,9 @@ from collections.abc import Callable, Iterable
 from fractions import Fraction
 from typing import Final, NamedTuple
 
-from multibody_sym.expressions.units import DIMENSIONLESS, Dimension, Exponent, is_pure
+from multibody_sym.errors import InputError
+from multibody_sym.expressions.tokens import tokens
+from multibody_sym.expressions.units import DIMENSIONLESS, UNITS, Dimension, Exponent, is_pure, parse_unit
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.traversal import postorder
 
@@ -42,6 +44,24 @@ class Kind(NamedTuple):
 
 PURE: Final = Kind(DIMENSIONLESS)
 ANGLE: Final = Kind(DIMENSIONLESS, angle=1)
+
+
+_OF_ANGLES: Final = frozenset({"rpm", *(name for name, (_, dimension) in UNITS.items() if dimension == DIMENSIONLESS)})
+
+
+def kind_of(unit: str) -> Kind:
+    """Return what a unit is one of; an angle stands first in it, and an energy alone. The empty text is no unit.
+
+    Raises ExpressionError for what is no unit, InputError for an angle elsewhere.
+    """
+    if not unit:
+        return PURE
+    dimension = parse_unit(unit)[1]
+    names = [token.text for token in tokens(unit) if token.kind == "name"]
+    angles = sum(name in _OF_ANGLES for name in names)
+    if angles and (angles > 1 or names[0] not in _OF_ANGLES or dimension.mass or dimension.length):
+        raise InputError(f"{unit!r} is not a unit to read: an angle stands alone or before a time, as in deg or deg/s")
+    return Kind(dimension, 1 if angles else 0, len(names) == 1 and names[0].endswith("J"))
 
 
 class Known(NamedTuple):

@@ -1,8 +1,12 @@
-"""Rows: what each scalar constraint equation says, and which of them stand for joints that were cut."""
+"""Rows: what each scalar constraint equation says, and which of them stand for joints that were cut.
+
+Each kind has the `unit` of its multiplier in SI; None where its expression, `zero`, gives it one.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.markers import NOWHERE, Marker
@@ -13,6 +17,8 @@ from multibody_sym.scalars.node import ZERO, Node
 @dataclass(frozen=True)
 class DistanceRow:
     """phi = value - |a - b|; the multiplier is the tension."""
+
+    unit: ClassVar[str | None] = "N"
 
     name: str
     ends: tuple[Marker, Marker]
@@ -32,6 +38,8 @@ class Bend:
 class RopeRow:
     """phi = length - (length of the path); the multiplier is the tension."""
 
+    unit: ClassVar[str | None] = "N"
+
     name: str
     path: tuple[Bend, ...]
     length: Node
@@ -43,6 +51,8 @@ class ExpressionRow:
 
     With `no_place` nothing says where its force acts; otherwise it drives the joints whose coordinates it names.
     """
+
+    unit: ClassVar[str | None] = None
 
     name: str
     zero: Node
@@ -69,6 +79,8 @@ class GearRow(ExpressionRow):
 class VelocityRow:
     """psi = zero, an expression of q, u and t that is linear in u: a nonholonomic constraint; `no_place` as above."""
 
+    unit: ClassVar[str | None] = None
+
     name: str
     zero: Node
     no_place: bool = False
@@ -80,6 +92,8 @@ class PositionRow:
 
     The multiplier is the component of the force on M's body along the axis.
     """
+
+    unit: ClassVar[str | None] = "N"
 
     name: str
     frames: tuple[Marker, Marker]
@@ -93,6 +107,8 @@ class AngleRow:
     The multiplier is the moment on M's body along d x e, if that is of length one. Where frames could satisfy the row
     turned over, `shared` is an axis of both that must not point opposite ways.
     """
+
+    unit: ClassVar[str | None] = "N*m"
 
     name: str
     frames: tuple[Marker, Marker]
@@ -108,6 +124,8 @@ class RollingRow:
     `along` is a direction fixed in the plane's frame. Along the normal the row is holonomic (the gap stays closed);
     across it is not. The multiplier is that component of the force on the rolling body.
     """
+
+    unit: ClassVar[str | None] = "N"
 
     name: str
     wheel: Marker

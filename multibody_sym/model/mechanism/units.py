@@ -11,34 +11,19 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
-from multibody_sym.expressions.known_units import ANGLE, PURE, Kind, Known, known
+from multibody_sym.expressions.known_units import PURE, Kind, Known, kind_of, known
 from multibody_sym.expressions.quantities import component_kind, quantity_known
 from multibody_sym.expressions.units import DIMENSIONLESS, ENERGY, MASS, TIME, Dimension
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
 from multibody_sym.model.mechanism.parameters import ParameterEntry
-from multibody_sym.model.mechanism.rows import (
-    AngleRow,
-    DistanceRow,
-    ExpressionRow,
-    PositionRow,
-    RollingRow,
-    RopeRow,
-    Row,
-    VelocityRow,
-)
+from multibody_sym.model.mechanism.rows import ExpressionRow, Row, VelocityRow
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.node import ONE, Node
 from multibody_sym.scalars.traversal import leaves
 
 REACTION_UNITS: Final[Mapping[str, str]] = {name: component_kind(name).unit for name in COMPONENTS}
 """The unit of each component of a joint's reaction."""
-_MOVED: Final = {"m": Kind(Dimension(length=1)), "rad": ANGLE, "": PURE}
-_SECOND: Final = Known(Kind(TIME))
 _WITHOUT_ANGLE: Final = (MASS, TIME)
-_COMPONENTS: Final[Mapping[type[Row], str]] = {
-    DistanceRow: "fx", RopeRow: "fx", PositionRow: "fx", RollingRow: "fx", AngleRow: "mx",
-}
-"""What the multiplier of a row is one of, where the row is no expression: a kind that is not here is an error."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,16 +94,15 @@ class MechanismUnits:
         if array == "inputs":
             return self._inputs[index]
         if array == "t":
-            return _SECOND._replace(doubtful=True)  # 2*t may be any force that grows
+            return Known(Kind(TIME), doubtful=True)  # 2*t may be any force that grows
         return Known(self._moved[array][index])
 
     @cached_property
     def _moved(self) -> dict[str, list[Kind]]:
         """The kinds of coordinates and speeds, by the array that holds them."""
-        speeds = [_MOVED[speed.unit.removesuffix("/s")] for speed in self.mechanism.speeds]
         return {
-            "q": [_MOVED[coordinate.unit] for coordinate in self.mechanism.coordinates],
-            "u": [Known(kind).times(_SECOND, -1).kind for kind in speeds],
+            "q": [kind_of(coordinate.unit) for coordinate in self.mechanism.coordinates],
+            "u": [kind_of(speed.unit) for speed in self.mechanism.speeds],
         }
 
     @cached_property
@@ -149,17 +133,17 @@ class MechanismUnits:
         return self._multiplier(rows[0]) if rows else None
 
     def _multiplier(self, row: Row) -> Known | None:
-        """Return what is known of a row's multiplier: a force, the moment of a row of angles, or by an expression."""
-        if isinstance(row, (ExpressionRow, VelocityRow)):
-            return self._declared._of_expression(row)
-        return Known(component_kind(_COMPONENTS[type(row)]), firm=True)
+        """Return what is known of a row's multiplier: what its kind says, or what its expression tells."""
+        if row.unit is not None:
+            return Known(kind_of(row.unit)._replace(angle=None), firm=True)
+        return self._declared._of_expression(row.name)
 
-    def _of_expression(self, declared: ExpressionRow | VelocityRow) -> Known | None:
+    def _of_expression(self, name: str) -> Known | None:
         """Return work / (q d(zero)/dq) for a coordinate q, power / (u d(zero)/du) for a row of speeds.
 
         Coordinates that stand alone in it are asked first: a number beside others may carry a unit that nobody wrote.
         """
-        row = next(row for row in self.mechanism.rows if row.name == declared.name)
+        row = next(row for row in self.mechanism.rows if row.name == name)
         assert isinstance(row, (ExpressionRow, VelocityRow))
         found = self._by_slopes(row.zero, "u" if isinstance(row, VelocityRow) else "q")
         alone = {dimension for slope, dimension in found if slope.shadow is not None}
@@ -193,7 +177,7 @@ def _of_entry(entry: ParameterEntry, found: Mapping[int, Known | None]) -> Known
         firm = bool(mass or length or time > 0)  # an angle or 1/s may be in other units after all: 180/pi, turns
         return Known(Kind(entry.dimension, angle), firm)
     if entry.value is None:
-        return None if entry.measure is None else Known(_MOVED[entry.measure.unit], firm=True)
+        return None if entry.measure is None else Known(kind_of(entry.measure.unit))
     return known([entry.value], lambda leaf: found.get(leaf.data[1]) if leaf.op == "slot" else None)[0]
 
 
