@@ -20,6 +20,7 @@ import numpy as np
 
 from multibody_sym.analysis.all_rest import are_all
 from multibody_sym.analysis.deviations import Flow, Tangents
+from multibody_sym.analysis.none_found import none_found
 from multibody_sym.analysis.places import Mask, Places
 from multibody_sym.analysis.springs_passed import passed
 from multibody_sym.analysis.steadiness import displaced
@@ -27,7 +28,6 @@ from multibody_sym.dynamics.constraints.closing import Rows, closed_near
 from multibody_sym.dynamics.routes import verify_formalism
 from multibody_sym.dynamics.start.examined import examined, on_numbers
 from multibody_sym.dynamics.start.start import Start, start
-from multibody_sym.errors import NoSolutionError
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.changes import Changes
@@ -120,7 +120,7 @@ def _equilibrium(system: System, formalism: str | None) -> Equilibrium:
     search = search_from(resolved, begin, formalism)
     found = _found(search, np.array(begin.q, dtype=float))
     if not found.positions:
-        raise none_found(in_time=found.cut_short)
+        raise none_found(search.flow, search.rows, guesses(search.places, search.places.start), in_time=found.cut_short)
     names, places = [c.name for c in resolved.coordinates], search.places
     one_sided = tuple(search.one_sided(q) for q in found.positions)
     return Equilibrium(
@@ -142,11 +142,6 @@ def search_from(resolved: Mechanism, begin: Start, formalism: str | None) -> _Se
     rows = Rows(resolved, begin.parameters, range(len(resolved.rows)))
     flow = Flow(resolved, begin.parameters, formalism)
     return _Search(resolved, flow, rows, Places(flow, rows, np.array(begin.q, dtype=float)))
-
-
-def none_found(*, in_time: bool) -> NoSolutionError:
-    where = "near the start in time" if in_time else "near the start"
-    return NoSolutionError(f"no position of equilibrium was found {where}; give other initial coordinates")
 
 
 def _moving(system: System, resolved: Mechanism, begin: Start) -> tuple[str, ...]:

@@ -8,9 +8,8 @@ from itertools import islice, takewhile
 from math import isfinite
 from typing import Any, Final
 
-import numpy as np
-
-from multibody_sym.analysis.equilibrium import MOST, SECONDS, guesses, none_found, search_from
+from multibody_sym.analysis.equilibrium import MOST, SECONDS, guesses, search_from
+from multibody_sym.analysis.none_found import none_found
 from multibody_sym.dynamics.start.start import Start, start_beside
 from multibody_sym.dynamics.start.undefined import value_or_none
 from multibody_sym.errors import ArgumentError, ModelError, at, shown, suggestion
@@ -45,11 +44,12 @@ def begin_at(resolved: Mechanism, begin: Start, place: Any, formalism: str | Non
 def rest_beside(resolved: Mechanism, begin: Start, formalism: str | None) -> Floats:
     """Return the position of equilibrium that is found first from a start. Raises NoSolutionError."""
     until, search = time.process_time() + SECONDS, search_from(resolved, begin, formalism)
-    around = islice(guesses(search.places, np.array(begin.q, dtype=float)), MOST)
+    around = islice(guesses(search.places, search.places.start), MOST)
     in_time = takewhile(lambda _: time.process_time() < until, around)
     found = next((q for q in map(search.reached, in_time) if q is not None), None)
     if found is None:
-        raise none_found(in_time=time.process_time() > until)
+        late = time.process_time() > until
+        raise none_found(search.flow, search.rows, guesses(search.places, search.places.start), in_time=late)
     return found
 
 

@@ -85,7 +85,7 @@ def test_nothing_to_rest_on_is_told() -> None:
         bodies={"stone": mbs.Body(mass=1)},
         joints={"fall": mbs.Prismatic("ground", "stone", axis="y")},
     )
-    with pytest.raises(mbs.NoSolutionError, match="no position of equilibrium was found near the start"):
+    with pytest.raises(mbs.NoSolutionError, match=r"equilibrium was found: .* alike \(u_fall' = -9\.81 m/s\^2\)"):
         mbs.equilibrium(falling)
 
 
@@ -291,6 +291,25 @@ def test_what_bends_far_away_is_not_affine(far: str) -> None:
 
 def test_what_is_affine_by_its_expression_is_proved() -> None:
     assert mbs.equilibrium(slider_under("-20*(x - 1)*3 + (2*x + 5)/4")).complete
+
+
+def test_why_nothing_rests_is_told_where_it_is_the_same_everywhere() -> None:
+    with pytest.raises(mbs.NoSolutionError, match=r"at rest accelerates alike \(u_x' = 2\.5 m/s\^2\)"):
+        mbs.equilibrium(slider_under("5/2"))
+    with pytest.raises(mbs.NoSolutionError, match="found near the start under push = 3, as at t = 0; give other"):
+        mbs.equilibrium(
+            mbs.loads("""\
+multibody_sym: 1
+name: pushed
+gravity: [0, -9.81, 0]
+bodies: {cart: {mass: 1}, pole: {mass: 1, com: [0, 1, 0]}}
+joints:
+  track: {type: prismatic, parent: ground, child: cart, axis: x, q: x}
+  hinge: {type: revolute, parent: cart, child: pole, axis: z, q: theta, initial: {q: 0.1}}
+inputs: {push: 3*cos(t)}
+forces: {motor: {type: force, on: cart, value: [push, 0, 0]}}
+""")
+        )
 
 
 def test_positions_at_zero_are_told_without_rounding() -> None:

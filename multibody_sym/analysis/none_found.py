@@ -1,0 +1,54 @@
+"""What is said where no position of equilibrium was found: that there may be others, or why there seem to be none."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from itertools import islice
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.analysis.deviations import Flow
+from multibody_sym.dynamics.constraints.closing import Rows, closed_near
+from multibody_sym.errors import NoSolutionError
+from multibody_sym.numerics.arrays import UNDEFINED, Floats
+
+_POSITIONS: Final = 4
+_ALIKE: Final = 1e-9
+_MOST_NAMED: Final = 4
+
+
+def none_found(flow: Flow, rows: Rows, guesses: Iterable[Floats], *, in_time: bool) -> NoSolutionError:
+    """Return the error for a search that found nothing from guesses (nq): the start, and others with open rows."""
+    start, *tried = islice(guesses, 2 * _POSITIONS)
+    found = list(islice(_accelerations(flow, rows, [start, *tried]), _POSITIONS))
+    size = max((float(np.abs(x).max(initial=0.0)) for x in found), default=0.0)
+    if len(found) == _POSITIONS and all((np.abs(x - found[0]) <= _ALIKE * size).all() for x in found):
+        alike = f"wherever it was tried, the system at rest accelerates alike ({_named(flow, found[0], size)})"
+        return NoSolutionError(f"no position of equilibrium was found: {alike}")
+    where = f"near the start{' in time' if in_time else ''}{_inputs(flow, start)}"
+    return NoSolutionError(f"no position of equilibrium was found {where}; give other initial coordinates")
+
+
+def _accelerations(flow: Flow, rows: Rows, tried: Iterable[Floats]) -> Iterator[Floats]:
+    """Yield the accelerations (nu) at rest in the positions that close the rows."""
+    for guess in tried:
+        try:
+            q = closed_near(rows, guess)
+            if q is not None:
+                yield flow.accelerations(q, np.zeros(len(rows.mechanism.speeds)))
+        except (*UNDEFINED, np.linalg.LinAlgError):
+            continue
+
+
+def _named(flow: Flow, udot: Floats, size: float) -> str:
+    pairs = zip(flow.mechanism.speeds, udot.tolist(), strict=True)
+    moving = [f"{speed.name}' = {x:.6g} {speed.unit}^2" for speed, x in pairs if abs(x) > _ALIKE * size]
+    return ", ".join([*moving[:_MOST_NAMED], *(["..."] if len(moving) > _MOST_NAMED else [])])
+
+
+def _inputs(flow: Flow, q: Floats) -> str:
+    """Return which inputs act, and that they do so as at the start."""
+    values = np.ravel(flow.known(q, np.zeros(len(flow.mechanism.speeds)))[4])
+    acting = [f"{name} = {x:.6g}" for name, x in zip(flow.mechanism.inputs, values.tolist(), strict=True) if x]
+    return f" under {', '.join(acting)}, as at t = 0" if acting else ""
