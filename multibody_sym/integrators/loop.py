@@ -320,6 +320,7 @@ def first_step(flow: Flow, t: float, x: Floats, slope: Floats) -> float:
     size, speed = scaled_norm(x, scales), scaled_norm(slope, scales)
     span = flow.t_end - t
     h = min(1e-6 if size < 1e-5 or speed < 1e-5 else 0.01 * size / speed, span)
+    h = max(h, _least_step(flow, t))  # rates may be past all floats
     while True:
         try:
             bend = flow.slope(t + h, x + h * slope) - slope

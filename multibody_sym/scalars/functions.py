@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, Final, TypeVar
 
@@ -225,17 +225,52 @@ class _Looked(dict[Node, float]):
 
 
 def evaluate_float(nodes: Iterable[Node], leaf: Mapping[Node, float]) -> list[float]:
-    """Return the float values of `nodes`, given those of their leaves."""
+    """Return the float values of `nodes`, given those of their leaves.
+
+    Of a choice only what is chosen needs a value. Raises ArithmeticError or ValueError where what is needed has none.
+    """
     roots = list(nodes)
     values = {n: n.shadow for n in roots if n.shadow is not None}  # what is below a constant need not be visited
-    for n in postorder(n for n in roots if n not in values):
+    try:
+        for n in postorder(n for n in roots if n not in values):
+            if n.shadow is not None:
+                values[n] = n.shadow
+            elif n.args:
+                values[n] = FLOAT_OPERATIONS[n.op](*(values[a] for a in n.args))
+            else:
+                values[n] = float(leaf[n])
+    except (ArithmeticError, ValueError):
+        return _chosen_floats(roots, leaf)
+    return [values[n] for n in roots]
+
+
+def _chosen_floats(roots: Sequence[Node], leaf: Mapping[Node, float]) -> list[float]:
+    """Return float values where some operation has none, which may be in a branch that is not taken."""
+    values: dict[Node, float | Exception] = {}
+    for n in postorder(roots):
         if n.shadow is not None:
             values[n] = n.shadow
         elif n.args:
-            values[n] = FLOAT_OPERATIONS[n.op](*(values[a] for a in n.args))
+            values[n] = _float_or_failure(n.op, [values[a] for a in n.args])
         else:
             values[n] = float(leaf[n])
-    return [values[n] for n in roots]
+    found = [values[n] for n in roots]
+    for x in found:
+        if isinstance(x, Exception):
+            raise x
+    return [x for x in found if not isinstance(x, Exception)]
 
+
+def _float_or_failure(op: str, operands: Sequence[float | Exception]) -> float | Exception:
+    """Return an operation, or why it has no value: the failure of an operand that it needs, or its own."""
+    if op == "where" and not isinstance(operands[0], Exception):
+        return operands[1 if operands[0] else 2]
+    failed = next((x for x in operands if isinstance(x, Exception)), None)
+    if failed is not None:
+        return failed
+    try:
+        return FLOAT_OPERATIONS[op](*operands)
+    except (ArithmeticError, ValueError) as failure:
+        return failure
 
 pi = _node.PI

@@ -405,6 +405,7 @@ static double first_step(mbs_run *r)
     double size = mbs_scaled_norm(r, x, x, x, 0.0, &worst), speed = mbs_scaled_norm(r, slope, x, x, 0.0, &worst);
     double h = size < 1e-5 || speed < 1e-5 ? 1e-6 : 0.01 * size / speed;
     h = h < span ? h : span;
+    h = h > least_step(r) ? h : least_step(r); /* rates may be past all floats */
     do {
         for (int i = 0; i < r->n; ++i)
             r->stage[i] = x[i] + h * slope[i];
