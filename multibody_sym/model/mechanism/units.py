@@ -35,9 +35,10 @@ class MechanismUnits:
     @cached_property
     def state(self) -> dict[str, str]:
         """Of each coordinate and speed, measured ones too; a quaternion's is empty."""
-        measured = {name.data: node for name, node in self.mechanism.symbols.items() if node.op != "slot"}
-        found = dict(zip(measured, map(_unit, known(measured.values(), self._leaf)), strict=True))
         relative = {} if self.mechanism.relative is None else self._declared.state
+        named = {name.data: node for name, node in self.mechanism.symbols.items() if node.op != "slot"}
+        measured = {name: node for name, node in named.items() if name not in relative}
+        found = dict(zip(measured, map(_unit, known(measured.values(), self._leaf)), strict=True))
         coordinates = {c.name: c.unit for c in self.mechanism.coordinates}
         return {**found, **relative, **coordinates, **{s.name: s.unit for s in self.mechanism.speeds}}
 
