@@ -21,11 +21,10 @@ from multibody_sym.dynamics.constraints.closing import Rows, normalize
 from multibody_sym.kinematics.energy import stored_energy
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import position
-from multibody_sym.model.mechanism.loads import BodyTorque, JointSpring, PointDrag, PointForce, PointPull, PointSpring
+from multibody_sym.model.mechanism.loads import JointSpring
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import Pose
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.rows import AngleRow, DistanceRow, PositionRow, RollingRow, RopeRow
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 
 Mask = npt.NDArray[np.bool_]
@@ -202,7 +201,7 @@ class Places:
     @cached_property
     def _pushing(self) -> list[int]:
         """The bodies in whose axes forces and torques are given."""
-        return [load.axes for load in self.mechanism.loads if isinstance(load, PointForce | BodyTorque)]
+        return [load.axes_of for load in self.mechanism.loads if load.axes_of is not None]
 
     def nearer(self, a: Floats, b: Floats) -> bool:
         """Return whether more lengths have their sign of the start in a than in b."""
@@ -213,19 +212,9 @@ class Places:
 def acted(mechanism: Mechanism) -> Iterator[Marker]:
     """Yield the points of bodies at which loads and rows act."""
     for load in mechanism.loads:
-        if isinstance(load, PointForce | PointDrag):
-            yield load.at
-        elif isinstance(load, PointSpring | PointPull):
-            yield from load.ends
+        yield from load.points
     for row in mechanism.rows:
-        if isinstance(row, DistanceRow):
-            yield from row.ends
-        elif isinstance(row, RopeRow):
-            yield from (bend.at for bend in row.path)
-        elif isinstance(row, PositionRow | AngleRow):
-            yield from row.frames
-        elif isinstance(row, RollingRow):
-            yield from (row.wheel, row.plane)
+        yield from row.points
 
 
 def _close(a: Floats, b: Floats, part: float = _SAME) -> bool:

@@ -144,6 +144,8 @@ def _applied(motion: Motion, partials: Sequence[Partials]) -> tuple[Floats, Floa
 
 def _cancelled(motion: Motion, load: Load) -> float:
     """Return how much larger than a spring's force the terms are whose difference it is."""
+    if load.spring is None:
+        return 1.0
     if isinstance(load, JointSpring):
         k, d, rest = motion.state.values([load.stiffness, load.damping, load.rest])
         at, rate = motion.state.values([load.coordinate, load.rate])
@@ -157,7 +159,7 @@ def _cancelled(motion: Motion, load: Load) -> float:
         terms = abs(k) * (length + abs(rest)) + abs(d) * float(np.linalg.norm(first) + np.linalg.norm(second))
         force = k * (length - rest) + d * float(np.dot(direction, second - first))
     else:
-        return 1.0
+        raise TypeError(f"nothing says of which terms the force of {type(load).__name__} is a difference")
     return float(terms / abs(force)) if force else 1.0
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.rows import Bend, DistanceRow, ExpressionRow, RopeRow, VelocityRow
+from multibody_sym.model.mechanism.rows import Bend, RopeRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_squares
 from multibody_sym.scalars.functions import evaluate_float
@@ -76,10 +76,7 @@ def _tied(mechanism: Mechanism) -> set[int]:
     """Return the coordinates that constraints name, or whose speeds they name."""
     named: list[Node] = []
     for row in mechanism.rows:
-        if isinstance(row, (ExpressionRow, VelocityRow)):
-            named.append(row.zero)
-        elif isinstance(row, (RopeRow, DistanceRow)):
-            named.append(row.length if isinstance(row, RopeRow) else row.value)
+        named += row.laws
     found = {leaf.data for leaf in leaves(named, "slot")}
     tied = {place for array, place in found if array == "q"}
     for body in mechanism.bodies:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import singledispatch
 from typing import Final
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from multibody_sym.analysis.places import Places
 from multibody_sym.analysis.steadiness import displaced
 from multibody_sym.kinematics.points import position
-from multibody_sym.model.mechanism.loads import JointSpring, PointSpring
+from multibody_sym.model.mechanism.loads import JointSpring, Load, PointSpring
 from multibody_sym.numerics.arrays import Floats
 
 _STEP: Final = 1e-4
@@ -24,11 +25,24 @@ def passed(places: Places, q: Floats) -> tuple[str, ...]:
     """
     found = []
     for load in places.mechanism.loads:
-        if (isinstance(load, JointSpring) and _reversed(places, load, q)) or (isinstance(load, PointSpring) and any(
-            _crossed(places, load, q, end.body) for end in load.ends
-        )):
+        if load.spring is not None and _is_passed(load, places, q):
             found.append(load.name)
     return tuple(found)
+
+
+@singledispatch
+def _is_passed(spring: Load, places: Places, q: Floats) -> bool:
+    raise TypeError(f"nothing says when {type(spring).__name__} is beyond its other end")
+
+
+@_is_passed.register
+def _(spring: JointSpring, places: Places, q: Floats) -> bool:
+    return _reversed(places, spring, q)
+
+
+@_is_passed.register
+def _(spring: PointSpring, places: Places, q: Floats) -> bool:
+    return any(_crossed(places, spring, q, end.body) for end in spring.ends)
 
 
 def _reversed(places: Places, spring: JointSpring, q: Floats) -> bool:

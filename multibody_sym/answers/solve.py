@@ -11,13 +11,13 @@ from multibody_sym.algebra.quotients import NoClosedFormError
 from multibody_sym.analysis.slipped_wheels import slipped_wheels
 from multibody_sym.answers.instant import Solved, solved_start
 from multibody_sym.answers.questions import answered
-from multibody_sym.answers.solution import RowKind, Solution, Value
+from multibody_sym.answers.solution import Solution, Value
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.start.examined import numbers_of
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed, normal_forces
-from multibody_sym.model.mechanism.rows import DistanceRow, ExpressionRow, RopeRow, Row, VelocityRow
+from multibody_sym.model.mechanism.rows import ExpressionRow, RopeRow
 from multibody_sym.model.mechanism.units import REACTION_UNITS, MechanismUnits
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.force_places import reasons
@@ -64,7 +64,7 @@ def _solution(solved: Solved) -> Solution:
         speeds=dict(zip((s.name for s in resolved.speeds), begin.u, strict=True)),
         accelerations=accelerations,
         reactions=reactions,
-        kinds={row.name: _kind(row) for row in resolved.rows if row.name in reactions},
+        kinds={row.name: row.multiplier for row in resolved.rows if row.name in reactions},
         conditions=(
             *_tension_conditions(solved, reactions),
             *_pulled_wheels(solved, reactions),
@@ -133,12 +133,6 @@ def _reactions(solved: Solved) -> dict[str, dict[str, Value]]:
         unit = {component: units[row.name]}
         found.setdefault(row.name, {})[component] = solved.values(of_row, unit)[component]
     return found
-
-
-def _kind(row: Row) -> RowKind:
-    if isinstance(row, (ExpressionRow, VelocityRow)):
-        return "multiplier"
-    return "rope" if isinstance(row, RopeRow) else "rod" if isinstance(row, DistanceRow) else "force"
 
 
 def _tension_conditions(solved: Solved, reactions: Mapping[str, Mapping[str, Value]]) -> list[str]:

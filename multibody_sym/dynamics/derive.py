@@ -55,7 +55,6 @@ from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import slot_state
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.rows import is_holonomic
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.numerics.numbers import number
 from multibody_sym.scalars.node import Node, as_node
@@ -226,7 +225,7 @@ def _formed(
     expressions = [[names.name(next(flat)) for _ in part] for part in lists]
     n = len(symbols.speeds)
     row_parts = [
-        RowTerms(phi if is_holonomic(row) else None, phidot, jacobian, gamma)
+        RowTerms(phi if row.is_holonomic else None, phidot, jacobian, gamma)
         for row, (phi, phidot, gamma, *jacobian) in zip(motion.mechanism.rows, expressions[n + 2 :], strict=True)
     ]
     return Parts(given, expressions[:n], expressions[n], [sympy.S.Zero] * n, expressions[n + 1], row_parts)

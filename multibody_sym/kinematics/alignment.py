@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import singledispatch
 from typing import Any, Final
 
@@ -18,11 +18,11 @@ from multibody_sym.kinematics.state import State
 from multibody_sym.kinematics.steps import invariant_directions
 from multibody_sym.model.declaration.steps import Step
 from multibody_sym.model.declaration.values import Point
-from multibody_sym.model.mechanism.loads import BodyTorque, PointForce
+from multibody_sym.model.mechanism.loads import BodyTorque, Load, PointForce
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import IDENTITY, ORIGIN, Mass, Pose, Rotation
 from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
-from multibody_sym.model.mechanism.rows import Bend
+from multibody_sym.model.mechanism.rows import Bend, Row
 from multibody_sym.scalars.functions import is_exactly
 from multibody_sym.scalars.node import Node, as_node, real
 from multibody_sym.scalars.tensors import turned_symmetric
@@ -191,10 +191,19 @@ def _nodes(v: Vec) -> Point:
 
 @singledispatch
 def _in_axes(part: Any, axes: Mapping[int, Axes]) -> Any:
-    """Return a part of a mechanism with the poses in it described in new axes of their bodies."""
-    if not is_dataclass(part) or isinstance(part, type):
+    """Return a part of a mechanism with the poses in it described in new axes of their bodies.
+
+    What is given along the axes of its markers keeps its components.
+    """
+    if isinstance(part, Row) or (isinstance(part, Load) and part.axes_of is None):
+        return replace(part, **{f.name: _in_axes(getattr(part, f.name), axes) for f in fields(part)})
+    if isinstance(part, _PLAIN):
         return part
-    return replace(part, **{f.name: _in_axes(getattr(part, f.name), axes) for f in fields(part)})
+    raise TypeError(f"nothing says how {type(part).__name__} is described in other axes")
+
+
+_PLAIN: Final = (str, int, float, Node, type(None))
+"""What has no axes."""
 
 
 @_in_axes.register(tuple)

@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import fields, replace
 from functools import singledispatch
+from typing import Final, TypeGuard
 
 from multibody_sym.kinematics.loads import apart, span
 from multibody_sym.kinematics.motion import BodyMass, BodyMotion, Motion
-from multibody_sym.model.mechanism.loads import JointSpring, Load, PointDrag, PointSpring
+from multibody_sym.model.mechanism.loads import JointSpring, Load, PointSpring
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.rows import DistanceRow, ExpressionRow, RopeRow, VelocityRow
+from multibody_sym.model.mechanism.rows import Multiplier, VelocityRow
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node
 from multibody_sym.scalars.traversal import leaves
 from multibody_sym.scalars.vectors import Mat, S, Vec, add, apply, cross, dot
+
+_ORDER: Final[tuple[Multiplier, ...]] = ("multiplier", "rod", "rope", "force")
 
 
 def kinetic_energy(motion: Motion) -> S:
@@ -53,7 +56,7 @@ def split(loads: Sequence[Load]) -> tuple[tuple[Load, ...], tuple[Load, ...]]:
     stored: list[Load] = []
     working: list[Load] = []
     for load in loads:
-        if not isinstance(load, (JointSpring, PointSpring)) or not _has_potential(load):
+        if not _has_potential(load):
             working.append(load)
             continue
         stored.append(load)
@@ -73,7 +76,7 @@ def driving(mechanism: Mechanism) -> tuple[str, ...]:
 
     With rows of speeds among them that do not let everything rest.
     """
-    loads = [load.name for load in split(mechanism.loads)[1] if not _brakes(load)]
+    loads = [load.name for load in split(mechanism.loads)[1] if not load.only_brakes]
     rows = [row.name for row in mechanism.rows if isinstance(row, VelocityRow) and _at_rest(row.zero) is not ZERO]
     return tuple(dict.fromkeys((*loads, *_timed(mechanism), *rows)))
 
@@ -87,17 +90,9 @@ def moved_by_time(mechanism: Mechanism) -> bool:
 
 def _timed(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the names of springs and rows that time moves."""
-    springs = [load for load in mechanism.loads if isinstance(load, (JointSpring, PointSpring))]
-    timed = [spring.name for spring in springs if _moved(spring.stiffness, _rest(spring))]
-    rows = [row.name for row in mechanism.rows if isinstance(row, (ExpressionRow, VelocityRow)) and _moved(row.zero)]
-    rods = [row.name for row in mechanism.rows if isinstance(row, DistanceRow) and _moved(row.value)]
-    ropes = [row.name for row in mechanism.rows if isinstance(row, RopeRow) and _moved(row.length)]
-    return (*timed, *rows, *rods, *ropes)
-
-
-def _brakes(load: Load) -> bool:
-    damper = isinstance(load, (JointSpring, PointSpring)) and load.stiffness is ZERO
-    return damper or isinstance(load, PointDrag)
+    springs = [load.name for load in mechanism.loads if load.spring is not None and _moved(*load.spring)]
+    rows = sorted(mechanism.rows, key=lambda row: _ORDER.index(row.multiplier))
+    return (*springs, *(row.name for row in rows if _moved(*row.laws)))
 
 
 def _at_rest(expression: Node) -> Node:
@@ -111,18 +106,17 @@ def _moved(*expressions: Node) -> bool:
     return any(leaf.data[0] in ("t", "inputs") for leaf in leaves(expressions, "slot"))
 
 
-def _has_potential(spring: JointSpring | PointSpring) -> bool:
-    named = leaves([spring.stiffness, _rest(spring)], "slot")
-    return all(leaf.data[0] in ("parameters", "t") for leaf in named)
-
-
-def _rest(spring: JointSpring | PointSpring) -> Node:
-    return spring.rest if isinstance(spring, JointSpring) else spring.length
+def _has_potential(load: Load) -> TypeGuard[JointSpring | PointSpring]:
+    if load.spring is None:
+        return False
+    return all(leaf.data[0] in ("parameters", "t") for leaf in leaves(load.spring, "slot"))
 
 
 @singledispatch
 def stored_energy(load: Load, motion: Motion) -> S:
     """Return the energy that a load stores: k (length - l0)^2 / 2 for springs, nothing for the others."""
+    if not isinstance(load, Load) or load.spring is not None:
+        raise TypeError(f"nothing says what energy {type(load).__name__} stores")
     return 0
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, assert_never
 
 from multibody_sym.program.program import Program
 from multibody_sym.program.progressions import Integers
@@ -34,10 +34,12 @@ def folded(program: Callee, input: str, values: Sequence[float | Node]) -> Progr
             trace.adopt(Call(_callee(statement, input, numbers, values), arguments, statement.targets))
         elif isinstance(statement, Scan):
             trace.adopt(_scan(statement, constant))
-        elif not isinstance(statement, Assign):
+        elif isinstance(statement, Solve):
             matrix = tuple(map(constant, statement.matrix))
             right, (most,) = constant(statement.right), constant((statement.most,))
             trace.adopt(Solve(matrix, right, most, *targets(statement)))
+        elif not isinstance(statement, Assign):
+            assert_never(statement)
     return trace.finish({output.name: (output.shape, constant(output.values)) for output in program.outputs})
 
 

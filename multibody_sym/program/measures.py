@@ -9,7 +9,7 @@ from array import array
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, assert_never
 
 from multibody_sym.program.arithmetic import integer_exponent
 from multibody_sym.program.progressions import Progression, Window
@@ -55,6 +55,8 @@ def _counted(program: Callee, known: dict[int, Counter[str]]) -> Counter[str]:
                 counts["solves"] += 1
             elif isinstance(statement, Scan):
                 counts += _counted_scan(statement, known)
+            elif not isinstance(statement, Assign):
+                assert_never(statement)
         known[id(program)] = counts
     return known[id(program)]
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import ClassVar, Final, Protocol
+from typing import ClassVar, Final, Protocol, assert_never
 
 import numpy as np
 
@@ -185,14 +185,20 @@ def operands(statement: Record) -> tuple[tuple[Node, ...], ...]:
     """Return the atoms that a record reads."""
     if isinstance(statement, Solve):
         return (*statement.matrix, statement.right, (statement.most,))
-    return statement.arguments if isinstance(statement, Call) else statement.given
+    if isinstance(statement, Call):
+        return statement.arguments
+    if isinstance(statement, Scan):
+        return statement.given
+    assert_never(statement)
 
 
 def targets(statement: Record) -> tuple[tuple[Node, ...], ...]:
     """Return the slots that a record fills."""
     if isinstance(statement, Solve):
         return (statement.solution, statement.multipliers, statement.report)
-    return statement.targets
+    if isinstance(statement, Call | Scan):
+        return statement.targets
+    assert_never(statement)
 
 
 def callees(statement: Statement) -> tuple[Callee, ...]:
@@ -201,4 +207,6 @@ def callees(statement: Statement) -> tuple[Callee, ...]:
         return (statement.program,)
     if isinstance(statement, Scan):
         return tuple(kernel.program for loop in statement.loops for kernel in loop.kernels)
-    return ()
+    if isinstance(statement, Assign | Solve):
+        return ()
+    assert_never(statement)

@@ -22,7 +22,7 @@ from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import RowMotion, constraint_jacobian, row_motions
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.rows import AngleRow, ExpressionRow, is_holonomic
+from multibody_sym.model.mechanism.rows import AngleRow, ExpressionRow
 from multibody_sym.numerics.arrays import EPSILON, UNDEFINED, Floats
 from multibody_sym.numerics.rank import DRAWN, damped, rank
 from multibody_sym.scalars.ldl import factorized
@@ -83,7 +83,7 @@ class Rows:
     def holonomic(self) -> Rows:
         """Return those of the rows that restrict positions."""
         every = self.mechanism.rows
-        return replace(self, active=[k for k in self.active if is_holonomic(every[k])])
+        return replace(self, active=[k for k in self.active if every[k].is_holonomic])
 
     def at(self, q: Floats) -> tuple[Floats, Floats] | None:
         """Return phi (s) and H (s x n) of holonomic rows at rest, None where they have no value."""

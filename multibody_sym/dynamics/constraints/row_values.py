@@ -9,18 +9,16 @@ from multibody_sym.errors import ModelError, at
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.rows import row_motion
-from multibody_sym.model.mechanism.loads import Load, PointPull, PointSpring
-from multibody_sym.model.mechanism.markers import Marker
-from multibody_sym.model.mechanism.rows import DistanceRow, RopeRow, Row
+from multibody_sym.model.mechanism.loads import Load
+from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.numerics.arrays import UNDEFINED
-from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.traversal import leaves
 
 
 def verify_lengths(motion: Motion) -> None:
     """Raise ModelError naming the first rod or rope whose declared length is negative wherever bodies are."""
     for k, row in enumerate(motion.mechanism.rows):
-        declared = row.value if isinstance(row, DistanceRow) else row.length if isinstance(row, RopeRow) else None
+        declared = row.declared_length
         if declared is None or any(leaf.data[0] == "q" for leaf in leaves([declared], "slot")):
             continue
         with at(*motion.mechanism.row_path(k)):
@@ -56,13 +54,12 @@ def verify_direction(motion: Motion, load: Load) -> None:
 
     A spring pulls with k times the way between its ends where it has neither a rest length nor a damper.
     """
-    plain = isinstance(load, PointSpring) and load.length is ZERO and load.damping is ZERO
-    if plain or not isinstance(load, (PointSpring, PointPull)):
+    if load.line is None:
         return
-    a, b = load.ends
+    a, b = load.line
     if position(motion, a) == position(motion, b):
         other = ", or the spring neither a length nor damping: it needs no direction then"
-        other *= isinstance(load, PointSpring)
+        other *= load.spring is not None
         raise ModelError(
             f"{a.name} and {b.name} are at the same place at the start, and what pulls them together has no direction; "
             f"give them different positions (initial: {{q: ..}}){other}"
@@ -70,7 +67,7 @@ def verify_direction(motion: Motion, load: Load) -> None:
 
 
 def _verify_direction(row: Row, motion: Motion) -> None:
-    for a, b in pairwise(_joined(row)):
+    for a, b in pairwise(row.line):
         if position(motion, a) == position(motion, b):
             same = a.body == b.body
             advice = "join other points" if same else "give them different positions (initial: {q: ..})"
@@ -78,7 +75,3 @@ def _verify_direction(row: Row, motion: Motion) -> None:
             raise ModelError(
                 f"{a.name} and {b.name} are at the same place {when}, and what joins them has no direction; {advice}"
             )
-
-
-def _joined(row: Row) -> list[Marker]:
-    return [bend.at for bend in row.path] if isinstance(row, RopeRow) else list(getattr(row, "ends", ()))

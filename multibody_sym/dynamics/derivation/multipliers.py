@@ -28,7 +28,6 @@ from multibody_sym.dynamics.derivation.symbols import Symbols, numbered_symbols
 from multibody_sym.dynamics.formalisms.equations import EquationsOfMotion
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.rows import is_holonomic
 
 
 def multipliers(mechanism: Mechanism, state: State) -> EquationsOfMotion:
@@ -63,7 +62,7 @@ def rows_terms(mechanism: Mechanism, symbols: Symbols, names: Subexpressions, gi
     """Derive all rows."""
     names.budget.enter("the constraints' derivatives")
     return [
-        _row_terms(x, mechanism, symbols, names) if is_holonomic(row) else _velocity_terms(x, mechanism, symbols, names)
+        _row_terms(x, mechanism, symbols, names) if row.is_holonomic else _velocity_terms(x, mechanism, symbols, names)
         for x, row in zip(given.constraints, mechanism.rows, strict=True)
     ]
 

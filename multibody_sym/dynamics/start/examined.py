@@ -20,10 +20,9 @@ from multibody_sym.errors import ExpressionError, ModelError, Where, at
 from multibody_sym.model.declaration.system import System, Written, expressions
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.model.mechanism.parameters import Source
-from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import ZERO, Node, slot, symbol
+from multibody_sym.scalars.node import Node, slot, symbol
 from multibody_sym.scalars.traversal import leaves, postorder
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -71,8 +70,7 @@ def _verify_radii(base: Mechanism, parameters: Sequence[float]) -> None:
     """Raise ModelError at the first rope or wheel that runs on a negative radius."""
     known = {slot("parameters", k): x for k, x in enumerate(parameters)}
     for k, row in enumerate(base.rows):
-        radii = [bend.radius for bend in row.path] if isinstance(row, RopeRow) else [getattr(row, "radius", ZERO)]
-        least = min(evaluate_float(radii, known), default=0.0)
+        least = min(evaluate_float(row.radii, known), default=0.0)
         if least < 0.0:
             with at(*base.row_path(k)):
                 raise ModelError(f"it runs on a radius of {least:g} m, and no radius is negative")

@@ -11,10 +11,13 @@ from typing import Any
 
 from multibody_sym.errors import ModelError, at, suggestion
 from multibody_sym.model.declaration.values import (
+    Direction,
     Field,
     OptionalScalars,
+    ScalarOrVector,
     Scalars,
     Text,
+    Vector,
     content_of,
     described,
     is_empty,
@@ -185,6 +188,18 @@ def fields_of(cls: type[Element]) -> dict[str, Field]:
 def _contents(cls: Any) -> tuple[tuple[str, Field, str | None], ...]:
     """Return names and fields of an element class with their units; large models ask for every element."""
     return tuple((name, field, unit_of(field)) for name, field in fields_of(cls).items())
+
+
+def holds_vectors(cls: type[Element]) -> bool:
+    """Return whether an element, or a record in it, has a field for three components."""
+    return any(_is_vector(field) for field in fields_of(cls).values())
+
+
+def _is_vector(field: Any) -> bool:
+    if isinstance(field, Record):
+        return holds_vectors(field.cls)
+    item = getattr(field, "item", None)
+    return isinstance(field, Vector | Direction | ScalarOrVector) or (item is not None and _is_vector(item))
 
 
 def _steps_of(field: Field, value: tuple[Any, ...]) -> list[tuple[str, ...]] | None:

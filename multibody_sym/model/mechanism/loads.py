@@ -2,15 +2,68 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.markers import Marker
-from multibody_sym.scalars.node import Node, quantity
+from multibody_sym.scalars.node import ZERO, Node, quantity
 
 
 @dataclass(frozen=True)
-class PointForce:
+class Load(ABC):
+    """A force with its place: what all that handles loads asks of one. What it exerts is in `kinematics/loads.py`."""
+
+    name: str
+
+    @property
+    @abstractmethod
+    def points(self) -> tuple[Marker, ...]:
+        """The points of bodies at which it acts."""
+
+    @property
+    @abstractmethod
+    def axes_of(self) -> int | None:
+        """The body along whose axes it is given; None where it is given along none, or those of its points."""
+
+    @property
+    @abstractmethod
+    def spring(self) -> tuple[Node, Node] | None:
+        """The stiffness and the rest length or angle of a spring."""
+
+    @property
+    @abstractmethod
+    def only_brakes(self) -> bool:
+        """Whether it never does positive work."""
+
+    @property
+    @abstractmethod
+    def line(self) -> tuple[Marker, Marker] | None:
+        """The points along whose line it acts, where that needs a direction."""
+
+
+class _NoSpring(Load):
+    """A load that is no spring."""
+
+    @property
+    def spring(self) -> tuple[Node, Node] | None:
+        return None
+
+    @property
+    def only_brakes(self) -> bool:
+        return False
+
+
+class _Somewhere(Load):
+    """A load that does not act along a line between points."""
+
+    @property
+    def line(self) -> tuple[Marker, Marker] | None:
+        return None
+
+
+@dataclass(frozen=True)
+class PointForce(_NoSpring, _Somewhere):
     """A force with components along the axes of body `axes`, acting at a marker."""
 
     name: str
@@ -18,9 +71,17 @@ class PointForce:
     value: Point
     axes: int
 
+    @property
+    def points(self) -> tuple[Marker, ...]:
+        return (self.at,)
+
+    @property
+    def axes_of(self) -> int | None:
+        return self.axes
+
 
 @dataclass(frozen=True)
-class BodyTorque:
+class BodyTorque(_NoSpring, _Somewhere):
     """A torque with components along the axes of body `axes`, acting on a body."""
 
     name: str
@@ -28,9 +89,17 @@ class BodyTorque:
     value: Point
     axes: int
 
+    @property
+    def points(self) -> tuple[Marker, ...]:
+        return ()
+
+    @property
+    def axes_of(self) -> int | None:
+        return self.axes
+
 
 @dataclass(frozen=True)
-class JointForce:
+class JointForce(_NoSpring, _Somewhere):
     """A generalised force on a freedom of a joint (on the child and back on the parent), whose `rate` is linear in u.
 
     Its generalised force on speed k is value d(rate)/du_k.
@@ -41,9 +110,17 @@ class JointForce:
     rate: Node
     value: Node
 
+    @property
+    def points(self) -> tuple[Marker, ...]:
+        return ()
+
+    @property
+    def axes_of(self) -> int | None:
+        return None
+
 
 @dataclass(frozen=True)
-class PointSpring:
+class PointSpring(Load):
     """A spring and damper in parallel that pull two markers together."""
 
     name: str
@@ -52,9 +129,29 @@ class PointSpring:
     damping: Node
     length: Node
 
+    @property
+    def points(self) -> tuple[Marker, ...]:
+        return self.ends
+
+    @property
+    def axes_of(self) -> int | None:
+        return None
+
+    @property
+    def spring(self) -> tuple[Node, Node] | None:
+        return self.stiffness, self.length
+
+    @property
+    def only_brakes(self) -> bool:
+        return self.stiffness is ZERO
+
+    @property
+    def line(self) -> tuple[Marker, Marker] | None:
+        return None if self.length is ZERO and self.damping is ZERO else self.ends
+
 
 @dataclass(frozen=True)
-class JointSpring:
+class JointSpring(_Somewhere):
     """A spring and damper in parallel on a freedom of a joint: its `coordinate`, and its `rate`, linear in u."""
 
     name: str
@@ -65,9 +162,25 @@ class JointSpring:
     damping: Node
     rest: Node
 
+    @property
+    def points(self) -> tuple[Marker, ...]:
+        return ()
+
+    @property
+    def axes_of(self) -> int | None:
+        return None
+
+    @property
+    def spring(self) -> tuple[Node, Node] | None:
+        return self.stiffness, self.rest
+
+    @property
+    def only_brakes(self) -> bool:
+        return self.stiffness is ZERO
+
 
 @dataclass(frozen=True)
-class PointDrag:
+class PointDrag(_NoSpring, _Somewhere):
     """F = -(linear + quadratic |v|) v at a marker that moves with v."""
 
     name: str
@@ -75,17 +188,38 @@ class PointDrag:
     linear: Node
     quadratic: Node
 
+    @property
+    def points(self) -> tuple[Marker, ...]:
+        return (self.at,)
+
+    @property
+    def axes_of(self) -> int | None:
+        return None
+
+    @property
+    def only_brakes(self) -> bool:
+        return True
+
 
 @dataclass(frozen=True)
-class PointPull:
+class PointPull(_NoSpring):
     """A force that pulls two markers together; `value` names their distance and its rate as `span_leaves` do."""
 
     name: str
     ends: tuple[Marker, Marker]
     value: Node
 
+    @property
+    def points(self) -> tuple[Marker, ...]:
+        return self.ends
 
-Load = PointForce | BodyTorque | JointForce | PointSpring | JointSpring | PointDrag | PointPull
+    @property
+    def axes_of(self) -> int | None:
+        return None
+
+    @property
+    def line(self) -> tuple[Marker, Marker] | None:
+        return self.ends
 
 
 def span_leaves(load: str) -> tuple[Node, Node]:

@@ -5,17 +5,134 @@ Each kind has the `unit` of its multiplier in SI; None where its expression, `ze
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Literal
 
+from multibody_sym.model.declaration.steps import is_flat, is_upright
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.markers import NOWHERE, Marker
 from multibody_sym.model.mechanism.mass import ORIGIN
 from multibody_sym.scalars.node import ZERO, Node
 
+Multiplier = Literal["rope", "rod", "force", "multiplier"]
+
 
 @dataclass(frozen=True)
-class DistanceRow:
+class Row(ABC):
+    """A scalar constraint equation: what all that handles rows asks of one. How it moves is in `kinematics/rows.py`."""
+
+    unit: ClassVar[str | None]
+
+    name: str
+
+    @property
+    @abstractmethod
+    def multiplier(self) -> Multiplier:
+        """What its multiplier is: a rope's tension, a rod's, another force or moment, or what its expression makes."""
+
+    @property
+    @abstractmethod
+    def is_holonomic(self) -> bool:
+        """Whether it restricts positions, not speeds only."""
+
+    @property
+    @abstractmethod
+    def acts_in_plane(self) -> bool:
+        """Whether it restricts anything where bodies stay in the plane z = 0."""
+
+    @property
+    @abstractmethod
+    def points(self) -> tuple[Marker, ...]:
+        """The points of bodies at which it acts."""
+
+    @property
+    @abstractmethod
+    def line(self) -> tuple[Marker, ...]:
+        """Points that it joins one after the other by straight lines, each of which needs a direction."""
+
+    @property
+    @abstractmethod
+    def laws(self) -> tuple[Node, ...]:
+        """What is declared in it that time, inputs, coordinates or speeds may change."""
+
+    @property
+    @abstractmethod
+    def declared_length(self) -> Node | None:
+        """What cannot be negative because it is a length between points."""
+
+    @property
+    @abstractmethod
+    def radii(self) -> tuple[Node, ...]:
+        """The radii on which something runs in it."""
+
+
+class _WithoutLine(Row):
+    """A row that has no length."""
+
+    @property
+    def line(self) -> tuple[Marker, ...]:
+        return ()
+
+    @property
+    def declared_length(self) -> Node | None:
+        return None
+
+
+class _OfExpression(_WithoutLine):
+    """A row that is an expression which is `zero`."""
+
+    zero: Node
+
+    @property
+    def multiplier(self) -> Multiplier:
+        return "multiplier"
+
+    @property
+    def acts_in_plane(self) -> bool:
+        return True
+
+    @property
+    def points(self) -> tuple[Marker, ...]:
+        return ()
+
+    @property
+    def laws(self) -> tuple[Node, ...]:
+        return (self.zero,)
+
+    @property
+    def radii(self) -> tuple[Node, ...]:
+        return ()
+
+
+class _OfFrames(_WithoutLine):
+    """A row between a frame of one body and a frame of another that restricts how they stand."""
+
+    frames: tuple[Marker, Marker]
+
+    @property
+    def multiplier(self) -> Multiplier:
+        return "force"
+
+    @property
+    def is_holonomic(self) -> bool:
+        return True
+
+    @property
+    def points(self) -> tuple[Marker, ...]:
+        return self.frames
+
+    @property
+    def laws(self) -> tuple[Node, ...]:
+        return ()
+
+    @property
+    def radii(self) -> tuple[Node, ...]:
+        return ()
+
+
+@dataclass(frozen=True)
+class DistanceRow(Row):
     """phi = value - |a - b|; the multiplier is the tension."""
 
     unit: ClassVar[str | None] = "N"
@@ -23,6 +140,38 @@ class DistanceRow:
     name: str
     ends: tuple[Marker, Marker]
     value: Node
+
+    @property
+    def multiplier(self) -> Multiplier:
+        return "rod"
+
+    @property
+    def is_holonomic(self) -> bool:
+        return True
+
+    @property
+    def acts_in_plane(self) -> bool:
+        return True
+
+    @property
+    def points(self) -> tuple[Marker, ...]:
+        return self.ends
+
+    @property
+    def line(self) -> tuple[Marker, ...]:
+        return self.ends
+
+    @property
+    def laws(self) -> tuple[Node, ...]:
+        return (self.value,)
+
+    @property
+    def declared_length(self) -> Node | None:
+        return self.value
+
+    @property
+    def radii(self) -> tuple[Node, ...]:
+        return ()
 
 
 @dataclass(frozen=True)
@@ -35,7 +184,7 @@ class Bend:
 
 
 @dataclass(frozen=True)
-class RopeRow:
+class RopeRow(Row):
     """phi = length - (length of the path); the multiplier is the tension."""
 
     unit: ClassVar[str | None] = "N"
@@ -44,9 +193,41 @@ class RopeRow:
     path: tuple[Bend, ...]
     length: Node
 
+    @property
+    def multiplier(self) -> Multiplier:
+        return "rope"
+
+    @property
+    def is_holonomic(self) -> bool:
+        return True
+
+    @property
+    def acts_in_plane(self) -> bool:
+        return True
+
+    @property
+    def points(self) -> tuple[Marker, ...]:
+        return tuple(bend.at for bend in self.path)
+
+    @property
+    def line(self) -> tuple[Marker, ...]:
+        return self.points
+
+    @property
+    def laws(self) -> tuple[Node, ...]:
+        return (self.length,)
+
+    @property
+    def declared_length(self) -> Node | None:
+        return self.length
+
+    @property
+    def radii(self) -> tuple[Node, ...]:
+        return tuple(bend.radius for bend in self.path)
+
 
 @dataclass(frozen=True)
-class ExpressionRow:
+class ExpressionRow(_OfExpression):
     """phi = zero, an expression of q and t; the multiplier has the unit that the expression gives it.
 
     With `no_place` nothing says where its force acts; otherwise it drives the joints whose coordinates it names.
@@ -57,6 +238,10 @@ class ExpressionRow:
     name: str
     zero: Node
     no_place: bool = False
+
+    @property
+    def is_holonomic(self) -> bool:
+        return True
 
 
 @dataclass(frozen=True)
@@ -76,7 +261,7 @@ class GearRow(ExpressionRow):
 
 
 @dataclass(frozen=True)
-class VelocityRow:
+class VelocityRow(_OfExpression):
     """psi = zero, an expression of q, u and t that is linear in u: a nonholonomic constraint; `no_place` as above."""
 
     unit: ClassVar[str | None] = None
@@ -85,9 +270,13 @@ class VelocityRow:
     zero: Node
     no_place: bool = False
 
+    @property
+    def is_holonomic(self) -> bool:
+        return False
+
 
 @dataclass(frozen=True)
-class PositionRow:
+class PositionRow(_OfFrames):
     """phi = axis . (p_M - p_F): frame M's origin stays where it is along an axis of frame F.
 
     The multiplier is the component of the force on M's body along the axis.
@@ -99,9 +288,13 @@ class PositionRow:
     frames: tuple[Marker, Marker]
     axis: Point
 
+    @property
+    def acts_in_plane(self) -> bool:
+        return not is_upright(self.axis)
+
 
 @dataclass(frozen=True)
-class AngleRow:
+class AngleRow(_OfFrames):
     """phi = e . d - value: a direction e of frame F and a direction d of frame M keep their angle.
 
     The multiplier is the moment on M's body along d x e, if that is of length one. Where frames could satisfy the row
@@ -116,9 +309,13 @@ class AngleRow:
     value: Node = ZERO
     shared: Point | None = None
 
+    @property
+    def acts_in_plane(self) -> bool:
+        return all(map(is_flat, self.directions))
+
 
 @dataclass(frozen=True)
-class RollingRow:
+class RollingRow(_WithoutLine):
     """Where a ball, or the sharp rim of a disc about `axis`, touches a plane, both bodies have one velocity `along`.
 
     `along` is a direction fixed in the plane's frame. Along the normal the row is holonomic (the gap stays closed);
@@ -135,13 +332,29 @@ class RollingRow:
     normal: Point
     along: Point
 
+    @property
+    def multiplier(self) -> Multiplier:
+        return "force"
 
-Row = DistanceRow | RopeRow | ExpressionRow | VelocityRow | PositionRow | AngleRow | RollingRow
+    @property
+    def is_holonomic(self) -> bool:
+        return self.along == self.normal
 
+    @property
+    def acts_in_plane(self) -> bool:
+        return not is_upright(self.along)
 
-def is_holonomic(row: Row) -> bool:
-    """Return whether a row restricts positions, not speeds only."""
-    return not isinstance(row, VelocityRow) and (not isinstance(row, RollingRow) or row.along == row.normal)
+    @property
+    def points(self) -> tuple[Marker, ...]:
+        return (self.wheel, self.plane)
+
+    @property
+    def laws(self) -> tuple[Node, ...]:
+        return ()
+
+    @property
+    def radii(self) -> tuple[Node, ...]:
+        return (self.radius,)
 
 
 @dataclass(frozen=True)

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import singledispatch
 
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.constraints import PointInPlane, PointOnLine
+from multibody_sym.model.declaration.fields import Element, holds_vectors
 from multibody_sym.model.declaration.forces import Force, Torque
 from multibody_sym.model.declaration.steps import is_flat, is_upright
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.mass import mass_of
-from multibody_sym.model.mechanism.rows import AngleRow, PositionRow, RollingRow, Row
+from multibody_sym.model.mechanism.rows import AngleRow, Row
 from multibody_sym.scalars.node import Node
 
 
@@ -24,15 +26,38 @@ def in_plane(system: System) -> bool:
     axes = [axis for body in system.bodies.values() for axis in _axes(body)]
     axes += [pulley.axis for pulley in system.pulleys.values()]
     for element in (*system.forces.values(), *system.constraints.values()):
-        if isinstance(element, Force):
-            vectors.append(element.value)
-        elif isinstance(element, Torque) and not isinstance(element.value, Node):
-            axes.append(element.value)
-        elif isinstance(element, PointOnLine):
-            vectors.append(element.line.direction)
-        elif isinstance(element, PointInPlane):
-            vectors.append(element.plane.normal)
+        lying, upright = _vectors_and_axes(element)
+        vectors += lying
+        axes += upright
     return all(map(is_flat, vectors)) and all(map(is_upright, axes))
+
+
+@singledispatch
+def _vectors_and_axes(element: Element) -> tuple[Sequence[Point], Sequence[Point]]:
+    """Return what lies in the plane and what is normal to it where a force or constraint keeps bodies there."""
+    if not isinstance(element, Element) or holds_vectors(type(element)):
+        raise TypeError(f"nothing says which vectors of {type(element).__name__} lie in the plane")
+    return (), ()
+
+
+@_vectors_and_axes.register
+def _(element: Force) -> tuple[Sequence[Point], Sequence[Point]]:
+    return (element.value,), ()
+
+
+@_vectors_and_axes.register
+def _(element: Torque) -> tuple[Sequence[Point], Sequence[Point]]:
+    return (), () if isinstance(element.value, Node) else (element.value,)
+
+
+@_vectors_and_axes.register
+def _(element: PointOnLine) -> tuple[Sequence[Point], Sequence[Point]]:
+    return (element.line.direction,), ()
+
+
+@_vectors_and_axes.register
+def _(element: PointInPlane) -> tuple[Sequence[Point], Sequence[Point]]:
+    return (element.plane.normal,), ()
 
 
 def _vectors(body: Body) -> Iterator[Point]:
@@ -63,14 +88,6 @@ def rows_in_plane(rows: Iterable[Row]) -> list[Row]:
 
     Turned over, which rows of angles do not tell from upright, is turned by pi about the normal here.
     """
-    kept = [row for row in rows if _acts_in_plane(row)]
+    kept = [row for row in rows if row.acts_in_plane]
     return [replace(row, shared=row.directions[1]) if isinstance(row, AngleRow) else row for row in kept]
-
-
-def _acts_in_plane(row: Row) -> bool:
-    if isinstance(row, PositionRow):
-        return not is_upright(row.axis)
-    if isinstance(row, RollingRow):
-        return not is_upright(row.along)
-    return not isinstance(row, AngleRow) or all(map(is_flat, row.directions))
 
