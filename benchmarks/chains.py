@@ -33,7 +33,8 @@ from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.joints import Joint, Revolute, Spherical
+from multibody_sym.model.declaration.joint import Joint
+from multibody_sym.model.declaration.joints import Revolute, Spherical
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.resolve import mechanism

@@ -17,7 +17,8 @@ from multibody_sym.dynamics.routes import FORMALISMS, cheapest
 from multibody_sym.kinematics.state import slot_state
 from multibody_sym.model.declaration.bodies import Body, Frame, Turn
 from multibody_sym.model.declaration.constraints import Distance
-from multibody_sym.model.declaration.joints import Joint, Revolute, Spherical
+from multibody_sym.model.declaration.joint import Joint
+from multibody_sym.model.declaration.joints import Revolute, Spherical
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.resolve import mechanism

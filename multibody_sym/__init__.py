@@ -54,13 +54,13 @@ if TYPE_CHECKING:
     from multibody_sym.model.declaration.forces import Pull as Pull
     from multibody_sym.model.declaration.forces import SpringDamper as SpringDamper
     from multibody_sym.model.declaration.forces import Torque as Torque
+    from multibody_sym.model.declaration.joint import Initial as Initial
+    from multibody_sym.model.declaration.joint import Limits as Limits
     from multibody_sym.model.declaration.joints import Custom as Custom
     from multibody_sym.model.declaration.joints import Cylindrical as Cylindrical
     from multibody_sym.model.declaration.joints import Direct as Direct
     from multibody_sym.model.declaration.joints import Fixed as Fixed
     from multibody_sym.model.declaration.joints import Free as Free
-    from multibody_sym.model.declaration.joints import Initial as Initial
-    from multibody_sym.model.declaration.joints import Limits as Limits
     from multibody_sym.model.declaration.joints import Planar as Planar
     from multibody_sym.model.declaration.joints import Prismatic as Prismatic
     from multibody_sym.model.declaration.joints import Revolute as Revolute
@@ -121,8 +121,9 @@ _NAMES = {
     "model.declaration.constraints": "Coupler Distance Expression Gear Line Plane PointInPlane PointOnLine "
     "PrescribedMotion Pulley Rolling Rope VelocityConstraint",
     "model.declaration.forces": "Damper Drag Force Motor Pull SpringDamper Torque",
-    "model.declaration.joints": "Custom Cylindrical Direct Fixed Free Initial Limits Planar Prismatic Revolute Screw "
-    "Spherical Universal",
+    "model.declaration.joint": "Initial Limits",
+    "model.declaration.joints": "Custom Cylindrical Direct Fixed Free Planar Prismatic Revolute Screw Spherical "
+    "Universal",
     "model.declaration.parameters": "Parameter",
     "model.declaration.settings": "Ask Baumgarte Settings Stabilisation",
     "model.declaration.system": "System parameters t variable",

@@ -37,7 +37,8 @@ from multibody_sym.model.declaration.constraints import (
 )
 from multibody_sym.model.declaration.fields import Element, ListOf, OneOf, fields_of
 from multibody_sym.model.declaration.forces import FORCES, Damper, Drag, Force, Motor, Pull, SpringDamper, Torque
-from multibody_sym.model.declaration.joints import JOINTS, Angles, Direct, Fixed, Initial, Joint, MovingJoint
+from multibody_sym.model.declaration.joint import Initial, Joint, MovingJoint
+from multibody_sym.model.declaration.joints import JOINTS, Angles, Direct, Fixed
 from multibody_sym.model.declaration.parameters import Parameter
 from multibody_sym.model.declaration.steps import Rotate, Translate
 from multibody_sym.model.declaration.system import System, variable

@@ -17,7 +17,7 @@ from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.declaration.fields import Names
-from multibody_sym.model.declaration.joints import Joint
+from multibody_sym.model.declaration.joint import Joint
 
 CLOSING = [
     lambda *ends: mbs.Revolute(*ends, axis="z", cut=True),

@@ -35,7 +35,8 @@ from multibody_sym.model.declaration import doors
 from multibody_sym.model.declaration.bodies import Frame
 from multibody_sym.model.declaration.fields import Record
 from multibody_sym.model.declaration.file_tree import VERSION, system_from_tree
-from multibody_sym.model.declaration.joints import JOINTS, Joint
+from multibody_sym.model.declaration.joint import Joint
+from multibody_sym.model.declaration.joints import JOINTS
 from multibody_sym.model.declaration.system import RESERVED, System
 from multibody_sym.model.mechanism.mass import GROUND, pose_of
 from multibody_sym.scalars.node import PI, Node

@@ -16,7 +16,8 @@ from multibody_sym.dynamics.start.start import start
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.constraints import Distance, Expression
 from multibody_sym.model.declaration.forces import Force, SpringDamper
-from multibody_sym.model.declaration.joints import Free, Initial, Planar, Prismatic, Revolute, Spherical
+from multibody_sym.model.declaration.joint import Initial
+from multibody_sym.model.declaration.joints import Free, Planar, Prismatic, Revolute, Spherical
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.resolve import mechanism
 

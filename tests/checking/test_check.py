@@ -12,7 +12,8 @@ from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.errors import ModelError
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.constraints import Distance, Expression, PrescribedMotion, Pulley, Rope
-from multibody_sym.model.declaration.joints import Fixed, Initial, Planar, Prismatic, Revolute, Spherical
+from multibody_sym.model.declaration.joint import Initial
+from multibody_sym.model.declaration.joints import Fixed, Planar, Prismatic, Revolute, Spherical
 from multibody_sym.model.declaration.system import System
 from multibody_sym.writing.check import check_text
 

@@ -15,7 +15,7 @@ from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.declaration.joints import Joint
+from multibody_sym.model.declaration.joint import Joint
 from multibody_sym.model.declaration.system import System
 
 TILTED = {"position": [0.1, 0.2, -0.1], "rotate": [{"axis": "x", "angle": 0.4}, {"axis": "y", "angle": -0.7}]}

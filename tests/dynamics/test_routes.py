@@ -8,7 +8,8 @@ from multibody_sym.dynamics.programs.system import state_derivative
 from multibody_sym.dynamics.routes import FORMALISMS, cheapest
 from multibody_sym.kinematics.state import slot_state
 from multibody_sym.model.declaration.bodies import Body, Frame
-from multibody_sym.model.declaration.joints import Free, Joint, Revolute, Spherical
+from multibody_sym.model.declaration.joint import Joint
+from multibody_sym.model.declaration.joints import Free, Revolute, Spherical
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.resolve import mechanism

@@ -14,7 +14,8 @@ from multibody_sym.formats.writer import dumps
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.constraints import Coupler, Gear
 from multibody_sym.model.declaration.forces import Torque
-from multibody_sym.model.declaration.joints import Initial, Limits, Planar, Prismatic, Revolute, Spherical
+from multibody_sym.model.declaration.joint import Initial, Limits
+from multibody_sym.model.declaration.joints import Planar, Prismatic, Revolute, Spherical
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.simulation.simulate import simulate

@@ -21,7 +21,8 @@ from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import slot_state, state_of
 from multibody_sym.model.declaration.bodies import Body, Frame, Turn
 from multibody_sym.model.declaration.forces import Damper, Drag, Force, Motor, Pull, SpringDamper, Torque
-from multibody_sym.model.declaration.joints import Free, Initial, Planar, Prismatic, Revolute, Spherical
+from multibody_sym.model.declaration.joint import Initial
+from multibody_sym.model.declaration.joints import Free, Planar, Prismatic, Revolute, Spherical
 from multibody_sym.model.declaration.parameters import Parameter
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism

@@ -20,16 +20,8 @@ from multibody_sym.formats.writer import dumps
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration.bodies import Body, GroundMotion, Turn
-from multibody_sym.model.declaration.joints import (
-    Fixed,
-    Free,
-    Initial,
-    Planar,
-    Prismatic,
-    Revolute,
-    Spherical,
-    Universal,
-)
+from multibody_sym.model.declaration.joint import Initial
+from multibody_sym.model.declaration.joints import Fixed, Free, Planar, Prismatic, Revolute, Spherical, Universal
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.resolve import mechanism

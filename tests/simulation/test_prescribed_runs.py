@@ -9,7 +9,8 @@ import pytest
 
 from multibody_sym.checking.check import check
 from multibody_sym.model.declaration.bodies import Body, GroundMotion
-from multibody_sym.model.declaration.joints import Fixed, Initial, Prismatic, Revolute
+from multibody_sym.model.declaration.joint import Initial
+from multibody_sym.model.declaration.joints import Fixed, Prismatic, Revolute
 from multibody_sym.model.declaration.system import System
 from multibody_sym.simulation.simulate import simulate
 from multibody_sym.writing.run_summary import run_summary

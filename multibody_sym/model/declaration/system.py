@@ -13,7 +13,8 @@ from multibody_sym.model.declaration.constraints import CONSTRAINTS, Pulley
 from multibody_sym.model.declaration.doors import flag, text
 from multibody_sym.model.declaration.fields import Element, MapOf, Names, Record, holds
 from multibody_sym.model.declaration.forces import FORCES
-from multibody_sym.model.declaration.joints import JOINTS, Joint
+from multibody_sym.model.declaration.joint import Joint
+from multibody_sym.model.declaration.joints import JOINTS
 from multibody_sym.model.declaration.parameters import Parameter, ParameterField
 from multibody_sym.model.declaration.settings import Ask, AskField, Settings
 from multibody_sym.model.declaration.tables import InputField, Table

@@ -14,7 +14,8 @@ from typing import Final
 
 from multibody_sym.model.declaration.bodies import Body, Frame
 from multibody_sym.model.declaration.fields import Names
-from multibody_sym.model.declaration.joints import Free, Joint, Planar
+from multibody_sym.model.declaration.joint import Joint
+from multibody_sym.model.declaration.joints import Free, Planar
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mass import GROUND, mass_of
 from multibody_sym.model.resolution.cuts import has_rows

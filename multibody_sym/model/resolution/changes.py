@@ -13,7 +13,7 @@ from multibody_sym.errors import ModelError, at, suggestion
 from multibody_sym.expressions.parser import parse_scalar
 from multibody_sym.model.declaration.doors import flag, values_by_name
 from multibody_sym.model.declaration.fields import Names
-from multibody_sym.model.declaration.joints import Initial, Joint, MovingJoint
+from multibody_sym.model.declaration.joint import Initial, Joint, MovingJoint
 from multibody_sym.model.declaration.parameters import Parameter
 from multibody_sym.model.declaration.system import System, verify_system
 from multibody_sym.model.declaration.tables import InputField

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Final
 
-from multibody_sym.model.declaration.joints import Joint
+from multibody_sym.model.declaration.joint import Joint
 from multibody_sym.model.declaration.values import AXES, Point
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import unit_vector

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from multibody_sym.model.declaration.bodies import Turn
-from multibody_sym.model.declaration.joints import Joint
+from multibody_sym.model.declaration.joint import Joint
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import unit_vector

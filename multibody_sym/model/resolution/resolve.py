@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.forces import Pull
-from multibody_sym.model.declaration.joints import Initial, Joint, MovingJoint
+from multibody_sym.model.declaration.joint import Initial, Joint, MovingJoint
 from multibody_sym.model.declaration.system import System, expressions, verify_system, with_expressions
 from multibody_sym.model.declaration.tables import Table, bends, interpolated
 from multibody_sym.model.mechanism.loads import span_leaves

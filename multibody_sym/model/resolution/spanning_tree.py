@@ -9,7 +9,7 @@ from typing import Final
 
 from multibody_sym.errors import ModelError, at, suggestion
 from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.joints import Joint, MovingJoint
+from multibody_sym.model.declaration.joint import Joint, MovingJoint
 from multibody_sym.model.declaration.system import System, expressions
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.scalars.traversal import leaves

@@ -12,7 +12,8 @@ from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.constraints import Distance, Expression
-from multibody_sym.model.declaration.joints import Initial, Planar, Prismatic, Revolute
+from multibody_sym.model.declaration.joint import Initial
+from multibody_sym.model.declaration.joints import Planar, Prismatic, Revolute
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.runtime.loading import Backend

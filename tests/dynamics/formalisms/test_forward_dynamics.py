@@ -14,7 +14,8 @@ from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.constraints import Distance, Expression
-from multibody_sym.model.declaration.joints import Initial, Prismatic, Revolute, Spherical
+from multibody_sym.model.declaration.joint import Initial
+from multibody_sym.model.declaration.joints import Prismatic, Revolute, Spherical
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.resolve import mechanism
 

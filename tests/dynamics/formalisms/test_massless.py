@@ -16,7 +16,8 @@ from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.constraints import Expression, Pulley, Rope
 from multibody_sym.model.declaration.forces import Force
-from multibody_sym.model.declaration.joints import Direct, Free, Initial, Planar, Prismatic, Revolute, Spherical
+from multibody_sym.model.declaration.joint import Initial
+from multibody_sym.model.declaration.joints import Direct, Free, Planar, Prismatic, Revolute, Spherical
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.simulation.simulate import simulate

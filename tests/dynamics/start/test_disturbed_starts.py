@@ -24,7 +24,8 @@ from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.fields import Names
-from multibody_sym.model.declaration.joints import Fixed, Initial, Prismatic, Revolute
+from multibody_sym.model.declaration.joint import Initial
+from multibody_sym.model.declaration.joints import Fixed, Prismatic, Revolute
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import PositionRow

@@ -26,7 +26,8 @@ from multibody_sym.model.declaration.constraints import (
     Rope,
     VelocityConstraint,
 )
-from multibody_sym.model.declaration.joints import Free, Initial, Prismatic, Revolute, Spherical
+from multibody_sym.model.declaration.joint import Initial
+from multibody_sym.model.declaration.joints import Free, Prismatic, Revolute, Spherical
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.resolve import mechanism

@@ -14,7 +14,8 @@ from multibody_sym.model.declaration.constraints import Distance, Rope
 from multibody_sym.model.declaration.fields import ListOf, MapOf
 from multibody_sym.model.declaration.file_tree import system_from_tree
 from multibody_sym.model.declaration.forces import Damper, SpringDamper, Torque
-from multibody_sym.model.declaration.joints import JOINTS, Custom, Initial, Planar, Revolute, Spherical
+from multibody_sym.model.declaration.joint import Initial
+from multibody_sym.model.declaration.joints import JOINTS, Custom, Planar, Revolute, Spherical
 from multibody_sym.model.declaration.values import (
     Condition,
     Count,

@@ -16,7 +16,8 @@ from multibody_sym.errors import ModelError
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.file_tree import system_from_tree, tree_from_system
-from multibody_sym.model.declaration.joints import Initial, Revolute
+from multibody_sym.model.declaration.joint import Initial
+from multibody_sym.model.declaration.joints import Revolute
 from multibody_sym.model.declaration.system import System, expressions, parameters, variable
 from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.scalars.traversal import leaves

@@ -11,7 +11,8 @@ from mechanisms import random_case
 from multibody_sym.errors import InputError
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.file_tree import system_from_tree
-from multibody_sym.model.declaration.joints import Fixed, Free, Initial, Planar, Prismatic, Revolute, Spherical
+from multibody_sym.model.declaration.joint import Initial
+from multibody_sym.model.declaration.joints import Fixed, Free, Planar, Prismatic, Revolute, Spherical
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.resolve import mechanism

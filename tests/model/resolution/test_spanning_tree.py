@@ -8,7 +8,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.errors import ModelError
-from multibody_sym.model.declaration.joints import Joint
+from multibody_sym.model.declaration.joint import Joint
 from multibody_sym.model.resolution.spanning_tree import spanning_tree
 
 

@@ -1,0 +1,188 @@
+"""What all joints have: ends, elementary steps, names and start values of coordinates, limits, prescribed motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
+
+from multibody_sym.errors import ModelError, at
+from multibody_sym.expressions.printer import text
+from multibody_sym.model.declaration.fields import Element, ListOf, Record, holds
+from multibody_sym.model.declaration.steps import FreeStep, Step, free_steps
+from multibody_sym.model.declaration.values import Flag, Flags, OptionalScalars, Scalar, Text
+from multibody_sym.scalars.node import Node
+
+
+@dataclass(frozen=True)
+class Joint(Element):
+    """A joint from a body, point or frame of the parent to one of the child; both coincide at zero coordinates.
+
+    All but parent and child is given by keyword: a letter behind them could be an axis or the name of a coordinate.
+    Where joints close a loop one of them is cut and becomes constraints: the one marked `cut`.
+    """
+
+    kind: ClassVar[str]
+
+    parent: str = holds(Text())
+    child: str = holds(Text())
+    cut: bool = holds(Flag(), False, keyword=True)
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The elementary motions that the kind of joint lets happen, from the parent outward."""
+        return ()
+
+    @property
+    def moves(self) -> tuple[Step, ...]:
+        """The elementary motions, those with a prescribed motion moving by it."""
+        return self.steps
+
+    @cached_property
+    def free_steps(self) -> tuple[FreeStep, ...]:
+        """The elementary motions that have coordinates, with their places among those of the joint."""
+        return free_steps(self.moves)
+
+    @property
+    def coordinate_suffixes(self) -> tuple[str, ...]:
+        """What follows the joint's name in the default names of its coordinates."""
+        letters = [coordinate.letter for free in self.free_steps for coordinate in free.step.coordinates]
+        several = any(len(step.coordinates) > 1 for step in self.steps) or len(self.steps) > 1
+        return tuple(f"_{letter}" for letter in letters) if several else ("",) * len(letters)
+
+    @property
+    def speed_suffixes(self) -> tuple[str | None, ...]:
+        """What follows the joint's name in the names of its speeds; None where a speed is a coordinate's rate."""
+        letters = (speed.letter for free in self.free_steps for speed in free.step.speeds)
+        return tuple(None if letter is None else f"_{letter}" for letter in letters)
+
+    @property
+    def coordinate_units(self) -> tuple[str, ...]:
+        """The units of the coordinates."""
+        return tuple(coordinate.unit for free in self.free_steps for coordinate in free.step.coordinates)
+
+    @property
+    def speed_units(self) -> tuple[str, ...]:
+        """The units of the speeds."""
+        return tuple(speed.unit for free in self.free_steps for speed in free.step.speeds)
+
+    @property
+    def zero_coordinates(self) -> tuple[int, ...]:
+        """The coordinates at which both frames coincide."""
+        return tuple(coordinate.zero for free in self.free_steps for coordinate in free.step.coordinates)
+
+
+@dataclass(frozen=True)
+class Initial(Element):
+    """The state of a joint at t = 0: `q` of its coordinates, `u` of its speeds; null (None) leaves one to be found.
+
+    `known` coordinates are held when closed loops are assembled: those in a list that are, or with `True` those that
+    are given (all, where none is). What is given is held before what is not, and never changed for its sake.
+    """
+
+    q: tuple[Node | None, ...] | None = holds(OptionalScalars(), None)
+    u: tuple[Node | None, ...] | None = holds(OptionalScalars(), None)
+    known: bool | tuple[bool, ...] = holds(Flags(), False)
+
+    def values(self, name: str, count: int) -> tuple[Node | None, ...]:
+        """Return the values under the key `name` (q, u), None for each that is not given."""
+        given: tuple[Node | None, ...] | None = getattr(self, name)
+        return given or (None,) * count
+
+    def marks(self, count: int) -> tuple[bool, ...]:
+        """Return whether each of a joint's coordinates is known."""
+        if isinstance(self.known, tuple):
+            return self.known
+        given = [x is not None for x in self.values("q", count)]
+        return tuple(self.known and (x or not any(given)) for x in given)
+
+
+@dataclass(frozen=True)
+class Limits(Element):
+    """How far (`lower`, `upper`), how fast (`velocity`) and with how much force or moment (`effort`) a joint may move.
+
+    Nothing stops it there: `check` and the summary of a run tell where position and speed pass them. The effort is for
+    programs that choose a drive.
+    """
+
+    lower: Node | None = holds(Scalar(), None)
+    upper: Node | None = holds(Scalar(), None)
+    velocity: Node | None = holds(Scalar(), None)
+    effort: Node | None = holds(Scalar(), None)
+
+    def verify(self) -> None:
+        if self.lower is None or self.upper is None or self.lower.shadow is None or self.upper.shadow is None:
+            return
+        if self.lower.shadow > self.upper.shadow:
+            raise ModelError(f"the lower limit {text(self.lower)} is above the upper one {text(self.upper)}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class MovingJoint(Joint):
+    """A joint with freedom: names and initial values of its coordinates.
+
+    `motion` prescribes how it moves: an expression of t and parameters, or a list of one for each translation and
+    rotation in turn, in which null (None) leaves that one free. What is prescribed has no coordinate; its drive shows
+    in the joint's reaction.
+    """
+
+    q: tuple[str, ...] | None = holds(ListOf(Text(), least=1), None)
+    motion: tuple[Node | None, ...] | None = holds(OptionalScalars(), None)
+    initial: Initial | None = holds(Record(Initial), None)
+    limits: Limits | None = holds(Record(Limits), None)
+    label: str | None = holds(Text(), None)
+
+    @property
+    def moves(self) -> tuple[Step, ...]:
+        if self.motion is None:
+            return self.steps
+        given = iter(self.motion)
+        return tuple(step.with_motion(next(given)) if step.may_be_prescribed else step for step in self.steps)
+
+    def verify(self) -> None:
+        self._verify_motion()
+        if self.limits is not None and [len(step.speeds) for step in self.steps] != [1]:
+            raise ModelError(f"limits are for joints with one freedom; a {self.kind} joint has more").under("limits")
+        coordinates, speeds = len(self.coordinate_units), len(self.speed_units)
+        if self.q is not None and len(self.q) != coordinates:
+            if coordinates == 0:
+                raise ModelError(f"{self._named} has no coordinate to give a name: leave it out").under("q")
+            raise ModelError(f"{self._named} has {coordinates} coordinates, q names {len(self.q)}")
+        if self.initial is not None:
+            with at("initial"):
+                self._verify_initial(self.initial, {"q": coordinates, "u": speeds, "known": coordinates})
+
+    def _verify_initial(self, initial: Initial, counts: Mapping[str, int]) -> None:
+        """Raise ModelError for a list of another length, and for one that tears a quaternion apart."""
+        for name, wanted in counts.items():
+            given = getattr(initial, name)
+            if not isinstance(given, tuple):
+                continue
+            with at(name):
+                if len(given) != wanted:
+                    counted = f"{wanted} initial values here, got {len(given)}"
+                    raise ModelError(f"{self._named} needs {counted}; null (None) leaves one out")
+                for free in self.free_steps if name != "u" else ():
+                    if free.step.unit_quaternion and len({given[k] is None or given[k] is False for k in free.q}) > 1:
+                        raise ModelError("the last four are one quaternion (w, x, y, z): give all four or none")
+
+    @property
+    def _named(self) -> str:
+        return f"a {self.kind} joint" + (" whose motion is prescribed" if self.motion is not None else "")
+
+    def _verify_motion(self) -> None:
+        """Raise ModelError unless `motion` has an entry for each step that may be prescribed."""
+        open_to_it = [step.may_be_prescribed for step in self.steps]
+        if self.motion is None or len(self.motion) == sum(open_to_it):
+            return
+        with at("motion"):
+            if not all(open_to_it):
+                raise ModelError(
+                    f"the rotation of a {self.kind} joint is a quaternion, which cannot be prescribed; choose three "
+                    "angles instead (angles: xyz)"
+                )
+            raise ModelError(
+                f"a {self.kind} joint moves by {len(open_to_it)} translations and rotations: give a motion or null for "
+                f"each, got {len(self.motion)}"
+            )
