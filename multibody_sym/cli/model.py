@@ -10,6 +10,7 @@ from dataclasses import fields
 from typing import Any, Final
 
 from multibody_sym.cli.changes import ASSIGNED
+from multibody_sym.dynamics.start.examined import numbers_of
 from multibody_sym.errors import InputError, MultibodyError, Where
 from multibody_sym.formats.reader import load_with_places
 from multibody_sym.model.declaration.system import System
@@ -31,7 +32,8 @@ def model(options: argparse.Namespace) -> Iterator[System]:
         for target in (getattr(options, name, None) for name in ("output", "plot")):
             verify_apart(table, target, "a table of the model")
     try:
-        yield system
+        with numbers_of(_changed(system, options)):  # what is written of an answer is computed too
+            yield system
     except MultibodyError as error:
         option = _option(error.where.path, options, system)
         if option is not None:
@@ -52,6 +54,11 @@ def verify_apart(file: str, target: str | None, what: str = "the model itself") 
 def shared(options: argparse.Namespace) -> dict[str, Any]:
     """Return the arguments that every function takes, from the options of the same names."""
     return {name: getattr(options, name) for name in SHARED}
+
+
+def _changed(system: System, options: argparse.Namespace) -> System:
+    """Return the system as the options change it. Raises InputError."""
+    return Changes(**{f.name: getattr(options, f.name) for f in fields(Changes)}).of(system)
 
 
 def _option(path: tuple[str, ...], options: argparse.Namespace, system: System) -> str | None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
+from typing import Any
 
 import pytest
 from command import EXAMPLES, PENDULUM, answer, command
@@ -62,3 +64,23 @@ def test_solve_gives_numbers_and_formulas() -> None:
     assert "g" in acceleration["expression"]
     assert printed["reactions"]["hinge"]["fy"]["value"] == pytest.approx(10 / 4)
     assert {"states", "conditions", "answers"} < set(printed)
+
+
+@pytest.mark.parametrize("form", ["text", "latex", "json"])
+def test_products_past_all_floats_are_named_by_their_factor_when_they_are_written(
+    form: str, tmp_path: Path, capsys: Any
+) -> None:
+    """The equations hold (1e300)^2, which sympy knows and no float does."""
+    file = tmp_path / "far.yaml"
+    file.write_text("""
+multibody_sym: 1
+name: far
+bodies: {turning: {mass: 1, inertia: {Izz: 2}}, far: {mass: 3}}
+joints:
+  A: {type: revolute, parent: ground, child: turning, axis: z, q: a}
+  B: {type: prismatic, parent: turning, child: far, axis: x, motion: 1e300}
+""")
+    assert main(["derive", str(file), "--format", form]) == 2
+    told = capsys.readouterr().err
+    assert f"{file}:7:" in told
+    assert "1e+300 is too large to compute with" in told
