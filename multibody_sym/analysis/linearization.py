@@ -45,8 +45,9 @@ class Linearization:
     equilibrium or a steady motion; `steady`: whether A is constant; where it is not, the system is let go from rest,
     and A is that of the start. `left_out`: states that are not among `states`, as nothing depends on them and their
     own rates are not constant. `shifts`: by how much given start values changed to satisfy the constraints. `rounding`
-    (m x m): what rounding may make of A. `at`: the coordinates and speeds of the state. `units`: the SI unit of each
-    state, input, coordinate and speed by name, empty where it is not known.
+    (m x m): what rounding may make of A. `driving_inputs` move constraints or joints by their rates too and have no
+    column in B. `at`: the coordinates and speeds of the state. `units`: the SI unit of each state, input, coordinate
+    and speed by name, empty where it is not known.
     """
 
     states: tuple[str, ...]
@@ -61,6 +62,7 @@ class Linearization:
     rounding: Floats | None = None
     at: Mapping[str, float] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
+    driving_inputs: tuple[str, ...] = ()
 
     @cached_property
     def eigenvalues(self) -> npt.NDArray[np.complex128]:
@@ -89,6 +91,7 @@ class Linearization:
             "shifts": dict(self.shifts),
             "at": dict(self.at),
             "units": dict(self.units),
+            "driving_inputs": list(self.driving_inputs),
         }
 
 
@@ -204,11 +207,13 @@ def _settled(flow: Flow, q: Floats, u: Floats) -> Linearization:
     if not constancy.constant and constancy.reason:
         raise NoSolutionError(constancy.reason)
     keep = [k for k in range(len(found.states)) if k not in constancy.left_out]
+    names, driving = list(flow.mechanism.inputs), flow.mechanism.driving_inputs
     return Linearization(
         states=tuple(found.states[k] for k in keep),
-        inputs=tuple(flow.mechanism.inputs),
+        inputs=tuple(name for name in names if name not in driving),
         A=without_rounding(found.A, constancy.rounding)[np.ix_(keep, keep)],
-        B=found.B[keep],
+        B=found.B[np.ix_(keep, [k for k, name in enumerate(names) if name not in driving])],
+        driving_inputs=driving,
         accelerations=found.accelerations,
         steady=constancy.constant,
         left_out=tuple(found.states[k] for k in sorted(constancy.left_out)),

@@ -34,6 +34,7 @@ from multibody_sym.model.mechanism.mechanism import TIME, Mechanism, normal_forc
 from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.model.resolution.driving_inputs import with_driving_inputs
 from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.scalars.kinks import switching_functions
 from multibody_sym.scalars.node import ZERO, symbol
@@ -201,7 +202,7 @@ def _declared_hints(system: System, end: str) -> list[str]:
     named = _named(system)
     for section, what in (("parameters", "parameter"), ("inputs", "input")):
         hints += [f"{what} {name} is not used" for name in getattr(system, section) if name not in named]
-    for name, joint in system.joints.items():
+    for name, joint in with_driving_inputs(system).joints.items():
         switches = switching_functions([x for x in getattr(joint, "motion", None) or () if x is not None])
         if symbol("t") in leaves(switches, "symbol"):
             hints.append(f"the motion of joint {name} has kinks: until {end} neither it nor its rate jumps")

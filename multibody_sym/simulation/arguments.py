@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -71,13 +71,23 @@ class Arguments:
     def _input_vector(self, given: Values, state: tuple[float, Floats, Floats, Floats]) -> Floats:
         names = list(self.mechanism.inputs)
         if given is not None and not isinstance(given, Mapping):
+            self._verify_free(names)
             return _whole("inputs", names, given)
+        self._verify_free(given or ())
         (values,) = self.compiled["inputs"](*state)
         for name, value in (given or {}).items():
             if name not in names:
                 raise InputError(f"there is no input {name!r}{suggestion(name, names)}")
             values[names.index(name)] = number(f"inputs[{name!r}]", value)
         return values
+
+    def _verify_free(self, names: Iterable[str]) -> None:
+        """Raise InputError for an input that drives a motion or constraint: these follow its rates too."""
+        driving = next((name for name in names if name in self.mechanism.driving_inputs), None)
+        if driving is not None:
+            raise InputError(
+                f"{driving} drives a motion or a constraint, whose rates a number does not give: change its expression"
+            )
 
 
 def _whole(kind: str, names: list[str], given: ArrayLike) -> Floats:

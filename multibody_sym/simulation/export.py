@@ -102,6 +102,7 @@ def _names(resolved: Mechanism, state: tuple[Any, ...]) -> dict[str, Any]:
             for p, x in zip(resolved.parameters, parameters, strict=True)
         ],
         "inputs": list(resolved.inputs),
+        "driving_inputs": list(resolved.driving_inputs),
         "outputs": list(resolved.outputs),
         "withheld_outputs": list(resolved.untold),
         "withheld_reasons": reasons(resolved.withheld),

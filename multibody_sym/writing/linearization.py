@@ -82,6 +82,9 @@ def _notes(found: Linearization, units: Units) -> list[str]:
         notes.append(f"note: left out, as nothing depends on them and their rates are not constant: {names}")
     if found.held_inputs:
         notes.append(f"note: held at the values of t = 0, although they change: {', '.join(found.held_inputs)}")
+    if found.driving_inputs:
+        names = ", ".join(found.driving_inputs)
+        notes.append(f"note: without a column in B, as motions and constraints follow their rates too: {names}")
     return notes
 
 

@@ -15,6 +15,7 @@ from typing import Final
 from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.constraints import VelocityConstraint
 from multibody_sym.model.declaration.system import System, expressions
+from multibody_sym.model.resolution.driving_inputs import with_driving_inputs
 from multibody_sym.numerics.sign_changes import PIECES, Function, zeros
 from multibody_sym.scalars.branches import Branch, branches, poles
 from multibody_sym.scalars.derivatives import derivative
@@ -75,7 +76,7 @@ def verify_motions(system: System, values: Mapping[Node, float], t_end: float) -
     ground are verified, and the expressions of constraints as they change with time alone.
     """
     fixed = {_T, *map(symbol, system.parameters)}
-    for path, node, _ in expressions(system):
+    for path, node, _ in expressions(with_driving_inputs(system)):
         of_constraint = path[0] == "constraints"
         if (of_constraint or path[2:3] == ("motion",)) and _T in leaves([node], "symbol"):
             of_speeds = of_constraint and isinstance(system.constraints[path[1]], VelocityConstraint)

@@ -146,6 +146,7 @@ class Mechanism:
     `relative` is the same system in those of its joints, in which its start is declared. `minimum_norm`:
     where rows are redundant, multipliers of least norm are asked for. `withheld`: by joint, reactions that are not
     determined; `untold` outputs name such and are not among `outputs`.
+    `driving_inputs` are those that motions and constraints name, where their expressions stand.
     """
 
     name: str
@@ -169,6 +170,7 @@ class Mechanism:
     relative: Mechanism | None = None
     withheld: Mapping[str, Withheld] = field(default_factory=dict)
     untold: tuple[str, ...] = ()
+    driving_inputs: tuple[str, ...] = ()
 
     @property
     def joint_names(self) -> tuple[str, ...]:

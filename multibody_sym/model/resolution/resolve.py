@@ -10,7 +10,7 @@ from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.forces import Pull
 from multibody_sym.model.declaration.joint import Initial, Joint, MovingJoint
 from multibody_sym.model.declaration.system import System, expressions, verify_system, with_expressions
-from multibody_sym.model.declaration.tables import Table, bends, interpolated
+from multibody_sym.model.declaration.tables import Table, bends
 from multibody_sym.model.mechanism.loads import span_leaves
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, Limit, Mechanism, Speed
@@ -18,6 +18,7 @@ from multibody_sym.model.mechanism.parameters import ParameterEntry, ParameterVe
 from multibody_sym.model.resolution.absolute import Freed, freed_bodies
 from multibody_sym.model.resolution.bodies import tree_bodies
 from multibody_sym.model.resolution.cuts import has_rows
+from multibody_sym.model.resolution.driving_inputs import driving_inputs, expression_of, with_driving_inputs
 from multibody_sym.model.resolution.force_places import with_withheld
 from multibody_sym.model.resolution.loads import loads
 from multibody_sym.model.resolution.measured import measured
@@ -81,7 +82,7 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
         coordinates=tuple(replace(c, initial=_in(slots, c.initial)) for c in coordinates),
         speeds=tuple(replace(s, initial=_in(slots, s.initial)) for s in speeds),
         parameters=references.parameters.with_rows(len(rows)),
-        inputs={name: interpolated(x) if isinstance(x, Table) else x for name, x in resolved.inputs.items()},
+        inputs={name: expression_of(x) for name, x in resolved.inputs.items()},
         outputs={**{name.data: node for name, node in told.items()}, **resolved.outputs},
         stops={name: switching_function(condition) for name, condition in resolved.stop.items()},
         kinks=_kinks(resolved),
@@ -91,6 +92,7 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
         limits=tuple(_limits(resolved, {**slots, **told})),
         cuts=_in_slots(told, tuple(cuts)),
         symbols={**slots, **told},
+        driving_inputs=driving_inputs(system),
         minimum_norm=system.simulation.multipliers == "minimum_norm",
     )
 
@@ -109,7 +111,7 @@ def _references(
     verify_expressions(spanned, names)
     numbers = _body_numbers(tree, system)
     return References(
-        _in_slots(slots, spanned),
+        _in_slots(slots, with_driving_inputs(spanned)),
         numbers,
         slots,
         _parameter_vector(system, slots),

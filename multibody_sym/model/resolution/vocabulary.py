@@ -51,12 +51,12 @@ _MOTION: Final = "motion"
 _ONLY_PARAMETERS: Final = ("a parameter",)
 _MAY_NAME: Final[Mapping[str, tuple[str, ...]]] = {
     "forces": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
-    "constraints": ("a parameter", "a coordinate", "the time"),
+    "constraints": ("a parameter", "a coordinate", "an input", "the time"),
     "inputs": ("a parameter", "a coordinate", "a speed", "the time"),
     "outputs": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
     "stop": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
     "ask": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
-    _MOTION: ("a parameter", "the time"),
+    _MOTION: ("a parameter", "an input", "the time"),
 }
 _MAY_ASK: Final = ("outputs", "stop", "ask")
 
@@ -66,7 +66,10 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
     vocabulary = _vocabulary(system)
     for path, node, unit in expressions(system):
         try:
-            _verify_leaves(node, _may_name(system, path), names)
+            allowed = _may_name(system, path)
+            _verify_leaves(node, allowed, names)
+            if path[0] == "constraints" or path[2:3] == (_MOTION,):
+                _verify_driving(system, node, allowed, names)
             for leaf in _asked(node):
                 _verify_quantity(leaf, path[0], vocabulary)
             _verify_dimension(node, unit, dimensions)
@@ -87,6 +90,22 @@ def _verify_leaves(node: Node, allowed: tuple[str, ...], names: Mapping[str, str
             raise ModelError(f"{leaf.data!r} is not declared{suggestion(leaf.data, names)}")
         if names[leaf.data] not in allowed:
             raise ModelError(f"{leaf.data!r} is {names[leaf.data]}; here an expression names {_listed(allowed)} only")
+
+
+def _verify_driving(system: System, node: Node, allowed: tuple[str, ...], names: Mapping[str, str]) -> None:
+    """Raise ModelError where an input names what the motion or constraint that it drives may not name."""
+    for driving in leaves([node], "symbol"):
+        if driving.data not in system.inputs:
+            continue
+        nodes = [written.node for written in expressions(system.inputs[driving.data])]
+        for leaf in leaves(nodes, "symbol"):
+            if leaf.data in names and names[leaf.data] not in (*allowed, "an input"):
+                what = f"{driving.data!r} names {leaf.data!r}, {names[leaf.data]}"
+                raise ModelError(f"{what}; here an input follows {_listed(_without_inputs(allowed))} only")
+
+
+def _without_inputs(allowed: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(word for word in allowed if word != "an input")
 
 
 def _vocabulary(system: System) -> dict[str, list[str]]:

@@ -1,0 +1,167 @@
+"""Inputs that motions and constraints name: they stand for their expressions, with all their rates."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+
+LIFT = """\
+multibody_sym: 1
+name: lift
+gravity: [0, -g, 0]
+parameters: {m: 2, g: 9.81, A: 0.3, w: 4}
+bodies:
+  cabin: {mass: 5, inertia: {Izz: 1}}
+  bob: {mass: m, com: [0, -0.5, 0], inertia: {Izz: 0.01}}
+joints:
+  guide: {type: prismatic, parent: ground, child: cabin, axis: y, motion: PROFILE}
+  hinge: {type: revolute, parent: cabin, child: bob, q: phi, initial: {q: 0.2}}
+inputs: {profile: A*sin(w*t), push: 0.1*t}
+forces: {drive: {type: torque, joint: hinge, value: push}}
+outputs: {carried: "reaction(guide, fy)"}
+simulation: {t_end: 0.5, samples: 6}
+"""
+
+
+def lift(motion: str = "profile", old: str = "", new: str = "") -> mbs.System:
+    return mbs.loads(LIFT.replace("PROFILE", motion).replace(old, new))
+
+
+def run(system: mbs.System, *names: str, **given: Any) -> list[Any]:
+    done = mbs.simulate(system, backend="python", rtol=1e-8, **given)
+    return [done[name] for name in names]
+
+
+@pytest.mark.parametrize("coordinates", ["relative", "absolute"])
+def test_a_motion_follows_an_input(coordinates: str) -> None:
+    """Against the same motion written in place: accelerations, and what carries the cabin."""
+    given = {"coordinates": coordinates}
+    named, plain = lift(), lift("A*sin(w*t)")
+    assert mbs.solve(named, **given).reactions == mbs.solve(plain, **given).reactions
+    for found, wanted in zip(*(run(x, "phi", "carried", **given) for x in (named, plain)), strict=True):
+        assert found == pytest.approx(wanted, rel=1e-9)
+
+
+def test_what_carries_a_cabin_by_hand() -> None:
+    """Nothing swings: (M + m) (g + y'') carries it, y = A sin(w t)."""
+    system = lift(old="q: 0.2", new="q: 0")
+    (carried,) = run(system, "carried", inputs={"push": 0})
+    t = np.linspace(0, 0.5, 6)
+    assert carried == pytest.approx(7 * (9.81 - 0.3 * 16 * np.sin(4 * t)), rel=1e-8)
+    (carried,) = run(system, "carried", inputs={"push": 0, "profile": "t^3"})
+    assert carried == pytest.approx(7 * (9.81 + 6 * t), rel=1e-8)
+
+
+def test_a_ground_and_a_motion_constraint_follow_inputs() -> None:
+    """A shaken ground and a driven joint, each against the expression in place."""
+
+    def shaken(x: str, angle: str) -> mbs.System:
+        joint = mbs.Revolute("ground", "b", q="phi", initial={"q": "angle0", "u": 0.5})
+        return mbs.System(
+            "shaken",
+            parameters={"angle0": 0.1},
+            bodies={"ground": mbs.Body(motion={"x": x}), "b": mbs.Body(mass=1, com=[0, -1, 0], inertia={"Izz": 0.2})},
+            joints={"A": joint},
+            constraints={"drive": mbs.PrescribedMotion("A", angle)},
+            inputs={"shake": "0.2*sin(3*t)", "turn": "angle0 + t/2 + t^3"},
+            outputs={"moment": "reaction(A, mz)"},
+            simulation={"t_end": 0.3, "samples": 4},
+        )
+
+    named, plain = shaken("shake", "turn"), shaken("0.2*sin(3*t)", "angle0 + t/2 + t^3")
+    for found, wanted in zip(*(run(x, "phi", "moment") for x in (named, plain)), strict=True):
+        assert found == pytest.approx(wanted, rel=1e-9, abs=1e-12)
+
+
+def test_a_cam_is_an_input_of_a_coordinate() -> None:
+    """y = 0.1 sin(3 x), x' = 2 without forces along: y'' = 0.1 (-9 sin(3 x) x'^2 + 3 cos(3 x) x'')."""
+    system = mbs.System(
+        "cam",
+        bodies={"a": mbs.Body(mass=1), "b": mbs.Body(mass=0.5)},
+        joints={
+            "A": mbs.Prismatic("ground", "a", axis="x", q="x", initial={"q": 0.4, "u": 2, "known": True}),
+            "B": mbs.Prismatic("ground", "b", axis="y", q="y"),
+        },
+        inputs={"cam": "0.1*sin(3*x)"},
+        constraints={"follow": mbs.Expression("y - cam")},
+    )
+    found = mbs.solve(system)
+    x2, y2 = (found.accelerations[name].value for name in ("x", "y"))
+    assert found.coordinates["y"] == pytest.approx(0.1 * math.sin(1.2))
+    assert y2 == pytest.approx(0.1 * (-9 * math.sin(1.2) * 4 + 3 * math.cos(1.2) * x2))
+    assert mbs.check(system).agrees
+
+
+def test_a_velocity_constraint_may_name_an_input_of_speeds() -> None:
+    joints = {
+        name: mbs.Prismatic("ground", name, axis="x", q=f"x_{name}", initial={"u": 1, "known": known})
+        for name, known in (("a", True), ("b", False))
+    }
+    bodies = dict.fromkeys("ab", mbs.Body(mass=1))
+    system = mbs.System(
+        "s", bodies=bodies, joints=joints, inputs={"lead": "3*u_x_a"},
+        constraints={"c": mbs.VelocityConstraint("u_x_b - lead")},
+    )
+    assert mbs.solve(system).speeds["u_x_b"] == pytest.approx(3)
+
+
+def test_tables_drive_a_motion_as_smoothly_as_they_are() -> None:
+    """A cubic table's second derivative is continuous; a linear one's slope jumps, which takes an impact."""
+    rows = "[[-1, -1], [0, 0], [0.1, 0.05], [0.3, 0.1], [2, 0.2]]"
+    cubic = lift(old="profile: A*sin(w*t)", new=f"profile: {{table: {rows}, interpolation: cubic}}")
+    begin = mbs.simulate(cubic, backend="python")
+    assert np.isfinite(begin["carried"]).all()
+    linear = lift(old="profile: A*sin(w*t)", new=f"profile: {{table: {rows}}}")
+    with pytest.raises(mbs.ModelError, match=r"jumps at t = 0\.1 s") as error:
+        mbs.simulate(linear, backend="python")
+    assert error.value.where.path == ("joints", "guide", "motion")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message", "path"),
+    [
+        ("profile: A*sin(w*t)", "profile: A*phi", "'profile' names 'phi', a coordinate", ("joints", "guide", "motion")),
+        (
+            "profile: A*sin(w*t)", "profile: {table: [[0, 0], [1, 1]], of: u_phi}", "names 'u_phi', a speed",
+            ("joints", "guide", "motion"),
+        ),
+        ("motion: profile", "motion: profil", "'profil' is not declared", ("joints", "guide", "motion")),
+        ("initial: {q: 0.2}", "initial: {q: profile}", "'profile' is an input", ("joints", "hinge", "initial", "q")),
+        (
+            "forces:", "constraints: {c: {type: expression, zero: phi - speed}}\nforces:",
+            "'speed' names 'u_phi', a speed", ("constraints", "c", "zero"),
+        ),
+    ],
+)
+def test_an_input_that_nothing_can_follow_is_refused(old: str, new: str, message: str, path: tuple[str, ...]) -> None:
+    text = LIFT.replace("PROFILE", "profile").replace("push: 0.1*t", "push: 0.1*t, speed: 2*u_phi")
+    with pytest.raises(mbs.ModelError, match=message) as error:
+        mbs.mechanism(mbs.loads(text.replace(old, new)))
+    assert error.value.where.path == path
+
+
+def test_a_number_cannot_take_the_place_of_an_input_whose_rates_count() -> None:
+    rhs = mbs.compile(mbs.state_derivative(lift()), backend="python")
+    assert rhs(0, rhs.x0, inputs={"push": 1.0})[1] > rhs(0, rhs.x0)[1]
+    with pytest.raises(mbs.InputError, match=r"profile drives a motion .* change its expression"):
+        rhs(0, rhs.x0, inputs={"profile": 1.0})
+    with pytest.raises(mbs.InputError, match=r"profile drives a motion"):
+        rhs(0, rhs.x0, inputs=[0.0, 1.0])
+
+
+def test_b_has_no_column_for_such_an_input() -> None:
+    """At rest in a lift that stands still: B by the push alone, 1/(I + m l^2)."""
+    found = mbs.linearize(lift(old="A*sin(w*t)", new="A"), at={"phi": 0}, inputs={"push": 0})
+    assert found.inputs == ("push",)
+    assert found.B[found.states.index("u_phi")] == pytest.approx(1 / (0.01 + 2 * 0.25))
+    assert found.driving_inputs == ("profile",)
+    assert found.as_json()["driving_inputs"] == ["profile"]
+
+
+def test_an_input_in_a_motion_is_used() -> None:
+    assert not [hint for hint in mbs.check(lift()).hints if "not used" in hint]
