@@ -2,7 +2,8 @@
 
     python benchmarks/startup.py
 
-Minimum of seven, each command in turn; `nothing cached` gets a new cache folder for every run.
+Minimum of seven, each command in turn; `nothing cached` gets a new cache folder for every run. Python keeps compiled
+modules, as it does where a package is installed.
 """
 
 from __future__ import annotations
@@ -23,7 +24,8 @@ COMMAND = shutil.which("multibody-sym", path=Path(sys.executable).parent) or "mu
 
 def seconds(command: list[str], cache: Path) -> float:
     """Return the wall time of a command with a cache folder."""
-    environment = {**os.environ, "XDG_CACHE_HOME": str(cache)}
+    kept = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": str(cache.parent / "modules")}
+    environment = {**os.environ, **kept, "XDG_CACHE_HOME": str(cache)}
     start = time.perf_counter()
     subprocess.run(command, env=environment, check=True, capture_output=True)
     return time.perf_counter() - start
