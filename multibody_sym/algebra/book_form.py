@@ -92,7 +92,8 @@ def _fraction(field: Field, above: Poly, below: Poly) -> Node:
     if not whole or not field.reduced(rest) or below.is_ground:
         return single
     parts = add(_single_fraction(field, whole, field.ring(content)), _single_fraction(field, rest, below))
-    is_product = single.op == "div" and single.args[0].op == "mul"
+    size = single.args[0] if single.op == "neg" else single
+    is_product = size.op == "div" and size.args[0].op == "mul"
     return parts if len(text(parts)) < (_MUCH_SHORTER if is_product else 1) * len(text(single)) else single
 
 

@@ -58,6 +58,8 @@ PRINTED = {
     "g*m1*cos(a) + g*m2*cos(a) + l*m1*v^2 + l*m2*v^2": "(g*cos(a) + l*v^2)*(m1 + m2)",
     "g - 8*g*m1*m2/(4*m1*m2 + m*m1 + m*m2)": "g*(m*(m1 + m2) - 4*m1*m2)/(m*(m1 + m2) + 4*m1*m2)",
     "5*g*sin(a)/(14*(l - h))": "-5*g*sin(a)/(14*(h - l))",
+    "-(m*g*r^2)/(m*r^2 + J)": "-g*m*r^2/(J + m*r^2)",  # shorter by one sign: J*g/(J + m*r^2) - g
+    "m*g*r^2/(m*r^2 + J)": "g*m*r^2/(J + m*r^2)",
     "g*(F1 - F2)/(m1 - m2)": "g*(F2 - F1)/(m2 - m1)",
     "-F/(m1 - m2)^3": "F/(m2 - m1)^3",
     "-F*sin(a)/(m1^2 + m2^2 - m1*m2)": "-F*sin(a)/(m1^2 + m2^2 - m1*m2)",
