@@ -75,11 +75,11 @@ def test_a_position_on_the_edge_of_a_force_is_not_called_stable(force: str) -> N
     (place,) = [k for k, position in enumerate(found.positions) if abs(position["x"]) < 1e-9]
     assert found.stable[place] is None
     assert found.one_sided == (True,)
-    assert "not decided: x = 0; a force has no real value on one side of it" in equilibrium_text(found)
+    assert "not decided: x = 0 m; a force has no real value on one side of it" in equilibrium_text(found)
 
 
 def test_laws_with_two_sides_are_called_what_they_are() -> None:
     found = mbs.equilibrium(on_edge("-x - max(0, x)^1.5"))
     assert found.stable == (True,)
     assert found.one_sided == (False,)
-    assert equilibrium_text(found).startswith("stable: x = 0\n")
+    assert equilibrium_text(found).startswith("stable: x = 0 m\n")
