@@ -17,18 +17,19 @@ import numpy.typing as npt
 
 from multibody_sym.analysis.deviations import Flow
 from multibody_sym.analysis.periodic import Multipliers, multipliers_of
-from multibody_sym.analysis.places_asked import begin_at
+from multibody_sym.analysis.places_asked import begin_at, number_asked
 from multibody_sym.analysis.steadiness import NO_EIGENVALUES, constancy_of
 from multibody_sym.dynamics.routes import verify_formalism
 from multibody_sym.dynamics.start.examined import blame_numbers, examined, on_numbers
 from multibody_sym.dynamics.start.start import Start, start, verify_regular_start
-from multibody_sym.errors import ModelError, NoSolutionError, Where
+from multibody_sym.errors import InputError, ModelError, NoSolutionError, Where
+from multibody_sym.errors import at as under
 from multibody_sym.model.declaration.system import System
+from multibody_sym.model.declaration.values import Scalar
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.model.mechanism.units import MechanismUnits
-from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.model.resolution.changes import Changes, with_settings
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
-from multibody_sym.numerics.numbers import number
 from multibody_sym.numerics.rounding import eigenvalues, without_rounding
 from multibody_sym.scalars.traversal import leaves
 
@@ -134,7 +135,7 @@ def _by_name(mechanism: Mechanism, begin: Start) -> dict[str, float]:
 
 def period_multipliers(
     system: System,
-    period: float,
+    period: Any,
     *,
     at: At = None,
     parameters: Mapping[str, Any] | None = None,
@@ -146,19 +147,31 @@ def period_multipliers(
 ) -> Multipliers:
     """Return the multipliers over one period (s) of small deviations from the motion that begins at the start.
 
-    For motions that repeat themselves, in which A is not constant. Inputs that change with time are held. All other
+    For motions that repeat themselves, in which A is not constant. Inputs that change with time are held. The period is
+    given as the `t_end` of a run is: a number, an expression of parameters, or text such as `2*pi*sqrt(l/g)`. All other
     arguments as for `linearize`.
-    Raises InputError, and NoSolutionError where there is no start, or the motion does not repeat itself.
+    Raises InputError, and NoSolutionError where there is no start, the motion does not repeat itself, or a period takes
+    too many steps.
     """
-    period = number("period", period)
-    if not (np.isfinite(period) and period > 0.0):
-        raise ModelError(f"a period is a positive time, got {period:g}")
-    return _multiplied(Changes(parameters, initial, inputs, coordinates, project).of(system), period, formalism, at)
+    with under("period"):
+        asked = Scalar("s").accept(period)
+    changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    return _multiplied(with_settings(changed, {"t_end": asked}), formalism, at)
 
 
 @on_numbers
-def _multiplied(system: System, period: float, formalism: str | None, place: At) -> Multipliers:
-    flow, begin = _started(system, formalism, place)
+def _multiplied(system: System, formalism: str | None, place: At) -> Multipliers:
+    """Return the multipliers over `t_end`: so the period is looked at as that is."""
+    try:
+        flow, begin = _started(system, formalism, place)
+    except InputError as error:
+        if error.where.path == ("simulation", "t_end"):
+            error.where = Where(path=("period",))
+        raise
+    with under("period"):
+        period = number_asked(system.simulation.t_end, flow.mechanism, begin)
+        if not period > 0.0:
+            raise ModelError(f"a period is a positive time, got {period:g}")
     return multipliers_of(flow, np.array(begin.q, dtype=float), np.array(begin.u, dtype=float), period)
 
 

@@ -8,11 +8,12 @@ multipliers are the eigenvalues of P Z(T) X. The motion is stable where none is 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from sys import float_info
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
-from scipy.integrate import solve_ivp
+from scipy.integrate import DOP853
 
 from multibody_sym.analysis.deviations import Flow
 from multibody_sym.errors import NoSolutionError
@@ -20,6 +21,12 @@ from multibody_sym.numerics.arrays import UNDEFINED, Floats
 
 _RTOL: Final = 1e-10
 _REPEATS: Final = 1e-6
+_MOST_STEPS: Final = 100_000
+"""Steps over a period: about five minutes of a small mechanism."""
+_PACE: Final = 1000
+"""Steps after each of which it is foreseen how many a period takes."""
+_MARGIN: Final = 10
+"""How many times the most steps may be foreseen: a start may take shorter ones than the rest of the period."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,13 +59,7 @@ def multipliers_of(flow: Flow, q: Floats, u: Floats, period: float) -> Multiplie
 
     begin = np.concatenate([q, u, np.ravel(tangents.X)])
     try:
-        run = solve_ivp(rates, (0.0, period), begin, method="DOP853", rtol=_RTOL, atol=_RTOL)
-        at, speeds, Z = _parts(run.y[:, -1], sizes)
-        if not run.success:
-            raise NoSolutionError(
-                f"the motion cannot be followed over a period past t = {run.t[-1]:.4g} s: steps became too small, as "
-                "where a force or a constraint has no finite slope"
-            )
+        at, speeds, Z = _parts(_followed(DOP853(rates, 0.0, begin, period, rtol=_RTOL, atol=_RTOL)), sizes)
         known = flow.known(at, speeds, period)
         by_state, _ = flow.derivatives(known)
         there = by_state[tangents.places] @ flow.span(known, tangents.places)
@@ -71,6 +72,32 @@ def multipliers_of(flow: Flow, q: Floats, u: Floats, period: float) -> Multiplie
         )
     values = np.linalg.eigvals(Z[tangents.places]).astype(complex)
     return Multipliers(found.states, period, values[np.lexsort((values.imag, -np.abs(values)))])
+
+
+def _followed(taking: DOP853) -> Floats:
+    """Return the state at the end of a period. Raises NoSolutionError where steps become too small, or too many."""
+    count, before = 0, 0.0
+    while taking.status == "running":
+        taking.step()
+        count += 1
+        if count % _PACE == 0 and taking.status == "running":
+            foreseen = count + _PACE * (taking.t_bound - taking.t) / max(taking.t - before, float_info.min)
+            if count >= _MOST_STEPS or foreseen > _MARGIN * _MOST_STEPS:
+                raise _too_long(taking, count)
+            before = taking.t
+    if taking.status == "failed":
+        raise NoSolutionError(
+            f"the motion cannot be followed over a period past t = {taking.t:.4g} s: steps became too small, as where "
+            "a force or a constraint has no finite slope"
+        )
+    return np.asarray(taking.y, dtype=float)
+
+
+def _too_long(taking: DOP853, count: int) -> NoSolutionError:
+    return NoSolutionError(
+        f"a period of {taking.t_bound:g} s takes too many steps: {count} led to t = {taking.t:.4g} s, as the motion, "
+        "or a small deviation from it, changes that fast; give the shortest time after which the motion repeats itself"
+    )
 
 
 def _parts(y: Floats, sizes: tuple[int, int, int]) -> tuple[Floats, Floats, Floats]:

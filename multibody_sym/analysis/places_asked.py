@@ -62,8 +62,6 @@ def _values(resolved: Mechanism, begin: Start, place: Mapping[str, Any]) -> dict
     """Return the values in numbers: expressions of parameters, or text with units."""
     declared: list[Coordinate | Speed] = [*resolved.coordinates, *resolved.speeds]
     units = {each.name: each.unit for each in declared}
-    entries = zip(resolved.parameters, begin.parameters, strict=True)
-    known = {symbol(entry.name): x for entry, x in entries if entry.value is not None}
     found = {}
     for name, value in place.items():
         with at(name):
@@ -72,11 +70,14 @@ def _values(resolved: Mechanism, begin: Start, place: Mapping[str, Any]) -> dict
             node = start_value(value, units[name])
             if node is None:
                 raise ModelError("it needs a value; what is not named keeps that of the start")
-            found[name] = _number(node, known)
+            found[name] = number_asked(node, resolved, begin)
     return found
 
 
-def _number(node: Node, known: Mapping[Node, float]) -> float:
+def number_asked(node: Node, resolved: Mechanism, begin: Start) -> float:
+    """Return the finite value of an expression of parameters, which are those of the start. Raises ModelError."""
+    entries = zip(resolved.parameters, begin.parameters, strict=True)
+    known = {symbol(entry.name): x for entry, x in entries if entry.value is not None}
     for leaf in leaves([node], "symbol", "declared"):
         if leaf not in known:
             raise ModelError(f"{leaf} is no parameter; here an expression names parameters only")

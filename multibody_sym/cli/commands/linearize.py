@@ -17,8 +17,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_units(parser)
     place = "where: equilibrium, the position of rest found first from the start, or NAME=VALUE; default: the start"
     parser.add_argument("--at", metavar="WHERE", action="append", help=place)
-    described = "of a motion that repeats itself after T seconds: by what deviations are multiplied in each period"
-    parser.add_argument("--period", metavar="T", type=float, help=described)
+    described = "of a motion that repeats itself after T, such as 2 or '2*pi/W': by what a period multiplies deviations"
+    parser.add_argument("--period", metavar="T", help=described)
 
 
 def run(options: argparse.Namespace) -> Answer:
