@@ -145,10 +145,12 @@ class Element:
     """A frozen record that reads what its fields are given when it is made."""
 
     def written(self) -> Iterator[tuple[tuple[str, ...], Any, str | None]]:
-        """Yield the contents of the fields: the steps that lead to each in a file, it, and the unit it is read in."""
+        """Yield what given fields hold: the steps that lead to it in a file, it, and the unit that it is read in."""
         kind: Any = type(self)
         for name, field, unit in _contents(kind):
             value = getattr(self, name)
+            if value is None:
+                continue
             steps = _steps_of(field, value) if type(value) is tuple else None
             if steps is None:
                 yield (name,), value, unit
