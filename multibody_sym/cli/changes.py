@@ -17,7 +17,7 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
     """Declare what changes the model that a command takes, or how it is solved."""
     values = {
         "parameters": "give a parameter another value, such as m1='500 g'",
-        "initial": "let a coordinate or speed start elsewhere, such as phi='30 deg'; phi=~: where constraints put it",
+        "initial": "let a coordinate or speed start elsewhere, such as phi='30 deg'; phi='~': where constraints put it",
         "inputs": "give an input another value, such as tau='2*sin(t)'",
     }
     which = "relative (of the joints) or absolute (of each body, restricted by joints); default: the file's"

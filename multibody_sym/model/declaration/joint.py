@@ -77,8 +77,9 @@ class Joint(Element):
 class Initial(Element):
     """The state of a joint at t = 0: `q` of its coordinates, `u` of its speeds; null (None) leaves one to be found.
 
-    `known` coordinates are held when closed loops are assembled: those in a list that are, or with `True` those that
-    are given (all, where none is). What is given is held before what is not, and never changed for its sake.
+    `known` values are held when closed loops are assembled: of the coordinates in a list that are, or with `True` of
+    all, what is given. What is left out is found, whatever is marked. What is given is held before what is not, and
+    never changed for its sake.
     """
 
     q: tuple[Node | None, ...] | None = holds(OptionalScalars(), None)
@@ -91,11 +92,8 @@ class Initial(Element):
         return given or (None,) * count
 
     def marks(self, count: int) -> tuple[bool, ...]:
-        """Return whether each of a joint's coordinates is known."""
-        if isinstance(self.known, tuple):
-            return self.known
-        given = [x is not None for x in self.values("q", count)]
-        return tuple(self.known and (x or not any(given)) for x in given)
+        """Return whether each of a joint's coordinates is marked, of which what is given is known."""
+        return self.known if isinstance(self.known, tuple) else (self.known,) * count
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,10 @@ COMPONENTS: Final = ("fx", "fy", "fz", "mx", "my", "mz")
 
 @dataclass(frozen=True)
 class Coordinate:
-    """A coordinate: its name, joint, unit and initial value (an expression of parameters)."""
+    """A coordinate: its name, joint, unit and initial value (an expression of parameters).
+
+    It is `known` where it is given and marked so.
+    """
 
     name: str
     joint: str
@@ -42,7 +45,7 @@ class Coordinate:
 class Speed:
     """A speed: its name, joint, unit and initial value (an expression of parameters).
 
-    It is `known` where it is given and what it is the rate of is known.
+    It is `known` where it is given and what it is the rate of is marked so.
     """
 
     name: str

@@ -207,8 +207,10 @@ def _coordinates_of(name: str, joint: Joint) -> list[Coordinate]:
         strict=True,
     )
     return [
-        Coordinate(q, name, unit, as_node(zero) if value is None else value, value is not None, known)
-        for q, unit, value, zero, known in each
+        Coordinate(
+            q, name, unit, as_node(zero) if value is None else value, value is not None, marked and value is not None
+        )
+        for q, unit, value, zero, marked in each
     ]
 
 
@@ -217,8 +219,8 @@ def _speeds_of(name: str, joint: Joint) -> list[Speed]:
     marks = initial.marks(len(joint.coordinate_units))[: len(units)]  # a quaternion's are alike, of which three speeds
     each = zip(speed_names(name, joint), units, initial.values("u", len(units)), marks, strict=True)
     return [
-        Speed(u, name, unit, ZERO if value is None else value, value is not None, known and value is not None)
-        for u, unit, value, known in each
+        Speed(u, name, unit, ZERO if value is None else value, value is not None, marked and value is not None)
+        for u, unit, value, marked in each
     ]
 
 

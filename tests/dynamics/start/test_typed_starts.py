@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.start.start import Start, start
+from multibody_sym.model.resolution.changes import with_initial
 
 DISC = {"mass": 2, "inertia": {"Ixx": 0.1, "Iyy": 0.1, "Izz": 0.1}}
 
@@ -62,14 +64,59 @@ constraints: {{tie: {{type: expression, zero: P_x + 2*P_y + P_theta - 1}}}}
         assert begun(system)[1]["P_y"] == pytest.approx(0.2, abs=1e-16)
 
 
-def test_known_means_what_is_typed_and_all_where_nothing_is() -> None:
-    def known(initial: Any) -> list[bool]:
-        return [c.known for c in mbs.mechanism(plate(initial)).coordinates]
+def test_known_means_what_is_typed_and_never_a_gap() -> None:
+    def known(initial: Any) -> tuple[list[bool], list[bool]]:
+        resolved = mbs.mechanism(plate(initial))
+        return [c.known for c in resolved.coordinates], [s.known for s in resolved.speeds]
 
-    assert known({"q": [None, 0.2, None], "known": True}) == [False, True, False]
-    assert known({"u": [1, 2, 3], "known": True}) == [True, True, True]
-    assert known({"q": [1, 2, 3], "known": [True, None, False]}) == [True, False, False]
-    assert known({"q": [None, 0.2, None], "known": [True, False, False]}) == [True, False, False]
+    none = [False] * 3
+    assert known({"q": [None, 0.2, None], "known": True}) == ([False, True, False], none)
+    assert known({"q": [None, 0.2, None], "u": [1, None, 3], "known": True}) == (
+        [False, True, False],
+        [True, False, True],
+    )
+    assert known({"u": [1, 2, 3], "known": True}) == (none, [True] * 3)
+    assert known({"known": True}) == (none, none)
+    assert known({"q": [1, 2, 3], "known": [True, None, False]}) == ([True, False, False], none)
+    assert known({"q": [None, 0.2, None], "known": [True, False, False]}) == (none, none)
+
+
+def four_bar(crank: dict[str, Any], rocker: dict[str, Any]) -> mbs.System:
+    """Return a crank-rocker (lengths 0.2, 0.5, 0.4, pivots 0.5 apart) of whose coupler nothing is typed."""
+    lengths = {"crank": 0.2, "coupler": 0.5, "rocker": 0.4}
+    bodies = {name: mbs.Body(mass=1, inertia={"Izz": 1}, points={"end": [x, 0, 0]}) for name, x in lengths.items()}
+    joints = {
+        "A": mbs.Revolute("ground", "crank", q="crank_angle", initial=crank),
+        "B": mbs.Revolute("crank.end", "coupler", q="coupler_angle"),
+        "D": mbs.Revolute("ground.pivot", "rocker", q="rocker_angle", initial=rocker),
+        "C": mbs.Revolute("coupler.end", "rocker.end"),
+    }
+    ground = mbs.Body(points={"pivot": [0.5, 0, 0]})
+    return mbs.System("four_bar", bodies={"ground": ground, **bodies}, joints=joints)
+
+
+@pytest.mark.parametrize(
+    ("crank", "rocker"),
+    [
+        ({"q": None, "u": 10, "known": True}, {"q": "95 deg"}),
+        ({"q": None, "known": [True]}, {"q": "95 deg", "known": True}),
+        ({"known": True}, {"q": "95 deg"}),
+    ],
+)
+@pytest.mark.parametrize("at_call", [False, True])
+def test_a_marked_gap_is_found_from_what_is_typed(crank: Any, rocker: Any, at_call: bool) -> None:
+    """The rocker stays at 95 degrees, from which the law of cosines has the crank; at 0 it would be 90 degrees."""
+    system = four_bar(crank, rocker)
+    if at_call:
+        system = with_initial(four_bar({**crank, "q": "60 deg"}, rocker), {"crank_angle": None})
+    begin, found = begun(system)
+    angle = math.radians(95)
+    assert found["rocker_angle"] == angle
+    assert begin.shifts == {}
+    x, y = 0.5 + 0.4 * math.cos(angle), 0.4 * math.sin(angle)
+    across = math.acos((0.2**2 + x**2 + y**2 - 0.5**2) / (2 * 0.2 * math.hypot(x, y)))
+    assert min(abs(found["crank_angle"] - math.atan2(y, x) - side * across) for side in (1, -1)) < 1e-12
+    assert ("u_crank_angle" in begin.held) == ("u" in crank)
 
 
 def test_a_typed_value_is_held_beside_known_ones_while_others_are_not_typed() -> None:
