@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from functools import cache
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Final, Self
 
 from multibody_sym.errors import ModelError, at, suggestion
 from multibody_sym.model.declaration.values import (
     Direction,
     Field,
     OptionalScalars,
+    Scalar,
     ScalarOrVector,
     Scalars,
     Text,
@@ -21,6 +22,8 @@ from multibody_sym.model.declaration.values import (
     content_of,
     described,
     is_empty,
+    is_gap,
+    scalar,
 )
 
 
@@ -140,6 +143,11 @@ class OneOf:
         return {"type": kind, **fields_tree(value)}
 
 
+_UNITLESS: Final = (Scalar, Scalars, OptionalScalars, ScalarOrVector)
+_TEXTS: Final = "_texts"
+"""Where an element keeps what those of its fields were given that any unit fits; no field, so that it never counts."""
+
+
 @dataclass(frozen=True)
 class Element:
     """A frozen record that reads what its fields are given when it is made."""
@@ -158,6 +166,7 @@ class Element:
                 yield from (((name, *step), x, unit) for step, x in zip(steps, value, strict=True))
 
     def __post_init__(self) -> None:
+        texts: dict[str, Any] = {}
         for f in fields(self):
             value = getattr(self, f.name)
             with at(f.name):
@@ -165,8 +174,33 @@ class Element:
                     raise ModelError("it is missing")
                 value = f.default if value is None else value
                 if value is not None:
-                    object.__setattr__(self, f.name, f.metadata["field"].accept(value))
+                    field = f.metadata["field"]
+                    object.__setattr__(self, f.name, field.accept(value))
+                    if isinstance(field, _UNITLESS) and field.unit is None:
+                        texts[f.name] = value
+        object.__setattr__(self, _TEXTS, texts)
         self.verify()
+
+    def verify_unit(self, name: str, units: str | Sequence[str]) -> None:
+        """Raise ModelError where the field `name` was given in another unit than `units`: one for all, or one for each.
+
+        For fields whose unit depends on others; what was read no longer tells its unit, and only texts state one.
+        """
+        given = getattr(self, _TEXTS).get(name)
+        with at(name):
+            if isinstance(given, str) and not is_gap(given):
+                scalar(given, units if isinstance(units, str) else units[0])
+            elif isinstance(given, (list, tuple)):
+                each = [units] * len(given) if isinstance(units, str) else units
+                for i, (x, unit) in enumerate(zip(given, each, strict=True)):
+                    if isinstance(x, str) and not is_gap(x):
+                        content_of(i, x, Scalar(unit))
+
+    def with_fields(self, changed: Mapping[str, Any]) -> Self:
+        """Return the element with other contents of fields, of which constants are as they were given."""
+        new = dataclasses.replace(self, **changed)
+        object.__setattr__(new, _TEXTS, getattr(self, _TEXTS))
+        return new
 
     def verify(self) -> None:
         """Raise ModelError where the fields contradict each other."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
 from multibody_sym.errors import ModelError
 from multibody_sym.model.declaration.fields import Element, ListOf, OneOf, holds
+from multibody_sym.model.declaration.joint import effort_unit
 from multibody_sym.model.declaration.values import Point, Scalar, ScalarOrVector, Text, Vector
 from multibody_sym.scalars.node import Node
 
@@ -32,7 +34,7 @@ class Torque(Element):
     coordinate or speed. On a body `value` has three components along the axes of `frame` (a body, default ground).
     """
 
-    value: Node | Point = holds(ScalarOrVector("N*m"))
+    value: Node | Point = holds(ScalarOrVector())
     joint: str | None = holds(Text(), None)
     freedom: str | None = holds(Text(), None)
     on: str | None = holds(Text(), None)
@@ -44,6 +46,12 @@ class Torque(Element):
         _freedom_of_joint(self.freedom, self.joint)
         if (self.joint is None) == isinstance(self.value, Node):
             raise ModelError("a joint's torque is one number, a body's torque a list of three")
+        if self.on is not None:
+            self.verify_unit("value", "N*m")
+
+    def units(self, speed: str = "m/s") -> Mapping[str, str]:
+        """Return the units of the fields where the speed that it acts along is in the unit `speed`."""
+        return {"value": "N*m" if self.on is not None else effort_unit(speed)}
 
 
 @dataclass(frozen=True)
@@ -65,6 +73,12 @@ class SpringDamper(Element):
         _one_place(self.between, self.joint)
         _freedom_of_joint(self.freedom, self.joint)
 
+    def units(self, speed: str = "m/s") -> Mapping[str, str]:
+        """Return the units of the fields where the speed that it acts along is in the unit `speed`."""
+        if speed == "m/s":
+            return {"stiffness": "N/m", "damping": "N*s/m", "length": "m"}
+        return {"stiffness": "N*m", "damping": "N*m*s", "length": "rad"}
+
 
 @dataclass(frozen=True)
 class Damper(Element):
@@ -78,6 +92,10 @@ class Damper(Element):
     def verify(self) -> None:
         _one_place(self.between, self.joint)
         _freedom_of_joint(self.freedom, self.joint)
+
+    def units(self, speed: str = "m/s") -> Mapping[str, str]:
+        """Return the units of the fields where the speed that it acts along is in the unit `speed`."""
+        return {"damping": "N*s/m" if speed == "m/s" else "N*m*s"}
 
 
 @dataclass(frozen=True)

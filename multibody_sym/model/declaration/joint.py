@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
@@ -71,6 +71,11 @@ class Joint(Element):
     def zero_coordinates(self) -> tuple[int, ...]:
         """The coordinates at which both frames coincide."""
         return tuple(coordinate.zero for free in self.free_steps for coordinate in free.step.coordinates)
+
+
+def effort_unit(speed: str) -> str:
+    """Return the unit of what does work along a speed in the unit `speed`: a force, or the moment of one."""
+    return "N" if speed == "m/s" else "N*m"
 
 
 @dataclass(frozen=True)
@@ -150,6 +155,32 @@ class MovingJoint(Joint):
         if self.initial is not None:
             with at("initial"):
                 self._verify_initial(self.initial, {"q": coordinates, "u": speeds, "known": coordinates})
+        for (*section, name), units in self._units().items():
+            element = getattr(self, section[0]) if section else self
+            if element is not None and units:
+                with at(*section):
+                    element.verify_unit(name, units)
+
+    def _units(self) -> dict[tuple[str, ...], tuple[str, ...]]:
+        """Return the units of what the joint is given about its coordinates, by where that stands: one for each."""
+        found: dict[tuple[str, ...], tuple[str, ...]]
+        found = {("initial", "q"): self.coordinate_units, ("initial", "u"): self.speed_units}
+        if self.motion is not None:
+            prescribed = [step.coordinates[0].unit for step in self.steps if step.may_be_prescribed]
+            found["motion",] = tuple(prescribed)
+        if self.limits is not None:
+            (step,) = self.steps
+            coordinate, speed = step.coordinates[0].unit, step.speeds[0].unit
+            units = {"lower": coordinate, "upper": coordinate, "velocity": speed, "effort": effort_unit(speed)}
+            found |= {("limits", name): (unit,) for name, unit in units.items()}
+        return found
+
+    def unit_at(self, path: Sequence[str]) -> str | None:
+        """Return the unit of what stands at a path inside the joint, None where that does not depend on the joint."""
+        for steps, units in self._units().items():
+            if tuple(path[: len(steps)]) == steps:
+                return units[int(path[-1]) if len(path) > len(steps) else 0]
+        return None
 
     def _verify_initial(self, initial: Initial, counts: Mapping[str, int]) -> None:
         """Raise ModelError for a list of another length, and for one that tears a quaternion apart."""

@@ -124,7 +124,9 @@ def with_expressions(part: Any, change: Callable[[Node], Node]) -> Any:
     if is_dataclass(part) and not isinstance(part, type):
         new = {f.name: with_expressions(getattr(part, f.name), change) for f in fields(part)}
         changed = {name: x for name, x in new.items() if x is not getattr(part, name)}
-        return replace(part, **changed) if changed else part
+        if not changed:
+            return part
+        return part.with_fields(changed) if isinstance(part, Element) else replace(part, **changed)
     if type(part) is tuple:
         changed_items = tuple(with_expressions(x, change) for x in part)
         return part if all(a is b for a, b in zip(changed_items, part, strict=True)) else changed_items

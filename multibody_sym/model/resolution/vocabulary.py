@@ -10,12 +10,15 @@ from multibody_sym.errors import ExpressionError, ModelError, at, suggestion
 from multibody_sym.expressions.quantities import QUANTITIES
 from multibody_sym.expressions.units import Dimension, dimension_of
 from multibody_sym.model.declaration.constraints import Distance, Rope, VelocityConstraint, row_names
+from multibody_sym.model.declaration.fields import Element
+from multibody_sym.model.declaration.forces import Damper, SpringDamper, Torque
+from multibody_sym.model.declaration.joint import MovingJoint
 from multibody_sym.model.declaration.system import RESERVED, System, expressions, verify_symbol
 from multibody_sym.model.declaration.values import AXES, dimension_of_unit
 from multibody_sym.model.mechanism.mass import GROUND, OWN_POINTS
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, Coordinate, Speed
 from multibody_sym.model.resolution.references import BARE
-from multibody_sym.model.resolution.spanning_tree import ground_moves
+from multibody_sym.model.resolution.spanning_tree import coordinate_names, ground_moves, speed_names
 from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.scalars.traversal import leaves
 
@@ -64,7 +67,12 @@ _MAY_ASK: Final = ("outputs", "stop", "ask")
 def verify_expressions(system: System, names: Mapping[str, str]) -> None:
     dimensions = _dimensions(system)
     vocabulary = _vocabulary(system)
-    for path, node, unit in expressions(system):
+    force_units = {name: _units_of_force(system, element) for name, element in system.forces.items()}
+    for name, units in force_units.items():
+        with at("forces", name):
+            for key, unit in units.items():
+                system.forces[name].verify_unit(key, unit)
+    for path, node, field_unit in expressions(system):
         try:
             allowed = _may_name(system, path)
             _verify_leaves(node, allowed, names)
@@ -72,9 +80,37 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
                 _verify_driving(system, node, allowed, names)
             for leaf in _asked(node):
                 _verify_quantity(leaf, path[0], vocabulary)
-            _verify_dimension(node, unit, dimensions)
+            wanted = field_unit if field_unit is not None else _unit_by_joint(system, path, force_units)
+            _verify_dimension(node, wanted, dimensions)
         except (ModelError, ExpressionError) as error:
             raise ModelError(error.message, where=replace(error.where, path=path, column=None)) from None
+
+
+def _unit_by_joint(
+    system: System, path: Sequence[str], force_units: Mapping[str, Mapping[str, str]]
+) -> str | None:
+    """Return the unit that the joint at a path, or the joint of a force there, wants; None where there is none."""
+    if path[0] == "forces":
+        return force_units[path[1]].get(path[2])
+    joint = system.joints[path[1]] if path[0] == "joints" else None
+    return joint.unit_at(path[2:]) if isinstance(joint, MovingJoint) else None
+
+
+def _units_of_force(system: System, element: Element) -> Mapping[str, str]:
+    """Return the units of those fields of a force that depend on the freedom it acts along."""
+    if not isinstance(element, (Torque, SpringDamper, Damper)):
+        return {}
+    if element.joint is None:
+        return element.units()
+    joint = system.joints.get(element.joint)
+    if joint is None:
+        return {}
+    coordinates, speeds = coordinate_names(element.joint, joint), speed_names(element.joint, joint)
+    known = dict(zip(speeds, joint.speed_units, strict=True))
+    by_coordinate = {q: f"{unit}/s" for q, unit in zip(coordinates, joint.coordinate_units, strict=True) if unit}
+    only = speeds[0] if len(speeds) == 1 else None
+    speed = {**by_coordinate, **known}.get(element.freedom or only or "")
+    return {} if speed is None else element.units(speed)
 
 
 def _may_name(system: System, path: Sequence[str]) -> tuple[str, ...]:
