@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -19,6 +19,7 @@ NO_VALUE: Final = "no value"
 PULLING: Final = "wheel would pull"
 PUSHING: Final = "rope would push"
 ENERGY: Final = "energy grows"
+TOO_FAR: Final = "too far for its steps"
 
 _ROUNDING: Final = 1e-9
 _PART: Final = 0.1
@@ -81,6 +82,22 @@ def growing_energy(run: Samples, accuracy: float) -> list[dict[str, Any]]:
         grown &= bool(rise.max() > _PART * kinetic.max() + felt[-1])
     at = np.flatnonzero(kept)[grown]
     return [{"t": float(run.t[at[0]]), "kind": ENERGY, "element": "total energy"}] if len(at) else []
+
+
+def coordinates_too_far(
+    run: Samples, pairs: Sequence[tuple[int, int]], step: float, least: float
+) -> list[dict[str, Any]]:
+    """Return each coordinate's first sample at which the numbers beside it are further away than it moves in a step.
+
+    `pairs`: indices of coordinates and of the speeds that are their rates; `step`: the mean step of the run in s. A
+    speed that is never above the `least` moves nothing. Such a coordinate stands still, or moves by leaps.
+    """
+    names, found = [c.name for c in run.ready.mechanism.coordinates], {}
+    for a, b in pairs:
+        fastest = float(np.nanmax(np.abs(run.u[:, b]), initial=0.0))
+        if fastest > least and step > 0.0:
+            found[names[a]] = np.spacing(np.abs(run.q[:, a])) > fastest * step
+    return _first(run, TOO_FAR, found)
 
 
 def accuracy_of(step: float | None, rtol: float, atol: float) -> float:

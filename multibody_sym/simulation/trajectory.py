@@ -24,6 +24,7 @@ from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.oddities import (
     accuracy_of,
+    coordinates_too_far,
     growing_energy,
     outputs_without_value,
     pulling_wheels,
@@ -68,7 +69,8 @@ class Trajectory(Samples):
 
         The stop that ended the run; singular positions, in which rows depend on each other, that it passed; and the
         first sample at which a joint is beyond one of its limits, a rope would push (a real one goes slack there), a
-        plane would pull at a rolling wheel (a real one lifts off), an output has no value, energy came from nowhere.
+        plane would pull at a rolling wheel (a real one lifts off), an output has no value, energy came from nowhere, or
+        a coordinate is so large that floats around it are further apart than a step leads.
         """
         crossed = limits_passed(self.ready.mechanism, self.parameters, self.__getitem__)
         found: list[dict[str, Any]] = [
@@ -78,7 +80,10 @@ class Trajectory(Samples):
         found += [{"t": t, "kind": "singular position", "element": "constraints"} for t in self.integration.singular]
         found += [*pushing_ropes(self), *outputs_without_value(self)]
         found += [event for event in pulling_wheels(self) if event["element"] not in self.redundancy.not_unique]
-        found += growing_energy(self, accuracy_of(self.problem.step, self.problem.rtol, self.problem.atol))
+        accuracy = accuracy_of(self.problem.step, self.problem.rtol, self.problem.atol)
+        found += growing_energy(self, accuracy)
+        pairs = self.problem.pairs.plain if self.problem.pairs else ()
+        found += coordinates_too_far(self, pairs, self.integration.statistics.mean_step, accuracy)
         return sorted(found, key=lambda event: float(event["t"]))
 
     @property

@@ -11,7 +11,7 @@ from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.integrators.flow import Status
 from multibody_sym.kinematics.energy import working
 from multibody_sym.model.mechanism.units import MechanismUnits
-from multibody_sym.simulation.oddities import ENERGY, NO_VALUE, PULLING, PUSHING
+from multibody_sym.simulation.oddities import ENERGY, NO_VALUE, PULLING, PUSHING, TOO_FAR
 from multibody_sym.simulation.trajectory import Trajectory
 from multibody_sym.writing.redundancy import redundancy_lines
 from multibody_sym.writing.shifts import shifts_text
@@ -134,5 +134,7 @@ def _warning(kind: str, element: str, t: str) -> str:
         NO_VALUE: f"output {element} has no finite value, at t = {t} for the first time",
         ENERGY: f"from t = {t} on the energy grows from nowhere: steps that are too long, or what drives what it "
         "should brake (a negative damping, mass or stiffness); try a tighter tolerance or shorter steps first",
+        TOO_FAR: f"coordinate {element} is so large, from t = {t} on, that it moves by less than its own spacing (the "
+        "way to the next float) in a step, and may stand still: let it start nearer to 0",
     }
     return f"warning: {said[kind]}"

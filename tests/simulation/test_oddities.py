@@ -84,6 +84,22 @@ def test_a_wheel_pulled_at_the_start_is_a_hint_of_check_and_a_failed_condition_o
     assert not any("roll.n" in each for each in mbs.solve(wheel("19")).conditions)
 
 
+# --- coordinates past what floats tell apart ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("far", [1e17, 1e300])
+def test_a_coordinate_that_moves_by_less_than_its_spacing_is_told(far: float) -> None:
+    found = run(mass(), initial={"x": far, "u_x": 3.0}, t_end=1, samples=5)
+    assert found["x"][-1] == far  # though it moves at 3 m/s
+    assert found.events == [{"t": 0.0, "kind": "too far for its steps", "element": "x"}]
+    assert "warning: coordinate x is so large, from t = 0 s on, that it moves by less" in run_summary(found)
+
+
+@pytest.mark.parametrize(("far", "speed"), [(1e17, 0.0), (1e9, 3.0), (0.0, 1e-300)])
+def test_a_coordinate_that_rests_or_moves_by_more_than_its_spacing_is_not_told(far: float, speed: float) -> None:
+    assert oddities(run(mass(), initial={"x": far, "u_x": speed}, t_end=1, samples=5)) == []
+
+
 # --- energy --------------------------------------------------------------------------------------------------------
 
 
