@@ -252,7 +252,12 @@ def _accepted_step(course: _Course, before: Step) -> Step:
 
 
 def _least_step(flow: Flow, t: float) -> float:
-    return max(16.0 * float_info.epsilon * abs(t), 1e-16 * (flow.t_end - flow.t0))
+    return max(16.0 * float_info.epsilon * abs(t), least_step(flow.t0, flow.t_end))
+
+
+def least_step(t0: float, t_end: float) -> float:
+    """Return the least step (s) of a run; later in it, what floats tell apart may allow longer ones only."""
+    return 1e-16 * (t_end - t0)
 
 
 def control_power(method: Method) -> float:

@@ -12,7 +12,8 @@ from multibody_sym.dynamics.constraints.contradiction import Contradiction, cont
 from multibody_sym.dynamics.constraints.redundancy import nearly_dependent
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.errors import RunError
-from multibody_sym.integrators.flow import Status
+from multibody_sym.integrators.flow import Flow, Status, StepError
+from multibody_sym.integrators.loop import first_step, least_step
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.integration import Integration
@@ -23,8 +24,12 @@ if TYPE_CHECKING:
 
 _BROKEN: Final = (Status.NOT_CLOSED, Status.CONTRADICTION, Status.LEFT)
 """A constraint row is broken."""
+_STEP_TOO_LONG: Final = (Status.STEP_UNDERFLOW, Status.NOT_FINITE, Status.NOT_CONVERGED)
+"""What too long a step may end in."""
 _LEFT: Final = 1e-3
 """The part of a row's size, as `Missed` has it, by which a run that keeps it never misses it."""
+_FEW: Final = 100
+"""Least steps of a run, within which a step of the motion is too near to them."""
 _SIZED: Final = 20
 """Samples of a run at which sizes of rows are looked at."""
 
@@ -44,6 +49,8 @@ def failure_message(run: Trajectory, failure: RunFailure) -> str:
     """Return what happened, to which coordinate, speed or constraint, when, and what to do."""
     mechanism, when = run.ready.mechanism, f"at t = {failure.time:.6g} s"
     what = _component(mechanism, failure)
+    if failure.status in _STEP_TOO_LONG and _is_too_long(run.problem):
+        return _too_long(run.problem, failure)
     if failure.status is Status.NOT_FINITE:
         return f"{what} {when}: a force or an expression has no finite value there, or the motion grows without bound"
     if failure.status is Status.NO_SLOPE:
@@ -78,6 +85,32 @@ def failure_message(run: Trajectory, failure: RunFailure) -> str:
             "the motion; take shorter steps or tolerances, or projection with one of this package's methods"
         )
     return f"constraint {what} cannot be satisfied {when}: the mechanism comes to a position that it cannot pass"
+
+
+def _too_long(problem: Problem, failure: RunFailure) -> str:
+    return (
+        f"the run is too long for the steps that the motion needs: floats tell no steps so short apart in "
+        f"{problem.t_end:.3g} s; it got no further than t = {failure.time:.6g} s; ask for a shorter time"
+    )
+
+
+def _is_too_long(problem: Problem) -> bool:
+    """Tell whether a first step as the motion at the start needs it is hardly longer than the least of the run."""
+
+    def derivative(t: float, x: Floats) -> Floats:
+        known = t, x[: len(problem.q0)], x[len(problem.q0) :], problem.parameters
+        inputs = problem.compiled["inputs"](*known)[0] if problem.inputs else np.zeros(0)
+        qdot, udot, *_ = problem.compiled["state_derivative"](*known, inputs, problem.modes)
+        return np.concatenate([qdot, udot])
+
+    span = _FEW * least_step(problem.t0, problem.t_end)
+    flow = Flow(
+        problem.method, derivative, problem.t0, problem.t0 + span, problem.x0, rtol=problem.rtol, atol=problem.atol
+    )
+    try:
+        return first_step(flow, flow.t0, flow.x0, flow.slope(flow.t0, flow.x0)) < span
+    except StepError:
+        return False
 
 
 def _singular(run: Trajectory, time: float) -> str:
