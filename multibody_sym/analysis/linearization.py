@@ -180,7 +180,7 @@ def _started(system: System, formalism: str | None, place: At) -> tuple[Flow, St
     verify_formalism(formalism)
     declared = examined(system)
     resolved = declared.relative or declared
-    begin = begin_at(resolved, start(resolved, project=system.simulation.project), place, formalism)
+    begin = begin_at(system, resolved, start(resolved, project=system.simulation.project), place, formalism)
     verify_regular_start(resolved, begin)
     flow = Flow(resolved, begin.parameters, formalism)
     if not _has_slopes(flow, begin):

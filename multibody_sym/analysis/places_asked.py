@@ -12,8 +12,11 @@ from multibody_sym.analysis.equilibrium import MOST, SECONDS, guesses, search_fr
 from multibody_sym.analysis.none_found import none_found
 from multibody_sym.dynamics.start.start import Start, start_beside
 from multibody_sym.dynamics.start.undefined import value_or_none
-from multibody_sym.errors import ArgumentError, ModelError, at, shown, suggestion
+from multibody_sym.errors import ArgumentError, ModelError, at, shown
+from multibody_sym.model.declaration.doors import state_by_name
+from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
+from multibody_sym.model.resolution.absolute import unknown_coordinate
 from multibody_sym.model.resolution.changes import start_value
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.node import Node, symbol
@@ -22,11 +25,12 @@ from multibody_sym.scalars.traversal import leaves
 REST: Final = "equilibrium"
 
 
-def begin_at(resolved: Mechanism, begin: Start, place: Any, formalism: str | None) -> Start:
+def begin_at(system: System, resolved: Mechanism, begin: Start, place: Any, formalism: str | None) -> Start:
     """Return the state at a `place` beside a start: None, the word "equilibrium", or values by name.
 
-    Named coordinates and speeds have these values, and constraints are closed around them. Parameters, and lengths of
-    ropes, stay those of the start. Raises InputError with `at` in its path, NoSolutionError.
+    `place` may be a run's `final` too. Named coordinates and speeds have these values, and constraints are closed
+    around them. Parameters, and lengths of ropes, stay those of the start. Raises InputError with `at` in its path,
+    NoSolutionError.
     """
     if place is None:
         return begin
@@ -36,7 +40,7 @@ def begin_at(resolved: Mechanism, begin: Start, place: Any, formalism: str | Non
         if not isinstance(place, Mapping) or not all(isinstance(name, str) for name in place):
             wanted = f"the word {REST} or values by name, such as {{'phi': 0}}"
             raise ArgumentError(f"at is to be {wanted}, got {shown(place)}")
-        values = _values(resolved, begin, place)
+        values = _values(system, resolved, begin, state_by_name("at", place))
         _verify_whole(resolved, values)
         return start_beside(resolved, begin, values)
 
@@ -58,7 +62,9 @@ def _at_rest(resolved: Mechanism, q: list[float]) -> dict[str, float]:
     return {**dict(zip(names, q, strict=True)), **{speed.name: 0.0 for speed in resolved.speeds}}
 
 
-def _values(resolved: Mechanism, begin: Start, place: Mapping[str, Any]) -> dict[str, float]:
+def _values(
+    system: System, resolved: Mechanism, begin: Start, place: Mapping[str, Any]
+) -> dict[str, float]:
     """Return the values in numbers: expressions of parameters, or text with units."""
     declared: list[Coordinate | Speed] = [*resolved.coordinates, *resolved.speeds]
     units = {each.name: each.unit for each in declared}
@@ -66,7 +72,7 @@ def _values(resolved: Mechanism, begin: Start, place: Mapping[str, Any]) -> dict
     for name, value in place.items():
         with at(name):
             if name not in units:
-                raise ModelError(f"no coordinate or speed is called {name!r}{suggestion(name, units)}")
+                raise unknown_coordinate(name, system, units)
             node = start_value(value, units[name])
             if node is None:
                 raise ModelError("it needs a value; what is not named keeps that of the start")

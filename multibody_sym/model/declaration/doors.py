@@ -31,6 +31,18 @@ def values_by_name(name: str, value: Any) -> Mapping[str, Any]:
     return value
 
 
+def state_by_name(name: str, value: Any) -> Mapping[str, Any]:
+    """Return an argument that is a map of coordinates and speeds, or a run's `final` without its time.
+
+    Raises ArgumentError.
+    """
+    given = values_by_name(name, value)
+    parts = [given[key] for key in ("coordinates", "speeds") if isinstance(given.get(key), Mapping)]
+    if not parts or not {"t", "coordinates", "speeds"}.issuperset(given):
+        return given
+    return {called: x for part in parts for called, x in values_by_name(name, part).items()}
+
+
 def names(name: str, value: Any) -> tuple[str, ...]:
     """Return an argument that is a name or several; raises ArgumentError."""
     listed = (value,) if isinstance(value, str) else value

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
+from multibody_sym.errors import ModelError, suggestion
 from multibody_sym.model.declaration.bodies import Body, Frame
 from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.declaration.joint import Joint
@@ -24,6 +25,8 @@ from multibody_sym.model.resolution.plane import in_plane
 from multibody_sym.model.resolution.spanning_tree import coordinate_names, speed_names
 
 _CENTRE: Final = "centre of mass"
+_MOST: Final = 8
+"""How many names an error lists."""
 _IN_PLANE: Final = ("x", "y", "angle")
 _IN_SPACE: Final = ("x", "y", "z", "qw", "qx", "qy", "qz")
 
@@ -61,6 +64,20 @@ def freed_bodies(system: System, carrying: Iterable[str]) -> Freed:
     joints = system.joints.items()
     told = frozenset(name for name, joint in joints if has_rows(joint) and has_formula(joint, plane=plane))
     return Freed(freed, plane, frozenset(carrying) - told, told)
+
+
+def unknown_coordinate(name: str, system: System, known: Iterable[str]) -> ModelError:
+    """Return the error for a name that no coordinate or speed of a system's joints has; `known` are those they have."""
+    message = f"no coordinate or speed is called {name!r}{suggestion(name, known)}"
+    freed = freed_bodies(system, ()).system.joints.items()
+    if name in _names({key: joint for key, joint in freed if key not in system.joints}):
+        listed = list(known)
+        names = ", ".join(listed[:_MOST]) + (" .." if len(listed) > _MOST else "")
+        message = (
+            f"{name!r} is of a body in absolute coordinates; a state is given in those of joints: {names}; "
+            "runs and equilibria in relative coordinates tell it in them"
+        )
+    return ModelError(message)
 
 
 def _with_centre(body: Body) -> Body:

@@ -11,13 +11,14 @@ from typing import Any, NamedTuple
 
 from multibody_sym.errors import ModelError, at, suggestion
 from multibody_sym.expressions.parser import parse_scalar
-from multibody_sym.model.declaration.doors import flag, values_by_name
+from multibody_sym.model.declaration.doors import flag, state_by_name, values_by_name
 from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.declaration.joint import Initial, Joint, MovingJoint
 from multibody_sym.model.declaration.parameters import Parameter
 from multibody_sym.model.declaration.system import System, verify_system
 from multibody_sym.model.declaration.tables import InputField
 from multibody_sym.model.declaration.values import is_gap, scalar
+from multibody_sym.model.resolution.absolute import unknown_coordinate
 from multibody_sym.model.resolution.spanning_tree import coordinate_names, speed_names
 from multibody_sym.scalars.node import Node
 
@@ -27,8 +28,9 @@ class Changes:
     """What every function takes beside a system, and every command beside a model file; None leaves all as declared.
 
     `parameters`: values by name (numbers, expressions, or text such as `500 g` or `2*r`); `initial`: coordinates and
-    speeds at t = 0 by name, None for one that is to be found; `inputs`: expressions or tables by name; `coordinates`:
-    "relative" or "absolute"; `project`: whether all start values change, known ones too, as little as constraints need.
+    speeds at t = 0 by name, None for one that is to be found, or the `final` of a run; `inputs`: expressions or tables
+    by name; `coordinates`: "relative" or "absolute"; `project`: whether all start values change, known ones too, as
+    little as constraints need.
     """
 
     parameters: Mapping[str, Any] | None = None
@@ -103,15 +105,16 @@ class _Place(NamedTuple):
 def with_initial(system: System, values: Mapping[str, Any] | None) -> System:
     """Return the system with other start values of coordinates and speeds, by their names; None: to be found.
 
+    `values` may be the `final` of a run, from which another one goes on; its time is left out: runs begin at t = 0.
     Raises InputError for a name that is neither's, for a value of another dimension, and for a part of a quaternion.
     """
-    given = values_by_name("initial", values)
+    given = state_by_name("initial", values)
     places = {name: place for joint, declared in system.joints.items() for name, place in _places(joint, declared)}
     found: dict[str, dict[str, Node | None]] = {}
     for name, value in given.items():
         with at(name):
             if name not in places:
-                raise ModelError(f"no coordinate or speed is called {name!r}{suggestion(name, places)}")
+                raise unknown_coordinate(name, system, places)
             found.setdefault(places[name].joint, {})[name] = start_value(value, places[name].unit)
     joints = dict(system.joints)
     for joint, new in found.items():
