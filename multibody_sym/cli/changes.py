@@ -32,11 +32,14 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
 
 
 def assignments(option: str, texts: Sequence[str]) -> Mapping[str, str]:
-    """Return the values by name that an option was given as NAME=VALUE. Raises UsageError."""
-    values = {}
+    """Return the values by name that an option was given as NAME=VALUE. Raises UsageError, for two values too."""
+    values: dict[str, str] = {}
     for text in texts:
         name, equals, value = text.partition("=")
         if not equals or not name.strip() or not value.strip():
             raise UsageError(f"{option} {text!r}: write NAME=VALUE", where=Where(path=(option,)))
-        values[name.strip()] = value.strip()
+        name, value = name.strip(), value.strip()
+        if values.setdefault(name, value) != value:
+            told = f"{option} gives {name} two values, {values[name]!r} and {value!r}: leave one of them out"
+            raise UsageError(told, where=Where(path=(option,)))
     return values

@@ -18,11 +18,26 @@ _EXIT_CODES: Final = (
 )
 
 
+class _Once(argparse.Action):
+    """Keep the value of an option; another value for the same option, under whatever name, is refused."""
+
+    given: tuple[str, Any] | None = None
+
+    def __call__(self, parser: Any, namespace: argparse.Namespace, values: Any, option: str | None = None) -> None:
+        if option is not None and self.given is not None and self.given[1] != values:
+            before, value = self.given
+            parser.error(f"{before} {value} and {option} {values} are two values for one thing: leave one of them out")
+        self.given = None if option is None else (option, values)
+        setattr(namespace, self.dest, values)
+
+
 class _Parser(argparse.ArgumentParser):
     """A parser that raises instead of ending the process, and takes no option's name shortened."""
 
     def __init__(self, **named: Any) -> None:
         super().__init__(**named, allow_abbrev=False)
+        for action in (None, "store"):
+            self.register("action", action, _Once)
 
     def print_help(self, _file: Any = None) -> NoReturn:
         raise Shown(self.format_help())

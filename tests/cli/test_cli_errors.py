@@ -35,6 +35,10 @@ def outcome(capsys: pytest.CaptureFixture[str], *words: str):
         (("simulate", PENDULUM, "--t-end"), 2, "usage", "expected one argument"),
         (("simulate", PENDULUM, "--set", "l"), 2, "usage", "NAME=VALUE"),
         (("simulate", PENDULUM, "--backend", "fortran"), 2, "usage", "invalid choice"),
+        (("simulate", PENDULUM, "--set", "m=1", "--parameters", "m=2"), 2, "usage", "two values, '1' and '2'"),
+        (("linearize", PENDULUM, "--at", "theta=0", "--at", "theta=1"), 2, "usage", "two values, '0' and '1'"),
+        (("simulate", PENDULUM, "--t-end", "1", "--t-end", "2"), 2, "usage", "--t-end 1 and --t-end 2 are two values"),
+        (("export", PENDULUM, "--to", "c", "-o", "x", "--directory", "y"), 2, "usage", "-o x and --directory y are"),
         (("simulate", "missing.yaml"), 2, "input", "no such file"),
         (("simulate", "."), 2, "input", "directory"),
         (("simulate", PENDULUM, "--set", "ll=1"), 2, "model", "did you mean l?"),
@@ -187,3 +191,9 @@ def test_project_puts_known_values_back_and_tells_the_shift(capsys, tmp_path: Pa
     _, checked, text = outcome(capsys, "check", str(model), "--project")
     assert checked["shifts"] == pytest.approx(printed["start"]["shifts"])
     assert "given start values were changed" in text
+
+
+def test_a_value_given_twice_alike_is_taken(capsys) -> None:
+    words = ("--set", "m=2", "--set", "m = 2", "--t-end", "0.1", "--t-end", "0.1", "--project", "--no-project")
+    assert main(["simulate", PENDULUM, *words, "--backend", "python"]) == 0
+    capsys.readouterr()
