@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from decimal import Decimal
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.scalars.node import as_node
 
 TEXT = """\
 multibody_sym: 1
@@ -19,6 +23,7 @@ joints: {A: {type: planar, parent: ground, child: a, motion: [null, null, 0], in
 constraints: {rod: {type: distance, between: [ground, a], value: 1}}
 """
 SYSTEM = mbs.loads(TEXT)
+DECIMAL = mbs.loads(TEXT.replace("name: s", "name: s\nparameters: {d: 1}"))
 
 
 @pytest.mark.parametrize(
@@ -30,6 +35,11 @@ SYSTEM = mbs.loads(TEXT)
         (lambda: mbs.simulate(SYSTEM, t_end=0.1, samples=2)[0], r"asked by name, such as run\['theta'\]"),
         (lambda: mbs.parameters("a b", 5), "2 names, 1 values"),
         (lambda: mbs.parameters(["a", "b"], [1, 2]), "expected names separated by spaces, got a list"),
+        (lambda: mbs.linearize(SYSTEM, parameters=[3]), r"parameters is to be a map .* such as {'m': 2}, a parameter"),
+        (lambda: mbs.linearize(SYSTEM, initial=[1]), r"initial is to be a map .* such as {'phi': 0.1}, a coord"),
+        (lambda: mbs.linearize(SYSTEM, inputs=3), r"inputs is to be a map .* such as {'force': '2\*sin\(t\)'}"),
+        (lambda: mbs.Body(com=[0, -1]), r"expected a list of three .*, got a list of 2; .* the third is 0"),
+        (lambda: mbs.Body(com=np.ones(4)), r"expected a list of three numbers or expressions, got a list of 4$"),
         (lambda: mbs.load(None), "expected the path of a model file, got None"),
         (lambda: mbs.dumps("pendulum.yaml"), "expected a System, got 'pendulum.yaml'"),
         (lambda: mbs.Body(mass=np.array([1.0, 2.0])), "expected a number or an expression"),
@@ -46,6 +56,15 @@ def test_arrays_and_single_values_are_welcome() -> None:
     (m,) = mbs.parameters("m", "2 kg", positive=True)
     assert mbs.Body(mass=np.array(1.0)) == mbs.Body(mass=1)
     assert mbs.Body(mass=m, com=np.array([1.0, 0.0, 2.0])).com == mbs.Body(com=[1, 0, 2]).com
+
+
+def test_decimals_are_values_exactly() -> None:
+    (half,) = mbs.parameters("m", Decimal("0.5"))
+    assert mbs.Body(mass=Decimal("0.5")) == mbs.Body(mass=Fraction(1, 2))
+    exact = [Changes({"d": Decimal(text)}).of(DECIMAL).parameters["d"].value for text in ("0.5", "0.10")]
+    assert exact == [as_node(Fraction(1, 2)), as_node(Fraction(1, 10))]
+    assert mbs.sqrt(Decimal("0.25")) == 0.5
+    assert half + Decimal("0.5") is half + Fraction(1, 2)
 
 
 def test_baumgarte_may_be_given_as_itself() -> None:

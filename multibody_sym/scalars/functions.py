@@ -12,7 +12,8 @@ from multibody_sym.errors import ArgumentError, ExpressionError, UndefinedValueE
 from multibody_sym.scalars import node as _node
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.interning import FLOAT_OPERATIONS
-from multibody_sym.scalars.node import Node, as_node, unboxed
+from multibody_sym.scalars.node import Node, as_node
+from multibody_sym.scalars.plain_numbers import unboxed
 from multibody_sym.scalars.traversal import leaves, postorder
 
 S = TypeVar("S")

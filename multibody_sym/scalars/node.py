@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from multibody_sym.errors import ArgumentError, ExpressionError, shown
 from multibody_sym.scalars.interning import Interned, constant_value, finite_float, intern
+from multibody_sym.scalars.plain_numbers import unboxed
 
 Exact = int | Fraction
 _NUMBERS: Final = frozenset({"number", "real"})
@@ -91,7 +92,7 @@ def _binary(operation: Callable[[Node, Node], Node], a: object, b: object) -> No
 
 
 def as_node(value: object) -> Node:
-    """Return `value` as a Node: a Node, int, Fraction or float (read as the decimal it prints as).
+    """Return `value` as a Node: a Node, int, Fraction, Decimal or float (read as the decimal it prints as).
 
     Raises ArgumentError for everything else, strings and bools included, and ExpressionError for nan and inf.
     """
@@ -109,15 +110,6 @@ def as_node(value: object) -> Node:
     if held is not value:
         return as_node(held)
     raise ArgumentError(f"{shown(value)} is not a number or an expression")
-
-
-def unboxed(value: Any) -> Any:
-    """Return what an array without dimensions or a number of NumPy's holds, and everything else as it is."""
-    item = getattr(value, "item", None)
-    if not callable(item) or getattr(value, "ndim", None) != 0:
-        return value
-    held = item()
-    return float(held) if type(held) is type(value) and hasattr(held, "is_integer") else held  # a long double
 
 
 # --- leaves -----------------------------------------------------------------------------------------------------

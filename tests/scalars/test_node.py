@@ -10,6 +10,7 @@ import os
 import subprocess
 import sys
 import time
+from decimal import Decimal
 from fractions import Fraction
 
 import numpy as np
@@ -82,6 +83,8 @@ def test_decimals_are_exact() -> None:
     assert as_node(np.float64(2.5)) is number(Fraction(5, 2))
     assert as_node(np.int64(7)) is number(7)
     assert as_node(Fraction(4, 2)) is number(2)
+    assert as_node(Decimal("0.1")) is as_node(Decimal("0.100")) is number(Fraction(1, 10))
+    assert as_node(Decimal("0E-999999999")) is number(0)
     assert real(0.1).shadow == 0.1
 
 
@@ -91,6 +94,12 @@ def test_constants_are_finite(value: float) -> None:
         as_node(value)
     with pytest.raises(ExpressionError):
         real(value)
+
+
+@pytest.mark.parametrize("value", ["nan", "sNaN", "-Infinity", "1e999999999", "1e-999999999"])
+def test_decimals_that_no_float_comes_near_to_are_refused(value: str) -> None:
+    with pytest.raises(ExpressionError):
+        as_node(Decimal(value))
 
 
 def test_large_exact_constants_become_floats() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, Final
 
 from multibody_sym.errors import ArgumentError, shown
 
@@ -22,12 +22,21 @@ def flag(name: str, value: Any) -> bool:
     return bool(value)
 
 
+_NAMED: Final = {
+    "parameters": "{'m': 2}, a parameter of the model",
+    "initial": "{'phi': 0.1}, a coordinate or speed of the model",
+    "inputs": "{'force': '2*sin(t)'}, an input of the model",
+}
+"""What fits an argument that is a map of names."""
+
+
 def values_by_name(name: str, value: Any) -> Mapping[str, Any]:
     """Return an argument that is a map of names, the empty one for None; raises ArgumentError."""
     if value is None:
         return {}
     if not isinstance(value, Mapping) or not all(isinstance(key, str) for key in value):
-        raise ArgumentError(f"{name} is to be a map from names to values, such as {{'m': 2}}, got {shown(value)}")
+        such = f", such as {_NAMED[name]}" if name in _NAMED else ""
+        raise ArgumentError(f"{name} is to be a map from names to values{such}; got {shown(value)}")
     return value
 
 

@@ -89,6 +89,13 @@ class Condition:
         return text(value)
 
 
+def _counted(value: Any, items: list[Any] | None) -> str:
+    """Return what stands where a list of three is wanted, which has `items` if it is a list."""
+    if items is None:
+        return described(value)
+    return f"a list of {len(items)}" + ("; of vectors in the x-y plane the third is 0" if len(items) == 2 else "")
+
+
 @dataclass(frozen=True)
 class Vector:
     """Three numbers or expressions."""
@@ -98,7 +105,7 @@ class Vector:
     def accept(self, value: Any) -> tuple[Node, Node, Node]:
         items = listed(value)
         if items is None or len(items) != 3:
-            raise ModelError(f"expected a list of three numbers or expressions, got {described(value)}")
+            raise ModelError(f"expected a list of three numbers or expressions, got {_counted(value, items)}")
         x, y, z = (content_of(i, component, Scalar(self.unit)) for i, component in enumerate(items))
         return x, y, z
 
