@@ -75,7 +75,7 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
     for path, node, field_unit in expressions(system):
         try:
             allowed = _may_name(system, path)
-            _verify_leaves(node, allowed, names)
+            _verify_leaves(node, allowed, names, path[1] if path[0] in ("parameters", "inputs") else None)
             if path[0] == "constraints" or path[2:3] == (_MOTION,):
                 _verify_driving(system, node, allowed, names)
             for leaf in _asked(node):
@@ -120,10 +120,13 @@ def _may_name(system: System, path: Sequence[str]) -> tuple[str, ...]:
     return (*allowed, "a speed") if of_speeds else allowed
 
 
-def _verify_leaves(node: Node, allowed: tuple[str, ...], names: Mapping[str, str]) -> None:
+def _verify_leaves(node: Node, allowed: tuple[str, ...], names: Mapping[str, str], own: str | None) -> None:
+    """Raise ModelError where the value of `own`, None for what has no name, says what it may not."""
     for leaf in leaves([node], "symbol"):
         if leaf.data not in names:
-            raise ModelError(f"{leaf.data!r} is not declared{suggestion(leaf.data, names)}")
+            fitting = [name for name, what in names.items() if what in allowed and name != own]
+            none = f"; here an expression names {_listed(allowed)} only, and there is none that fits"
+            raise ModelError(f"{leaf.data!r} is not declared{suggestion(leaf.data, fitting) or none}")
         if names[leaf.data] not in allowed:
             raise ModelError(f"{leaf.data!r} is {names[leaf.data]}; here an expression names {_listed(allowed)} only")
 
