@@ -48,9 +48,12 @@ def write_whole(path: str | os.PathLike[str], content: bytes) -> None:
 def write_new(path: str | os.PathLike[str], content: bytes) -> None:
     """Write `content` to a file that does not exist yet: all of it, or there is none. A device or pipe may exist.
 
-    Raises InputError where it does, OutputError.
+    Raises InputError where it does, and for `-`, which means standard output elsewhere; OutputError.
     """
     name = path_name(path)
+    if name == "-":
+        message = "this names no file: write /dev/stdout for standard output, ./- for a file called so"
+        raise InputError(message, where=Where(file=name))
     if is_special(name):
         write_whole(name, content)
         return

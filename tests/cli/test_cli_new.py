@@ -32,6 +32,15 @@ def test_a_name_of_one_s_own(tmp_path: Path) -> None:
     assert command("new", "-o", "no/folder.yaml", cwd=tmp_path).returncode == 4
 
 
+def test_a_dash_is_no_file_without_a_word(tmp_path: Path) -> None:
+    refused = command("new", "-o", "-", cwd=tmp_path)
+    assert (refused.returncode, list(tmp_path.iterdir())) == (2, [])
+    assert "write /dev/stdout for standard output, ./- for a file" in refused.stderr
+    assert command("new", "-o", "./-", cwd=tmp_path).returncode == 0
+    assert mbs.loads((tmp_path / "-").read_text()) == mbs.load(EXAMPLES / "pendulum.yaml")
+    assert command("new", "-o", "/dev/stdout", cwd=tmp_path).stdout.startswith((EXAMPLES / "pendulum.yaml").read_text())
+
+
 def test_commands_without_a_model_offer_no_changes_of_one() -> None:
     for name in ("new", "import"):
         described = command(name, "--help").stdout
