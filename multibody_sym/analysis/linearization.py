@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from multibody_sym.analysis.deviations import Flow
 from multibody_sym.analysis.periodic import Multipliers, multipliers_of
-from multibody_sym.analysis.places_asked import begin_at, number_asked
+from multibody_sym.analysis.places_asked import begin_at, number_asked, told_of
 from multibody_sym.analysis.steadiness import NO_EIGENVALUES, constancy_of
 from multibody_sym.dynamics.routes import verify_formalism
 from multibody_sym.dynamics.start.examined import blame_numbers, examined, on_numbers
@@ -72,7 +72,7 @@ class Linearization:
         Raises NoSolutionError where A is not constant: its eigenvalues say nothing about the motion then.
         """
         if not self.steady:
-            raise NoSolutionError(f"{NO_EIGENVALUES}; `A` is that of the start")
+            raise NoSolutionError(f"{NO_EIGENVALUES}; `A` is that of the state in which it begins")
         values = eigenvalues(self.A, np.zeros_like(self.A) if self.rounding is None else self.rounding)
         return values[np.lexsort((values.imag, -values.real))]
 
@@ -124,7 +124,9 @@ def _linearized(system: System, formalism: str | None, place: At) -> Linearizati
     flow, begin = _started(system, formalism, place)
     q, u = np.array(begin.q, dtype=float), np.array(begin.u, dtype=float)
     state = _by_name(flow.mechanism, begin)
-    return replace(_settled(flow, q, u), shifts=begin.shifts, held_inputs=_changing(flow.mechanism), at=state)
+    with told_of(place):
+        found = _settled(flow, q, u)
+    return replace(found, shifts=begin.shifts, held_inputs=_changing(flow.mechanism), at=state)
 
 
 def _by_name(mechanism: Mechanism, begin: Start) -> dict[str, float]:
@@ -172,7 +174,8 @@ def _multiplied(system: System, formalism: str | None, place: At) -> Multipliers
         period = number_asked(system.simulation.t_end, flow.mechanism, begin)
         if not period > 0.0:
             raise ModelError(f"a period is a positive time, got {period:g}")
-    return multipliers_of(flow, np.array(begin.q, dtype=float), np.array(begin.u, dtype=float), period)
+    with told_of(place):
+        return multipliers_of(flow, np.array(begin.q, dtype=float), np.array(begin.u, dtype=float), period)
 
 
 def _started(system: System, formalism: str | None, place: At) -> tuple[Flow, Start]:
@@ -180,29 +183,31 @@ def _started(system: System, formalism: str | None, place: At) -> tuple[Flow, St
     verify_formalism(formalism)
     declared = examined(system)
     resolved = declared.relative or declared
-    begin = begin_at(system, resolved, start(resolved, project=system.simulation.project), place, formalism)
-    verify_regular_start(resolved, begin)
-    flow = Flow(resolved, begin.parameters, formalism)
-    if not _has_slopes(flow, begin):
-        blame_numbers(system)
-        raise _without_slopes(flow, begin)
+    first = start(resolved, project=system.simulation.project)
+    with told_of(place):
+        begin = begin_at(system, resolved, first, place, formalism)
+        verify_regular_start(resolved, begin, "the start" if place is None else "the state")
+        flow = Flow(resolved, begin.parameters, formalism)
+        if not _has_slopes(flow, begin):
+            blame_numbers(system)
+            raise _without_slopes(flow, begin)
     return flow, begin
 
 
 def _without_slopes(flow: Flow, begin: Start) -> NoSolutionError:
-    """Return the error that A has no finite value at the start, with the row or force for which it has none."""
+    """Return the error that A has no finite value in a state, with the row or force for which it has none."""
     loads, row = flow.mechanism.loads, flow.row_without_slopes(flow.known(begin.q, begin.u))
     if row is not None:
         name = flow.mechanism.rows[row].name
-        why = f"what {name} asks of accelerations has no derivative there; start beside it"
+        why = f"what {name} asks of accelerations has no derivative there; choose one beside it"
         where = Where(path=flow.mechanism.row_path(row))
-        return NoSolutionError(f"A has no finite value at the start: {why}", where=where)
+        return NoSolutionError(f"A has no finite value in this state: {why}", where=where)
     for load in loads:
         without = replace(flow.mechanism, loads=tuple(x for x in loads if x.name != load.name))
         if _has_slopes(replace(flow, mechanism=without), begin):
-            message = f"A has no finite value at the start: {load.name} has no derivative there; start beside it"
+            message = f"A has no finite value in this state: {load.name} has no derivative there; choose one beside it"
             return NoSolutionError(message, where=Where(path=("forces", load.name)))
-    return NoSolutionError("A has no finite value at the start: a force or an input has no derivative there")
+    return NoSolutionError("A has no finite value in this state: a force or an input has no derivative there")
 
 
 def _has_slopes(flow: Flow, begin: Start) -> bool:

@@ -68,7 +68,7 @@ def multipliers_of(flow: Flow, q: Floats, u: Floats, period: float) -> Multiplie
     missed = float(np.abs(there - found.A).max(initial=0.0))
     if missed > _REPEATS * max(1.0, float(np.abs(found.A).max(initial=0.0))):
         raise NoSolutionError(
-            f"the motion does not repeat itself after {period:g} s: A differs by {missed:.3g} from that of the start"
+            f"the motion does not repeat itself after {period:g} s: A differs by {missed:.3g} from that at first"
         )
     values = np.linalg.eigvals(Z[tangents.places]).astype(complex)
     return Multipliers(found.states, period, values[np.lexsort((values.imag, -np.abs(values)))])

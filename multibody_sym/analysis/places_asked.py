@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from itertools import islice, takewhile
 from math import isfinite
 from typing import Any, Final
 
 from multibody_sym.analysis.equilibrium import MOST, SECONDS, guesses, search_from
 from multibody_sym.analysis.none_found import none_found
+from multibody_sym.dynamics.start.assembly import NotClosedError
 from multibody_sym.dynamics.start.start import Start, start_beside
 from multibody_sym.dynamics.start.undefined import value_or_none
-from multibody_sym.errors import ArgumentError, ModelError, at, shown
+from multibody_sym.errors import ArgumentError, ModelError, NoSolutionError, Where, at, shown
 from multibody_sym.model.declaration.doors import state_by_name
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
@@ -42,7 +44,27 @@ def begin_at(system: System, resolved: Mechanism, begin: Start, place: Any, form
             raise ArgumentError(f"at is to be {wanted}, got {shown(place)}")
         values = _values(system, resolved, begin, state_by_name("at", place))
         _verify_whole(resolved, values)
+        return _closed_around(resolved, begin, values)
+
+
+def _closed_around(resolved: Mechanism, begin: Start, values: Mapping[str, float]) -> Start:
+    try:
         return start_beside(resolved, begin, values)
+    except NotClosedError as error:
+        what = ".".join(error.where.path) or "the constraints"
+        advice = "name fewer, or give others"
+        raise NoSolutionError(f"no state with these values satisfies {what}; {advice}") from error
+
+
+@contextmanager
+def told_of(place: Any) -> Iterator[None]:
+    """Let errors say that there is no solution at a `place` that is asked for; without one they are of the start."""
+    try:
+        yield
+    except NoSolutionError as error:
+        if place is not None:
+            error.where = Where(path=("at",))
+        raise
 
 
 def rest_beside(resolved: Mechanism, begin: Start, formalism: str | None) -> Floats:
@@ -62,9 +84,7 @@ def _at_rest(resolved: Mechanism, q: list[float]) -> dict[str, float]:
     return {**dict(zip(names, q, strict=True)), **{speed.name: 0.0 for speed in resolved.speeds}}
 
 
-def _values(
-    system: System, resolved: Mechanism, begin: Start, place: Mapping[str, Any]
-) -> dict[str, float]:
+def _values(system: System, resolved: Mechanism, begin: Start, place: Mapping[str, Any]) -> dict[str, float]:
     """Return the values in numbers: expressions of parameters, or text with units."""
     declared: list[Coordinate | Speed] = [*resolved.coordinates, *resolved.speeds]
     units = {each.name: each.unit for each in declared}

@@ -274,7 +274,7 @@ class _Path:
         )
 
     def _refused(self, why: str) -> str:
-        return f"the start is no equilibrium and no steady motion: {why}; {_ADVICE}"
+        return f"the state is no equilibrium and no steady motion: {why}; {_ADVICE}"
 
 
 def displaced(mechanism: Mechanism, q: Floats, sigma: Floats) -> Floats:

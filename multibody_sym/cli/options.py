@@ -9,6 +9,7 @@ from typing import Any, Final, NoReturn
 from multibody_sym.cli.changes import ASSIGNED, add_changes, assignments
 from multibody_sym.cli.commands import check, derive, equilibrium, export, import_, linearize, new, simulate, solve
 from multibody_sym.cli.usage import Shown, UsageError
+from multibody_sym.errors import Where
 
 COMMANDS: Final = (new, import_, check, derive, solve, equilibrium, linearize, simulate, export)
 _AS_JSON: Final = "print one JSON object, also for an error; text goes to standard error"
@@ -75,7 +76,14 @@ def parsed(words: Sequence[str]) -> argparse.Namespace:
 
 def _place(words: Sequence[str]) -> str | Mapping[str, str]:
     """Return where to linearise: one word, or values by name."""
-    return words[0] if len(words) == 1 and "=" not in words[0] else assignments("--at", words)
+    from multibody_sym.analysis.places_asked import REST
+
+    odd = next((word for word in words if "=" not in word), None)
+    if list(words) == [REST]:
+        return REST
+    if odd is not None:
+        raise UsageError(f"--at {odd!r}: write {REST} or NAME=VALUE", where=Where(path=("--at",)))
+    return assignments("--at", words)
 
 
 def _suggestion(word: str, known: Sequence[str]) -> str:

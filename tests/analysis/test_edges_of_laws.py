@@ -46,7 +46,7 @@ def test_linearize_names_the_row_without_finite_slopes(row: str, speed: float) -
     for question in (mbs.linearize, lambda system: mbs.period_multipliers(system, 1.0)):
         with pytest.raises(NoSolutionError) as caught:
             question(ramp(row, speed))
-        assert "A has no finite value at the start: what ramp asks of accelerations has no derivative there" in str(
+        assert "A has no finite value in this state: what ramp asks of accelerations has no derivative there" in str(
             caught.value
         )
         assert caught.value.where.path == ("constraints", "ramp")

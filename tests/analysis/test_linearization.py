@@ -416,7 +416,7 @@ def test_a_force_without_a_derivative_at_the_start_leaves_no_matrix() -> None:
     """d sqrt(-x)/dx = -1/(2 sqrt(-x)) passes all bounds at 0."""
     for ask in (mbs.linearize, lambda system: period_multipliers(system, 1.0)):
         with pytest.raises(
-            mbs.NoSolutionError, match="A has no finite value at the start: f has no derivative"
+            mbs.NoSolutionError, match="A has no finite value in this state: f has no derivative"
         ) as caught:
             ask(one_sided("sqrt(0-theta)"))
         assert caught.value.where.path == ("forces", "f")

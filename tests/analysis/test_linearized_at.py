@@ -147,3 +147,62 @@ def test_the_command_takes_a_word_or_values(tmp_path: Path, capsys: pytest.Captu
     assert (code, answer["error"]["where"]["path"]) == (2, "--at")
     assert main(["linearize", str(file), "--at", "equilibrium"]) == 0
     assert "about theta = 0" in capsys.readouterr().out
+
+
+RAMP = """\
+multibody_sym: 1
+name: ramp
+bodies: {b: {mass: 1}}
+joints: {j: {type: prismatic, parent: ground, child: b, axis: x, q: x, initial: {q: -1}}}
+forces: {f: {type: force, on: b, value: [sqrt(0-x), 0, 0]}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("model", "place", "message"),
+    [
+        (PENDULUM, "u_theta=1", "the state is no equilibrium and no steady motion: A depends on what moves: theta"),
+        (RAMP, "x=0", "A has no finite value in this state: f has no derivative there; choose one beside it"),
+        ("slider_crank", "phi=90 deg,psi=0", "no state with these values satisfies joints.C; name fewer, or give"),
+        ("slider_crank", "phi=0,psi=0,u_phi=0,u_psi=1", "no state with these values satisfies joints.C; name fewer"),
+    ],
+)
+def test_what_is_wrong_at_a_place_is_told_of_it_and_not_of_the_start(
+    model: str, place: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "model.yaml"
+    file.write_text(model if ":" in model else (EXAMPLES / f"{model}.yaml").read_text(), encoding="utf-8")
+    places = place.split(",")
+    assert main(["linearize", str(file), *(word for x in places for word in ("--at", x))]) == 3
+    told = capsys.readouterr().err
+    assert told.startswith(f"error: --at: {message}")
+    assert "start" not in told
+    with pytest.raises(mbs.NoSolutionError) as error:
+        mbs.linearize(mbs.load(file), at=dict(x.split("=") for x in places))
+    assert error.value.where.path == ("at",)
+    assert error.value.message.startswith(message)
+
+
+def test_a_singular_position_at_a_place_is_told_of_it() -> None:
+    """A parallelogram that is laid flat."""
+    lengths = {"a": 1, "b": 2, "c": 1}
+    bodies = {
+        name: mbs.Body(mass=1, inertia={"Izz": 1}, points={"end": [x, 0, 0]}) for name, x in lengths.items()
+    }
+    joints = {
+        "A": mbs.Revolute("ground", "a", q="a", initial={"q": 1, "known": True}),
+        "B": mbs.Revolute("a.end", "b", q="b", initial={"q": -1}),
+        "C": mbs.Revolute("ground.right", "c", q="c", initial={"q": 1}),
+        "D": mbs.Revolute("b.end", "c.end"),
+    }
+    ground = mbs.Body(points={"right": [2, 0, 0]})
+    flat = mbs.System("flat", bodies={"ground": ground, **bodies}, joints=joints)
+    with pytest.raises(mbs.NoSolutionError, match=r"^at: the state is a singular position: .*choose one beside it"):
+        mbs.linearize(flat, at={"a": 0, "b": 0, "c": 0})
+
+
+def test_a_word_that_is_no_place_is_told_as_it_is_typed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "pendulum.yaml"
+    file.write_text(PENDULUM, encoding="utf-8")
+    assert main(["linearize", str(file), "--at", "foo"]) == 2
+    assert "--at 'foo': write equilibrium or NAME=VALUE" in capsys.readouterr().err

@@ -29,8 +29,11 @@ def generic_rank(rows: Rows, q: Floats) -> tuple[int, int]:
     return here, max(here, *map(approximate_rank, around), 0)
 
 
-def verify_regular(rows: Rows, q: Floats, here: int, generic: int) -> None:
-    """Raise NoSolutionError where the rank of rows at q is less than the generic one, naming those that lose theirs."""
+def verify_regular(rows: Rows, q: Floats, here: int, generic: int, called: str) -> None:
+    """Raise NoSolutionError where the rank of rows at q is less than the generic one, naming those that lose theirs.
+
+    `called`: what the state is called.
+    """
     if here == generic:
         return
     beside = max(_neighbours(rows, q), key=approximate_rank)
@@ -38,9 +41,9 @@ def verify_regular(rows: Rows, q: Floats, here: int, generic: int) -> None:
     first = next((k for k, row in enumerate(rows.mechanism.rows) if row.name in names), rows.active[0])
     depend, hold = ("depend", "hold") if len(names) > 1 else ("depends", "holds")
     raise NoSolutionError(
-        f"the start is a singular position: {', '.join(names)} {depend} on the other constraints there, or {hold} "
+        f"{called} is a singular position: {', '.join(names)} {depend} on the other constraints there, or {hold} "
         f"nothing (the rank of the constraints is {here} there and {generic} nearby), and the motion may go on along "
-        "more than one way; start beside it",
+        "more than one way; choose one beside it",
         where=Where(path=rows.mechanism.row_path(first)),
     )
 

@@ -55,6 +55,10 @@ class Assembled:
     shifts: Mapping[str, float] = field(default_factory=dict)
 
 
+class NotClosedError(NoSolutionError):
+    """Start values cannot be changed such that they satisfy the constraints."""
+
+
 class _Item(NamedTuple):
     """What is held or found together: a coordinate or speed, or a quaternion; its places in q or u, and its speeds."""
 
@@ -222,7 +226,7 @@ def _failure(rows: Rows, what: str, missed: Missed | None) -> NoSolutionError:
     """Return the error that names the residuals of rows which cannot be closed, at the place of the first."""
     if missed is None:
         where = Where(path=rows.mechanism.row_path(rows.active[0]))
-        return NoSolutionError(f"{what}: they have no value there", where=where)
+        return NotClosedError(f"{what}: they have no value there", where=where)
     pairs = zip(rows.active, missed.residuals, missed.sizes, strict=True)
     still_open = {k: residual for k, residual, size in pairs if not abs(residual) <= CLOSED * size}
     names = [row.name for row in rows.mechanism.rows]
@@ -231,7 +235,7 @@ def _failure(rows: Rows, what: str, missed: Missed | None) -> NoSolutionError:
     advice = "; leave out `known` where values may change, or put all onto the constraints (--project)" if known else ""
     reasons = ", ".join(listed) or "a joint that closes a loop is turned over"
     where = Where(path=rows.mechanism.row_path(next(iter(still_open), rows.active[0])))
-    return NoSolutionError(f"{what}: {reasons}{advice}", where=where)
+    return NotClosedError(f"{what}: {reasons}{advice}", where=where)
 
 
 # --- what does not close -------------------------------------------------------------------------------------------

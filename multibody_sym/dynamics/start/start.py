@@ -144,12 +144,12 @@ def _in_absolute_coordinates(mechanism: Mechanism, joints: Start) -> Start:
     return replace(joints, parameters=tuple(parameters), q=tuple(q.tolist()), u=tuple(u.tolist()), rank=rank)
 
 
-def verify_regular_start(mechanism: Mechanism, begin: Start) -> None:
-    """Raise NoSolutionError where rows depend on each other at the start that are independent beside it, by name."""
+def verify_regular_start(mechanism: Mechanism, begin: Start, called: str = "the start") -> None:
+    """Raise NoSolutionError where rows depend on each other in a state that are independent beside it, by name."""
     if mechanism.rows:
         rows = Rows(mechanism, begin.parameters, range(len(mechanism.rows)))
         generic = mechanism.parameters.independent_rows(begin.parameters)
-        verify_regular(rows, np.array(begin.q, dtype=float), begin.rank, generic)
+        verify_regular(rows, np.array(begin.q, dtype=float), begin.rank, generic, called)
 
 
 def _verify_motions(mechanism: Mechanism, parameters: Sequence[float]) -> None:
