@@ -114,7 +114,7 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
     "SpringDamper": {"stiffness": 1, **_ENDS, "joint": None, "freedom": None, "damping": 1, "length": 1},
     "Stabilisation": {"baumgarte": {"alpha": 1}, "projection": None, "index_2": None},
     "Surface": {"sphere": 1, "disc": None, "axis": "z", "centre": [0, 0, 0], "plane": None, "normal": "z"},
-    "Table": {"table": [[0, 0], [1, 1]], "of": "t", "interpolation": "linear"},
+    "Table": {"table": [[0, 0], [1, 1]], "of": "t", "interpolation": "linear", "dimension": "N"},
     "Torque": {"value": 1, "joint": "A", "freedom": "x", "on": None, "frame": "b"},
     "Turn": {"axis": "x", "angle": 1},
     "Universal": {**_MOVES, "axes": ["x", "y"]},

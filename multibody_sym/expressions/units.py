@@ -232,7 +232,8 @@ def dimension_of(node: Node, known: Callable[[Node], Dimension | None]) -> Dimen
     """Return the dimension of `node`, given those of its symbols and quantities (None: not known).
 
     Returns None where it is not known and where the expression is a pure number, which fits every dimension; a pure
-    number in a sum fits the other side. A factor that is no quotient of small integers (9.81) may carry a unit.
+    number in a sum fits the other side, and one known part tells the dimension of a sum. A factor that is no quotient
+    of small integers (9.81) may carry a unit.
     Raises ExpressionError where two dimensions contradict each other.
     """
     found: dict[Node, Dimension | None] = {}
@@ -296,9 +297,10 @@ def _common(n: Node, dimensions: Dimensions) -> Dimension | None:
         b = b.args[0] if b.op == "neg" else b
         verb = _VERBS.get(n.op, f"{n.op}() combines")
         raise ExpressionError(f"{verb} {da} and {db}: {_brief(a)} is in {da}, {_brief(b)} is in {db}")
-    if da is None or db is None:
-        return None
-    return db if da == DIMENSIONLESS else da
+    told = [d for d in (da, db) if d is not None and d != DIMENSIONLESS]
+    if told:
+        return told[0]
+    return DIMENSIONLESS if da == db == DIMENSIONLESS else None
 
 
 _VERBS: Final = {"add": "a sum of", "less": "a comparison of", "less_equal": "a comparison of", "where": "a choice of"}

@@ -50,10 +50,14 @@ class ParameterField:
         return _parameter(value)
 
     def tree(self, value: Parameter) -> Any:
-        tree = fields_tree(value)
-        if value.dimension is not None and _DECIMAL.fullmatch(tree["value"]):
-            tree["value"] = f"{tree['value']} {tree.pop('dimension')}"
-        return tree["value"] if set(tree) == {"value"} else tree
+        return with_unit(fields_tree(value))
+
+
+def with_unit(tree: dict[str, Any]) -> Any:
+    """Return the tree of a value and its dimension, if it has one, as short as it can be written: `3 N`."""
+    if "dimension" in tree and _DECIMAL.fullmatch(tree["value"]):
+        tree["value"] = f"{tree['value']} {tree.pop('dimension')}"
+    return tree["value"] if set(tree) == {"value"} else tree
 
 
 _DECIMAL: Final = re.compile(r"-?[0-9]+(\.[0-9]+)?")

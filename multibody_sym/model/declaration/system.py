@@ -17,7 +17,7 @@ from multibody_sym.model.declaration.joint import Joint
 from multibody_sym.model.declaration.joints import JOINTS
 from multibody_sym.model.declaration.parameters import Parameter, ParameterField
 from multibody_sym.model.declaration.settings import Ask, AskField, Settings
-from multibody_sym.model.declaration.tables import InputField, Table
+from multibody_sym.model.declaration.tables import Constant, InputField, Table
 from multibody_sym.model.declaration.values import Condition, Point, Scalar, Text, Vector, described, listed
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, symbol, symbol_with
@@ -56,7 +56,7 @@ class System(Element):
     forces: Mapping[str, Element] = holds(MapOf(FORCES), None)
     constraints: Mapping[str, Element] = holds(MapOf(CONSTRAINTS), None)
     pulleys: Mapping[str, Pulley] = holds(MapOf(Record(Pulley)), None)
-    inputs: Mapping[str, Node | Table] = holds(MapOf(InputField()), None)
+    inputs: Mapping[str, Node | Table | Constant] = holds(MapOf(InputField()), None)
     outputs: Mapping[str, Node] = holds(MapOf(Scalar()), None)
     stop: Mapping[str, Node] = holds(MapOf(Condition()), None)
     ask: Mapping[str, Ask] = holds(MapOf(AskField()), None)

@@ -1,4 +1,4 @@
-"""Tables as inputs: rows of numbers, interpolated at the time or another expression."""
+"""Inputs: expressions, numbers with a unit, and tables, interpolated at the time or another expression."""
 
 from __future__ import annotations
 
@@ -7,11 +7,14 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from multibody_sym.errors import ModelError, at
+from multibody_sym.expressions.parser import parse_scalar
 from multibody_sym.expressions.printer import text
+from multibody_sym.expressions.units import Dimension
 from multibody_sym.model.declaration.fields import Element, fields_tree, from_fields, holds
-from multibody_sym.model.declaration.values import Choice, Scalar, described, scalar
+from multibody_sym.model.declaration.parameters import DimensionField, with_unit
+from multibody_sym.model.declaration.values import Choice, Scalar, content_of, described, scalar
 from multibody_sym.scalars.elementary import where
-from multibody_sym.scalars.node import Node, as_node, less
+from multibody_sym.scalars.node import Node, as_node, less, symbol
 
 MOST_ROWS: Final = 1_000
 Row = tuple[Node, Node]
@@ -57,25 +60,60 @@ class Table(Element):
     """Values between the rows (argument, value) of `table`, at the argument `of` (default: the time).
 
     `linear`, or `cubic`: the natural spline, whose second derivative is continuous and zero at both ends. Outside the
-    range of the table the value is that of the nearest end.
+    range of the table the value is that of the nearest end. `dimension` is that of the values, where they have units.
     """
 
     table: tuple[Row, ...] = holds(TableRows())
     of: Node = holds(Scalar(), "t")
     interpolation: str = holds(Choice(("linear", "cubic")), "linear")
+    dimension: Dimension | None = holds(DimensionField(), None)
+
+    def __post_init__(self) -> None:
+        given = self.table
+        super().__post_init__()
+        if self.of is symbol("t"):
+            with at("table"):
+                for index, row in enumerate(given):
+                    content_of(index, row[0], Scalar("s"))
+        if self.dimension is None:
+            with at("table"):
+                object.__setattr__(self, "dimension", _dimension_of_values(given))
+
+
+def _dimension_of_values(rows: Sequence[Sequence[Any]]) -> Dimension | None:
+    """Return the dimension that the values of a table were given in, None where they have no unit."""
+    stated = (parse_scalar(value)[1] for _, value in rows if isinstance(value, str))
+    found = list(dict.fromkeys(dimension for dimension in stated if dimension is not None))
+    if len(found) > 1:
+        raise ModelError(f"the values are in {found[0]} and in {found[1]}; a table is of one quantity")
+    return found[0] if found else None
+
+
+@dataclass(frozen=True)
+class Constant(Element):
+    """An input that is a number with a unit: its value (SI) and its dimension."""
+
+    value: Node = holds(Scalar())
+    dimension: Dimension = holds(DimensionField())
 
 
 @dataclass(frozen=True)
 class InputField:
-    """An input: an expression, or a table."""
+    """An input: an expression, a number with a unit, or a table."""
 
     def accept(self, value: Any) -> Node | Element:
-        if isinstance(value, Table):
+        if isinstance(value, (Table, Constant)):
             return value
-        return from_fields(Table, value) if isinstance(value, Mapping) else scalar(value, None)
+        if isinstance(value, Mapping):
+            return from_fields(Constant if "value" in value else Table, value)
+        dimension = parse_scalar(value)[1] if isinstance(value, str) else None
+        node = scalar(value, None)
+        return node if dimension is None else Constant(node, dimension)
 
-    def tree(self, value: Node | Table) -> Any:
-        return text(value) if isinstance(value, Node) else fields_tree(value)
+    def tree(self, value: Node | Table | Constant) -> Any:
+        if isinstance(value, Node):
+            return text(value)
+        return with_unit(fields_tree(value)) if isinstance(value, Constant) else fields_tree(value)
 
 
 def interpolated(given: Table) -> Node:

@@ -12,7 +12,7 @@ from typing import Any
 
 from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.declaration.system import System, expressions, with_expressions
-from multibody_sym.model.declaration.tables import Table, interpolated
+from multibody_sym.model.declaration.tables import Constant, Table, interpolated
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, as_node, symbol
@@ -42,8 +42,10 @@ def with_driving_inputs(system: System) -> System:
     return replace(system, **changed)
 
 
-def expression_of(given: Node | Table) -> Node:
+def expression_of(given: Node | Table | Constant) -> Node:
     """Return the expression that an input stands for."""
+    if isinstance(given, Constant):
+        return given.value
     return interpolated(given) if isinstance(given, Table) else given
 
 

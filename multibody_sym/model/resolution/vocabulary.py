@@ -182,7 +182,9 @@ def _listed(words: tuple[str, ...]) -> str:
 
 def _dimensions(system: System) -> dict[Node, Dimension | None]:
     """Return the dimensions that were given with units. Time and motion have none: `5*sin(3*t)` may be a force."""
-    return {symbol(name): parameter.dimension for name, parameter in system.parameters.items()}
+    parameters = {symbol(name): parameter.dimension for name, parameter in system.parameters.items()}
+    inputs = {symbol(name): given.dimension for name, given in system.inputs.items() if not isinstance(given, Node)}
+    return {**parameters, **inputs}
 
 
 def _verify_dimension(node: Node, unit: str | None, known: Mapping[Node, Dimension | None]) -> None:

@@ -86,7 +86,7 @@ def test_tables_are_read_and_written() -> None:
     system = loads(TEXT)
     assert loads(dumps(system)) == system
     inputs = {
-        "tau": Table([[0, 0], [1, 2], [2, 0]]),
+        "tau": Table([[0, 0], [1, "2 N*m"], [2, 0]]),
         "law": Table([[-1, 1], [0, 0], [1, -3]], of="2*A", interpolation="cubic"),
     }
     forces = {"drive": Torque("tau", joint="A"), "spring": Torque("law", joint="A")}
