@@ -68,6 +68,14 @@ def test_a_loop_is_closed_around_the_values_that_are_named() -> None:
     assert np.abs(same.A - found.A).max() <= 1e-9 * np.abs(found.A).max()
 
 
+def test_a_loop_brought_to_rest_keeps_no_speeds_from_rounding() -> None:
+    """At rest nothing depends on speeds to first order where nothing brakes: the rates of A by them are zero."""
+    bar = mbs.load(EXAMPLES / "four_bar.yaml")
+    found = mbs.linearize(bar, parameters={"torque": 0}, at={"rocker_angle": "100 deg", "u_crank_angle": 0})
+    assert found.A[1, 1] == 0.0
+    assert max(abs(found.at[name]) for name in found.at if name.startswith("u_")) < 1e-25
+
+
 def test_a_rope_keeps_the_length_that_the_start_gives_it() -> None:
     """Two blocks on a rope that nobody measured: where one is put a metre lower the other is a metre higher."""
     system = mbs.System(

@@ -87,7 +87,11 @@ def start_beside(mechanism: Mechanism, begin: Start, values: Mapping[str, float]
         coordinates=tuple(_marked(c, values) for c in mechanism.coordinates),
         speeds=tuple(_marked(s, values) for s in mechanism.speeds),
     )
-    return replace(_closed(marked, begin.parameters, q, u, measure=False, project=False), shifts={})
+    near = _closed(marked, begin.parameters, q, u, measure=False, project=False)
+    # from there once more: what the way from the start leaves of its speeds is no rounding of the small ones there
+    q, u = np.array(near.q, dtype=float), np.array(near.u, dtype=float)
+    exact = _closed(marked, near.parameters, q, u, measure=False, project=False)
+    return replace(exact, shifts={})
 
 
 def _marked(each: T, values: Mapping[str, float]) -> T:
