@@ -31,7 +31,7 @@ from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.changes import Changes
-from multibody_sym.numerics.arrays import UNDEFINED, Floats
+from multibody_sym.numerics.arrays import EPSILON, UNDEFINED, Floats
 from multibody_sym.numerics.rank import ALIKE, FLAT, least_squares, null_space
 
 _GUESSES: Final = 24
@@ -124,7 +124,7 @@ def _equilibrium(system: System, formalism: str | None) -> Equilibrium:
     names, places = [c.name for c in resolved.coordinates], search.places
     one_sided = tuple(search.one_sided(q) for q in found.positions)
     return Equilibrium(
-        tuple(dict(zip(names, places.told(q), strict=True)) for q in found.positions),
+        tuple(dict(zip(names, search.told(q), strict=True)) for q in found.positions),
         tuple(None if edge else search.stable(q) for q, edge in zip(found.positions, one_sided, strict=True)),
         tuple(tuple(names[k] for k in np.flatnonzero(free)) for free in found.free),
         are_all(places, found.positions, found.free),
@@ -331,6 +331,15 @@ class _Search:
             if self._rests(beside, FLAT * (1.0 + float(np.abs(slope).max()))):
                 found |= np.abs(beside - q) > _SAME
         return found
+
+    def told(self, q: Floats) -> list[float]:
+        """Return a position as it is told, with zeros beside which it rests no better to what Newton's method asks."""
+        found = np.array(self.places.told(q))
+        clear = np.where(np.abs(found) < _POLISHED, 0.0, found)
+        near = closed_near(self.rows, clear)
+        closed = near is not None and np.abs(near - clear).max(initial=0.0) <= EPSILON
+        rests = closed and self._rests(clear, max(_CONVERGED, self._size(q)))
+        return [float(x) for x in (clear if rests else found)]
 
     def _rests(self, q: Floats, allowed: float) -> bool:
         """Return whether no acceleration beside a position is larger than allowed."""

@@ -8,7 +8,6 @@ from multibody_sym.analysis.equilibrium import Equilibrium
 from multibody_sym.expressions.chosen_units import SI, Units
 
 _WORDS: Final = {True: "stable", False: "unstable", None: "indifferent"}
-_ROUNDING: Final = 1e-9
 
 
 def equilibrium_text(found: Equilibrium, units: Units = SI) -> str:
@@ -16,8 +15,7 @@ def equilibrium_text(found: Equilibrium, units: Units = SI) -> str:
     lines = []
     each = zip(found.positions, found.stable, found.free, found.beyond, found.one_sided, strict=True)
     for position, stable, free, beyond, one_sided in each:
-        clear = {name: 0.0 if abs(x) < _ROUNDING else x for name, x in position.items()}
-        values = ", ".join(f"{name} = {units.said(x, found.units[name], '.9g')}" for name, x in clear.items())
+        values = ", ".join(f"{name} = {units.said(x, found.units[name], '.9g')}" for name, x in position.items())
         along = f"; and so is every position beside it along {', '.join(free)}" if free else ""
         past = f"; beyond the other end of {', '.join(beyond)}" if beyond else ""
         edge = "; a force has no real value on one side of it" if one_sided else ""

@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 from command import EXAMPLES, PENDULUM
 
+import multibody_sym as mbs
 from multibody_sym.cli.main import main
+from multibody_sym.writing.statics import equilibrium_text
 
 STONE = (
     "{multibody_sym: 1, name: m, gravity: [0, -9.81, 0], bodies: {b: {mass: 1}},"
@@ -110,3 +112,14 @@ def test_linearize_gives_the_multipliers_of_a_period(capsys: pytest.CaptureFixtu
     assert main(["linearize", PENDULUM, "--period", "0.5"]) == 3
     assert "does not repeat itself after 0.5 s" in capsys.readouterr().err
     assert main(["linearize", PENDULUM, "--period", "-1"]) == 2
+
+
+def test_text_and_object_tell_the_same_positions_of_rest(capsys: pytest.CaptureFixture[str]) -> None:
+    """0, where the position beside it rests no better; and what is small and no rounding stays in both."""
+    assert main(["equilibrium", PENDULUM, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["positions"][0] == {"theta": 0.0}
+    track = {"j": mbs.Prismatic("ground", "b", axis="x", q="x")}
+    spring = {"s": mbs.SpringDamper(joint="j", stiffness=100), "f": mbs.Torque("4e-8", joint="j")}
+    found = mbs.equilibrium(mbs.System("m", bodies={"b": mbs.Body(mass=1)}, joints=track, forces=spring))
+    assert found.positions[0]["x"] == pytest.approx(4e-10, rel=1e-6)
+    assert "x = 4e-10 m" in equilibrium_text(found)
