@@ -40,6 +40,6 @@ def assignments(option: str, texts: Sequence[str]) -> Mapping[str, str]:
             raise UsageError(f"{option} {text!r}: write NAME=VALUE", where=Where(path=(option,)))
         name, value = name.strip(), value.strip()
         if values.setdefault(name, value) != value:
-            told = f"{option} gives {name} two values, {values[name]!r} and {value!r}: leave one of them out"
+            told = f"{name} is given two values, {values[name]!r} and {value!r}: leave one of them out"
             raise UsageError(told, where=Where(path=(option,)))
     return values
