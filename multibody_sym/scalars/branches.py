@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from multibody_sym.scalars.derivatives import derivative
-from multibody_sym.scalars.elementary import cos
+from multibody_sym.scalars.elementary import absolute, cos
 from multibody_sym.scalars.node import ONE, TWO, Node, power, subtract
 from multibody_sym.scalars.traversal import postorder
 
@@ -40,10 +40,10 @@ def branches(nodes: Iterable[Node], time: Node) -> list[Branch]:
 def poles(nodes: Iterable[Node], time: Node) -> list[Branch]:
     """Return where expressions of time may pass every bound: at the zeros of their denominators, each once.
 
-    A factor of a denominator changes its sign there, or it turns back, so that its square touches zero.
+    A factor of a denominator changes its sign there, or it turns back, so that its size touches zero.
     """
     factors = [f for n in postorder(nodes) for d in _denominators(n) for f in _factors(d) if f.shadow is None]
-    found = (b for f in factors for b in (Branch(f), Branch(derivative(f, time), power(f, TWO))))
+    found = (b for f in factors for b in (Branch(f), Branch(derivative(f, time), absolute(f))))
     return [b for b in dict.fromkeys(found) if b.switch.shadow is None]
 
 

@@ -56,7 +56,8 @@ def test_tables_hold_the_motion(tmp_path: Path, ending: str) -> None:
 
 def test_set_moves_the_start(tmp_path: Path) -> None:
     model = tmp_path / "m.yaml"
-    model.write_text(Path(PENDULUM).read_text().replace("q: 60 deg", "q: l/2"))
+    text = Path(PENDULUM).read_text().replace("q: 60 deg", "q: l/d").replace("parameters:\n", "parameters:\n  d: 2 m\n")
+    model.write_text(text)
     printed = answer(command("simulate", str(model), "--set", "l=2 m", "--set", "m=300 g", "--json"))
     assert printed["coordinates"]["theta"][0] == 1.0
     assert printed["outputs"]["energy"][0] == pytest.approx(-0.3 * 9.81 * 2 * np.cos(1.0))

@@ -14,7 +14,7 @@ import pytest
 from c_library import Library, compiler
 from random_programs import ARITHMETIC, FUNCTIONS, Maker
 
-from multibody_sym.codegen import c
+from multibody_sym.codegen import c_function
 from multibody_sym.codegen.c import c_source
 from multibody_sym.codegen.selftest import spread_samples
 from multibody_sym.program import interpreter
@@ -59,7 +59,7 @@ def test_arithmetic_has_the_bits_of_the_interpreter_at_every_level(tmp_path, sol
 @pytest.mark.parametrize("longest", [400, 7])
 def test_all_operations_have_the_bits_of_the_interpreter(tmp_path, solved_in_c, monkeypatch, longest) -> None:
     """-fno-builtin: both sides call the same functions; else the compiler evaluates those of constants by itself."""
-    monkeypatch.setattr(c, "_LONGEST", longest)
+    monkeypatch.setattr(c_function, "_LONGEST", longest)
     programs, makers = batch(2000, ARITHMETIC + FUNCTIONS)
     library = Library(c_source(programs), tmp_path, "-O2", "-fno-builtin")
     solved_in_c(library)

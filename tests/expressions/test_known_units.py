@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from multibody_sym.expressions.known_units import ANGLE, Kind, Known, known
@@ -132,6 +132,7 @@ VALUES = dict(zip(sorted(LEAVES), (0.7, 1.3, 2.1, 0.4, 1.9, 3.2, 0.9, 1.7, 2.6, 
 
 @given(made_of(DECLARED))
 def test_what_is_made_of_parameters_with_units_has_a_unit_and_scales_so(made: Made) -> None:
+    assume(made.text.count("3*(") < 3)  # 27 is no small number any more, and may have a unit
     assert scales_as_told(made.text)
 
 

@@ -199,7 +199,8 @@ def test_motion_without_a_rate_at_the_start_is_named() -> None:
 def test_motion_depends_on_time_and_parameters_only() -> None:
     joints = {"A": Revolute("ground", "a"), "B": Revolute("a", "b", motion="sin(A)")}
     system = System("s", bodies={"a": Body(mass=1), "b": Body(mass=1)}, joints=joints)
-    with pytest.raises(ModelError, match="'A' is a coordinate; here an expression names parameters, the time only"):
+    told = "'A' is a coordinate; here an expression names parameters, inputs, the time only"
+    with pytest.raises(ModelError, match=told):
         mechanism(system)
 
 

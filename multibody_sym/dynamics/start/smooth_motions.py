@@ -114,7 +114,9 @@ def _first_jump(motion: _Motion, *, with_rate: bool) -> Jump | None:
         found += [jump for place in jumping if (jump := _jump(f, of, place, sizes)) is not None]
         known = {**dict.fromkeys(leaves([n], "symbol"), 0.0), **values}
         found += [jump for place in poled if (jump := _pole(n, known, of, place, sizes)) is not None]
-    return min(found, key=lambda jump: (jump.time, jump.pole), default=None)
+    first = min((jump.time for jump in found), default=0.0)
+    earliest = (jump for jump in found if jump.time <= first + _BESIDE * t_end)
+    return max(earliest, key=lambda jump: jump.pole, default=None)
 
 
 def _jumping(motion: _Motion) -> Iterator[_Place]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from random import Random
 from typing import Any
 
@@ -114,4 +115,4 @@ def test_what_is_not_scanned() -> None:
     rod = {"rod": Distance(between=["b0.end", "b9.end"], value=1)}
     assert worth_scanning(mechanism(tree(3, 40, chain=True, constraints=rod))) is None
     push = Force(on="b9", value=[1, 0, 0])
-    assert worth_scanning(mechanism(System(**{**vars(tree(3, 40, chain=True)), "forces": {"push": push}}))) is None
+    assert worth_scanning(mechanism(replace(tree(3, 40, chain=True), forces={"push": push}))) is None
