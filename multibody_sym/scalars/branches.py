@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from multibody_sym.scalars.derivatives import derivative
-from multibody_sym.scalars.elementary import absolute, cos
-from multibody_sym.scalars.node import ONE, TWO, Node, power, subtract
+from multibody_sym.scalars.elementary import cos
+from multibody_sym.scalars.node import ONE, TWO, Node, absolute, power, subtract
 from multibody_sym.scalars.traversal import postorder
 
 _BOUNDED_AT_POLES: Final = ("atan", "tanh", "exp")
