@@ -214,3 +214,19 @@ def test_a_word_that_is_no_place_is_told_as_it_is_typed(tmp_path: Path, capsys: 
     file.write_text(PENDULUM, encoding="utf-8")
     assert main(["linearize", str(file), "--at", "foo"]) == 2
     assert "--at 'foo': write equilibrium or NAME=VALUE" in capsys.readouterr().err
+
+
+def test_a_place_to_which_loops_close_without_inertia_is_told_as_such() -> None:
+    arms = {name: mbs.Body(mass=1, points={"end": [1, 0, 0]}) for name in ("left", "right")}
+    beam = mbs.Body(mass=1, com=[1, 0, 0], points={"left": [0, 0, 0], "right": [2, 0, 0]})
+    hinges = {
+        "a": mbs.Revolute("ground", "left", initial={"q": "60 deg"}),
+        "c": mbs.Revolute("left.end", "beam.left"),
+        "b": mbs.Revolute("ground.foot", "right"),
+        "d": mbs.Revolute("right.end", "beam.right"),
+    }
+    bodies = {**arms, "beam": beam, "ground": mbs.Body(points={"foot": [2, 0, 0]})}
+    flat = mbs.System("parallelogram of points of mass", gravity=[0, -9.81, 0], bodies=bodies, joints=hinges)
+    assert mbs.linearize(flat, at={"a": 1.0, "u_a": 0.0}).states
+    with pytest.raises(mbs.NoSolutionError, match="no inertia resists the speed u_a"):
+        mbs.linearize(flat, at={"a": 0.0, "b": 0.0})

@@ -176,7 +176,7 @@ def projected(mechanism: Mechanism, q: Sequence[Any], gradient: Sequence[Any], n
 def turning(mechanism: Mechanism, u: Sequence[Any], momenta: Sequence[Any]) -> list[Any]:
     """Return what N^T (d/dt dT/dqdot - dT/dq) holds besides d/dt dT/du - N^T dT/dq: nothing where u = qdot."""
     return [
-        sympy.sympify(term)
+        sympy.S.Zero + term
         for body in mechanism.bodies
         for free in body.free_steps
         for term in turning_momenta(free.step, [u[k] for k in free.u], [momenta[k] for k in free.u])

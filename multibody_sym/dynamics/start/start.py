@@ -110,6 +110,8 @@ def _closed(
     with contradictions_named(rows, q, u):
         position = assembled_position(rows, q, project=project)
     verify_values(rows.motion(position.values, u))
+    if rows.active:
+        _verify_inertia(rows, position.values, u)
     parameters = with_constants(mechanism, declared, position.values) if measure else list(declared)
     every = Rows(mechanism, parameters, range(len(mechanism.rows)))
     with contradictions_named(every, position.values, u):
