@@ -22,7 +22,7 @@ from multibody_sym.model.mechanism.loads import BodyTorque, Load, PointForce
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import IDENTITY, ORIGIN, Mass, Pose, Rotation
 from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
-from multibody_sym.model.mechanism.rows import Bend, Row
+from multibody_sym.model.mechanism.rows import Bend, Row, Sliding
 from multibody_sym.scalars.functions import is_exactly
 from multibody_sym.scalars.node import Node, as_node, real
 from multibody_sym.scalars.tensors import turned_symmetric
@@ -195,7 +195,7 @@ def _in_axes(part: Any, axes: Mapping[int, Axes]) -> Any:
 
     What is given along the axes of its markers keeps its components.
     """
-    if isinstance(part, Row) or (isinstance(part, Load) and part.axes_of is None):
+    if isinstance(part, (Row, Sliding)) or (isinstance(part, Load) and part.axes_of is None):
         return replace(part, **{f.name: _in_axes(getattr(part, f.name), axes) for f in fields(part)})
     if isinstance(part, _PLAIN):
         return part

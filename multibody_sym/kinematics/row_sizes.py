@@ -30,6 +30,7 @@ from multibody_sym.model.mechanism.rows import (
     RollingRow,
     RopeRow,
     Row,
+    SlidingRow,
     VelocityRow,
 )
 from multibody_sym.scalars.derivatives import tangents
@@ -144,6 +145,11 @@ def _(row: RollingRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     slip = wheel.V + plane.V + wheel.W * radius + plane.W * place
     carried = wheel.A + plane.A + wheel.L * radius + plane.L * place
     return carried + (wheel.W + plane.W) * radius * turning + plane.W * (slip + wheel.V + plane.V)
+
+
+@_terms.register
+def _(row: SlidingRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+    return _terms(row.normal, motion, bodies)
 
 
 @_terms.register

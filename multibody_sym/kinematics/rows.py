@@ -7,8 +7,8 @@ H_j^T is found as the generalised force of the wrenches that a unit multiplier e
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import singledispatch
 from typing import Final
 
@@ -39,6 +39,8 @@ from multibody_sym.model.mechanism.rows import (
     RollingRow,
     RopeRow,
     Row,
+    Sliding,
+    SlidingRow,
     VelocityRow,
 )
 from multibody_sym.numerics.arrays import Floats
@@ -51,12 +53,18 @@ _ROUNDING: Final = 1e-13
 """Part of what a row exerts up to which its H_j is what opposite wrenches round to."""
 
 
+_AT_REST: Final = 1e-12
+"""The speed (m/s) up to which what slips from rest keeps the direction in which it starts."""
+
+
 @dataclass(frozen=True)
 class RowMotion:
     """One row at a state: phi, phidot, the row H_j (nu), gamma, and the wrenches of a unit multiplier on the bodies.
 
     A nonholonomic row has no phi (None); its phidot is psi = a(q, t) u + b(q, t). Where the wrenches of a row are
-    `all_told` H_j^T is their generalised force, though perhaps written otherwise.
+    `all_told` H_j^T is their generalised force, though perhaps written otherwise. What slides `exerts` another
+    generalised force (nu) than H_j^T. A row that defines a force has a `coupling` D_jk with the multipliers of rows k:
+    H_j udot + sum D_jk lambda_k = gamma_j; it restricts nothing.
     """
 
     phi: S
@@ -65,6 +73,18 @@ class RowMotion:
     gamma: S
     of_body: list[Wrench]
     all_told: bool = False
+    exerts: list[S] | None = None
+    coupling: Mapping[int, S] = field(default_factory=dict)
+
+    @property
+    def kinematic(self) -> bool:
+        """Whether the row restricts motion; others define forces."""
+        return not self.coupling
+
+    @property
+    def forces(self) -> list[S]:
+        """The generalised force (nu) of a unit multiplier."""
+        return self.jacobian if self.exerts is None else self.exerts
 
     @property
     def holonomic(self) -> bool:
@@ -175,6 +195,31 @@ def _(row: RollingRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMo
     gamma = -(dot(along_rate, contact.slip) + dot(along, contact.slip_rate))
     phi = contact.gap if row.along == row.normal else None
     return _of_wrenches(motion, wrenches, phi, dot(along, contact.slip), gamma)
+
+
+@row_motion.register
+def _(row: SlidingRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+    normal = row_motion(row.normal, motion, bias)
+    exerts, of_body = list(normal.forces), list(normal.of_body)
+    for sliding in row.frictions:
+        along = [row_motion(direction, motion, bias) for direction in sliding.rows]
+        for factor, tangent in zip(_friction_factors(sliding, along, motion), along, strict=True):
+            exerts = [a + factor * b for a, b in zip(exerts, tangent.forces, strict=True)]
+            pairs = zip(of_body, tangent.of_body, strict=True)
+            of_body = [(add(f, scale(factor, df)), add(m, scale(factor, dm))) for (f, m), (df, dm) in pairs]
+    return replace(normal, exerts=exerts, of_body=of_body)
+
+
+def _friction_factors(sliding: Sliding, along: Sequence[RowMotion], motion: Motion) -> list[S]:
+    """Return for a unit normal force the friction along each row: -mu sign(v_t), in space -mu v_t / |v_t|."""
+    (coefficient,) = motion.state.values([sliding.coefficient])
+    if len(along) == 1:
+        return [-sliding.sense * coefficient]
+    velocity = [tangent.phidot for tangent in along]
+    if sliding.starts is not None:
+        velocity = [v + _AT_REST * d for v, d in zip(velocity, motion.state.values(sliding.starts), strict=True)]
+    speed = sqrt(sum(v * v for v in velocity))
+    return [-coefficient * v / speed for v in velocity]
 
 
 def _of_wrenches(motion: Motion, wrenches: Wrenches, phi: S, phidot: S, gamma: S) -> RowMotion:

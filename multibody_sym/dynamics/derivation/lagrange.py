@@ -204,7 +204,7 @@ class Lowered:
         motion = motion_of(mechanism, state)
         values = _cut(state.values([x for part in self.lists for x in part]), self.lists)
         rows = [
-            RowMotion(phi if row.holonomic else None, phidot, jacobian, gamma, row.of_body, row.all_told)
+            replace(row, phi=phi if row.holonomic else None, phidot=phidot, jacobian=jacobian, gamma=gamma)
             for (phi, phidot, gamma, *jacobian), row in zip(values[n + 2 :], row_motions(motion), strict=True)
         ]
         return equations(motion, values[:n], values[n], values[n + 1], rows)

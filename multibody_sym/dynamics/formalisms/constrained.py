@@ -6,6 +6,12 @@ With M = G^T G, x = G udot and A = H G^-1 this is x = G^-T f + A^T lambda, A x =
 least norm answers whatever the rank of A. `Solver` is that solve over the scalar at hand: numbers in floats, statements
 of a Program over Nodes. W = A A^T, of which textbooks write W lambda = gamma - A x_f, is never formed: it squares the
 condition of A.
+
+Where something slides, rows exert C^T lambda instead, and may define forces: H udot + D lambda = gamma. Then x and
+lambda are found together, which squares nothing either:
+
+    [A   D   ] [x     ]   [gamma - A G^-T f]
+    [E  -C_w^T] [lambda] = [0              ]       C_w = C G^-1
 """
 
 from __future__ import annotations
@@ -15,8 +21,9 @@ from dataclasses import dataclass
 from functools import reduce
 from typing import Final, Protocol
 
-from multibody_sym.dynamics.formalisms.equations import MassFactors
+from multibody_sym.dynamics.formalisms.equations import Friction, MassFactors
 from multibody_sym.scalars.functions import maximum, sqrt
+from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import S
 
 SHORTEST: Final = 1e-6
@@ -36,8 +43,13 @@ class LeastNorm(Protocol):
     def report(self) -> Iterable[S]: ...
 
 
-Solver = Callable[[Matrix, Sequence[S], int], LeastNorm]
-"""From A (s x n), r (s) and n, which no row may be there to tell, to the solution."""
+class Solver(Protocol):
+    """From A (s x n), r (s) and n, which no row may be there to tell, to the solution.
+
+    `beside` of the rows are no constraints: they are independent of all others.
+    """
+
+    def __call__(self, matrix: Matrix, right: Sequence[S], size: int, /, beside: int = 0) -> LeastNorm: ...
 
 
 @dataclass(frozen=True)
@@ -57,14 +69,17 @@ def constrained(
     solve: Solver,
     *,
     minimum_norm: bool = False,
+    friction: Friction | None = None,
 ) -> Constrained:
-    """Return the accelerations and multipliers for f (n), H (s x n) and gamma (s).
+    """Return the accelerations and multipliers for f (n), H (s x n) and gamma (s), and `friction` where rows rub.
 
     The accelerations without rows may be huge beside x (a light body that heavy ones hold), and what they round away is
     missing in A x = gamma: a second solve with the residual brings it back. Multipliers of dependent rows are zero,
     unless those of `minimum_norm` are asked for (`shared`).
     """
     free = factors.weighted(forcing)
+    if friction is not None:
+        return _rubbing(factors, free, rows, wanted, friction, solve)
     matrix = [factors.weighted(row) for row in rows]
     first = solve(matrix, _missing(wanted, matrix, free), len(free))
     near = factors.unweighted(_sums(free, first.solution))
@@ -75,6 +90,42 @@ def constrained(
     else:
         multipliers = _sums(first.multipliers, second.multipliers)
     return Constrained(udot, multipliers, first.report)
+
+
+def _rubbing(
+    factors: MassFactors, free: list[S], rows: Matrix, wanted: Sequence[S], friction: Friction, solve: Solver
+) -> Constrained:
+    """Return what `constrained` does where rows exert other forces than their own; twice, for the same reason."""
+    matrix = [factors.weighted(row) for row in rows]
+    exerts = [factors.weighted(row) for row in friction.exerts]
+    lengths = [_length(row) for row in exerts]
+    unit = [[x / length for x in row] for row, length in zip(exerts, lengths, strict=True)]
+    coupling = [[d / length for d, length in zip(row, lengths, strict=True)] for row in friction.coupling]
+    size, count = len(free), len(rows)
+    upper = [[*a, *d] for a, d in zip(matrix, coupling, strict=True)]
+    lower = [[*(1 if i == k else 0 for k in range(size)), *(-c[i] for c in unit)] for i in range(size)]
+
+    def solved(missing: Sequence[S], unbalanced: Sequence[S]) -> tuple[list[S], list[S], Iterable[S]]:
+        found = solve([*upper, *lower], [*missing, *unbalanced], size + count, beside=size)
+        both = list(found.solution)
+        return both[:size], both[size:], found.report
+
+    x, z, report = solved(_missing(wanted, matrix, free), [0] * size)
+    near = factors.unweighted(_sums(free, x))
+    missing = _missing(_missing(wanted, rows, near), coupling, z)
+    pushed = [sum(c[i] * y for c, y in zip(unit, z, strict=True)) - x[i] for i in range(size)]
+    more, other, _ = solved(missing, pushed)
+    udot = _sums(near, factors.unweighted(more))
+    multipliers = [y / length for y, length in zip(_sums(z, other), lengths, strict=True)]
+    rank, *rest = report
+    return Constrained(udot, multipliers, [rank - size, *rest])
+
+
+def _length(row: Sequence[S]) -> S:
+    """Return the length of what a row exerts, 1 where it exerts nothing."""
+    if all(x is ZERO or x == 0 for x in row):
+        return 1
+    return sqrt(sum(x * x for x in row))
 
 
 def correction(factors: MassFactors, rows: Matrix, least: Callable[[Matrix], Sequence[S]]) -> list[S]:

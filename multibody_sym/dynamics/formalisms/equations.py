@@ -32,6 +32,17 @@ class MassFactors(Protocol):
 
 
 @dataclass(frozen=True)
+class Friction:
+    """Equations M udot = f + C^T lambda, H udot + D lambda = gamma with other forces than H^T lambda.
+
+    `exerts` C (s x n) and `coupling` D (s x s).
+    """
+
+    exerts: list[list[S]]
+    coupling: list[list[S]]
+
+
+@dataclass(frozen=True)
 class TreeDynamics:
     """The dynamics at a state; n speeds, s rows.
 
@@ -56,6 +67,15 @@ class TreeDynamics:
     def constraint_jacobian(self) -> list[list[S]]:
         """H (s x n)."""
         return [row.jacobian for row in self.rows]
+
+    @property
+    def friction(self) -> Friction | None:
+        """What the rows exert, and the forces they define, where not all is H^T lambda; None where it is."""
+        if all(row.exerts is None and not row.coupling for row in self.rows):
+            return None
+        count = range(len(self.rows))
+        coupling = [[row.coupling.get(k, 0) for k in count] for row in self.rows]
+        return Friction([row.forces for row in self.rows], coupling)
 
     @property
     def constraint_forcing(self) -> list[S]:

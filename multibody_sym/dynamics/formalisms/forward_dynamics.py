@@ -48,7 +48,15 @@ def forward_dynamics(dynamics: TreeDynamics, *, minimum_norm: bool = False) -> A
     if not dynamics.rows:
         return Accelerations(np.array(dynamics.bias_acceleration, dtype=float), np.zeros(0), np.zeros(3))
     rows, gamma = constraint_jacobian(dynamics.rows).tolist(), dynamics.constraint_forcing
-    found = constrained(dynamics.factors, dynamics.forcing, rows, gamma, in_floats, minimum_norm=minimum_norm)
+    found = constrained(
+        dynamics.factors,
+        dynamics.forcing,
+        rows,
+        gamma,
+        in_floats,
+        minimum_norm=minimum_norm,
+        friction=dynamics.friction,
+    )
     return Accelerations(*(np.array(list(x), dtype=float) for x in (found.udot, found.multipliers, found.report)))
 
 
@@ -135,7 +143,7 @@ def solved(matrix: Floats, right: Floats, laws: Sequence[Law]) -> Solution:
     return solve(matrix, right)
 
 
-def in_floats(matrix: Sequence[Sequence[float]], right: Sequence[float], size: int) -> Solution:
+def in_floats(matrix: Sequence[Sequence[float]], right: Sequence[float], size: int, /, beside: int = 0) -> Solution:
     """Return the solve of equalities in floats: A (s x n), r (s), n."""
     A, r = np.array(matrix, dtype=float).reshape(-1, size), np.array(right, dtype=float)
     return solved(A, r, [Equality()] * len(r))

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from multibody_sym.dynamics.formalisms.block_ldl import block_ldl
 from multibody_sym.dynamics.formalisms.constrained import Matrix, constrained, correction
-from multibody_sym.dynamics.formalisms.equations import Formalism, TreeDynamics
+from multibody_sym.dynamics.formalisms.equations import Formalism, Friction, TreeDynamics
 from multibody_sym.dynamics.programs.index_2 import index_2_programs
 from multibody_sym.dynamics.programs.quantities import Sources, answered, events
 from multibody_sym.dynamics.programs.scanned import scanned_normalize, scanned_sources, worth_scanning
@@ -102,19 +102,40 @@ def _constrained(
         _stabilised(rows, mechanism),
         _solver(trace, mechanism),
         minimum_norm=mechanism.minimum_norm,
+        friction=_friction(dynamics, acting),
     )
     return found.udot, _placed(found.multipliers, acting, len(dynamics.rows)), list(found.report)
 
 
-def _solver(trace: Trace, mechanism: Mechanism) -> Callable[[Matrix, Sequence[Node], int], Solve]:
+def _friction(dynamics: TreeDynamics, acting: Sequence[int]) -> Friction | None:
+    """Return what those rows that act exert and define, None where it is H^T lambda."""
+    whole = dynamics.friction
+    if whole is None:
+        return None
+    coupling = [[as_node(whole.coupling[j][k]) for k in acting] for j in acting]
+    return Friction(_nodes([whole.exerts[k] for k in acting]), coupling)
+
+
+def _solver(trace: Trace, mechanism: Mechanism) -> Callable[..., Solve]:
     """Return the solve of least norm as a statement, which keeps no more rows than are independent anywhere."""
     most = mechanism.parameters.slot(INDEPENDENT)
-    return lambda matrix, right, size: trace.solve(matrix, right, size, most)
+
+    def solve(matrix: Matrix, right: Sequence[Node], size: int, /, beside: int = 0) -> Solve:
+        return trace.solve(matrix, right, size, most + beside if beside else most)
+
+    return solve
 
 
 def _acting(rows: Sequence[RowMotion]) -> list[int]:
     """Return the rows that do not vanish identically, as some of a joint in space do that closes a loop in a plane."""
-    return [k for k, row in enumerate(rows) if {*map(as_node, row.jacobian), as_node(row.gamma)} != {ZERO}]
+    return [
+        k for k, row in enumerate(rows) if row.coupling or {*map(as_node, row.jacobian), as_node(row.gamma)} != {ZERO}
+    ]
+
+
+def _restricting(rows: Sequence[RowMotion]) -> list[RowMotion]:
+    """Return the acting rows that restrict motion."""
+    return [rows[k] for k in _acting(rows) if rows[k].kinematic]
 
 
 def _placed(values: Sequence[Node], places: Sequence[int], size: int) -> list[Node]:
@@ -144,7 +165,7 @@ def _correction(
 
 def _project_position(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
     trace = Trace("project_position", arrays(mechanism))
-    rows = [dynamics.rows[k] for k in _acting(dynamics.rows) if dynamics.rows[k].holonomic]
+    rows = [row for row in _restricting(dynamics.rows) if row.holonomic]
     change = _correction(trace, mechanism, dynamics, rows, [-row.phi for row in rows])
     phi = [row.phi if row.holonomic else ZERO for row in dynamics.rows]
     correction = coordinate_rates(mechanism, trace["q"], change)
@@ -153,7 +174,7 @@ def _project_position(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
 
 def _project_velocity(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
     trace = Trace("project_velocity", arrays(mechanism))
-    rows = [dynamics.rows[k] for k in _acting(dynamics.rows)]
+    rows = _restricting(dynamics.rows)
     correction = _correction(trace, mechanism, dynamics, rows, [-row.phidot for row in rows])
     phidot = [row.phidot for row in dynamics.rows]
     return trace.finish({"residual": ((len(phidot),), phidot), "correction": ((len(correction),), correction)})

@@ -16,6 +16,7 @@ from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.loads import Load
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import GROUND, Mass, Pose
+from multibody_sym.model.mechanism.one_way import Mode, OneWay
 from multibody_sym.model.mechanism.parameters import ParameterVector
 from multibody_sym.model.mechanism.rows import AngleRow, CutJoint, PositionRow, RollingRow, Row
 from multibody_sym.scalars.derivatives import derivative
@@ -150,6 +151,8 @@ class Mechanism:
     where rows are redundant, multipliers of least norm are asked for. `withheld`: by joint, reactions that are not
     determined; `untold` outputs name such and are not among `outputs`.
     `driving_inputs` are those that motions and constraints name, where their expressions stand.
+    Of `one_way` elements none is among `rows` until a `mode` says which hold (`in_mode`); in a mode the speeds at the
+    places `held` stay zero.
     """
 
     name: str
@@ -174,6 +177,9 @@ class Mechanism:
     withheld: Mapping[str, Withheld] = field(default_factory=dict)
     untold: tuple[str, ...] = ()
     driving_inputs: tuple[str, ...] = ()
+    one_way: tuple[OneWay, ...] = ()
+    mode: Mode | None = None
+    held: tuple[int, ...] = ()
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -188,8 +194,15 @@ class Mechanism:
 
     def row_path(self, row: int) -> tuple[str, str]:
         """Return where the model declares a row: the joint that was cut, or the constraint."""
+        if self.rows[row].name in self._one_way_paths:
+            return self._one_way_paths[self.rows[row].name]
         cut = next((cut.name for cut in self.cuts if row in cut.rows), None) or self._doubled(self.rows[row])
         return ("constraints", self.rows[row].name.partition(".")[0]) if cut is None else ("joints", cut)
+
+    @cached_property
+    def _one_way_paths(self) -> Mapping[str, tuple[str, str]]:
+        """Where each row of what holds one way only is declared, by the row's name."""
+        return {row.name: element.path for element in self.one_way for row in element.rows}
 
     def _doubled(self, row: Row) -> str | None:
         """Return the cut joint whose massless double of its child a row holds to the child itself."""

@@ -86,6 +86,8 @@ class ParameterVector:
         if not count:
             return self
         independent = ParameterEntry(INDEPENDENT, as_node(count), source=Source.CHOSEN)
+        if INDEPENDENT in self.places:
+            return ParameterVector(tuple(independent if e.name == INDEPENDENT else e for e in self.entries))
         coefficients = (ParameterEntry(name, None, source=Source.CHOSEN) for name in (ALPHA, BETA))
         return ParameterVector((*self.entries, independent, *coefficients))
 

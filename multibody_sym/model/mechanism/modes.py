@@ -1,0 +1,77 @@
+"""A mechanism in a mode: what holds one way only becomes ordinary rows, as far as it holds there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.one_way import (
+    ALONG_VELOCITY,
+    INACTIVE,
+    STICKS,
+    FrictionPart,
+    Mode,
+    OneWay,
+)
+from multibody_sym.model.mechanism.parameters import ParameterEntry, ParameterVector, Source
+from multibody_sym.model.mechanism.rows import Row, Sliding, SlidingRow
+from multibody_sym.scalars.node import ZERO, Node, as_node, negate
+
+
+def in_mode(mechanism: Mechanism, mode: Mode, held: Iterable[int] = ()) -> Mechanism:
+    """Return the mechanism in which active elements are rows, and friction sticks or slides, as a mode says.
+
+    `held` are the places of speeds that stay zero there. Rows keep the order of the elements, after the mechanism's.
+    """
+    parameters = _with_directions(mechanism.parameters, mode)
+    rows = list(mechanism.rows)
+    for element in mechanism.one_way:
+        rows += _rows(element, mode, parameters)
+    return replace(
+        mechanism,
+        rows=tuple(rows),
+        parameters=parameters.with_rows(len(rows)),
+        mode=mode,
+        held=tuple(sorted(held)),
+    )
+
+
+def _with_directions(parameters: ParameterVector, mode: Mode) -> ParameterVector:
+    """Return the vector with the directions in which slip in space starts from rest."""
+    added = (
+        ParameterEntry(_direction_name(name, k), as_node(x), source=Source.CHOSEN)
+        for name, direction in mode.directions.items()
+        for k, x in enumerate(direction)
+    )
+    return ParameterVector((*parameters.entries, *added))
+
+
+def _direction_name(part: str, component: int) -> str:
+    return f"direction of {part} {component + 1}"
+
+
+def _rows(element: OneWay, mode: Mode, parameters: ParameterVector) -> Iterator[Row]:
+    """Yield the rows of an element: those of normals, with sliding friction, and those of friction that sticks."""
+    side = mode.sides.get(element.name, INACTIVE)
+    if side == INACTIVE and element.unilateral:
+        return
+    sliding = [part for part in element.frictions if mode.slips.get(part.name, STICKS) != STICKS]
+    for place, normal in enumerate(element.normals):
+        frictions = tuple(
+            _sliding(part, mode, parameters, side) for part in sliding if place in part.normals and side != INACTIVE
+        )
+        yield SlidingRow(normal.name, normal, frictions) if frictions else normal
+    for part in element.frictions:
+        if mode.slips.get(part.name, STICKS) == STICKS and (part.enough or part.static is not ZERO):
+            yield from part.rows
+
+
+def _sliding(part: FrictionPart, mode: Mode, parameters: ParameterVector, side: int) -> Sliding:
+    """Return how a part slides; a reaction that presses on the negative side rubs by its size."""
+    slip = mode.slips[part.name]
+    coefficient: Node = part.kinetic if side > 0 else negate(part.kinetic)
+    starts = None
+    if slip == ALONG_VELOCITY and part.name in mode.directions:
+        starts = (parameters.slot(_direction_name(part.name, 0)), parameters.slot(_direction_name(part.name, 1)))
+    return Sliding(part.rows, coefficient, slip, part.wrap, starts)

@@ -1,0 +1,85 @@
+"""What holds one way only: contacts, slack ropes, stops and friction, and which of it holds in a mode.
+
+Rows of a contact's normal, a rope or a stop are written phi >= 0, so that their multipliers, normal force and tension,
+are >= 0 too and phi lambda = 0. Friction rows are directions t: phidot is the sliding speed v_t, the multiplier the
+force along t, at most `static` times the normal force N while it sticks, -`kinetic` N sign(v_t) where it slides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Final, Literal
+
+from multibody_sym.model.mechanism.rows import Row
+from multibody_sym.scalars.node import ZERO, Node
+
+INACTIVE: Final = 0
+ACTIVE: Final = 1
+STICKS: Final = 0
+ALONG_VELOCITY: Final = 2
+"""The slip of friction in space: against the sliding velocity, whichever way it leads."""
+
+OneWayKind = Literal["contact", "rope", "stop", "friction"]
+
+
+@dataclass(frozen=True)
+class FrictionPart:
+    """Friction along one row, or two rows across each other in space, by Coulomb's law.
+
+    `static` and `kinetic` are coefficients (m for rolling resistance, whose rows are of turning). With `enough` it
+    never slips. N is the sum of the sizes of the multipliers of `normals`, places among those of its element, or with
+    `norm` their length as a vector. With `wrap` it is a rope over a rough wheel: the coefficients are
+    tanh(mu phi / 2), phi being the angle over which the rope of that row is in touch there, and N the mean tension.
+    """
+
+    name: str
+    rows: tuple[Row, ...]
+    static: Node
+    kinetic: Node
+    enough: bool = False
+    normals: tuple[int, ...] = (0,)
+    norm: bool = False
+    wrap: int | None = None
+
+
+@dataclass(frozen=True)
+class OneWay:
+    """An element that holds one way only, or rubs.
+
+    `unilateral`: its one normal row has a multiplier >= 0 and restricts motion while it is active. Otherwise `normals`
+    define components of a joint's reaction, of either sign. `words` tell whether it is active or not; `path` is where
+    the model declares it; parts of one declared element share a `group`. `open`: it does not touch at the start.
+    """
+
+    name: str
+    kind: OneWayKind
+    path: tuple[str, str]
+    normals: tuple[Row, ...]
+    unilateral: bool = True
+    frictions: tuple[FrictionPart, ...] = ()
+    restitution: Node = ZERO
+    words: tuple[str, str] = ("closed", "open")
+    group: str = ""
+    open: bool = False
+
+    @property
+    def rows(self) -> Iterator[Row]:
+        """All its rows: normals, then those of friction."""
+        yield from self.normals
+        for part in self.frictions:
+            yield from part.rows
+
+
+@dataclass(frozen=True)
+class Mode:
+    """Which one-way elements are active and how they slide.
+
+    `sides`: by element, 0 inactive, 1 active; of a joint's friction the sign of the reaction that presses. `slips`: by
+    friction part of active elements, 0 sticks, 1 and -1 slides that way, 2 in space along its velocity. `directions`:
+    of parts that start to slide in space from rest, where to (unit vectors).
+    """
+
+    sides: Mapping[str, int]
+    slips: Mapping[str, int] = field(default_factory=dict)
+    directions: Mapping[str, tuple[float, float]] = field(default_factory=dict)
