@@ -22,7 +22,8 @@ from multibody_sym.model.mechanism.loads import BodyTorque, Load, PointForce
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import IDENTITY, ORIGIN, Mass, Pose, Rotation
 from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
-from multibody_sym.model.mechanism.rows import Bend, Row, Sliding
+from multibody_sym.model.mechanism.rows import Bend, Row
+from multibody_sym.model.mechanism.sliding_rows import Sliding
 from multibody_sym.scalars.functions import is_exactly
 from multibody_sym.scalars.node import Node, as_node, real
 from multibody_sym.scalars.tensors import turned_symmetric

@@ -30,9 +30,9 @@ from multibody_sym.model.mechanism.rows import (
     RollingRow,
     RopeRow,
     Row,
-    SlidingRow,
     VelocityRow,
 )
+from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.node import ONE, Node, slot
 from multibody_sym.scalars.vectors import dot, subtract

@@ -39,10 +39,9 @@ from multibody_sym.model.mechanism.rows import (
     RollingRow,
     RopeRow,
     Row,
-    Sliding,
-    SlidingRow,
     VelocityRow,
 )
+from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import sqrt

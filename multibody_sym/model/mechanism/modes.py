@@ -15,7 +15,8 @@ from multibody_sym.model.mechanism.one_way import (
     OneWay,
 )
 from multibody_sym.model.mechanism.parameters import ParameterEntry, ParameterVector, Source
-from multibody_sym.model.mechanism.rows import Row, Sliding, SlidingRow
+from multibody_sym.model.mechanism.rows import Row
+from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
 from multibody_sym.scalars.node import ZERO, Node, as_node, negate
 
 

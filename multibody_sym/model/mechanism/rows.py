@@ -358,64 +358,6 @@ class RollingRow(_WithoutLine):
 
 
 @dataclass(frozen=True)
-class Sliding:
-    """Friction while it slides: along one row with a `sense`, the sign of v_t, or along two against their velocity.
-
-    `coefficient` times the normal force acts. `starts` is where to it slides in space from rest (a unit vector).
-    With `wrap` the coefficient is tanh(coefficient phi / 2), phi being the wrap of that row's rope.
-    """
-
-    rows: tuple[Row, ...]
-    coefficient: Node
-    sense: int
-    wrap: int | None = None
-    starts: tuple[Node, Node] | None = None
-
-
-@dataclass(frozen=True)
-class SlidingRow(Row):
-    """The row `normal` of something that slides: its unit multiplier exerts the normal force and the friction too."""
-
-    unit: ClassVar[str | None] = "N"
-
-    name: str
-    normal: Row
-    frictions: tuple[Sliding, ...]
-
-    @property
-    def multiplier(self) -> Multiplier:
-        return self.normal.multiplier
-
-    @property
-    def is_holonomic(self) -> bool:
-        return self.normal.is_holonomic
-
-    @property
-    def acts_in_plane(self) -> bool:
-        return self.normal.acts_in_plane
-
-    @property
-    def points(self) -> tuple[Marker, ...]:
-        return self.normal.points
-
-    @property
-    def line(self) -> tuple[Marker, ...]:
-        return self.normal.line
-
-    @property
-    def laws(self) -> tuple[Node, ...]:
-        return (*self.normal.laws, *(sliding.coefficient for sliding in self.frictions))
-
-    @property
-    def declared_length(self) -> Node | None:
-        return self.normal.declared_length
-
-    @property
-    def radii(self) -> tuple[Node, ...]:
-        return self.normal.radii
-
-
-@dataclass(frozen=True)
 class Drive:
     """What row number `row` exerts on a freedom of a joint for a unit multiplier: a force `factor` on its `rate`."""
 
