@@ -1,13 +1,6 @@
 """Forward dynamics in floats: accelerations and multipliers, the reference for every program.
 
-What a row's force is follows from the law of the row. With x = A^T lambda the rows' part of G udot and r what is asked
-(`constrained`), row j leaves a_j = (A x - r)_j:
-
-    equality    a = 0
-    unilateral  0 <= a, 0 <= lambda, a lambda = 0
-    friction    sticks with a = 0, |lambda| <= static lambda_n, or slides with lambda = -kinetic sign(v) lambda_n
-
-Equalities alone are solved as yet.
+Rows are equalities here. What holds one way only has become such rows in a mode, which `dynamics.laws` finds.
 """
 
 from __future__ import annotations
@@ -106,44 +99,7 @@ def speed_without_inertia(matrix: Sequence[Sequence[float]]) -> int | None:
     return None
 
 
-# --- laws of rows ---------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Equality:
-    """The law of a constraint that holds both ways: a cut joint, a rod, rolling, a gear, a prescribed motion."""
-
-
-@dataclass(frozen=True)
-class Unilateral:
-    """The law of what holds one way only: a contact's normal, a rope that may slacken."""
-
-
-@dataclass(frozen=True)
-class Friction:
-    """Coulomb's law in the tangent of a contact whose normal is row number `normal`."""
-
-    normal: int
-    static: float
-    kinetic: float
-
-
-Law = Equality | Unilateral | Friction
-
-
-def solved(matrix: Floats, right: Floats, laws: Sequence[Law]) -> Solution:
-    """Return x (n) and lambda (s) with which each row does what its law asks, and the solve's report.
-
-    Arguments: A (s, n), r (s,), and a law for each row. Multipliers of dependent rows are zero.
-    Raises NoSolutionError for a law that is not Equality: no others are solved.
-    """
-    others = {type(law).__name__.lower() for law in laws if not isinstance(law, Equality)}
-    if others:
-        raise NoSolutionError(f"rows under the law of {' and '.join(sorted(others))} cannot be solved, only equalities")
-    return solve(matrix, right)
-
-
 def in_floats(matrix: Sequence[Sequence[float]], right: Sequence[float], size: int, /, beside: int = 0) -> Solution:
     """Return the solve of equalities in floats: A (s x n), r (s), n."""
     A, r = np.array(matrix, dtype=float).reshape(-1, size), np.array(right, dtype=float)
-    return solved(A, r, [Equality()] * len(r))
+    return solve(A, r)

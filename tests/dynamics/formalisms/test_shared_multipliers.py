@@ -1,4 +1,4 @@
-"""The law solver: minimum norm by another route, loads shared in equal parts, and laws that nobody solves yet."""
+"""Multipliers of least norm: by another route, and loads shared in equal parts."""
 
 from __future__ import annotations
 
@@ -10,17 +10,11 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import shared
-from multibody_sym.dynamics.formalisms.forward_dynamics import (
-    Equality,
-    Friction,
-    Unilateral,
-    forward_dynamics,
-    in_floats,
-    solved,
-)
+from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics, in_floats
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.errors import ModelError, NoSolutionError
+from multibody_sym.errors import ModelError
 from multibody_sym.kinematics.state import state_of
+from multibody_sym.numerics.least_norm import solve
 
 BACKENDS = ["c", "python"]
 
@@ -39,14 +33,8 @@ def test_shared_multipliers_are_those_of_the_pseudo_inverse(seed: int) -> None:
 
 def test_independent_rows_leave_nothing_to_share() -> None:
     matrix, right = np.array([[1.0, 2.0, 0.0], [0.0, 1.0, 3.0]]), np.array([1.0, -2.0])
-    found = solved(matrix, right, [Equality()] * 2)
+    found = solve(matrix, right)
     assert np.array(shared(matrix, found.solution, in_floats)) == pytest.approx(found.multipliers, rel=1e-14)
-
-
-@pytest.mark.parametrize(("law", "word"), [(Unilateral(), "unilateral"), (Friction(0, 0.3, 0.2), "friction")])
-def test_a_law_that_nobody_solves_is_an_error(law: Unilateral | Friction, word: str) -> None:
-    with pytest.raises(NoSolutionError, match=word):
-        solved(np.eye(2), np.ones(2), [Equality(), law])
 
 
 def door(multipliers: str, coordinates: str = "absolute") -> mbs.System:

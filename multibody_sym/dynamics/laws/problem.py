@@ -1,0 +1,151 @@
+"""The problem that one-way laws pose at an instant, and what is found: records only.
+
+For m rows over n weighted coordinates (M = G^T G, x = G (udot - udot_free), so that A = H G^-1):
+
+    a = A x + D z - r        x = C^T z
+
+z (m) are the multipliers, a (m) what is left of the rows; a row's law says which of them may differ from zero. For
+accelerations r = gamma - H udot_free, so that a = H udot - gamma + D z.
+
+The same problem for speeds: things that touch without bouncing (e = 0) obey M (u+ - u-) = C^T p, each row's speed
+v+ = v- + H (u+ - u-). With x = G (u+ - u-), r = -v- and z = p the laws read 0 <= v+, 0 <= p, v+ p = 0 and
+|p_t| <= mu p_n against v_t+: every friction part has the velocity 0 there, whatever it had before, for only what is
+left afterwards decides. Rows of equalities have r = -v- as well (zero but for drift), rows that define a joint's
+impulse D = -1 and no terms of velocity. Corrections of positions are the same with gaps in place of speeds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final, Literal
+
+from multibody_sym.numerics.arrays import Floats
+
+INACTIVE: Final = 0
+STICKS: Final = 0
+IN_SPACE: Final = 2
+"""The slip of a part with two rows, in the direction of its velocity or, from rest, of its acceleration."""
+
+
+@dataclass(frozen=True)
+class Equality:
+    """a = 0: what holds both ways, and rows that define a multiplier (a joint's reaction) by their D."""
+
+
+@dataclass(frozen=True)
+class Unilateral:
+    """0 <= a, 0 <= z, a z = 0: a contact's normal, a rope that may slacken, a stop."""
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Row number `component` (0, or 1 in space) of friction part number `part`."""
+
+    part: int
+    component: int = 0
+
+
+Law = Equality | Unilateral | Friction
+
+
+@dataclass(frozen=True)
+class FrictionLaw:
+    """Coulomb's law of one friction part.
+
+    `rows` (1, or 2 in space) are its tangents; N is the sum of |z| over the rows `normals`, or with `norm` the length
+    of the vector of these z. It sticks with |z_t| <= static N and slides with z_t = -kinetic N v_t/|v_t|. `velocity`
+    (one value a row) is v_t: zeros, exactly, where it is at rest, and a_t decides. With `enough` it never slips.
+    Coefficients have the unit z_t / z_n (m for moments against forces).
+    """
+
+    rows: tuple[int, ...]
+    normals: tuple[int, ...]
+    static: float
+    kinetic: float
+    velocity: tuple[float, ...] = (0.0,)
+    norm: bool = False
+    enough: bool = False
+
+    @property
+    def rests(self) -> bool:
+        """Whether it has no velocity, so that its acceleration decides how it slips."""
+        return not any(self.velocity)
+
+
+@dataclass(frozen=True)
+class LawProblem:
+    """Rows and their laws, in numbers: A (m, n), C (m, n), D (m, m), r (m), and m laws.
+
+    C is A for rows that exert their own force; rows of D are zero but for those that define a multiplier. Normals of
+    friction parts are rows of law Unilateral (z >= 0) or Equality (either sign: N = |z|).
+    """
+
+    matrix: Floats
+    exerted: Floats
+    coupling: Floats
+    right: Floats
+    laws: tuple[Law, ...]
+    parts: tuple[FrictionLaw, ...] = ()
+
+
+@dataclass(frozen=True)
+class LawMode:
+    """Which rows act and how parts slip.
+
+    `sides` (m): of unilateral rows 0 (open, slack) or 1; of two-sided normals the sign of z, 0 where it is zero; 1 for
+    other equalities; of friction rows 1 where they stick. `slips`, by part: 0 sticks (or does not touch), 1 or -1 the
+    sign of v_t, or of a_t from rest, 2 in space. `directions`, by part: the unit vector in which slip in space goes,
+    else None.
+    """
+
+    sides: tuple[int, ...]
+    slips: tuple[int, ...]
+    directions: tuple[tuple[float, float] | None, ...]
+
+
+@dataclass(frozen=True)
+class LawState:
+    """A mode that fulfils all laws, with x (n), z (m) and a (m).
+
+    `kinetic` are the parts that have their kinetic coefficient: what slides, and what slips from rest under its static
+    one. `not_unique` are the rows whose z may have other values beside the same x; `at_limit` the rows (of a part its
+    first one) where two modes fit and rates do not tell them apart either, or were not asked for: there the mode says
+    stick before slide, closed before open, taut before slack. `carrying` is the same mode by the rows alone that carry
+    z, from which it is found again where forces are not unique.
+    """
+
+    mode: LawMode
+    x: Floats
+    z: Floats
+    a: Floats
+    kinetic: frozenset[int] = frozenset()
+    not_unique: tuple[int, ...] = ()
+    at_limit: tuple[int, ...] = ()
+    carrying: LawMode | None = None
+
+
+Verdict = Literal["one", "none", "several"]
+
+Drift = Callable[[LawState], Floats]
+"""Rates for ties: from a state the (m) rates at which its rows' a would change with all z as they are.
+
+That is d/dt of (H udot - gamma + D z) along q' = N u, u' = udot with udot = M^-1 (f + C^T z) and z constant: forward
+derivatives of a Program give it, or a difference quotient. With A, C and D it is all that the problem of rates needs.
+"""
+
+
+@dataclass(frozen=True)
+class Found:
+    """The states in which all laws hold.
+
+    `verdict`: "one"; "none" (`states` is empty); "several" (distinct accelerations or unique forces; or one state
+    with `free` rows). `searched` says in words what was looked at; `proved` whether there are no others. `free` are
+    the rows whose forces are not unique and change the motion: the friction of what slides depends on them.
+    """
+
+    states: tuple[LawState, ...]
+    verdict: Verdict
+    searched: str
+    proved: bool
+    free: tuple[int, ...] = ()
