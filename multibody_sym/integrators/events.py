@@ -8,6 +8,7 @@ crossed counts as crossed whatever round-off says, and a function that starts at
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
@@ -18,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.integrators.flow import Events, Flow, Status, Step, StepError
-from multibody_sym.integrators.looks import Ends
+from multibody_sym.integrators.looks import Ends, Reach
 from multibody_sym.integrators.singular import strays
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.sign_changes import PROBE, first_seen
@@ -29,10 +30,21 @@ SHORTER: Final = 100.0  # ... this many times more whenever that was not enough
 SOON: Final = 2.0**-36  # part of time and state over which it shows whether a function turns back after its own event
 AT_ONCE: Final = 1e-3  # part of a step in which a function that crosses back after its own event chatters
 REPEATS: Final = 20
+LEAST_STEPS: Final = 200.0  # of a run in modes, ...
+STANDING: Final = 1000.0  # ... and of one in which nothing moves, so that no rate tells what comes
 _ROUNDS: Final = 200
 
 Take = Callable[[float, float], Step]
 Path = Callable[[float], Floats]
+
+
+def _beyond_margins(events: Events) -> Callable[[float, Floats], Floats]:
+    """Return the values of the switching functions, those of a mode less their margins."""
+    if not events.margins:
+        return events.values
+    margins = np.zeros(len(events.terminal))
+    margins[len(margins) - len(events.margins) :] = events.margins
+    return lambda t, x: np.asarray(events.values(t, x) - margins)
 
 
 class Watch:
@@ -44,9 +56,12 @@ class Watch:
 
     def __init__(self, flow: Flow, events: Events) -> None:
         self.flow = flow
-        self.values = events.values
+        self.values = _beyond_margins(events)
         self.terminal = np.array(events.terminal, dtype=bool)
-        self.sides = np.sign(self.values(flow.t0, flow.x0))
+        self.sides = np.sign(self.values(flow.start, flow.x0))
+        self.switches = len(events.margins)
+        self.sides[len(self.sides) - self.switches :] = -1.0
+        self.reach = Reach(events.limiting)
         self.beyond = False
         self.origin: int | None = None
         self.chattering = self.flipped = False
@@ -75,6 +90,18 @@ class Watch:
             if self.origin is not None and self.chattering:
                 crossed[self.origin] = False
             self.beyond = bool(crossed.any())
+
+    def longest(self, t: float, x: Floats, slope: Floats) -> float:
+        """Return the longest step that may be tried from (t, x), a run in modes being looked at now and then."""
+        if not self.switches:
+            return math.inf
+        count = LEAST_STEPS if float(np.abs(slope).max(initial=0.0)) > 0.0 else STANDING
+        most = (self.flow.t_end - self.flow.t0) / count
+        if self.origin is not None:
+            self.reach.forget()
+        if not self.reach.limiting:
+            return most
+        return min(most, self.reach.step(t, self.values(t, x)[len(self.sides) - self.switches :]))
 
     def begin(self, t: float, x: Floats, slope: Floats) -> None:
         """Tell of the function at whose event a step from (t, x) starts whether it goes back to where it came from."""

@@ -37,6 +37,7 @@ class Status(IntEnum):
     INTERRUPTED = -1
     LEFT = -2
     NO_SLOPE = -3
+    NO_MODE = -4
 
 
 class StepError(Exception):
@@ -59,10 +60,14 @@ class Events:
 
     The run stops where a terminal one becomes positive; where another changes sign, a kink, a step ends and the next
     one starts afresh. What is zero at the start crosses nothing until it has left zero.
+    The last are the switching functions of a mode, with `margins` by which they may exceed zero: the run stops where
+    one exceeds that, from whichever side it starts. The first `limiting` of these keep adaptive steps short.
     """
 
     values: Callable[[float, Floats], Floats]
     terminal: tuple[bool, ...]
+    margins: tuple[float, ...] = ()
+    limiting: int = 0
 
 
 @dataclass(frozen=True)
@@ -90,7 +95,7 @@ class Counts:
 
 @dataclass(frozen=True)
 class Flow:
-    """x' = derivative(t, x) from (t0, x0) to t_end by a method.
+    """x' = derivative(t, x) from (t0, x0) to t_end by a method; where it has `begun` before, x0 is its state then.
 
     `settle(t, x)` returns the state from which to go on after an accepted step (put back onto constraints,
     normalised), or x itself; it may raise StepError, as may the derivative. `settle_sample` does so for states between
@@ -115,6 +120,12 @@ class Flow:
     pairs: Pairing | None = None
     stages: StageEquations | None = None
     counts: Counts = field(default_factory=Counts)
+    begun: float | None = None
+
+    @property
+    def start(self) -> float:
+        """The time of x0."""
+        return self.t0 if self.begun is None else self.begun
 
     @property
     def pairing(self) -> Pairing:

@@ -8,13 +8,20 @@ closely where it comes near, and few looks are taken at what stays away.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.sign_changes import PROBE, Look
+
+MOST_CHANGE: Final = (
+    0.5  # part of its distance from zero by which a function that keeps steps short changes in one, ...
+)
+MOST_OF_ALL: Final = 0.1  # ... or of the largest it had
 
 
 @dataclass(frozen=True)
@@ -45,3 +52,42 @@ def _uncertain(start: Floats, end: Floats, rise: Floats, fall: Floats) -> NDArra
     bend = np.maximum(np.abs(rise - change), np.abs(fall - change))
     found: NDArray[np.bool_] = (np.minimum(start, end) < bend) & (bend > 0.5 * np.abs(change))
     return found
+
+
+class Reach:
+    """The last looks at functions that keep steps short: the first `limiting` of those of a mode.
+
+    In a step they may change by half their distance from zero, or a tenth of the largest they had, as the quadratic
+    through their last three looks goes: where a body sticks nothing else says that the force on it changes.
+    """
+
+    def __init__(self, limiting: int) -> None:
+        self.limiting = limiting
+        self._looks: list[tuple[float, list[float]]] = []
+        self._largest: list[float] = []
+
+    def forget(self) -> None:
+        """Let nothing that was before count: forces may have jumped."""
+        self._looks = []
+
+    def step(self, t: float, values: Floats) -> float:
+        """Return the longest step that may be tried after a look at the functions of a mode at time t."""
+        latest = values[: self.limiting].tolist()
+        known = self._largest if self._looks else [0.0] * self.limiting
+        self._largest = [before if before > abs(now) else abs(now) for now, before in zip(latest, known, strict=True)]
+        longest = min(self._reach(t, i, now) for i, now in enumerate(latest))
+        self._looks = [*self._looks[-1:], (t, latest)]
+        return longest
+
+    def _reach(self, t: float, i: int, now: float) -> float:
+        b = c = 0.0
+        if self._looks:
+            late = t - self._looks[-1][0]
+            b = (now - self._looks[-1][1][i]) / late
+        if len(self._looks) > 1:
+            early = self._looks[-1][0] - self._looks[0][0]
+            c = (b - (self._looks[-1][1][i] - self._looks[0][1][i]) / early) / (late + early)
+            b += c * late
+        allowed = max(MOST_CHANGE * abs(now), MOST_OF_ALL * self._largest[i])
+        rate = abs(b) + math.sqrt(b * b + 4.0 * abs(c) * allowed)
+        return 2.0 * allowed / rate if rate > 0.0 else math.inf

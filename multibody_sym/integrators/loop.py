@@ -58,11 +58,12 @@ def steps(flow: Flow) -> Iterator[Step]:
     taking = stepper(flow.method, flow if watch is None else watch.watched())
     course = _Course(flow, taking, watch, approach)
     taking.restart()
-    slope = flow.slope(flow.t0, flow.x0)
-    approach.restart(flow.t0)
-    start = Step(flow.t0, flow.x0, 0.0, flow.t0, flow.x0, slope, lambda _: flow.x0)
+    t = flow.start
+    slope = flow.slope(t, flow.x0)
+    approach.restart(t)
+    start = Step(t, flow.x0, 0.0, t, flow.x0, slope, lambda _: flow.x0)
     if flow.step is None:
-        return _adaptive_steps(course, replace(start, h_next=first_step(flow, flow.t0, flow.x0, slope)))
+        return _adaptive_steps(course, replace(start, h_next=first_step(flow, t, flow.x0, slope)))
     return _fixed_steps(course, start, flow.step)
 
 
@@ -79,7 +80,7 @@ class _Course:
 def _fixed_steps(course: _Course, done: Step, step: float) -> Iterator[Step]:
     """Yield whole steps and what events and singular positions have left of them."""
     flow = course.flow
-    count, grid = step_count(flow.t0, flow.t_end, step), 0
+    count, grid = step_count(flow.t0, flow.t_end, step), steps_before(flow.t0, flow.start, step)
 
     def grid_time(number: int) -> float:
         return flow.t0 + number * step if number < count else flow.t_end
@@ -202,6 +203,12 @@ def step_count(t0: float, t_end: float, step: float) -> int:
     return max(1, nearest if whole else math.ceil(ratio))
 
 
+def steps_before(t0: float, time: float, step: float) -> int:
+    """Return how many whole steps from t0 on do not end after a time."""
+    number = math.floor((time - t0) / step)
+    return number + (t0 + (number + 1) * step <= time) - (t0 + number * step > time)
+
+
 def _adaptive_steps(course: _Course, done: Step) -> Iterator[Step]:
     while done.t_new < course.flow.t_end:
         done = course.approach.passed(_accepted_step(course, done))
@@ -216,6 +223,8 @@ def _accepted_step(course: _Course, before: Step) -> Step:
     t, x, proposed, rejected = before.t_new, before.x_new, before.h_next, 0
     _begin(course, before)
     failure = StepError(Status.STEP_UNDERFLOW, t, 0)
+    if course.watch is not None:
+        proposed = min(proposed, course.watch.longest(t, x, before.slope_new))
     laid = approach.laid(proposed)
     proposed, wished = laid, proposed if laid < proposed else 0.0
     while proposed >= _least_step(flow, t):

@@ -51,7 +51,7 @@ def integrate(
     `on_chunk` is called about ten times a second with the samples that are new (perhaps none), for a progress bar or
     to write them. `loop` is the one that fits `problem.compiled` unless another is given.
     """
-    run = loop or _loop_for(problem)
+    run = loop or loop_for(problem)
     times, samples = problem.times(), np.empty((problem.samples, len(problem.x0)))
     progress = Progress(0, problem.t0, problem.x0, Statistics(), None)
     try:
@@ -71,7 +71,8 @@ def _stopped(events: tuple[Event, ...]) -> bool:
     return bool(events) and events[-1].terminal
 
 
-def _loop_for(problem: Problem) -> Loop:
+def loop_for(problem: Problem) -> Loop:
+    """Return the loop, in C or Python, that fits the problem's Programs and method."""
     if not len(problem.x0):
         return prescribed_loop
     in_c = problem.compiled.backend == "c" and not isinstance(problem.method, LibraryMethod)

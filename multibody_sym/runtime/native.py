@@ -71,6 +71,8 @@ class SystemStruct(ctypes.Structure):
         *((name, ctypes.c_int) for name in ("nq", "nu", "ns", "nw", "ng")),
         *((name, ctypes.c_void_p) for name in ("plain", "ball")),
         *((name, ctypes.c_int) for name in ("plains", "balls")),
+        ("margins", ctypes.c_void_p),
+        *((name, ctypes.c_int) for name in ("switches", "limiting")),
     )
 
 

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.integrators.flow import Status
+from multibody_sym.integrators.loop import steps_before
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.native import MethodStruct, NativeFunction, ProblemStruct, StateStruct, SystemStruct
 from multibody_sym.runtime.native_method import address, method_struct
-from multibody_sym.runtime.problem import Event, Problem, Progress, RunFailure, Statistics
+from multibody_sym.runtime.problem import Begun, Event, Problem, Progress, RunFailure, Statistics
 
 Integers = NDArray[np.intc]
 
@@ -39,9 +40,10 @@ _PROGRAMS: Final = (
 
 def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     """Integrate in C; see `Loop`. What was written before an interruption stays in `samples`."""
-    parameters, modes = (np.array(values, dtype=float) for values in (problem.parameters, problem.modes))
+    given = (problem.parameters, problem.modes, problem.margins)
+    parameters, modes, margins = (np.array(values, dtype=float) for values in given)
     method, whole = method_struct(problem.method), _whole_numbers(problem)
-    system = _system(problem, parameters, modes, whole)
+    system = _system(problem, (parameters, modes, margins), whole)
     structure = _problem(problem, method, system)
     x0 = problem.x0
     state, steps, done = StateStruct(), _FIRST_PIECE, False
@@ -52,6 +54,8 @@ def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     library, handles = derivative.library, [ctypes.byref(s) for s in (structure, state)]
     work = np.zeros(library.mbs_work(handles[0]))
     library.mbs_start(handles[0], address(x0), handles[1], address(work))
+    if problem.begun is not None:
+        _go_on(problem, problem.begun, state)
     while not done:
         begin, before = time.perf_counter(), state.steps
         left = steps
@@ -69,14 +73,22 @@ def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
         yield replace(_progress(problem, state, work[: len(x0)]), events=tuple(events), singular=tuple(singular))
 
 
+def _go_on(problem: Problem, begun: Begun, state: StateStruct) -> None:
+    state.t = state.t_new = state.pace_time = begun.time
+    state.sample = begun.written
+    if problem.step is not None:
+        state.grid = steps_before(problem.t0, begun.time, problem.step)
+
+
 def _whole_numbers(problem: Problem) -> dict[str, Integers]:
     pairs = problem.pairing
     lists: dict[str, Sequence[Any]] = {"terminal": problem.terminal, "plain": pairs.plain, "ball": pairs.balls}
     return {name: np.array(values, dtype=np.intc).ravel() for name, values in lists.items()}
 
 
-def _system(problem: Problem, parameters: Floats, modes: Floats, whole: dict[str, Integers]) -> SystemStruct:
+def _system(problem: Problem, given: tuple[Floats, Floats, Floats], whole: dict[str, Integers]) -> SystemStruct:
     """Return the system for C; it points into the arrays, which must live as long."""
+    parameters, modes, margins = given
     programs = {}
     for name in _PROGRAMS:
         if name in problem.compiled and (name != "inputs" or problem.inputs):
@@ -94,6 +106,9 @@ def _system(problem: Problem, parameters: Floats, modes: Floats, whole: dict[str
         ng=len(problem.terminal),
         plains=len(problem.pairing.plain),
         balls=len(problem.pairing.balls),
+        margins=address(margins),
+        switches=len(margins),
+        limiting=problem.limiting,
         **{name: address(values) for name, values in whole.items()},
     )
 
@@ -126,7 +141,7 @@ def _statistics(problem: Problem, state: StateStruct) -> Statistics:
     rows = math.isfinite(state.least_rank)
     return Statistics(
         steps=state.steps,
-        mean_step=(state.t - problem.t0) / state.steps if state.steps else 0.0,
+        mean_step=(state.t - problem.start) / state.steps if state.steps else 0.0,
         quaternion_deviation=state.quaternion_deviation,
         least_rank=int(state.least_rank) if rows else 0,
         greatest_rank=int(state.greatest_rank),

@@ -17,6 +17,14 @@ from multibody_sym.runtime.loading import Compiled
 
 
 @dataclass(frozen=True)
+class Begun:
+    """What was done of a run that goes on: until `time`, with `written` samples."""
+
+    time: float
+    written: int
+
+
+@dataclass(frozen=True)
 class Problem:
     """An initial value problem for the programs in `compiled`, x = (q, u).
 
@@ -27,7 +35,9 @@ class Problem:
     that a projection may leave; `independent`: how many rows are so but in singular positions. `terminal`: for each
     switching function of the program `events` whether the run stops where it becomes positive; where another one
     changes sign, a step ends and the next starts afresh. `pairs`: which speeds are rates of which coordinates; None
-    where each is that of the coordinate in its place.
+    where each is that of the coordinate in its place. The last switching functions are those of a mode, with `margins`
+    by which they may exceed zero, of which the first `limiting` keep adaptive steps short (`integrators.flow.Events`).
+    `begun`: the run goes on from q0, u0 at another time than t0.
     Raises ValueError.
     """
 
@@ -50,6 +60,9 @@ class Problem:
     independent: float = 0.0
     terminal: tuple[bool, ...] = ()
     pairs: Pairing | None = None
+    margins: tuple[float, ...] = ()
+    limiting: int = 0
+    begun: Begun | None = None
 
     def __post_init__(self) -> None:
         for true, claim in (
@@ -73,8 +86,13 @@ class Problem:
                 raise ValueError(f"{name} has the shape {arrays[name].shape}, not {shape}")
 
     @property
+    def start(self) -> float:
+        """The time of q0 and u0."""
+        return self.t0 if self.begun is None else self.begun.time
+
+    @property
     def x0(self) -> Floats:
-        """The state (nq + nu,) at t0."""
+        """The state (nq + nu,) at the start."""
         return np.concatenate([self.q0, self.u0]).astype(float)
 
     @property
@@ -130,6 +148,23 @@ class Statistics:
     conditioning: float = 1.0
     conditioning_time: float = 0.0
 
+    def joined(self, later: Statistics) -> Statistics:
+        """Return what two parts of a run took together."""
+        if not self.steps:
+            return later
+        steps = self.steps + later.steps
+        counts = ("steps", "rejected", "evaluations", "jacobians", "factorisations")
+        largest = ("drift_position", "drift_velocity", "removed_position", "removed_velocity", "quaternion_deviation")
+        worse = self if self.conditioning <= later.conditioning else later
+        return Statistics(
+            **{name: getattr(self, name) + getattr(later, name) for name in counts},
+            **{name: max(getattr(self, name), getattr(later, name)) for name in (*largest, "greatest_rank")},
+            mean_step=(self.mean_step * self.steps + later.mean_step * later.steps) / steps,
+            least_rank=min(self.least_rank, later.least_rank),
+            conditioning=worse.conditioning,
+            conditioning_time=worse.conditioning_time,
+        )
+
 
 @dataclass(frozen=True)
 class RunFailure:
@@ -137,8 +172,8 @@ class RunFailure:
 
     NOT_FINITE, STEP_UNDERFLOW, NOT_CONVERGED: component of (q, u) whose derivative is not finite, whose error does not
     get small, or that Newton's iteration moves most; NO_SLOPE: the one whose rate has no finite derivative;
-    NOT_CLOSED, CONTRADICTION, LEFT: the row that is broken; None for STEP_LIMIT, INTERRUPTED and
-    SINGULAR: rows become dependent there.
+    NOT_CLOSED, CONTRADICTION, LEFT: the row that is broken; None for STEP_LIMIT, INTERRUPTED,
+    NO_MODE: nothing is found in which the run could go on; and SINGULAR: rows become dependent there.
     """
 
     status: Status

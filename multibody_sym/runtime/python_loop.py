@@ -26,9 +26,11 @@ _LEAST_PACE: Final = 1e4
 
 def python_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     """Integrate in Python; see `Loop`."""
-    run = _Run(problem, problem.times().tolist())
-    x = samples[0] = problem.x0
-    written, reached, failure, shown = 1, problem.t0, None, time.perf_counter()
+    run = _Run(problem, problem.times().tolist(), pace_time=problem.start)
+    x, begun = problem.x0, problem.begun
+    if begun is None:
+        samples[0] = x
+    written, reached, failure, shown = begun.written if begun else 1, problem.start, None, time.perf_counter()
     events: list[Event] = []
     singular: list[float] = []
     try:
@@ -102,9 +104,10 @@ class _Run:
             atol=p.atol,
             stages=self.stages(),
             counts=self.counts,
-            events=Events(self.switching, p.terminal) if p.terminal else None,
+            events=Events(self.switching, p.terminal, p.margins, p.limiting) if p.terminal else None,
             rows=Rows(lambda: self.independence, self.independence_at, self.closed, p.project) if p.rows else None,
             pairs=p.pairing,
+            begun=None if p.begun is None else p.begun.time,
         )
         for number, done in enumerate(steps(flow), 1):
             yield done
@@ -268,8 +271,9 @@ class _Run:
         return x if strays(done, x, settled) else settled
 
     def stops_between_samples(self, done: Step, index: int) -> bool:
-        """Tell whether the step ends the run at an event, not at the sample before `index`."""
-        stops = done.event is not None and self.problem.terminal[done.event]
+        """Tell whether the step ends the run at a stop, after which no other mode follows, not at the sample before."""
+        p = self.problem
+        stops = done.event is not None and p.terminal[done.event] and done.event < len(p.terminal) - len(p.margins)
         return stops and not at_end(done, self.times[index - 1])
 
     def accept(self, done: Step, written: int) -> None:
@@ -307,7 +311,7 @@ class _Run:
             evaluations=self.evaluations,
             jacobians=self.counts.jacobians,
             factorisations=self.counts.factorisations,
-            mean_step=(reached - self.problem.t0) / self.count if self.count else 0.0,
+            mean_step=(reached - self.problem.start) / self.count if self.count else 0.0,
             least_rank=int(self.least_rank) if rows else 0,
             greatest_rank=int(self.greatest_rank),
             conditioning=self.conditioning if rows else 1.0,

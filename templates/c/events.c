@@ -21,7 +21,15 @@ static double side(double value)
 
 static void evaluate(mbs_run *r, double t, const double *x)
 {
-    mbs_call(r, r->system->events, t, x, &r->values);
+    const mbs_system *s = r->system;
+    mbs_call(r, s->events, t, x, &r->values);
+    for (int i = 0; i < s->switches; ++i)
+        r->values[s->ng - s->switches + i] -= s->margins[i];
+}
+
+void mbs_switching(mbs_run *r, double t, const double *x)
+{
+    evaluate(r, t, x);
 }
 
 /* A stop is crossed upwards, a kink in both directions. */
@@ -50,6 +58,7 @@ void mbs_start_events(mbs_run *r)
     mbs_fill(r->system->ng, 0.0, r->sides);
     evaluate(r, r->state->t, r->x);
     note_sides(r);
+    mbs_fill(r->system->switches, -1.0, r->sides + r->system->ng - r->system->switches);
 }
 
 /* The way that nothing from beyond a kink can bend. */

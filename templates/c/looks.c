@@ -7,6 +7,10 @@
 #include "stepper.h"
 
 #define LEAST_PIECE 0x1p-40 /* part of a step that is not halved any more */
+#define LEAST_STEPS 200.0   /* of a run in modes, ... */
+#define STANDING 1000.0     /* ... and of one in which nothing moves, so that no rate tells what comes */
+#define MOST_CHANGE 0.5     /* part of its distance from zero by which a function that keeps steps short changes in one, ... */
+#define MOST_OF_ALL 0.1     /* ... or of the largest it had */
 #define MOST_LOOKS 1000     /* halvings in a step for one function, which is zero but for round-off if they do not suffice */
 
 /* A function's value at theta, a part of the step, and its rates before and after it. */
@@ -48,4 +52,45 @@ double mbs_first_seen(mbs_run *r, mbs_path along, int i, double start, double af
         return 2.0;
     look a = {0.0, start, rise, rise}, b = {1.0, end, fall, fall};
     return seen(r, along, i, a, b, &left);
+}
+
+/* The step in which a function at `now` is sure to change by no more than is allowed, with its rate b and half of the rate of
+   that, c. */
+static double reach(double now, double largest, double b, double c)
+{
+    double part = MOST_CHANGE * fabs(now), least = MOST_OF_ALL * largest, allowed = part > least ? part : least;
+    double rate = fabs(b) + sqrt(b * b + 4.0 * fabs(c) * allowed);
+    return rate > 0.0 ? 2.0 * allowed / rate : HUGE_VAL;
+}
+
+double mbs_longest(mbs_run *r)
+{
+    const mbs_system *s = r->system;
+    if (s->switches == 0)
+        return HUGE_VAL;
+    double count = mbs_largest(r->n, r->slope) > 0.0 ? LEAST_STEPS : STANDING;
+    double longest = (r->problem->t_end - r->problem->t0) / count, t = r->state->t, seen = r->past[0];
+    if (s->limiting == 0)
+        return longest;
+    double *latest = r->past + 3, *before = latest + s->limiting, *largest = before + s->limiting;
+    double late = t - r->past[1], early = r->past[1] - r->past[2];
+    mbs_switching(r, t, r->x);
+    for (int i = 0; i < s->limiting; ++i) {
+        double now = r->values[s->ng - s->switches + i], b = 0.0, c = 0.0, size = fabs(now);
+        largest[i] = seen > 0.0 && largest[i] > size ? largest[i] : size;
+        if (seen > 0.0)
+            b = (now - latest[i]) / late;
+        if (seen > 1.0) {
+            c = (b - (latest[i] - before[i]) / early) / (late + early);
+            b += c * late;
+        }
+        double found = reach(now, largest[i], b, c);
+        longest = found < longest ? found : longest;
+        before[i] = latest[i];
+        latest[i] = now;
+    }
+    r->past[2] = r->past[1];
+    r->past[1] = t;
+    r->past[0] = seen < 2.0 ? seen + 1.0 : 2.0;
+    return longest;
 }

@@ -14,7 +14,7 @@ static const mbs_stepper *stepper_of(const mbs_method *method)
 long long mbs_work(const mbs_problem *problem)
 {
     const mbs_system *s = problem->system;
-    return 12LL * (s->nq + s->nu) + 2LL * s->ns + 6LL * s->ng + s->nw + 3 + stepper_of(problem->method)->work(problem);
+    return 12LL * (s->nq + s->nu) + 2LL * s->ns + 6LL * s->ng + s->nw + 3 + 3LL * (s->switches + 1) + stepper_of(problem->method)->work(problem);
 }
 
 /* x stands first, as runtime.h promises. */
@@ -35,7 +35,8 @@ static mbs_run unpacked(const mbs_problem *problem, mbs_state *state, double *wo
     r.multipliers = r.inputs + system->nw;
     r.rows = r.multipliers + system->ns;
     r.report = r.rows + system->ns;
-    r.slope = r.report + 3;
+    r.past = r.report + 3;
+    r.slope = r.past + 3 * (system->switches + 1);
     r.own = r.slope + n;
     for (int i = 0; i < system->ng; ++i)
         r.watching |= !system->terminal[i];
@@ -108,10 +109,10 @@ static int stopping(const mbs_run *r)
     return r->state->crossing >= 0 && r->system->terminal[r->state->crossing];
 }
 
-/* A run that stops between two samples gets one more, at its end. */
+/* A run that stops between two samples gets one more, at its end, unless another mode follows. */
 static int last_sample_due(const mbs_run *r)
 {
-    return stopping(r) && !at_end(r, sample_time(r->problem, r->state->sample - 1));
+    return stopping(r) && r->state->crossing < r->system->ng - r->system->switches && !at_end(r, sample_time(r->problem, r->state->sample - 1));
 }
 
 /* ---- steps ---- */
@@ -383,7 +384,7 @@ static int adaptive_step(mbs_run *r)
 {
     mbs_state *s = r->state;
     int status = mbs_failed(r, MBS_STEP_UNDERFLOW, s->t, 0);
-    double whole = s->h_next, wished;
+    double longest = mbs_longest(r), whole = s->h_next < longest ? s->h_next : longest, wished;
     s->h_next = mbs_laid(r, whole);
     wished = s->h_next < whole ? whole : 0.0;
     for (int rejected = 0; s->h_next >= least_step(r); rejected = 1) {
@@ -426,9 +427,11 @@ static double first_step(mbs_run *r)
 static int start(mbs_run *r, double *samples)
 {
     int status;
-    mbs_copy(r->n, r->x, samples);
-    ++r->state->sample;
+    if (r->state->sample == 0)
+        mbs_copy(r->n, r->x, samples);
+    r->state->sample += r->state->sample == 0;
     r->state->phase = STEPPING;
+    r->past[0] = 0.0;
     r->stepper->restart(r);
     if (r->system->ng > 0)
         mbs_start_events(r);
@@ -487,6 +490,7 @@ static int move_on(mbs_run *r)
     if (s->event < 0 || status != MBS_RUNNING)
         return status;
     r->stepper->restart(r);
+    r->past[0] = 0.0;
     s->near = s->stiff = 0;
     status = mbs_derivative(r, s->t, r->x, r->slope);
     if (status == MBS_RUNNING)
@@ -529,10 +533,10 @@ long long mbs_integrate(const mbs_problem *problem, mbs_state *state, double *wo
     state->passed = 0;
     while (state->status == MBS_RUNNING && steps > 0) {
         if (state->phase == STARTING) {
-            if (rows == 0)
+            if (rows == 0 && state->sample == 0)
                 break;
+            written += state->sample == 0;
             state->status = start(&r, samples);
-            ++written;
         } else if (state->phase == STEPPING) {
             state->status = step(&r);
         } else {

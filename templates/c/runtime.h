@@ -125,6 +125,9 @@ typedef struct {
     const int *plain; /* pairs (a, b): q[a]' = u[b] */
     const int *ball;  /* pairs (a, b) of the first indices of a unit quaternion in q and of its angular velocity in u */
     int plains, balls;
+    const double *margins; /* for each of the last `switches` switching functions, those of a mode, by how much it may
+                              exceed zero: the run stops where it exceeds that, from whichever side it starts */
+    int switches, limiting; /* how many they are, and how many of them, the first, keep adaptive steps short */
 } mbs_system;
 
 typedef struct {
@@ -188,6 +191,8 @@ typedef struct {
 /* Doubles of work space for mbs_integrate. */
 long long mbs_work(const mbs_problem *problem);
 
+/* A run that has begun elsewhere goes on from x0 if then t, t_new and pace_time of the state are set to that time, `sample`
+   to the samples that are written and `grid` to the whole fixed steps until then. */
 void mbs_start(const mbs_problem *problem, const double *x0, mbs_state *state, double *work);
 
 /* Go on for at most `steps` steps and `rows` samples, written as rows (q, u); returns how many were written.

@@ -49,6 +49,8 @@ struct mbs_run {
     double *looks;          /* and their values at both ends of a step, and near them */
     double *settled, *kept; /* for the states of slopes that are put onto constraints, and for those put there */
     double *stage, *spare, *correction; /* for whoever needs them: nothing stays in them from one call to the next */
+    double *past;           /* how many looks, at most 2, were taken at the functions that keep steps short, the times of the
+                               latest and of the one before, then their values, and the largest sizes seen */
     double *slope, *own;                /* own follows slope: a first stage at x is row 0 of an array from slope on */
     double *inputs, *multipliers, *rows, *report;
     const double *further; /* the input that some programs have beyond those of all */
@@ -171,6 +173,14 @@ double mbs_on_side(mbs_run *r, mbs_path along, int i, double theta);
 /* A part of the way `along` a step at which switching function i has crossed, near the first; 2 if it keeps its sign. Its values
    times its side: at the start, MBS_PROBE after it, as much before the end, and at the end. */
 double mbs_first_seen(mbs_run *r, mbs_path along, int i, double start, double after, double before, double end);
+
+/* The longest step that may be tried: in one the functions that keep steps short may change, as the quadratic through the
+   last three looks at them goes, by half their distance from zero, or a tenth of the largest they had, and a run in modes
+   is looked at now and then. */
+double mbs_longest(mbs_run *r);
+
+/* The values of the switching functions, those of a mode less their margins. */
+void mbs_switching(mbs_run *r, double t, const double *x);
 
 /* Note of the function at whose event the step starts whether it goes back to where it came from. */
 void mbs_begin_watch(mbs_run *r);

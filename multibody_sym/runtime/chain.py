@@ -1,0 +1,85 @@
+"""Runs that go on in another problem where a switching function of the mode they are in says that it ends.
+
+All parts share the samples and the time from which steps are counted; each has Programs of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.runtime.integration import loop_for
+from multibody_sym.runtime.problem import Begun, Event, Loop, Problem, Progress, RunFailure, Statistics
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A part of a run in one problem: samples number `first` up to `end`, in time up to `until`."""
+
+    problem: Problem
+    first: int
+    end: int
+    until: float
+
+
+@dataclass(frozen=True)
+class Switch:
+    """Where a part of a run ended: the state x (nq + nu,) at `begun`, by switching function `index` of the mode."""
+
+    begun: Begun
+    x: Floats
+    index: int
+
+
+Onward = Callable[[Problem, Switch], "Problem | RunFailure"]
+"""Returns how a run goes on after a switch, which must be a problem begun there, or why it cannot."""
+
+
+def chain(onward: Onward, legs: list[Leg]) -> Loop:
+    """Return the loop of a run that goes on as `onward` says; its parts are added to `legs`, the one under way last."""
+
+    def loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
+        done = Progress(0, problem.start, problem.x0, Statistics(), None)
+        legs.append(Leg(problem, 0, 0, problem.start))
+        while True:
+            latest = done
+            for progress in loop_for(problem)(problem, samples):
+                latest = _joined(done, progress, problem)
+                legs[-1] = replace(legs[-1], end=latest.written, until=latest.time)
+                if _switched(progress, problem) is None:
+                    yield latest
+            index = _switched(progress, problem)
+            if index is None or latest.failure is not None:
+                return
+            if not latest.time < problem.t_end or latest.written == len(samples):
+                yield latest
+                return
+            following = onward(problem, Switch(Begun(latest.time, latest.written), latest.x, index))
+            if isinstance(following, RunFailure):
+                yield replace(latest, failure=following)
+                return
+            left = problem.max_steps - progress.statistics.steps
+            problem, done = replace(following, max_steps=max(left, 1)), latest
+            legs.append(Leg(problem, latest.written, latest.written, latest.time))
+
+    return loop
+
+
+def _switched(progress: Progress, problem: Problem) -> int | None:
+    """Return the number of the switching function of the mode at which the run stands, None where it goes on."""
+    first = len(problem.terminal) - len(problem.margins)
+    last = progress.events[-1] if progress.events else None
+    return last.index - first if last is not None and last.index >= first else None
+
+
+def _joined(done: Progress, latest: Progress, problem: Problem) -> Progress:
+    """Return the progress of a run with a part that was done before."""
+    switches = len(problem.terminal) - len(problem.margins)
+    events: tuple[Event, ...] = tuple(event for event in latest.events if event.index < switches)
+    return replace(
+        latest,
+        statistics=done.statistics.joined(latest.statistics),
+        events=(*done.events, *events),
+        singular=(*done.singular, *latest.singular),
+    )
