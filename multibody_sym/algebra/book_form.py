@@ -10,13 +10,12 @@ from math import gcd
 from typing import Final
 
 from multibody_sym.algebra.decimal_sums import decimal_scales, exact_root, looks_decimal, names_pi_alone, power_scale
-from multibody_sym.algebra.decimals import is_exact_decimal, is_long, with_doubles
+from multibody_sym.algebra.decimals import is_exact_decimal, is_long
 from multibody_sym.algebra.factors import Poly, factored
 from multibody_sym.algebra.quotients import Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.expressions.printer import text
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.node import ONE, ZERO, Node, add, divide, multiply, negate, number, power
-from multibody_sym.scalars.traversal import flatten
 
 _MOST_FORMS: Final = 8
 _MOST_TERMS: Final = 120
@@ -43,18 +42,6 @@ def book_form(a: Quotient) -> Node:
     if len(text(found)) > _LONGEST:
         raise NoClosedFormError("the closed form is too long")
     return found
-
-
-def comparison(positive: Quotient) -> str:
-    """Return `a > b` for what is positive: b holds the terms that are subtracted, and is 0 where there are none."""
-    form = with_doubles(book_form(positive))
-    if form.op == "neg":
-        return f"{text(form.args[0])} < 0"
-    sides: dict[bool, list[Node]] = {True: [], False: []}
-    for term in flatten("add", form):
-        subtracted = term.op == "neg" or (term.op == "number" and term.data < 0)
-        sides[subtracted].append(negate(term) if subtracted else term)
-    return f"{text(reduce(add, sides[False]))} > {text(reduce(add, sides[True], ZERO))}"
 
 
 def _reading(node: Node) -> tuple[int, str]:

@@ -4,26 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, Final
+from typing import Any
 
-from multibody_sym.algebra.book_form import comparison
-from multibody_sym.algebra.quotients import NoClosedFormError
 from multibody_sym.analysis.slipped_wheels import slipped_wheels
 from multibody_sym.answers.instant import Solved, solved_start
 from multibody_sym.answers.questions import answered
 from multibody_sym.answers.solution import Solution, Value
+from multibody_sym.answers.validity import conditions_of
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.start.examined import numbers_of
-from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.system import System
-from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed, normal_forces
-from multibody_sym.model.mechanism.rows import ExpressionRow, RopeRow
+from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
+from multibody_sym.model.mechanism.rows import ExpressionRow
 from multibody_sym.model.mechanism.units import REACTION_UNITS, MechanismUnits
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.force_places import reasons
-from multibody_sym.scalars.node import as_node, quantity, symbol
-
-_ROUNDING: Final = 1e-12
+from multibody_sym.scalars.node import as_node, symbol
 
 
 def solve(
@@ -66,9 +62,7 @@ def _solution(solved: Solved) -> Solution:
         reactions=reactions,
         kinds={row.name: row.multiplier for row in resolved.rows if row.name in reactions},
         conditions=(
-            *_tension_conditions(solved, reactions),
-            *_pulled_wheels(solved, reactions),
-            *_sign_conditions(solved),
+            *conditions_of(solved, reactions),
             *remarks,
         ),
         answers=answers,
@@ -132,38 +126,4 @@ def _reactions(solved: Solved) -> dict[str, dict[str, Value]]:
 
         unit = {component: units[row.name]}
         found.setdefault(row.name, {})[component] = solved.values(of_row, unit)[component]
-    return found
-
-
-def _tension_conditions(solved: Solved, reactions: Mapping[str, Mapping[str, Value]]) -> list[str]:
-    """Return for each rope whether it is taut, as it was assumed to be."""
-    found = []
-    for row in solved.mechanism.rows:
-        if isinstance(row, RopeRow):
-            tension = reactions[row.name]["tension"].value
-            least = -_ROUNDING * max(abs(x) for x in solved.numbers.multipliers)
-            if tension is None:
-                outcome = "is not decided: the tension is not unique"
-            else:
-                outcome = "holds" if tension >= least else "fails: the rope would push; in truth it goes slack"
-            found.append(f"{text(quantity('tension', (row.name,)))} >= 0 {outcome}")
-    return found
-
-
-def _pulled_wheels(solved: Solved, reactions: Mapping[str, Mapping[str, Value]]) -> list[str]:
-    """Return for each rolling wheel that its plane would pull that it lifts off; what is not unique says nothing."""
-    least = -_ROUNDING * max(map(abs, solved.numbers.multipliers), default=0.0)
-    forces = {name: reactions[name]["tension"] for name in normal_forces(solved.mechanism)}
-    pulled = [name for name, force in forces.items() if force.unique and (force.value or 0.0) < least]
-    return [f"{name} >= 0 fails: the plane would pull; in truth the wheel lifts off" for name in pulled]
-
-
-def _sign_conditions(solved: Solved) -> list[str]:
-    """Return what the closed forms take for granted about signs, as the given values have them."""
-    found = []
-    for positive in solved.forms.field.positive if solved.forms else ():
-        try:
-            found.append(f"{comparison(positive)} holds")
-        except NoClosedFormError:
-            solved.reasons["a condition is too long"] = None
     return found

@@ -12,7 +12,8 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.algebra.book_form import book_form, comparison
+from multibody_sym.algebra.book_form import book_form
+from multibody_sym.algebra.conditions import comparison
 from multibody_sym.algebra.quotient_functions import absolute, sqrt
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.closed_form import ClosedForms, closed_forms, unknowns

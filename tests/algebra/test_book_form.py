@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
-from multibody_sym.algebra.book_form import book_form, comparison
+from multibody_sym.algebra.book_form import book_form
+from multibody_sym.algebra.conditions import comparison
 from multibody_sym.algebra.decimals import with_doubles
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
