@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from multibody_sym.model.declaration.bodies import Frame as Frame
     from multibody_sym.model.declaration.bodies import GroundMotion as GroundMotion
     from multibody_sym.model.declaration.bodies import Shape as Shape
-    from multibody_sym.model.declaration.bodies import Surface as Surface
     from multibody_sym.model.declaration.bodies import Turn as Turn
     from multibody_sym.model.declaration.constraints import Coupler as Coupler
     from multibody_sym.model.declaration.constraints import Distance as Distance
@@ -47,6 +46,7 @@ if TYPE_CHECKING:
     from multibody_sym.model.declaration.constraints import Rolling as Rolling
     from multibody_sym.model.declaration.constraints import Rope as Rope
     from multibody_sym.model.declaration.constraints import VelocityConstraint as VelocityConstraint
+    from multibody_sym.model.declaration.contacts import Contact as Contact
     from multibody_sym.model.declaration.forces import Damper as Damper
     from multibody_sym.model.declaration.forces import Drag as Drag
     from multibody_sym.model.declaration.forces import Force as Force
@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     from multibody_sym.model.declaration.joints import Fixed as Fixed
     from multibody_sym.model.declaration.joints import Free as Free
     from multibody_sym.model.declaration.joints import Planar as Planar
+    from multibody_sym.model.declaration.joints import PointJoint as PointJoint
     from multibody_sym.model.declaration.joints import Prismatic as Prismatic
     from multibody_sym.model.declaration.joints import Revolute as Revolute
     from multibody_sym.model.declaration.joints import Screw as Screw
@@ -72,6 +73,7 @@ if TYPE_CHECKING:
     from multibody_sym.model.declaration.settings import Baumgarte as Baumgarte
     from multibody_sym.model.declaration.settings import Settings as Settings
     from multibody_sym.model.declaration.settings import Stabilisation as Stabilisation
+    from multibody_sym.model.declaration.surfaces import Surface as Surface
     from multibody_sym.model.declaration.system import System as System
     from multibody_sym.model.declaration.system import parameters as parameters
     from multibody_sym.model.declaration.system import t as t
@@ -117,15 +119,17 @@ _NAMES = {
     "formats.reader": "load loads",
     "formats.urdf": "UrdfNotice load_urdf",
     "formats.writer": "dump dumps",
-    "model.declaration.bodies": "Body Frame GroundMotion Shape Surface Turn",
+    "model.declaration.bodies": "Body Frame GroundMotion Shape Turn",
     "model.declaration.constraints": "Coupler Distance Expression Gear Line Plane PointInPlane PointOnLine "
     "PrescribedMotion Pulley Rolling Rope VelocityConstraint",
+    "model.declaration.contacts": "Contact",
     "model.declaration.forces": "Damper Drag Force Motor Pull SpringDamper Torque",
     "model.declaration.joint": "Initial Limits",
-    "model.declaration.joints": "Custom Cylindrical Direct Fixed Free Planar Prismatic Revolute Screw Spherical "
-    "Universal",
+    "model.declaration.joints": "Custom Cylindrical Direct Fixed Free Planar PointJoint Prismatic Revolute Screw "
+    "Spherical Universal",
     "model.declaration.parameters": "Parameter",
     "model.declaration.settings": "Ask Baumgarte Settings Stabilisation",
+    "model.declaration.surfaces": "Surface",
     "model.declaration.system": "System parameters t variable",
     "model.declaration.tables": "Table",
     "model.resolution.resolve": "mechanism",

@@ -18,7 +18,7 @@ from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State, state_of
-from multibody_sym.model.declaration.bodies import Body, Frame, GroundMotion, Surface, Turn
+from multibody_sym.model.declaration.bodies import Body, Frame, GroundMotion, Turn
 from multibody_sym.model.declaration.constraints import (
     CONSTRAINTS,
     Coupler,
@@ -41,9 +41,10 @@ from multibody_sym.model.declaration.joint import Initial, Joint, MovingJoint
 from multibody_sym.model.declaration.joints import JOINTS, Angles, Direct, Fixed
 from multibody_sym.model.declaration.parameters import Parameter
 from multibody_sym.model.declaration.steps import Rotate, Translate
+from multibody_sym.model.declaration.surfaces import Surface
 from multibody_sym.model.declaration.system import System, variable
 from multibody_sym.model.declaration.tables import Table
-from multibody_sym.model.declaration.values import Direction, Field, Scalar, Text
+from multibody_sym.model.declaration.values import Choice, Direction, Field, Scalar, Text
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import RollingRow, RopeRow
 from multibody_sym.model.resolution.resolve import mechanism
@@ -339,6 +340,8 @@ class _Builder:
             return self.some(_DIRECTIONS[:4] if self.planar else _DIRECTIONS)
         if isinstance(field, ListOf) and field.least == field.most == 2:
             return self.some([["x", "y"], ["z", "x"], [[1, 2, -2], "y"]])
+        if isinstance(field, Choice):
+            return self.some(field.words)
         if isinstance(field, Scalar):
             return self.uniform(0.1, 1)
         if isinstance(field, Angles):

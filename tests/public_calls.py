@@ -74,6 +74,10 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
         "mass": 1, "com": [0, 0, 0], "inertia": {"Izz": 1}, "shape": None, "points": {"p": [0, 0, 0]},
         "frames": {"f": {}}, "motion": {"x": 1}, "surfaces": {"s": {"sphere": 1}}, "label": "b",
     },
+    "Contact": {
+        "between": ["a", "b"], "static": 0.2, "kinetic": 0.1, "restitution": 0, "rolling_resistance": 0.01,
+        "tangent": "x", "open": True, "repeat": None,
+    },
     "Coupler": {"joints": {"A": 1}, "value": 0, "acts": "in_joints"},
     "Custom": {**_MOVES, "free": [{"rotate": "x"}]},
     "Cylindrical": {**_MOVES, "axis": "x"},
@@ -97,6 +101,7 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
     "Plane": {"through": "p", "normal": "x"},
     "PointInPlane": {"point": "p", "plane": {"through": "p", "normal": "x"}},
     "PointOnLine": {"point": "p", "line": {"through": "p", "direction": "x"}},
+    "PointJoint": {**_STATE, "q": None, "initial": None, "motion": None, "axes": "xy"},
     "PrescribedMotion": {"joint": "A", "value": mbs.t},
     "Prismatic": {**_STATE, "q": ["x"], "motion": None, "axis": "x"},
     "Pull": {**_ENDS, "value": 1},
@@ -113,7 +118,10 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
     "Spherical": {**_MOVES, "angles": "xyz"},
     "SpringDamper": {"stiffness": 1, **_ENDS, "joint": None, "freedom": None, "damping": 1, "length": 1},
     "Stabilisation": {"baumgarte": {"alpha": 1}, "projection": None, "index_2": None},
-    "Surface": {"sphere": 1, "disc": None, "axis": "z", "centre": [0, 0, 0], "plane": None, "normal": "z"},
+    "Surface": {
+        "sphere": 1, "disc": None, "axis": "z", "centre": [0, 0, 0], "plane": None, "normal": "z", "between": None,
+        "segment": None, "point": None, "inside": False,
+    },
     "Table": {"table": [[0, 0], [1, 1]], "of": "t", "interpolation": "linear", "dimension": "N"},
     "Torque": {"value": 1, "joint": "A", "freedom": "x", "on": None, "frame": "b"},
     "Turn": {"axis": "x", "angle": 1},
@@ -124,7 +132,8 @@ _PENDULUM: dict[str, Any] = {
     "name": "s", "gravity": [0, -9.81, 0], "parameters": {"m": 1}, "bodies": {"b": {"mass": "m", "com": [1, 0, 0]}},
     "joints": {"A": {"type": "revolute", "parent": "ground", "child": "b"}},
     "forces": {"f": {"type": "force", "on": "b", "value": [0, 0, 1]}},
-    "constraints": {"c": {"type": "expression", "zero": "A"}}, "pulleys": {"P": {"at": "b"}}, "inputs": {"F": "t"},
+    "constraints": {"c": {"type": "expression", "zero": "A"}}, "pulleys": {"P": {"at": "b"}}, "contacts": {},
+    "inputs": {"F": "t"},
     "outputs": {"o": "A"}, "stop": {"s": "A < 0"}, "ask": {"a": "A"}, "simulation": {"t_end": 1},
 }
 

@@ -20,6 +20,7 @@ from multibody_sym.kinematics.motion import BodyMotion, Motion, coordinate_rates
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import RowMotion
+from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Rim, Round, Skin
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mechanism import TIME
 from multibody_sym.model.mechanism.rows import (
@@ -34,7 +35,7 @@ from multibody_sym.model.mechanism.rows import (
 )
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.scalars.derivatives import tangents
-from multibody_sym.scalars.node import ONE, Node, slot
+from multibody_sym.scalars.node import ONE, ZERO, Node, slot
 from multibody_sym.scalars.vectors import dot, subtract
 
 
@@ -145,6 +146,41 @@ def _(row: RollingRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     slip = wheel.V + plane.V + wheel.W * radius + plane.W * place
     carried = wheel.A + plane.A + wheel.L * radius + plane.L * place
     return carried + (wheel.W + plane.W) * radius * turning + plane.W * (slip + wheel.V + plane.V)
+
+
+@_terms.register
+def _(row: ContactRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+    first, second = (_of(motion, bodies, skin.place) for skin in row.skins)
+    sizes = [_size(skin, motion) for skin in row.skins]
+    place = sum(hypot(*position(motion, skin.place)) for skin in row.skins) + sum(sizes)
+    turning = _normal_turning(row, motion, first, second)
+    slip = first.V + second.V + (first.W + second.W) * place
+    carried = first.A + second.A + (first.L + second.L) * place
+    return carried + (first.W + second.W) * (place * turning + first.V + second.V) + turning * slip
+
+
+def _size(skin: Skin, motion: Motion) -> float:
+    radius = skin.radius if isinstance(skin, (Round, Rim)) else ZERO
+    return abs(float(motion.state.values([radius])[0]))
+
+
+def _normal_turning(row: ContactRow, motion: Motion, first: Terms, second: Terms) -> float:
+    """Return how fast the normal and the lowest place turn, at most."""
+    if not any(isinstance(skin, Flat) for skin in row.skins):
+        length = float(span(motion, (row.skins[0].place, row.skins[1].place))[0])
+        return first.W + second.W + (first.V + second.V) / length
+    return (first.W + second.W) * max(_steepness(row, motion), 1.0)
+
+
+def _steepness(row: ContactRow, motion: Motion) -> float:
+    """Return twice the inverse sine of the angle between the axis of a rim and the normal of a plane, else 0."""
+    rim = next((skin for skin in row.skins if isinstance(skin, Rim)), None)
+    flat = next((skin for skin in row.skins if isinstance(skin, Flat)), None)
+    if rim is None or flat is None:
+        return 0.0
+    normal, axis = direction(motion, flat.place, flat.normal), direction(motion, rim.place, rim.axis)
+    tilt = dot(normal, axis)
+    return 2.0 / hypot(*subtract(normal, tuple(tilt * x for x in axis)))
 
 
 @_terms.register

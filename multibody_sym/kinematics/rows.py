@@ -15,6 +15,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.errors import InputError, at
+from multibody_sym.kinematics.contacts import contact_direction, touch
 from multibody_sym.kinematics.motion import Motion, accelerations, coordinate_rates
 from multibody_sym.kinematics.points import acceleration, position, velocity
 from multibody_sym.kinematics.relative import angular_acceleration, angular_velocity, direction, seen
@@ -29,6 +30,7 @@ from multibody_sym.kinematics.wrenches import (
     add_pair,
     generalized_forces,
 )
+from multibody_sym.model.mechanism.contact_rows import ContactRow, TurningRow
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.model.mechanism.rows import (
     AngleRow,
@@ -194,6 +196,31 @@ def _(row: RollingRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMo
     gamma = -(dot(along_rate, contact.slip) + dot(along, contact.slip_rate))
     phi = contact.gap if row.along == row.normal else None
     return _of_wrenches(motion, wrenches, phi, dot(along, contact.slip), gamma)
+
+
+@row_motion.register
+def _(row: ContactRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+    found = touch(row.skins, motion, bias)
+    along = contact_direction(row, motion, found)
+    wrenches = Wrenches(len(motion.bodies))
+    first, second = (skin.place.body for skin in row.skins)
+    add_force_at(wrenches, motion, first, found.place, along.vector)
+    add_force_at(wrenches, motion, second, found.place, negate(along.vector))
+    gamma = -(dot(along.rate, found.slip) + dot(along.vector, found.slip_rate))
+    phi = found.gap if row.is_holonomic else None
+    return _of_wrenches(motion, wrenches, phi, dot(along.vector, found.slip), gamma)
+
+
+@row_motion.register
+def _(row: TurningRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+    found = touch(row.skins, motion, bias)
+    axis = contact_direction(row, motion, found)
+    wrenches = Wrenches(len(motion.bodies))
+    first, second = (skin.place.body for skin in row.skins)
+    add_moment(wrenches, motion, first, axis.vector)
+    add_moment(wrenches, motion, second, negate(axis.vector))
+    gamma = -(dot(axis.rate, found.turning) + dot(axis.vector, found.turning_rate))
+    return _of_wrenches(motion, wrenches, None, dot(axis.vector, found.turning), gamma)
 
 
 @row_motion.register

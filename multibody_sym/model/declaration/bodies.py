@@ -9,6 +9,7 @@ from typing import Any, Final
 from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.fields import Element, ListOf, MapOf, Record, holds
+from multibody_sym.model.declaration.surfaces import Surface
 from multibody_sym.model.declaration.values import (
     Choice,
     Direction,
@@ -130,25 +131,6 @@ class GroundMotion(Element):
     y: Node = holds(Scalar("m"), 0)
     z: Node = holds(Scalar("m"), 0)
     turn: tuple[Turn, ...] = holds(ListOf(Record(Turn)), ())
-
-
-@dataclass(frozen=True, kw_only=True)
-class Surface(Element):
-    """A surface of a body: a ball, the sharp rim of a disc about `axis`, or a plane through a place with a `normal`.
-
-    Balls and discs have their centre at `centre`; everything in body axes.
-    """
-
-    sphere: Node | None = holds(Scalar("m"), None)
-    disc: Node | None = holds(Scalar("m"), None)
-    axis: Point = holds(Direction(), "z")
-    centre: Point = holds(Vector("m"), (0, 0, 0))
-    plane: Point | None = holds(Vector("m"), None)
-    normal: Point = holds(Direction(), "z")
-
-    def verify(self) -> None:
-        if sum(x is not None for x in (self.sphere, self.disc, self.plane)) != 1:
-            raise ModelError("a surface is one of sphere: radius, disc: radius, plane: [x, y, z]")
 
 
 @dataclass(frozen=True)

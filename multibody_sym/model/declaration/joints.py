@@ -15,10 +15,11 @@ from multibody_sym.model.declaration.fields import Element, ListOf, OneOf, Recor
 from multibody_sym.model.declaration.joint import Joint, MovingJoint
 from multibody_sym.model.declaration.steps import Ball, Rotate, Step, Translate
 from multibody_sym.model.declaration.steps import Screw as ScrewStep
-from multibody_sym.model.declaration.values import Direction, Point, Scalar, Text
+from multibody_sym.model.declaration.values import Choice, Direction, Point, Scalar, Text
 from multibody_sym.scalars.node import PI, Node
 
-_X, _Y, _Z = (Direction().accept(letter) for letter in "xyz")
+_AXES: Final = {letter: Direction().accept(letter) for letter in "xyz"}
+_X, _Y, _Z = _AXES.values()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,6 +107,21 @@ class Planar(MovingJoint):
         return Translate(_X, "x"), Translate(_Y, "y"), Rotate(_Z, "theta")
 
 
+@dataclass(frozen=True, kw_only=True)
+class PointJoint(MovingJoint):
+    """A particle that moves along the `axes` of the parent's attachment frame, in a plane (xy) or in space (xyz).
+
+    It does not turn, and so needs no inertia.
+    """
+
+    kind: ClassVar[str] = "point"
+    axes: str = holds(Choice(("xy", "xz", "yz", "xyz")), "xy")
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        return tuple(Translate(_AXES[letter], letter) for letter in self.axes)
+
+
 @dataclass(frozen=True)
 class Angles:
     """Three axes of successive rotations, written as letters: `xyz`, `zxz`, ...; no two neighbours alike."""
@@ -122,8 +138,7 @@ class Angles:
 
 def _turning_freely(angles: str | None) -> tuple[Step, ...]:
     """Return a ball, or three rotations where `angles` are chosen."""
-    axes = {"x": _X, "y": _Y, "z": _Z}
-    return (Ball(),) if angles is None else tuple(Rotate(axes[x], str(k)) for k, x in enumerate(angles, 1))
+    return (Ball(),) if angles is None else tuple(Rotate(_AXES[x], str(k)) for k, x in enumerate(angles, 1))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -207,7 +222,7 @@ def _by_kind(classes: Iterable[type[Joint]]) -> Mapping[str, type[Joint]]:
 
 
 JOINTS: Final = OneOf(
-    _by_kind((Revolute, Prismatic, Screw, Cylindrical, Universal, Planar, Spherical, Free, Custom, Fixed)),
+    _by_kind((Revolute, Prismatic, Screw, Cylindrical, Universal, Planar, PointJoint, Spherical, Free, Custom, Fixed)),
     {
         "hinge": "revolute",
         "pin": "revolute",

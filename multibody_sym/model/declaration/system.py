@@ -10,6 +10,7 @@ from typing import Any, Final, NamedTuple
 from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.constraints import CONSTRAINTS, Pulley
+from multibody_sym.model.declaration.contacts import Contact
 from multibody_sym.model.declaration.doors import flag, text
 from multibody_sym.model.declaration.fields import Element, MapOf, Names, Record, holds
 from multibody_sym.model.declaration.forces import FORCES
@@ -24,7 +25,7 @@ from multibody_sym.scalars.node import Node, symbol, symbol_with
 from multibody_sym.scalars.traversal import leaves
 
 _MAPS: Final = (
-    *("parameters", "bodies", "joints", "forces", "constraints", "pulleys"),
+    *("parameters", "bodies", "joints", "forces", "constraints", "pulleys", "contacts"),
     *("inputs", "outputs", "stop", "ask"),
 )
 _SYMBOL: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -56,6 +57,7 @@ class System(Element):
     forces: Mapping[str, Element] = holds(MapOf(FORCES), None)
     constraints: Mapping[str, Element] = holds(MapOf(CONSTRAINTS), None)
     pulleys: Mapping[str, Pulley] = holds(MapOf(Record(Pulley)), None)
+    contacts: Mapping[str, Contact] = holds(MapOf(Record(Contact)), None, keyword=True)
     inputs: Mapping[str, Node | Table | Constant] = holds(MapOf(InputField()), None)
     outputs: Mapping[str, Node] = holds(MapOf(Scalar()), None)
     stop: Mapping[str, Node] = holds(MapOf(Condition()), None)

@@ -67,7 +67,7 @@ class Row(ABC):
         """The radii on which something runs in it."""
 
 
-class _WithoutLine(Row):
+class WithoutLine(Row):
     """A row that has no length."""
 
     @property
@@ -79,7 +79,7 @@ class _WithoutLine(Row):
         return None
 
 
-class _OfExpression(_WithoutLine):
+class _OfExpression(WithoutLine):
     """A row that is an expression which is `zero`."""
 
     zero: Node
@@ -105,7 +105,7 @@ class _OfExpression(_WithoutLine):
         return ()
 
 
-class _OfFrames(_WithoutLine):
+class _OfFrames(WithoutLine):
     """A row between a frame of one body and a frame of another that restricts how they stand."""
 
     frames: tuple[Marker, Marker]
@@ -315,7 +315,7 @@ class AngleRow(_OfFrames):
 
 
 @dataclass(frozen=True)
-class RollingRow(_WithoutLine):
+class RollingRow(WithoutLine):
     """Where a ball, or the sharp rim of a disc about `axis`, touches a plane, both bodies have one velocity `along`.
 
     `along` is a direction fixed in the plane's frame. Along the normal the row is holonomic (the gap stays closed);

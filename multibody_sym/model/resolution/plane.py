@@ -25,6 +25,7 @@ def in_plane(system: System) -> bool:
     vectors = [system.gravity, *(v for body in system.bodies.values() for v in _vectors(body))]
     axes = [axis for body in system.bodies.values() for axis in _axes(body)]
     axes += [pulley.axis for pulley in system.pulleys.values()]
+    vectors += [contact.tangent for contact in system.contacts.values() if contact.tangent is not None]
     for element in (*system.forces.values(), *system.constraints.values()):
         lying, upright = _vectors_and_axes(element)
         vectors += lying
@@ -71,6 +72,9 @@ def _vectors(body: Body) -> Iterator[Point]:
         yield surface.centre
         if surface.plane is not None:
             yield from (surface.plane, surface.normal)
+        yield from (*(surface.between or ()), *(surface.segment or ()))
+        if surface.point is not None:
+            yield surface.point
     if body.motion is not None:
         yield body.motion.x, body.motion.y, body.motion.z
 

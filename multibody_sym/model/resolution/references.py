@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from multibody_sym.errors import ModelError, at, suggestion
-from multibody_sym.model.declaration.bodies import Body, Surface
+from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.surfaces import Surface
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import COM, GROUND, ORIGIN, OWN_POINTS, Pose, mass_of, pose_of

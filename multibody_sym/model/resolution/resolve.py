@@ -17,6 +17,7 @@ from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, Limit, Mec
 from multibody_sym.model.mechanism.parameters import ParameterEntry, ParameterVector
 from multibody_sym.model.resolution.absolute import Freed, freed_bodies
 from multibody_sym.model.resolution.bodies import tree_bodies
+from multibody_sym.model.resolution.contacts.elements import contacts
 from multibody_sym.model.resolution.cuts import has_rows
 from multibody_sym.model.resolution.driving_inputs import driving_inputs, expression_of, with_driving_inputs
 from multibody_sym.model.resolution.force_places import with_withheld
@@ -93,6 +94,7 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
         cuts=_in_slots(told, tuple(cuts)),
         symbols={**slots, **told},
         driving_inputs=driving_inputs(system),
+        one_way=_in_slots(told, contacts(references)),
         minimum_norm=system.simulation.multipliers == "minimum_norm",
     )
 

@@ -1,0 +1,200 @@
+"""Contacts: gap, normal, place, and the velocity of one body's material on the other's where their skins are nearest.
+
+A skin with a centre C (a ball, a point, the rim of a disc) faces another one: n leads from that one to C, h is how far
+C is above it along n, and k leads from C to the place of contact, which lies on the round skin. Then
+
+    gap = h + n . k,    slip = v_1 + w_1 x k - v_2 - w_2 x (d + k),    d = C - (what stands for the other skin)
+
+and n . slip is the rate of the gap, because k' . n and d' - n' h contribute nothing along n.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import singledispatch
+
+from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.points import acceleration, position, velocity
+from multibody_sym.kinematics.relative import angular_acceleration, angular_velocity, direction
+from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Rim, Round, Skin
+from multibody_sym.scalars.functions import sqrt
+from multibody_sym.scalars.vectors import S, Vec, add, cross, dot, negate, scale, subtract
+
+_X: Vec = (1, 0, 0)
+_Z: Vec = (0, 0, 1)
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A unit vector and its rate, in world axes."""
+
+    vector: Vec
+    rate: Vec
+
+    @property
+    def reversed(self) -> Direction:
+        return Direction(negate(self.vector), negate(self.rate))
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Where two skins are nearest: the gap, the normal from the second to the first, and the slip of the first there.
+
+    `slip_rate` is for udot = 0, `turning` the first body's angular velocity relative to the second, `turning_rate` its
+    rate; all in world axes.
+    """
+
+    place: Vec
+    gap: S
+    normal: Direction
+    slip: Vec
+    slip_rate: Vec
+    turning: Vec
+    turning_rate: Vec
+
+
+@dataclass(frozen=True)
+class _Facing:
+    """What a skin shows to a centre: the normal towards it, and how far it is along that."""
+
+    normal: Direction
+    height: S
+
+
+def touch(skins: tuple[Skin, Skin], motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Touch:
+    """Return where and how two skins touch; `bias` holds the bodies' accelerations for udot = 0."""
+    if isinstance(skins[0], Flat):
+        found = _centre_on((skins[1], skins[0]), motion, bias)
+        return replace(
+            found,
+            normal=found.normal.reversed,
+            slip=negate(found.slip),
+            slip_rate=negate(found.slip_rate),
+            turning=negate(found.turning),
+            turning_rate=negate(found.turning_rate),
+        )
+    return _centre_on(skins, motion, bias)
+
+
+def _centre_on(skins: tuple[Skin, Skin], motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Touch:
+    """Return the same for a first skin that has a centre."""
+    first, second = skins
+    w, w_2 = (angular_velocity(motion, skin.place.body) for skin in skins)
+    alpha, alpha_2 = (angular_acceleration(motion, skin.place.body, bias) for skin in skins)
+    apart = subtract(position(motion, first.place), position(motion, second.place))
+    apart_rate = subtract(velocity(motion, first.place), velocity(motion, second.place))
+    hollow = isinstance(first, Round) and first.inside
+    facing = _facing(second, motion, apart, apart_rate, hollow)
+    arm, arm_rate = _arm(first, motion, facing.normal)
+    to_place, to_place_rate = add(apart, arm), add(apart_rate, arm_rate)
+    slip = subtract(add(apart_rate, cross(w, arm)), cross(w_2, to_place))
+    rate = subtract(acceleration(motion, first.place, bias), acceleration(motion, second.place, bias))
+    rate = add(rate, add(cross(alpha, arm), cross(w, arm_rate)))
+    rate = subtract(rate, add(cross(alpha_2, to_place), cross(w_2, to_place_rate)))
+    return Touch(
+        add(position(motion, first.place), arm),
+        facing.height + dot(facing.normal.vector, arm),
+        facing.normal,
+        slip,
+        rate,
+        subtract(w, w_2),
+        subtract(alpha, alpha_2),
+    )
+
+
+@singledispatch
+def _facing(skin: Skin, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
+    """Return what a skin shows to a centre that is `apart` from its place; `hollow`: to what is round that centre."""
+    raise TypeError(f"nothing says how {type(skin).__name__} is touched")
+
+
+@_facing.register
+def _(skin: Flat, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
+    n = direction(motion, skin.place, skin.normal)
+    return _Facing(Direction(n, cross(angular_velocity(motion, skin.place.body), n)), dot(n, apart))
+
+
+@_facing.register
+def _(skin: Round, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
+    """Of one in the other the normal leads from centre to centre the other way."""
+    sense = -1 if skin.inside or hollow else 1
+    length = sqrt(dot(apart, apart))
+    n = scale(sense / length, apart)
+    across = subtract(apart_rate, scale(dot(n, apart_rate), n))
+    return _Facing(Direction(n, scale(sense / length, across)), sense * length - _radius(skin, motion))
+
+
+@singledispatch
+def _arm(skin: Skin, motion: Motion, normal: Direction) -> tuple[Vec, Vec]:
+    """Return the vector from a skin's centre to its place that is nearest against the normal, and its rate."""
+    raise TypeError(f"nothing says where {type(skin).__name__} is nearest")
+
+
+@_arm.register
+def _(skin: Round, motion: Motion, normal: Direction) -> tuple[Vec, Vec]:
+    radius = _radius(skin, motion)
+    return scale(-radius, normal.vector), scale(-radius, normal.rate)
+
+
+@_arm.register
+def _(skin: Rim, motion: Motion, normal: Direction) -> tuple[Vec, Vec]:
+    """With the axis a and g = n - (n . a) a it is -r g / |g|."""
+    (radius,) = motion.state.values([skin.radius])
+    axis = direction(motion, skin.place, skin.axis)
+    axis_rate = cross(angular_velocity(motion, skin.place.body), axis)
+    tilt, tilt_rate = dot(normal.vector, axis), dot(normal.rate, axis) + dot(normal.vector, axis_rate)
+    steep = subtract(normal.vector, scale(tilt, axis))
+    steep_rate = subtract(normal.rate, add(scale(tilt_rate, axis), scale(tilt, axis_rate)))
+    length = sqrt(dot(steep, steep))
+    up = scale(1 / length, steep)
+    up_rate = scale(1 / length, subtract(steep_rate, scale(dot(up, steep_rate), up)))
+    return scale(-radius, up), scale(-radius, up_rate)
+
+
+def _radius(skin: Round, motion: Motion) -> S:
+    (radius,) = motion.state.values([skin.radius])
+    return -radius if skin.inside else radius
+
+
+def contact_direction(row: ContactRow, motion: Motion, touching: Touch) -> Direction:
+    """Return the direction of a row: the normal, a tangent, or the axis of rolling along a tangent, normal x t."""
+    if row.along == "normal":
+        return touching.normal
+    first = _first_tangent(row, motion, touching.normal)
+    turned = _crossed(touching.normal, first)
+    if row.along in ("t1", "roll2"):
+        return first if row.along == "t1" else first.reversed
+    return turned
+
+
+def _first_tangent(row: ContactRow, motion: Motion, normal: Direction) -> Direction:
+    if row.across is not None:
+        plane = next(skin for skin in row.skins if isinstance(skin, Flat)).place
+        t = direction(motion, plane, row.across)
+        return Direction(t, cross(angular_velocity(motion, plane.body), t))
+    if row.upright:
+        return Direction(cross(normal.vector, _Z), cross(normal.rate, _Z))
+    inclined = dot(normal.vector, _X)
+    lying = subtract(_X, scale(inclined, normal.vector))
+    rate = negate(add(scale(dot(normal.rate, _X), normal.vector), scale(inclined, normal.rate)))
+    length = sqrt(dot(lying, lying))
+    t = scale(1 / length, lying)
+    return Direction(t, scale(1 / length, subtract(rate, scale(dot(t, rate), t))))
+
+
+def _crossed(a: Direction, b: Direction) -> Direction:
+    return Direction(cross(a.vector, b.vector), add(cross(a.rate, b.vector), cross(a.vector, b.rate)))
+
+
+def reach(row: ContactRow, motion: Motion) -> list[S]:
+    """Return how far a contact is from either end of a plane that ends: it holds only while both are >= 0."""
+    ended = next((skin for skin in row.skins if isinstance(skin, Flat) and skin.ends is not None), None)
+    if ended is None or ended.ends is None:
+        return []
+    other = row.skins[0] if row.skins[1] is ended else row.skins[1]
+    p, q = (position(motion, end) for end in ended.ends)
+    place = position(motion, other.place)
+    along = subtract(q, p)
+    length = sqrt(dot(along, along))
+    return [dot(along, subtract(place, p)) / length, dot(along, subtract(q, place)) / length]

@@ -1,0 +1,75 @@
+"""Contacts of two bodies that may touch: which surfaces, and what rubs there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+from multibody_sym.errors import ModelError
+from multibody_sym.expressions.printer import text
+from multibody_sym.model.declaration.fields import Element, ListOf, holds
+from multibody_sym.model.declaration.values import Count, Direction, Flag, Point, Scalar, Text, is_text, scalar
+from multibody_sym.scalars.node import Node
+
+ENOUGH: Final = "enough"
+Coefficient = Node | str
+"""A coefficient of friction, or that there is always enough of it."""
+
+
+@dataclass(frozen=True)
+class CoefficientField:
+    """A coefficient of friction: a number, an expression, or the word `enough`."""
+
+    unit: str = ""
+
+    def accept(self, value: Any) -> Coefficient:
+        return ENOUGH if is_text(value, ENOUGH) else scalar(value, self.unit)
+
+    def tree(self, value: Coefficient) -> str:
+        return value if isinstance(value, str) else text(value)
+
+
+@dataclass(frozen=True)
+class Contact(Element):
+    """Two bodies that may touch and then push each other, never pull; the first of `between` against the second.
+
+    `between` names surfaces, `body.surface`; a body whose shape is a box stands for its corners, discs, cylinders and
+    spheres for themselves, a rod for its ends or itself, any other body or point for that point. Coulomb's friction has
+    the coefficients `static` and `kinetic`: one alone counts for both, without either the contact is smooth, and
+    where it has `enough` it never slips. `rolling_resistance` is a length. The normal leads from the second to the
+    first, and friction, positive along the tangent, is that on the first; `tangent`, in the axes of the body with the
+    plane, turns it around. An `open` contact does not touch at the start. With `repeat` there are so many contacts, in
+    whose names and ends `#` is 1, 2, ... and `#+1` the next.
+    """
+
+    between: tuple[str, ...] = holds(ListOf(Text(), 2, 2))
+    static: Coefficient | None = holds(CoefficientField(), None, keyword=True)
+    kinetic: Node | None = holds(Scalar(""), None, keyword=True)
+    restitution: Node = holds(Scalar(""), 0, keyword=True)
+    rolling_resistance: Node | None = holds(Scalar("m"), None, keyword=True)
+    tangent: Point | None = holds(Direction(), None, keyword=True)
+    open: bool = holds(Flag(), False, keyword=True)
+    repeat: int | None = holds(Count(), None, keyword=True)
+
+    def verify(self) -> None:
+        for name in ("static", "kinetic", "restitution", "rolling_resistance"):
+            value = getattr(self, name)
+            if isinstance(value, Node) and value.shadow is not None and value.shadow < 0:
+                raise ModelError(f"{text(value)} is negative; nothing rubs or bounces less than not at all").under(name)
+        if self.restitution.shadow is not None and self.restitution.shadow > 1:
+            raise ModelError("a coefficient of restitution is between 0 and 1").under("restitution")
+        if isinstance(self.static, Node) and self.kinetic is not None:
+            verify_coefficients(self.static.shadow, self.kinetic.shadow)
+        if self.repeat is not None and not any("#" in end for end in self.between):
+            raise ModelError("number the bodies of contacts that repeat, such as between: [block#, table.top]").under(
+                "repeat"
+            )
+
+
+def verify_coefficients(static: float | None, kinetic: float | None) -> None:
+    """Raise ModelError where what sticks is held less than what slides; None is a value that is not known yet."""
+    if static is not None and kinetic is not None and static < kinetic:
+        raise ModelError(
+            f"static {static:g} is below kinetic {kinetic:g}: what sticks is held at least as fast as what slides; "
+            "swap them, or give one for both"
+        ).under("static")

@@ -1,0 +1,104 @@
+"""Rows of contacts: what of two bodies touches, and along which directions they push, rub and roll.
+
+Every contact is one of a centre with a radius (zero: a point; hollow: a drum, a bowl) or the rim of a disc with a
+plane, a centre with a radius or a bar. How they move is in `kinematics/contacts.py`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+from multibody_sym.model.declaration.steps import is_upright
+from multibody_sym.model.declaration.values import Point
+from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.rows import Multiplier, WithoutLine
+from multibody_sym.scalars.node import ZERO, Node
+
+
+@dataclass(frozen=True)
+class Skin:
+    """What of a body touches: `place` is its centre, or a place in it."""
+
+    place: Marker
+
+
+@dataclass(frozen=True)
+class Round(Skin):
+    """A ball, in a plane model also the rim of a disc, about a centre; a point if the radius is 0; `inside` hollow."""
+
+    radius: Node = ZERO
+    inside: bool = False
+
+
+@dataclass(frozen=True)
+class Rim(Skin):
+    """The sharp rim of a disc about an `axis`, in space."""
+
+    radius: Node
+    axis: Point
+
+
+@dataclass(frozen=True)
+class Flat(Skin):
+    """A plane with its unit normal; in a plane model it may end at two places."""
+
+    normal: Point
+    ends: tuple[Marker, Marker] | None = None
+
+
+ContactDirection = Literal["normal", "t1", "t2", "roll1", "roll2"]
+
+
+@dataclass(frozen=True)
+class ContactRow(WithoutLine):
+    """Two bodies' material velocity, first relative to second, along a direction where their skins are nearest.
+
+    Along the normal, from the second to the first, phi is the gap. Tangents t1 and t2 = normal x t1 rub. Where one
+    skin is a plane `across` is t1 in its axes, for a normal from the second to the first; without it the contact is
+    `upright` (t1 = normal x z, in a plane model) or t1 is ground's x as far as it lies across the normal.
+    """
+
+    unit: ClassVar[str | None] = "N"
+
+    name: str
+    skins: tuple[Skin, Skin]
+    along: ContactDirection
+    across: Point | None = None
+    upright: bool = True
+
+    @property
+    def multiplier(self) -> Multiplier:
+        return "force"
+
+    @property
+    def is_holonomic(self) -> bool:
+        return self.along == "normal"
+
+    @property
+    def acts_in_plane(self) -> bool:
+        return self.along not in ("t2", "roll2") and not (self.across is not None and is_upright(self.across))
+
+    @property
+    def points(self) -> tuple[Marker, ...]:
+        return tuple(skin.place for skin in self.skins)
+
+    @property
+    def laws(self) -> tuple[Node, ...]:
+        return ()
+
+    @property
+    def radii(self) -> tuple[Node, ...]:
+        return tuple(s.radius for s in self.skins if isinstance(s, (Round, Rim)) and s.radius is not ZERO)
+
+
+@dataclass(frozen=True)
+class TurningRow(ContactRow):
+    """The first body's angular velocity relative to the second, about normal x t: forward rolling along t."""
+
+    unit: ClassVar[str | None] = "N*m"
+
+
+def is_curved(skin: Skin) -> bool:
+    """Return whether a skin is a centre with a radius that is not zero."""
+    return isinstance(skin, Round) and skin.radius is not ZERO

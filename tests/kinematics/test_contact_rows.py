@@ -1,0 +1,205 @@
+"""Contacts of two bodies that both move: gap and slip by hand, H and gamma against exact derivatives of these."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from exact import Exact
+from mechanisms import Case
+
+import multibody_sym as mbs
+from multibody_sym.dynamics.start.parameters import parameter_values
+from multibody_sym.kinematics.contacts import reach
+from multibody_sym.kinematics.motion import coordinate_rates
+from multibody_sym.kinematics.points import position
+from multibody_sym.kinematics.row_sizes import row_terms
+from multibody_sym.kinematics.rows import row_motions
+from multibody_sym.kinematics.wrenches import generalized_forces
+from multibody_sym.model.mechanism.contact_rows import Flat, Rim, TurningRow
+from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.mass import Pose
+from multibody_sym.model.mechanism.modes import in_mode
+from multibody_sym.model.mechanism.one_way import Mode
+from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.scalars.derivatives import tangents
+from multibody_sym.scalars.node import ONE, as_node
+
+PLANE = {
+    "face": {"plane": [0.1, -0.2, 0], "normal": [0.6, 0.8, 0]},
+    "rim": {"disc": 0.3, "centre": [0.1, 0.2, 0]},
+    "ball": {"sphere": 0.2, "centre": [-0.1, 0.2, 0]},
+    "drum": {"disc": 2.5, "centre": [0.1, 0, 0], "inside": True},
+    "corner": {"point": [0.2, -0.3, 0]},
+}
+SPACE = {
+    "face": {"plane": [0.1, -0.2, 0.3], "normal": [0.6, 0.0, 0.8]},
+    "rim": {"disc": 0.3, "centre": [0.1, 0.2, 0.1], "axis": [0.2, 0.9, 0.1]},
+    "ball": {"sphere": 0.2, "centre": [-0.1, 0.2, 0.3]},
+    "bowl": {"sphere": 2.5, "centre": [0.1, 0, 0.2], "inside": True},
+    "corner": {"point": [0.2, -0.3, 0.1]},
+}
+FLAT_PAIRS = [
+    ("corner", "face"), ("face", "corner"), ("rim", "face"), ("face", "ball"), ("rim", "rim"), ("ball", "corner"),
+    ("corner", "rim"), ("rim", "drum"), ("drum", "ball"), ("corner", "drum"),
+]
+SPACE_PAIRS = [
+    ("corner", "face"), ("face", "corner"), ("rim", "face"), ("face", "rim"), ("ball", "face"), ("ball", "ball"),
+    ("corner", "ball"), ("ball", "bowl"), ("bowl", "corner"),
+]
+PAIRS = [(*pair, True) for pair in FLAT_PAIRS] + [(*pair, False) for pair in SPACE_PAIRS]
+
+
+def case(first: str, second: str, flat: bool) -> Case:
+    """Return two bodies, the second carried by a third one, whose surfaces are in touch as if they stuck."""
+    surfaces = PLANE if flat else SPACE
+    moments = {"Izz": 0.1} if flat else {"Ixx": 0.1, "Iyy": 0.2, "Izz": 0.15}
+    body = mbs.Body(mass=1, inertia=moments, surfaces=surfaces)
+    joint = mbs.Planar if flat else mbs.Free
+    hinge = mbs.Revolute("cart", "b", axis="z") if flat else mbs.Spherical("cart", "b")
+    round_ones = {first, second} - {"corner", "face"}
+    system = mbs.System(
+        "pair",
+        bodies={"a": body, "cart": mbs.Body(mass=1, inertia=moments), "b": body},
+        joints={"A": joint("ground", "a"), "C": joint("ground", "cart"), "B": hinge},
+        contacts={
+            "c": mbs.Contact(
+                [f"a.{first}", f"b.{second}"], static=0.3, rolling_resistance=0.01 if round_ones else None
+            )
+        },
+    )
+    resolved = mechanism(system)
+    stuck = in_mode(resolved, Mode({"c": 1}))
+    return Case(0, system, stuck, parameter_values(stuck, {}))
+
+
+def some_state(found: Case, seed: int) -> tuple[float, list[float], list[float]]:
+    rng = np.random.default_rng(seed)
+    q = rng.uniform(-1, 1, len(found.mechanism.coordinates))
+    for body in found.mechanism.bodies:
+        for places in body.quaternions:
+            q[list(places)] /= np.linalg.norm(q[list(places)])
+    u = rng.uniform(-1, 1, len(found.mechanism.speeds))
+    return 0.0, [float(x) for x in q], [float(x) for x in u]
+
+
+@pytest.mark.parametrize(("first", "second", "flat"), PAIRS)
+def test_rows_against_the_derivatives_of_gap_and_slip(first: str, second: str, flat: bool) -> None:
+    found = case(first, second, flat)
+    state = some_state(found, 3)
+    exact = Exact(found)
+    symbolic = row_motions(exact.motion)
+    numbers = row_motions(found.motion(*state))
+    assert len(numbers) >= (2 if flat else 3)
+    for row, node in zip(numbers, symbolic, strict=True):
+        phidot = as_node(node.phidot)
+        if row.holonomic:
+            assert row.phi == pytest.approx(exact.values([node.phi], state)[0], abs=1e-13)
+            assert row.phidot == pytest.approx(exact.values(exact.rates([node.phi]), state)[0], abs=1e-12)
+        along = [tangents([phidot], {speed: ONE})[0] for speed in exact.u]
+        np.testing.assert_allclose(row.jacobian, exact.values(along, state), atol=1e-12)
+        gamma = -exact.values(exact.rates([phidot]), state, [0.0] * len(state[2]))[0]
+        assert row.gamma == pytest.approx(gamma, rel=1e-9, abs=1e-11)
+
+
+@pytest.mark.parametrize(("first", "second", "flat"), PAIRS)
+def test_h_is_the_power_of_the_wrenches_and_terms_bound_gamma(first: str, second: str, flat: bool) -> None:
+    found = case(first, second, flat)
+    motion = found.motion(*some_state(found, 5))
+    rows = row_motions(motion)
+    for row in rows:
+        np.testing.assert_allclose(generalized_forces(motion, row.of_body), row.jacobian, atol=1e-12)
+    assert all(abs(row.gamma) <= terms for row, terms in zip(rows, row_terms(motion), strict=True))
+
+
+def gap_by_hand(found: Case, motion) -> float:
+    """Return the gap from places in world axes alone."""
+    skins = found.mechanism.rows[0].skins
+    flat = next((k for k, skin in enumerate(skins) if isinstance(skin, Flat)), None)
+    if flat is None:
+        signed = [float(skin.radius.shadow) * (-1 if skin.inside else 1) for skin in skins]
+        apart = np.linalg.norm(np.subtract(*(position(motion, skin.place) for skin in skins)))
+        return (-apart if min(signed) < 0 else apart) - sum(signed)
+    plane, other = skins[flat], skins[1 - flat]
+    tip = tuple(p + n for p, n in zip(plane.place.pose.position, plane.normal, strict=True))
+    above = Marker("", plane.place.body, Pose(tip))
+    n = np.subtract(position(motion, above), position(motion, plane.place))
+    height = n @ np.subtract(position(motion, other.place), position(motion, plane.place))
+    if isinstance(other, Rim):
+        tip = tuple(p + a for p, a in zip(other.place.pose.position, other.axis, strict=True))
+        axis = np.subtract(position(motion, Marker("", other.place.body, Pose(tip))), position(motion, other.place))
+        return height - float(other.radius.shadow) * np.linalg.norm(np.cross(n, axis))
+    return height - float(other.radius.shadow)
+
+
+@pytest.mark.parametrize(("first", "second", "flat"), PAIRS)
+def test_the_gap_by_hand(first: str, second: str, flat: bool) -> None:
+    found = case(first, second, flat)
+    motion = found.motion(*some_state(found, 7))
+    assert row_motions(motion)[0].phi == pytest.approx(gap_by_hand(found, motion), rel=1e-13, abs=1e-13)
+
+
+@pytest.mark.parametrize(("first", "second", "flat"), PAIRS)
+def test_slip_is_what_marks_on_both_bodies_move_apart(first: str, second: str, flat: bool) -> None:
+    """Marks are put on both bodies where wrenches act, and followed for a short time."""
+    found = case(first, second, flat)
+    t, q, u = some_state(found, 11)
+    step = 1e-6
+    bodies = [found.mechanism.rows[0].skins[k].place.body for k in (0, 1)]
+    motion = found.motion(t, q, u)
+    rows = row_motions(motion)
+    for row, each in zip(found.mechanism.rows, rows, strict=True):
+        force, moment = each.of_body[bodies[0]]
+        along = np.array(motion.rotation(bodies[0])) @ np.array(moment if isinstance(row, TurningRow) else force)
+        assert np.linalg.norm(along) == pytest.approx(1.0, abs=1e-12)
+        if isinstance(row, TurningRow):
+            turning = [np.array(motion.rotation(b)) @ np.array(motion.bodies[b].w_WB) for b in bodies]
+            assert each.phidot == pytest.approx(along @ (turning[0] - turning[1]), abs=1e-12)
+            continue
+        parting = [(_place(found, motion, each, bodies[0], b, step, q, u)) for b in bodies]
+        assert each.phidot == pytest.approx(along @ (parting[0] - parting[1]), abs=1e-8)
+
+
+def _place(found, motion, each, first, body, step, q, u):
+    """Return the velocity of the mark on a body where the force on the first acts, by central differences."""
+    R, p = (np.array(x, dtype=float) for x in motion.poses[first])
+    force, moment = (np.array(x, dtype=float) for x in each.of_body[first])
+    assert abs(force @ moment) < 1e-12
+    where = p + R @ np.cross(force, moment)  # on the line of action; along the normal any place will do
+    if each.phi is None:
+        where = p + R @ _mark(found, motion, first)
+    R_b, p_b = (np.array(x, dtype=float) for x in motion.poses[body])
+    mark = Marker("", body, Pose(tuple(as_node(float(x)) for x in R_b.T @ (where - p_b))))
+    ends = []
+    for h in (step, -step):
+        moved = found.motion(0.0, _moved(found, q, u, h), u)
+        ends.append(np.array(position(moved, mark), dtype=float))
+    return (ends[0] - ends[1]) / (2 * step)
+
+
+def _mark(found, motion, first):
+    """Return where friction acts on the first body, in its axes: its line of action meets that of the normal force."""
+    normal, friction = row_motions(motion)[:2]
+    lines = [tuple(np.array(x, dtype=float) for x in row.of_body[first]) for row in (normal, friction)]
+    (n, mn), (t, mt) = lines
+    a, b = np.cross(n, mn), np.cross(t, mt)
+    return a + n * (n @ (b - a)) if abs(n @ t) < 1e-12 else a
+
+
+def _moved(found, q, u, h):
+    rates = [float(x) for x in coordinate_rates(found.mechanism, q, u)]
+    return [x + h * v for x, v in zip(q, rates, strict=True)]
+
+
+def test_a_point_beyond_the_end_of_a_face_is_out_of_reach() -> None:
+    table = {"plane": [0, 0, 0], "normal": "y", "between": [[-1, 0, 0], [2, 0, 0]]}
+    system = mbs.System(
+        "edge",
+        bodies={"ground": mbs.Body(surfaces={"table": table}), "p": mbs.Body(mass=1)},
+        joints={"J": mbs.PointJoint("ground", "p")},
+        contacts={"c": mbs.Contact(["p", "ground.table"])},
+    )
+    resolved = mechanism(system)
+    here = Case(0, system, resolved, parameter_values(resolved, {}))
+    row = resolved.one_way[0].normals[0]
+    assert reach(row, here.motion(0.0, [1.5, 0.0], [0.0, 0.0])) == pytest.approx([2.5, 0.5])
+    assert reach(row, here.motion(0.0, [-1.25, 7.0], [0.0, 0.0])) == pytest.approx([-0.25, 3.25])
