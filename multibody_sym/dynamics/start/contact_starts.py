@@ -1,0 +1,79 @@
+"""Contacts at the start: coefficients that nothing has, and bodies that begin inside each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from multibody_sym.errors import ModelError, at
+from multibody_sym.kinematics.contacts import reach, touch
+from multibody_sym.kinematics.motion import Motion, accelerations
+from multibody_sym.model.declaration.contacts import verify_coefficients
+from multibody_sym.model.mechanism.contact_rows import ContactRow
+from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
+from multibody_sym.scalars.node import Node
+
+_ROLLING: Final = ".rolling"
+
+
+def verify_contact_values(motion: Motion) -> None:
+    """Raise ModelError for negative coefficients and radii, and for more friction in sliding than in sticking.
+
+    Declared numbers were judged when they were read; here those are that parameters give.
+    """
+    for element in motion.mechanism.one_way:
+        with at(*element.path):
+            _verify_range(motion, "restitution", element.restitution, 1.0)
+            for part in element.frictions:
+                _verify_friction(motion, part)
+            for row in element.rows:
+                for radius in row.radii:
+                    _verify_radius(motion, radius)
+
+
+def _verify_friction(motion: Motion, part: FrictionPart) -> None:
+    if part.name.endswith(_ROLLING):
+        _verify_range(motion, "rolling_resistance", part.static, None)
+        return
+    static = _verify_range(motion, "static", part.static, None)
+    kinetic = _verify_range(motion, "kinetic", part.kinetic, None)
+    if not part.enough:
+        verify_coefficients(static, kinetic)
+
+
+def _verify_range(motion: Motion, name: str, node: Node, most: float | None) -> float:
+    value = float(motion.state.values([node])[0])
+    with at(name):
+        if value < 0.0:
+            raise ModelError(f"{value:g} is negative; nothing rubs or bounces less than not at all")
+        if most is not None and value > most:
+            raise ModelError(f"{value:g} is above {most:g}: nothing leaves faster than it came")
+    return value
+
+
+def _verify_radius(motion: Motion, radius: Node) -> None:
+    value = float(motion.state.values([radius])[0])
+    if not value > 0.0:
+        raise ModelError(f"a radius there is {value:g} m, and what has one is round; give a positive number")
+
+
+def verify_outside(motion: Motion, tolerance: float) -> None:
+    """Raise ModelError for the first contact whose bodies are inside each other by more than a tolerance (m)."""
+    for element, row, gap in contact_gaps(motion):
+        if gap < -tolerance and all(way >= -tolerance for way in reach(row, motion)):
+            first, second = (skin.place.name for skin in row.skins)
+            part = "" if element.name == element.group else f" ({element.name})"
+            with at(*element.path):
+                raise ModelError(
+                    f"{first} starts {-gap:.6g} m inside {second}{part}; move it out along the normal "
+                    "(initial: {q: ..}), or correct the surface: its normal points out of its body"
+                )
+
+
+def contact_gaps(motion: Motion) -> Iterator[tuple[OneWay, ContactRow, float]]:
+    """Yield each contact with its normal row and the gap at a state in floats, negative inside."""
+    bias = accelerations(motion, [0.0] * len(motion.state.u))
+    for element in motion.mechanism.one_way:
+        for row in element.normals:
+            if isinstance(row, ContactRow):
+                yield element, row, float(touch(row.skins, motion, bias).gap)
