@@ -79,9 +79,12 @@ def state_derivative(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
         report: Sequence[Node] = (ZERO,) * 3
     else:
         udot, multipliers, report = _constrained(trace, mechanism, dynamics)
+    rates = dynamics.rates
+    if mechanism.held:
+        rates, udot = coordinate_rates(mechanism, trace["q"], _unheld(mechanism, trace["u"])), _unheld(mechanism, udot)
     return trace.finish(
         {
-            "qdot": ((len(dynamics.rates),), dynamics.rates),
+            "qdot": ((len(rates),), rates),
             "udot": ((len(udot),), udot),
             "multipliers": ((rows,), multipliers),
             "report": ((3,), report),
@@ -105,6 +108,11 @@ def _constrained(
         friction=_friction(dynamics, acting),
     )
     return found.udot, _placed(found.multipliers, acting, len(dynamics.rows)), list(found.report)
+
+
+def _unheld(mechanism: Mechanism, values: Sequence[Node]) -> list[Node]:
+    """Return values of the speeds, zero where they are held: rounding does not move what stands still."""
+    return [ZERO if k in mechanism.held else value for k, value in enumerate(values)]
 
 
 def _friction(dynamics: TreeDynamics, acting: Sequence[int]) -> Friction | None:
@@ -158,8 +166,13 @@ def _stabilised(rows: Sequence[RowMotion], mechanism: Mechanism) -> list[Node]:
 def _correction(
     trace: Trace, mechanism: Mechanism, dynamics: TreeDynamics, rows: Sequence[RowMotion], wanted: Sequence[Node]
 ) -> list[Node]:
-    """Return the least change of the speeds with H change = wanted."""
+    """Return the least change of the speeds with H change = wanted; of those that are not held, if some are."""
     jacobian, solve = _nodes([row.jacobian for row in rows]), _solver(trace, mechanism)
+    if mechanism.held:
+        free = [_unheld(mechanism, row) for row in jacobian]
+        left = [k for k, row in enumerate(free) if set(row) != {ZERO}]
+        found = solve([free[k] for k in left], [wanted[k] for k in left], len(dynamics.speeds))
+        return _unheld(mechanism, list(found.solution))
     return correction(dynamics.factors, jacobian, lambda matrix: solve(matrix, wanted, len(dynamics.speeds)).solution)
 
 
@@ -185,7 +198,10 @@ def _normalize(mechanism: Mechanism) -> Program | None:
     q = list(trace["q"])
     deviation: Node = ZERO
     for body in mechanism.bodies:
-        for places in body.quaternions:
+        for free in body.free_steps:
+            if not free.step.unit_quaternion or set(free.u) <= set(mechanism.held):
+                continue
+            places = free.q
             unit, off = unit_quaternion([q[k] for k in places])
             deviation = maximum(deviation, off)
             q[places[0] : places[-1] + 1] = unit
