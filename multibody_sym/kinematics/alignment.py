@@ -18,7 +18,7 @@ from multibody_sym.kinematics.state import State
 from multibody_sym.kinematics.steps import invariant_directions
 from multibody_sym.model.declaration.steps import Step
 from multibody_sym.model.declaration.values import Point
-from multibody_sym.model.mechanism.contact_rows import Skin
+from multibody_sym.model.mechanism.contact_rows import Face, Skin
 from multibody_sym.model.mechanism.loads import BodyTorque, Load, PointForce
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import IDENTITY, ORIGIN, Mass, Pose, Rotation
@@ -197,7 +197,7 @@ def _in_axes(part: Any, axes: Mapping[int, Axes]) -> Any:
 
     What is given along the axes of its markers keeps its components.
     """
-    if isinstance(part, (Row, Skin, Sliding)) or (isinstance(part, Load) and part.axes_of is None):
+    if isinstance(part, (Row, Face, Skin, Sliding)) or (isinstance(part, Load) and part.axes_of is None):
         return replace(part, **{f.name: _in_axes(getattr(part, f.name), axes) for f in fields(part)})
     if isinstance(part, _PLAIN):
         return part

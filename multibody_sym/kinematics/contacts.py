@@ -17,7 +17,8 @@ from functools import singledispatch
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import acceleration, position, velocity
 from multibody_sym.kinematics.relative import angular_acceleration, angular_velocity, direction
-from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Rim, Round, Skin
+from multibody_sym.model.mechanism.contact_rows import ContactRow, Face, Flat, Rim, Round, Skin
+from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.vectors import S, Vec, add, cross, dot, negate, scale, subtract
 
@@ -188,13 +189,28 @@ def _crossed(a: Direction, b: Direction) -> Direction:
 
 
 def reach(row: ContactRow, motion: Motion) -> list[S]:
-    """Return how far a contact is from either end of a plane that ends: it holds only while both are >= 0."""
-    ended = next((skin for skin in row.skins if isinstance(skin, Flat) and skin.ends is not None), None)
-    if ended is None or ended.ends is None:
+    """Return functions that are >= 0 where a contact with a face that ends may hold; beyond it, it does not.
+
+    What is round is above the face, from end to end; a point is nearer to it than to the faces beside it; and the body
+    whose corner touches is above the face.
+    """
+    face = next((skin for skin in row.skins if isinstance(skin, Flat)), None)
+    if face is None:
         return []
-    other = row.skins[0] if row.skins[1] is ended else row.skins[1]
-    p, q = (position(motion, end) for end in ended.ends)
-    place = position(motion, other.place)
-    along = subtract(q, p)
-    length = sqrt(dot(along, along))
-    return [dot(along, subtract(place, p)) / length, dot(along, subtract(q, place)) / length]
+    other = row.skins[0] if row.skins[1] is face else row.skins[1]
+    centre, height = position(motion, other.place), _height(Face(face.place, face.normal), motion, other.place)
+    found = [height - _height(beside, motion, other.place) for beside in face.beside]
+    if face.ends is not None:
+        p, q = (position(motion, end) for end in face.ends)
+        along = subtract(q, p)
+        length = sqrt(dot(along, along))
+        found += [dot(along, subtract(centre, p)) / length, dot(along, subtract(q, centre)) / length]
+    if row.inner is not None:
+        found.append(_height(Face(face.place, face.normal), motion, row.inner))
+    return found
+
+
+def _height(face: Face, motion: Motion, marker: Marker) -> S:
+    """Return how far a marker is above a face."""
+    away = subtract(position(motion, marker), position(motion, face.place))
+    return dot(direction(motion, face.place, face.normal), away)

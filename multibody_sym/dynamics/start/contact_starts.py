@@ -59,8 +59,8 @@ def _verify_radius(motion: Motion, radius: Node) -> None:
 
 def verify_outside(motion: Motion, tolerance: float) -> None:
     """Raise ModelError for the first contact whose bodies are inside each other by more than a tolerance (m)."""
-    for element, row, gap in contact_gaps(motion):
-        if gap < -tolerance and all(way >= -tolerance for way in reach(row, motion)):
+    for element, row, gap in contact_gaps(motion, tolerance):
+        if gap < -tolerance:
             first, second = (skin.place.name for skin in row.skins)
             part = "" if element.name == element.group else f" ({element.name})"
             with at(*element.path):
@@ -70,10 +70,13 @@ def verify_outside(motion: Motion, tolerance: float) -> None:
                 )
 
 
-def contact_gaps(motion: Motion) -> Iterator[tuple[OneWay, ContactRow, float]]:
-    """Yield each contact with its normal row and the gap at a state in floats, negative inside."""
+def contact_gaps(motion: Motion, tolerance: float) -> Iterator[tuple[OneWay, ContactRow, float]]:
+    """Yield each contact with its normal row and the gap at a state in floats, negative inside.
+
+    Without those whose face ends before, by more than a tolerance (m): they do not hold there, whatever the gap.
+    """
     bias = accelerations(motion, [0.0] * len(motion.state.u))
     for element in motion.mechanism.one_way:
         for row in element.normals:
-            if isinstance(row, ContactRow):
+            if isinstance(row, ContactRow) and all(way >= -tolerance for way in reach(row, motion)):
                 yield element, row, float(touch(row.skins, motion, bias).gap)

@@ -40,11 +40,23 @@ class Rim(Skin):
 
 
 @dataclass(frozen=True)
+class Face:
+    """A plane through a place with a unit normal."""
+
+    place: Marker
+    normal: Point
+
+
+@dataclass(frozen=True)
 class Flat(Skin):
-    """A plane with its unit normal; in a plane model it may end at two places."""
+    """A plane with its unit normal; in a plane model it may end at two places.
+
+    `beside` are the other faces of its body: points touch it only where they are nearest to it, outside being near.
+    """
 
     normal: Point
     ends: tuple[Marker, Marker] | None = None
+    beside: tuple[Face, ...] = ()
 
 
 ContactDirection = Literal["normal", "t1", "t2", "roll1", "roll2"]
@@ -56,7 +68,8 @@ class ContactRow(WithoutLine):
 
     Along the normal, from the second to the first, phi is the gap. Tangents t1 and t2 = normal x t1 rub. Where one
     skin is a plane `across` is t1 in its axes, for a normal from the second to the first; without it the contact is
-    `upright` (t1 = normal x z, in a plane model) or t1 is ground's x as far as it lies across the normal.
+    `upright` (t1 = normal x z, in a plane model) or t1 is ground's x as far as it lies across the normal. `inner`, a
+    place inside the body whose corner touches a face, is above that face.
     """
 
     unit: ClassVar[str | None] = "N"
@@ -66,6 +79,7 @@ class ContactRow(WithoutLine):
     along: ContactDirection
     across: Point | None = None
     upright: bool = True
+    inner: Marker | None = None
 
     @property
     def multiplier(self) -> Multiplier:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Final
@@ -22,10 +22,11 @@ from multibody_sym.model.mechanism.contact_rows import (
     TurningRow,
     is_curved,
 )
+from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import unit_vector
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.resolution.contacts.samples import sample_value
-from multibody_sym.model.resolution.contacts.skins import skins_of
+from multibody_sym.model.resolution.contacts.skins import Solid, solid_of
 from multibody_sym.model.resolution.plane import in_plane
 from multibody_sym.model.resolution.references import References
 from multibody_sym.model.resolution.spanning_tree import body_part
@@ -36,6 +37,7 @@ from multibody_sym.scalars.vectors import dot, negate, scale, subtract
 _TANGENTS: Final[tuple[ContactDirection, ...]] = ("t1", "t2")
 _TURNS: Final[tuple[ContactDirection, ...]] = ("roll1", "roll2")
 _ALONG_NORMAL: Final = 1e-9
+_HOLLOW: Final = "name points, discs or spheres of the other one"
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,7 @@ class _Meeting:
             along = along[:1]
         names = [f"{self.name}.{word}" + (str(k) if len(along) > 1 else "") for k in range(1, len(along) + 1)]
         r = self.row
-        return tuple(kind(name, r.skins, d, r.across, r.upright) for name, d in zip(names, along, strict=True))
+        return tuple(kind(name, r.skins, d, r.across, r.upright, r.inner) for name, d in zip(names, along, strict=True))
 
 
 def contacts(references: References) -> tuple[OneWay, ...]:
@@ -86,27 +88,55 @@ def _elements(
     """Yield the contacts of all parts of both ends that may meet."""
     with at("between"):
         _verify_bodies(contact.between, references.system)
-    ends = []
-    for k, reference in enumerate(contact.between):
-        with at("between", k):
-            ends.append(skins_of(reference, references, flat=flat))
-    for (first, skin), (second, other) in product(*ends):
-        part = ".".join(filter(None, (name, first, second)))
-        skins = skin, other
-        with at("between"):
-            _verify_skins(skins, contact.between)
-        across = _across(name, contact, skins, references, flat)
-        meeting = _Meeting(part, ContactRow(part, skins, "normal", across, flat), flat)
+        solids = []
+        for k, reference in enumerate(contact.between):
+            with at(k):
+                solids.append(solid_of(reference, references, flat=flat))
+        meeting = list(_meetings(solids[0], solids[1], contact.between))
+    _verify_fields(contact, [skins for _, skins, _ in meeting])
+    for words, skins, inner in meeting:
+        part = ".".join(filter(None, (name, *words)))
+        across = _across(contact, skins, references, flat)
+        both = _Meeting(part, ContactRow(part, skins, "normal", across, flat, inner), flat)
         yield OneWay(
             part,
             "contact",
             ("contacts", declared),
-            (replace(meeting.row, name=f"{part}.normal"),),
-            frictions=tuple(_frictions(meeting, contact)),
+            (replace(both.row, name=f"{part}.normal"),),
+            frictions=tuple(_frictions(both, contact)),
             restitution=contact.restitution,
             group=name,
             open=contact.open,
         )
+
+
+def _meetings(
+    first: Solid, second: Solid, between: tuple[str, ...]
+) -> Iterator[tuple[tuple[str, str], tuple[Skin, Skin], Marker | None]]:
+    """Yield which parts of two solids may touch: their names, skins, and a place inside what has the corner there."""
+    pairs = list(product(first.skins, second.skins))
+    if not any(_may_touch(a, b) for (_, a), (_, b) in pairs):
+        raise _cannot_touch(pairs[0][0][1], pairs[0][1][1], " and ".join(between))
+    for (word, a), (other_word, b) in pairs:
+        if _may_touch(a, b):
+            inner = None
+            for face, corner, solid in ((a, b, second), (b, a, first)):
+                if isinstance(face, Flat) and face.ends is not None and _is_point(corner):
+                    inner = solid.inner
+            yield (word, other_word), (a, b), inner
+
+
+def _verify_fields(contact: Contact, meeting: Sequence[tuple[Skin, Skin]]) -> None:
+    """Raise ModelError for what is declared of a contact that has no use for it."""
+    if contact.tangent is not None and not any(isinstance(skin, Flat) for skins in meeting for skin in skins):
+        raise ModelError("a tangent is given for planes; other surfaces have none that stays").under("tangent")
+    if contact.rolling_resistance is not None and not any(map(_rolls, meeting)):
+        message = "discs and spheres roll; nothing here does: give them a radius, or leave rolling_resistance out"
+        raise ModelError(message).under("rolling_resistance")
+
+
+def _rolls(skins: tuple[Skin, Skin]) -> bool:
+    return any(is_curved(skin) or isinstance(skin, Rim) for skin in skins)
 
 
 def _frictions(meeting: _Meeting, contact: Contact) -> Iterator[FrictionPart]:
@@ -117,22 +147,15 @@ def _frictions(meeting: _Meeting, contact: Contact) -> Iterator[FrictionPart]:
         kinetic = given[-1] if given else ZERO
         rows = meeting.rows("friction", _TANGENTS, ContactRow)
         yield FrictionPart(meeting.name, rows, static, kinetic, enough)
-    if contact.rolling_resistance is not None:
-        if not any(is_curved(skin) or isinstance(skin, Rim) for skin in meeting.row.skins):
-            message = "discs and spheres roll; nothing here does: give them a radius, or leave rolling_resistance out"
-            raise ModelError(message).under("rolling_resistance")
+    if contact.rolling_resistance is not None and _rolls(meeting.row.skins):
         rows = meeting.rows("rolling", _TURNS, TurningRow)
         yield FrictionPart(f"{meeting.name}.rolling", rows, contact.rolling_resistance, contact.rolling_resistance)
 
 
-def _across(
-    name: str, contact: Contact, skins: tuple[Skin, Skin], references: References, flat: bool
-) -> Point | None:
+def _across(contact: Contact, skins: tuple[Skin, Skin], references: References, flat: bool) -> Point | None:
     """Return t1 in the axes of the plane, None where neither skin is one."""
     plane = next((skin for skin in skins if isinstance(skin, Flat)), None)
     if plane is None:
-        if contact.tangent is not None:
-            raise ModelError("a tangent is given for planes; other surfaces have none that stays").under("tangent")
         return None
     normal = plane.normal if plane is skins[1] else negate(plane.normal)
     usual, _ = surface_tangents(normal, flat=flat)
@@ -178,23 +201,32 @@ def _rigid(body: str, welds: Mapping[str, str]) -> str:
     return body
 
 
-def _verify_skins(skins: tuple[Skin, Skin], between: tuple[str, ...]) -> None:
-    """Raise ModelError where two skins have no normal between them, or no place where they touch."""
-    first, second = skins
-    both = " and ".join(between)
-    if isinstance(first, Flat) and isinstance(second, Flat):
-        raise ModelError(
+def _is_point(skin: Skin) -> bool:
+    return isinstance(skin, Round) and skin.radius is ZERO
+
+
+def _may_touch(a: Skin, b: Skin) -> bool:
+    """Return whether two skins have a normal between them, and one place where they touch."""
+    flats, hollow = (isinstance(a, Flat), isinstance(b, Flat)), [isinstance(x, Round) and x.inside for x in (a, b)]
+    if any(flats):
+        return not all(flats) and not any(hollow)
+    if isinstance(a, Rim) or isinstance(b, Rim):
+        return False
+    return not all(hollow) and not (_is_point(a) and _is_point(b))
+
+
+def _cannot_touch(a: Skin, b: Skin, both: str) -> ModelError:
+    """Return why two skins that may not touch cannot."""
+    if isinstance(a, Flat) and isinstance(b, Flat):
+        return ModelError(
             f"{both} are two planes, which have no one place where they touch; name points or a round surface of one "
             "body, or give it shape: {box: ..}, whose corners touch"
         )
-    if isinstance(first, Flat) or isinstance(second, Flat):
-        return
-    if isinstance(first, Rim) or isinstance(second, Rim):
-        raise ModelError(f"{both}: in space the rim of a disc touches planes only; name a plane, or give it a sphere")
-    if not is_curved(first) and not is_curved(second):
-        raise ModelError(
+    if isinstance(a, Rim) or isinstance(b, Rim):
+        return ModelError(f"{both}: in space the rim of a disc touches planes only; name a plane, or give it a sphere")
+    if _is_point(a) and _is_point(b):
+        return ModelError(
             f"{both} are points, and between points there is no normal; give one of them a surface, such as "
             "surfaces: {face: {plane: [0, 0, 0], normal: y}}, and name it here"
         )
-    if all(isinstance(skin, Round) and skin.inside for skin in skins):
-        raise ModelError(f"{both} are both hollow; one is inside the other, and that one is touched from outside")
+    return ModelError(f"{both}: one of them is hollow, and what is inside it is touched from outside; {_HOLLOW}")

@@ -1,100 +1,183 @@
-"""What the ends of a contact stand for: corners of a box, ends of a rod, a rim, a ball, a plane, a point."""
+"""What the ends of a contact stand for: corners and faces of a box, ends and sides of a rod, a rim, a ball, a point.
+
+What has faces and corners touches with both: corners touch the other's faces, faces its corners and round surfaces.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import product
 from typing import Final
 
 from multibody_sym.errors import ModelError, suggestion
 from multibody_sym.model.declaration.bodies import Body, Shape
+from multibody_sym.model.declaration.steps import is_upright
 from multibody_sym.model.declaration.surfaces import Surface
 from multibody_sym.model.declaration.values import Point
-from multibody_sym.model.mechanism.contact_rows import Flat, Rim, Round, Skin
+from multibody_sym.model.mechanism.contact_rows import Face, Flat, Rim, Round, Skin
 from multibody_sym.model.mechanism.markers import Marker
-from multibody_sym.model.mechanism.mass import OWN_POINTS, Pose, unit_vector
+from multibody_sym.model.mechanism.mass import ORIGIN, OWN_POINTS, Pose, unit_vector
 from multibody_sym.model.resolution.references import BARE, References
 from multibody_sym.model.resolution.spanning_tree import body_part
+from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, negate
+from multibody_sym.scalars.vectors import add, cross, dot, scale, subtract
+from multibody_sym.scalars.vectors import negate as opposite
 
-NamedSkin = tuple[str, Skin]
-"""A part of a body that touches by itself, and what it is called beside others: `corner1`; empty where it is alone."""
-
+_X, _Y, _Z = (ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE)
 _SQUARE: Final = ((-1, -1), (1, -1), (1, 1), (-1, 1))
-_Z: Final[Point] = (ZERO, ZERO, ONE)
+_SIDES: Final = ("right", "top", "left", "bottom", "front", "back")
+"""The faces of a box to which x, y, -x, -y, z, -z point."""
 
 
-def skins_of(reference: str, references: References, *, flat: bool) -> list[NamedSkin]:
+@dataclass(frozen=True)
+class Solid:
+    """What an end of a contact touches with: parts by name (empty where there is one), in the order of the body.
+
+    `inner` is a place inside it, for those with faces that end or corners.
+    """
+
+    skins: tuple[tuple[str, Skin], ...]
+    inner: Marker | None = None
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A body in whose axes places are given, under the name that is told of them."""
+
+    name: str
+    body: int
+    flat: bool
+
+    def at(self, place: Point) -> Marker:
+        return Marker(self.name, self.body, Pose(place))
+
+    def points(self, places: Sequence[Point], what: str) -> Iterator[tuple[str, Skin]]:
+        yield from ((f"{what}{k}", Round(self.at(place))) for k, place in enumerate(places, 1))
+
+
+def solid_of(reference: str, references: References, *, flat: bool) -> Solid:
     """Return what `body`, `body.surface` or `body.point` touches with, in a `flat` model or in space.
 
-    A body by itself is what its shape is, or its only round surface, or its point.
+    A body by itself is what its shape is, or its only round surface, or its point; a box has the faces right, top,
+    left, bottom, front and back.
     """
     name, part = body_part(reference, references.system.bodies)
     body = references.system.bodies.get(name, BARE)
+    place = _Place(reference, references.numbers[name], flat)
     if part in body.surfaces:
-        return _of_surface(reference, body.surfaces[part], references.numbers[name], flat=flat)
-    if part:
-        if part not in (*body.points, *body.frames, *OWN_POINTS):
-            known = [f"{name}.{x}" for x in (*body.surfaces, *body.points, *body.frames)]
+        return _of_surface(place, body.surfaces[part])
+    if part and part not in (*body.points, *body.frames):
+        faces = dict(_faces(place, body.shape)) if body.shape is not None and body.shape.kind == "box" else {}
+        if part in faces:
+            return Solid((("", faces[part]),))
+        if part not in OWN_POINTS:
+            known = [f"{name}.{x}" for x in (*body.surfaces, *body.points, *body.frames, *faces)]
             raise ModelError(f"{reference!r} is no surface and no point{suggestion(reference, known)}")
-        return [("", Round(references.marker(reference)))]
-    if body.shape is not None:
-        return _of_shape(name, body.shape, references.numbers[name], flat=flat)
-    return _of_body(name, body, references, flat=flat)
+    if not part and body.shape is not None:
+        return _of_shape(place, body.shape)
+    return _only_surface(name, body, references, flat=flat) if not part else _point(reference, references)
 
 
-def _of_body(name: str, body: Body, references: References, *, flat: bool) -> list[NamedSkin]:
+def _point(reference: str, references: References) -> Solid:
+    return Solid((("", Round(references.marker(reference))),))
+
+
+def _only_surface(name: str, body: Body, references: References, *, flat: bool) -> Solid:
     solid = [part for part, surface in body.surfaces.items() if surface.kind in ("sphere", "disc", "segment")]
     if len(solid) > 1:
         raise ModelError(f"{name} has several surfaces; say which: {', '.join(f'{name}.{part}' for part in solid)}")
-    if solid:
-        return skins_of(f"{name}.{solid[0]}", references, flat=flat)
-    return [("", Round(references.marker(name)))]
+    return solid_of(f"{name}.{solid[0]}", references, flat=flat) if solid else _point(name, references)
 
 
-def _of_surface(reference: str, surface: Surface, body: int, *, flat: bool) -> list[NamedSkin]:
-    def marker(place: Point) -> Marker:
-        return Marker(reference, body, Pose(place))
-
-    if surface.kind == "plane":
-        assert surface.plane is not None
-        ends = None if surface.between is None else (marker(surface.between[0]), marker(surface.between[1]))
-        if ends is not None and not flat:
-            raise ModelError(f"{reference} ends between two places, and in space a plane has none; leave out between")
-        return [("", Flat(marker(surface.plane), unit_vector(surface.normal), ends))]
-    if surface.kind == "segment":
-        assert surface.segment is not None
-        return _points([marker(place) for place in surface.segment], "end")
-    if surface.kind == "point":
-        assert surface.point is not None
-        return [("", Round(marker(surface.point)))]
-    centre = marker(surface.centre)
-    if surface.sphere is not None or flat:
-        return [("", Round(centre, surface.radius, surface.inside))]
+def _of_surface(place: _Place, surface: Surface) -> Solid:
+    if surface.plane is not None:
+        return _plane(place, surface.plane, unit_vector(surface.normal), surface.between)
+    if surface.segment is not None:
+        p, q = surface.segment
+        return _bar(place, p, q, None if is_upright(surface.normal) else unit_vector(surface.normal))
+    if surface.point is not None:
+        return Solid((("", Round(place.at(surface.point))),))
+    centre = place.at(surface.centre)
+    if surface.sphere is not None or place.flat:
+        return Solid((("", Round(centre, surface.radius, surface.inside)),))
     if surface.inside:
-        raise ModelError(f"{reference} is a rim, which in space has no inside; a bowl is {{sphere: r, inside: true}}")
-    return [("", Rim(centre, surface.radius, unit_vector(surface.axis)))]
+        message = "is a rim, which in space has no inside; a bowl is {sphere: r, inside: true}"
+        raise ModelError(f"{place.name} {message}")
+    return Solid((("", Rim(centre, surface.radius, unit_vector(surface.axis))),))
 
 
-def _of_shape(name: str, shape: Shape, body: int, *, flat: bool) -> list[NamedSkin]:
+def _plane(place: _Place, through: Point, normal: Point, between: tuple[Point, ...] | None) -> Solid:
+    """Return a plane; where it ends its ends are corners, and what is below its middle is inside."""
+    if between is None:
+        return Solid((("", Flat(place.at(through), normal)),))
+    _verify_flat(place)
+    p, q = between
+    middle = scale(ONE / 2, add(p, q))
+    inner = place.at(subtract(middle, scale(_distance(p, q) / 2, normal)))
+    face = Flat(place.at(through), normal, (place.at(p), place.at(q)))
+    return Solid((("", face), *place.points(between, "end")), inner)
+
+
+def _bar(place: _Place, p: Point, q: Point, normal: Point | None) -> Solid:
+    """Return a thin bar: its ends, and its side with a given normal or both its sides."""
+    _verify_flat(place)
+    ends = place.at(p), place.at(q)
+    if normal is None:
+        left = cross(_Z, unit_vector(subtract(q, p)))
+        faces = {"left": left, "right": opposite(left)}
+        skins = [(name, Flat(ends[0], n, ends, (Face(ends[0], opposite(n)),))) for name, n in faces.items()]
+    else:
+        skins = [("side", Flat(ends[0], normal, ends))]
+    return Solid((*skins, *place.points((p, q), "end")))
+
+
+def _verify_flat(place: _Place) -> None:
+    if not place.flat:
+        raise ModelError(f"{place.name} ends at two places, and this model is not plane; in space planes have no ends")
+
+
+def _of_shape(place: _Place, shape: Shape) -> Solid:
     sizes = shape.sizes
-
-    def marker(x: Node, y: Node, z: Node) -> Marker:
-        return Marker(name, body, Pose((x, y, z)))
-
+    centre = place.at(ORIGIN)
     if shape.kind == "box":
         x, y, z = (size / 2 for size in sizes)
-        levels = (ZERO,) if flat else (negate(z), z)
-        return _points([marker(a * x, b * y, level) for level, (a, b) in product(levels, _SQUARE)], "corner")
+        levels = (ZERO,) if place.flat else (negate(z), z)
+        corners = [(a * x, b * y, level) for level, (a, b) in product(levels, _SQUARE)]
+        return Solid((*place.points(corners, "corner"), *_faces(place, shape)), centre)
     if shape.kind == "rod":
-        return _points([marker(ZERO, ZERO, ZERO), marker(sizes[0], ZERO, ZERO)], "end")
-    if flat or shape.kind in ("sphere", "shell"):
-        return [("", Round(marker(ZERO, ZERO, ZERO), sizes[0]))]
+        ends = ORIGIN, (sizes[0], ZERO, ZERO)
+        return _bar(place, *ends, None) if place.flat else Solid(tuple(place.points(ends, "end")))
+    if place.flat or shape.kind in ("sphere", "shell"):
+        return Solid((("", Round(centre, sizes[0])),))
     if shape.kind == "cylinder":
-        half = sizes[1] / 2
-        return [(f"rim{k}", Rim(marker(ZERO, ZERO, z), sizes[0], _Z)) for k, z in enumerate((negate(half), half), 1)]
-    return [("", Rim(marker(ZERO, ZERO, ZERO), sizes[0], _Z))]
+        rims = [Rim(place.at((ZERO, ZERO, z)), sizes[0], _Z) for z in (negate(sizes[1] / 2), sizes[1] / 2)]
+        return Solid(tuple((f"rim{k}", rim) for k, rim in enumerate(rims, 1)))
+    return Solid((("", Rim(centre, sizes[0], _Z)),))
 
 
-def _points(markers: Sequence[Marker], what: str) -> list[NamedSkin]:
-    return [(f"{what}{k}", Round(marker)) for k, marker in enumerate(markers, 1)]
+def _faces(place: _Place, shape: Shape) -> Iterator[tuple[str, Skin]]:
+    """Yield the faces of a box, each of which is touched where it is nearer than those beside it."""
+    halves = [size / 2 for size in shape.sizes]
+    normals = [(n, half) for n, half in zip((_X, _Y, _Z), halves, strict=True)][: 2 if place.flat else 3]
+    turned = [*normals[:2], *((opposite(n), half) for n, half in normals[:2])]
+    turned += [(n, half) for n, half in normals[2:]] + [(opposite(n), half) for n, half in normals[2:]]
+    faces = [Face(place.at(scale(half, n)), n) for n, half in turned]
+    for name, face in zip(_SIDES, faces, strict=False):
+        ends = _face_ends(place, face, halves) if place.flat else None
+        yield name, Flat(face.place, face.normal, ends, tuple(other for other in faces if other is not face))
+
+
+def _face_ends(place: _Place, face: Face, halves: Sequence[Node]) -> tuple[Marker, Marker]:
+    along = cross(_Z, face.normal)
+    half = halves[0] if along[1] is ZERO else halves[1]
+    step = scale(half, along)
+    middle = face.place.pose.position
+    return place.at(subtract(middle, step)), place.at(add(middle, step))
+
+
+def _distance(p: Point, q: Point) -> Node:
+    apart = subtract(q, p)
+    found: Node = sqrt(dot(apart, apart))
+    return found
