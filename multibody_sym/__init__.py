@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from multibody_sym.model.declaration.forces import Damper as Damper
     from multibody_sym.model.declaration.forces import Drag as Drag
     from multibody_sym.model.declaration.forces import Force as Force
+    from multibody_sym.model.declaration.forces import Friction as Friction
     from multibody_sym.model.declaration.forces import Motor as Motor
     from multibody_sym.model.declaration.forces import Pull as Pull
     from multibody_sym.model.declaration.forces import SpringDamper as SpringDamper
@@ -123,7 +124,7 @@ _NAMES = {
     "model.declaration.constraints": "Coupler Distance Expression Gear Line Plane PointInPlane PointOnLine "
     "PrescribedMotion Pulley Rolling Rope VelocityConstraint",
     "model.declaration.contacts": "Contact",
-    "model.declaration.forces": "Damper Drag Force Motor Pull SpringDamper Torque",
+    "model.declaration.forces": "Damper Drag Force Friction Motor Pull SpringDamper Torque",
     "model.declaration.joint": "Initial Limits",
     "model.declaration.joints": "Custom Cylindrical Direct Fixed Free Planar PointJoint Prismatic Revolute Screw "
     "Spherical Universal",

@@ -191,7 +191,7 @@ def _joints(robot: Robot, bodies: Mapping[str, str], attached: _Attached, floati
 
 def _limits(joint: UrdfJoint) -> Tree:
     limits = {key: bound for key, bound in vars(joint.limits).items() if bound is not None}
-    return {"limits": limits} if limits else {}
+    return {"limits": {**limits, "acts": False}} if limits else {}
 
 
 def _named(joints: Mapping[str, Tree]) -> dict[str, Tree]:

@@ -21,6 +21,7 @@ from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Rim, Round, Skin
+from multibody_sym.model.mechanism.force_rows import ReactionRow
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mechanism import TIME
 from multibody_sym.model.mechanism.rows import (
@@ -186,6 +187,11 @@ def _steepness(row: ContactRow, motion: Motion) -> float:
 @_terms.register
 def _(row: SlidingRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     return _terms(row.normal, motion, bodies)
+
+
+@_terms.register
+def _(row: ReactionRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+    return 0.0
 
 
 @_terms.register

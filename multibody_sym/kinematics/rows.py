@@ -16,6 +16,7 @@ import numpy as np
 
 from multibody_sym.errors import InputError, at
 from multibody_sym.kinematics.contacts import contact_direction, touch
+from multibody_sym.kinematics.joint_forces import part_of_reaction
 from multibody_sym.kinematics.motion import Motion, accelerations, coordinate_rates
 from multibody_sym.kinematics.points import acceleration, position, velocity
 from multibody_sym.kinematics.relative import angular_acceleration, angular_velocity, direction, seen
@@ -31,6 +32,7 @@ from multibody_sym.kinematics.wrenches import (
     generalized_forces,
 )
 from multibody_sym.model.mechanism.contact_rows import ContactRow, TurningRow
+from multibody_sym.model.mechanism.force_rows import ReactionRow
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.model.mechanism.rows import (
     AngleRow,
@@ -46,8 +48,8 @@ from multibody_sym.model.mechanism.rows import (
 from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.derivatives import tangents
-from multibody_sym.scalars.functions import sqrt
-from multibody_sym.scalars.node import ONE, Node, slot
+from multibody_sym.scalars.functions import is_exactly, sqrt
+from multibody_sym.scalars.node import ONE, ZERO, Node, slot
 from multibody_sym.scalars.vectors import S, Vec, add, cross, dot, negate, scale, subtract
 
 _ROUNDING: Final = 1e-13
@@ -105,6 +107,26 @@ def row_motions(motion: Motion) -> list[RowMotion]:
         except InputError as error:
             with at(*motion.mechanism.row_path(k)):
                 raise error from None
+    return with_reactions(motion, found)
+
+
+def with_reactions(motion: Motion, rows: Sequence[RowMotion]) -> list[RowMotion]:
+    """Return the rows with those that define parts of reactions filled in, which depend on all others."""
+    found, wrenches = list(rows), [row.of_body for row in rows]
+    names = [row.name for row in motion.mechanism.rows]
+    for k, row in enumerate(motion.mechanism.rows):
+        sliding = row.frictions if isinstance(row, SlidingRow) else ()
+        defining = row.normal if isinstance(row, SlidingRow) else row
+        if not isinstance(defining, ReactionRow):
+            continue
+        part = part_of_reaction(defining, motion, wrenches)
+        share, rubbing = motion.state.values([defining.share, defining.rubbing])
+        coupling = {j: x for j, x in enumerate(part.of_rows) if x is not ZERO and not is_exactly(x, 0)}
+        for friction in sliding if defining.rubbing is not ZERO else ():
+            share = share + rubbing * _friction_factors(friction, [], motion)[0]
+        if defining.rubs in names:
+            coupling[names.index(defining.rubs)] = -rubbing
+        found[k] = replace(found[k], jacobian=part.columns, gamma=-part.rest, coupling={**coupling, k: -share})
     return found
 
 
@@ -239,7 +261,7 @@ def _(row: SlidingRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMo
 def _friction_factors(sliding: Sliding, along: Sequence[RowMotion], motion: Motion) -> list[S]:
     """Return for a unit normal force the friction along each row: -mu sign(v_t), in space -mu v_t / |v_t|."""
     (coefficient,) = motion.state.values([sliding.coefficient])
-    if len(along) == 1:
+    if len(sliding.rows) == 1:
         return [-sliding.sense * coefficient]
     velocity = [tangent.phidot for tangent in along]
     if sliding.starts is not None:
@@ -271,6 +293,13 @@ def tooth_wrenches(motion: Motion, row: Row, on: Sequence[tuple[int, int]]) -> l
     for body, factor in on:
         add_force_at(wrenches, motion, body, place, scale(factor, force))
     return wrenches.of_body
+
+
+@row_motion.register
+def _(row: ReactionRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+    """Return a row that exerts nothing; what it defines follows from all rows together (`with_reactions`)."""
+    nothing: list[S] = [0] * len(motion.state.u)
+    return RowMotion(None, 0, nothing, 0, Wrenches(len(motion.bodies)).of_body, exerts=nothing)
 
 
 @row_motion.register

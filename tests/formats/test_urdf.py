@@ -169,6 +169,7 @@ def test_limits_are_those_of_the_file() -> None:
         if given is not None
     }
     assert bounds == {"shoulder-pan": [-1, 2, 1, 10], "wheel": [None, None, 20, 5]}
+    assert not any(given.acts for given in limits.values() if given is not None)  # a robot's file only tells them
 
 
 def test_mimic_is_a_coupler_or_left_out() -> None:

@@ -121,9 +121,9 @@ def test_a_joint_that_rests_at_its_limit_does_not_pass_it() -> None:
     assert not simulate(wheels(joints=resting, forces={}), t_end=1, samples=11).events
 
 
-def test_passed_limits_are_told_and_stop_nothing() -> None:
-    limited = {"A": Revolute("ground", "a", limits=Limits(upper="u0", lower=-1, velocity=100))}
-    limited["B"] = Revolute("ground", "b", initial=Initial(q=2), limits=Limits(upper=1))
+def test_passed_limits_that_do_not_act_are_told_and_stop_nothing() -> None:
+    limited = {"A": Revolute("ground", "a", limits=Limits(upper="u0", lower=-1, velocity=100, acts=False))}
+    limited["B"] = Revolute("ground", "b", initial=Initial(q=2), limits=Limits(upper=1, acts=False))
     run = simulate(wheels(joints=limited, parameters={"u0": 0.5}), t_end=2, samples=201)
     assert [(event["element"], event["kind"]) for event in run.events] == [("B", "upper limit"), ("A", "upper limit")]
     assert run.events[1]["t"] == pytest.approx((2 * 0.5 * 2 / 7) ** 0.5, abs=0.01)

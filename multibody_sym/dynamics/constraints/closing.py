@@ -63,12 +63,20 @@ class Missed(NamedTuple):
 
 @dataclass(frozen=True)
 class Rows:
-    """Those rows of a mechanism that are to be closed, for given parameters, at the start or another time."""
+    """Those rows of a mechanism that are to be closed, for given parameters, at the start or another time.
+
+    Rows that define forces are not among the active ones: there is nothing to close.
+    """
 
     mechanism: Mechanism
     parameters: Sequence[float]
     active: Sequence[int]
     t: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not all(row.restricts for row in self.mechanism.rows):
+            restricting = [k for k in self.active if self.mechanism.rows[k].restricts]
+            object.__setattr__(self, "active", restricting)
 
     def motion(self, q: Floats, u: Floats) -> Motion:
         """Return the motion of all bodies."""

@@ -205,6 +205,8 @@ class Lowered:
         values = _cut(state.values([x for part in self.lists for x in part]), self.lists)
         rows = [
             replace(row, phi=phi if row.holonomic else None, phidot=phidot, jacobian=jacobian, gamma=gamma)
+            if row.kinematic
+            else row
             for (phi, phidot, gamma, *jacobian), row in zip(values[n + 2 :], row_motions(motion), strict=True)
         ]
         return equations(motion, values[:n], values[n], values[n + 1], rows)

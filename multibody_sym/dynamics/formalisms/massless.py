@@ -133,9 +133,9 @@ def completed_matrix(motion: Motion, matrix: list[list[S]], rows: Sequence[RowMo
     """Return M + w H^T H where there are massless speeds, else M."""
     if not rows or not massless_speeds(motion.mechanism):
         return matrix
-    weight = _weight(motion)
+    weight, held = _weight(motion), [row for row in rows if row.kinematic]
     return [
-        [m + weight * sum((row.jacobian[i] * row.jacobian[j] for row in rows), 0) for j, m in enumerate(line)]
+        [m + weight * sum((row.jacobian[i] * row.jacobian[j] for row in held), 0) for j, m in enumerate(line)]
         for i, line in enumerate(matrix)
     ]
 
@@ -144,8 +144,8 @@ def completed_forces(motion: Motion, forces: Sequence[S], rows: Sequence[RowMoti
     """Return Q + w H^T gamma where there are massless speeds, else Q."""
     if not rows or not massless_speeds(motion.mechanism):
         return forces
-    weight = _weight(motion)
-    return [q + weight * sum((row.jacobian[k] * row.gamma for row in rows), 0) for k, q in enumerate(forces)]
+    weight, held = _weight(motion), [row for row in rows if row.kinematic]
+    return [q + weight * sum((row.jacobian[k] * row.gamma for row in held), 0) for k, q in enumerate(forces)]
 
 
 def _weight(motion: Motion) -> S:

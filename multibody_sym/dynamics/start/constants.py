@@ -53,7 +53,8 @@ def seen_axis(motion: Motion, measure: TangentAngle) -> Point:
 def _measured(motion: Motion, measure: Measure) -> float:
     if isinstance(measure, TangentAngle):
         return float(tangent_angle(motion, measure, seen_axis(motion, measure))) + 0.0  # no -0
-    row = next(row for row in motion.mechanism.rows if row.name == measure.row)
+    slackening = (row for element in motion.mechanism.one_way for row in element.normals)
+    row = next(row for row in (*motion.mechanism.rows, *slackening) if row.name == measure.row)
     assert isinstance(row, RopeRow)
     with at("constraints", row.name):
         return float(segments(motion, row.path)[1])

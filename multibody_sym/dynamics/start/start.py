@@ -65,7 +65,7 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None, *,
     speed that no inertia resists) and ModelError (values that are not finite or not positive).
     """
     if mechanism.relative is not None:
-        return _in_absolute_coordinates(mechanism, start(mechanism.relative, overrides, project=project))
+        return in_absolute_coordinates(mechanism, start(mechanism.relative, overrides, project=project))
     declared = parameter_values(mechanism, overrides or {})
     _verify_motions(mechanism, declared)
     q, u = _declared_state(mechanism, declared)
@@ -133,8 +133,8 @@ def _closed(
     )
 
 
-def _in_absolute_coordinates(mechanism: Mechanism, joints: Start) -> Start:
-    """Return the start that is known in the coordinates of the joints, in which it is declared."""
+def in_absolute_coordinates(mechanism: Mechanism, joints: Start) -> Start:
+    """Return the start of a mechanism that is known in the coordinates of the joints, in which it is declared."""
     assert mechanism.relative is not None
     entries = zip(mechanism.relative.parameters, joints.parameters, strict=True)
     values = {entry.name: value for entry, value in entries}
@@ -143,11 +143,20 @@ def _in_absolute_coordinates(mechanism: Mechanism, joints: Start) -> Start:
     motion = relative.motion(np.array(joints.q, dtype=float), np.array(joints.u, dtype=float))
     q, u = absolute_state(mechanism, motion, parameters)
     parameters = with_constants(mechanism, parameters, q)
-    rank = 0
-    if mechanism.rows:
-        rank, generic = generic_rank(Rows(mechanism, parameters, range(len(mechanism.rows))), q)
-        parameters = mechanism.parameters.changed(parameters, {INDEPENDENT: float(generic)})
-    return replace(joints, parameters=tuple(parameters), q=tuple(q.tolist()), u=tuple(u.tolist()), rank=rank)
+    return ranked(
+        mechanism, replace(joints, parameters=tuple(parameters), q=tuple(q.tolist()), u=tuple(u.tolist()), rank=0)
+    )
+
+
+def ranked(mechanism: Mechanism, begin: Start) -> Start:
+    """Return a start with the rank of the rows, those that define forces counted, and of the same nearby."""
+    if not mechanism.rows:
+        return begin
+    defining = sum(not row.restricts for row in mechanism.rows)
+    rows = Rows(mechanism, begin.parameters, range(len(mechanism.rows)))
+    rank, generic = generic_rank(rows, np.array(begin.q, dtype=float))
+    parameters = mechanism.parameters.changed(begin.parameters, {INDEPENDENT: float(generic + defining)})
+    return replace(begin, parameters=tuple(parameters), rank=rank + defining)
 
 
 def verify_regular_start(mechanism: Mechanism, begin: Start, called: str = "the start") -> None:

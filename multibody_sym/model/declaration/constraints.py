@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
-from multibody_sym.errors import ModelError, at
+from multibody_sym.errors import ModelError
 from multibody_sym.model.declaration.fields import Element, ListOf, MapOf, OneOf, Record, holds
 from multibody_sym.model.declaration.values import Choice, Direction, Flag, Point, Scalar, Text
 from multibody_sym.scalars.node import Node
@@ -24,20 +24,15 @@ class Distance(Element):
 
 @dataclass(frozen=True)
 class Rope(Element):
-    """A taut massless rope from end to end of `path` over pulleys; its multiplier is the tension.
+    """A massless rope from end to end of `path` over pulleys; its multiplier is the tension.
 
     `path` names points of bodies at both ends and pulleys or points between. Without `length` it is as long as the
-    initial positions make it.
+    initial positions make it. It is taut, unless it may go `slack`.
     """
 
     path: tuple[str, ...] = holds(ListOf(Text(), 2))
     length: Node | None = holds(Scalar("m"), None)
     slack: bool = holds(Flag(), False)
-
-    def verify(self) -> None:
-        if self.slack:
-            with at("slack"):
-                raise ModelError("a rope that may slacken is not available; write slack: false and check its tension")
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,16 @@ from dataclasses import dataclass
 from typing import Final
 
 from multibody_sym.errors import ModelError
+from multibody_sym.model.declaration.contacts import Coefficient, CoefficientField, verify_coefficients
 from multibody_sym.model.declaration.fields import Element, ListOf, OneOf, holds
 from multibody_sym.model.declaration.joint import effort_unit
-from multibody_sym.model.declaration.values import Point, Scalar, ScalarOrVector, Text, Vector
+from multibody_sym.model.declaration.values import (
+    Point,
+    Scalar,
+    ScalarOrVector,
+    Text,
+    Vector,
+)
 from multibody_sym.scalars.node import Node
 
 
@@ -138,6 +145,40 @@ class Motor(Element):
     freedom: str | None = holds(Text(), None, keyword=True)
 
 
+@dataclass(frozen=True)
+class Friction(Element):
+    """Dry friction (Coulomb) in a joint, from the joint's own reaction.
+
+    A slider (prismatic) is a guide with two sides, which rubs with mu |F|; with a `length` it has two pads so far
+    apart, on the child, symmetric about the joint's point there, each of which takes its share of force and moment, so
+    that it may jam. A hinge (revolute) is a journal of `radius`: mu radius |F|, F the force across its axis. A
+    cylindrical joint rubs along and, with a radius, about its axis; a screw on a thread of mean `radius`. `static` may
+    be the word `enough`. One coefficient that is left out is as large as the other. `regularised`: a speed (m/s) below
+    which friction is made smooth, so that nothing ever sticks.
+    """
+
+    joint: str = holds(Text())
+    static: Coefficient | None = holds(CoefficientField(), None)
+    kinetic: Node | None = holds(Scalar(""), None)
+    radius: Node | None = holds(Scalar("m"), None)
+    length: Node | None = holds(Scalar("m"), None)
+    regularised: Node | None = holds(Scalar("m/s"), None)
+
+    def verify(self) -> None:
+        if self.static is None and self.kinetic is None:
+            raise ModelError("friction needs a coefficient: static, kinetic or both").under("static")
+        for name in ("static", "kinetic"):
+            given = getattr(self, name)
+            if isinstance(given, Node) and given.shadow is not None and given.shadow < 0.0:
+                raise ModelError("a coefficient of friction is not negative").under(name)
+        if isinstance(self.static, Node) and self.kinetic is not None:
+            verify_coefficients(self.static.shadow, self.kinetic.shadow)
+        for name in ("radius", "length", "regularised"):
+            given = getattr(self, name)
+            if given is not None and given.shadow is not None and not given.shadow > 0.0:
+                raise ModelError("it must be greater than zero").under(name)
+
+
 def _freedom_of_joint(freedom: object, joint: object) -> None:
     if freedom is not None and joint is None:
         raise ModelError("freedom goes with joint").under("freedom")
@@ -157,6 +198,7 @@ FORCES: Final = OneOf(
         "pull": Pull,
         "drag": Drag,
         "motor": Motor,
+        "friction": Friction,
     },
     {"spring": "spring_damper"},
 )

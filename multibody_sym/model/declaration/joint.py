@@ -105,16 +105,22 @@ class Initial(Element):
 class Limits(Element):
     """How far (`lower`, `upper`), how fast (`velocity`) and with how much force or moment (`effort`) a joint may move.
 
-    Nothing stops it there: `check` and the summary of a run tell where position and speed pass them. The effort is for
-    programs that choose a drive.
+    Stops hold the joint between `lower` and `upper`, and push only; it rebounds from them with `restitution`. Where
+    they do not act (`acts=False`), and past the velocity, nothing stops it: `check` and the summary of a run tell where
+    position and speed pass them. The effort is for programs that choose a drive.
     """
 
     lower: Node | None = holds(Scalar(), None)
     upper: Node | None = holds(Scalar(), None)
     velocity: Node | None = holds(Scalar(), None)
     effort: Node | None = holds(Scalar(), None)
+    restitution: Node = holds(Scalar(""), 0)
+    acts: bool = holds(Flag(), True)
 
     def verify(self) -> None:
+        restitution = self.restitution.shadow
+        if restitution is not None and not 0.0 <= restitution <= 1.0:
+            raise ModelError(f"a restitution is between 0 and 1, got {text(self.restitution)}").under("restitution")
         if self.lower is None or self.upper is None or self.lower.shadow is None or self.upper.shadow is None:
             return
         if self.lower.shadow > self.upper.shadow:
@@ -135,6 +141,13 @@ class MovingJoint(Joint):
     initial: Initial | None = holds(Record(Initial), None)
     limits: Limits | None = holds(Record(Limits), None)
     label: str | None = holds(Text(), None)
+
+    @property
+    def stops(self) -> Limits | None:
+        """The limits between which stops hold its coordinate, if there are any."""
+        limits = self.limits
+        bounded = limits is not None and limits.acts and not limits.lower is limits.upper is None
+        return limits if bounded and self.free_steps else None
 
     @property
     def moves(self) -> tuple[Step, ...]:

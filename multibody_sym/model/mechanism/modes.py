@@ -59,8 +59,11 @@ def _rows(element: OneWay, mode: Mode, parameters: ParameterVector) -> Iterator[
         return
     sliding = [part for part in element.frictions if mode.slips.get(part.name, STICKS) != STICKS]
     for place, normal in enumerate(element.normals):
+        pressed = side if len(element.normals) == 1 else mode.sides.get(normal.name, side)
         frictions = tuple(
-            _sliding(part, mode, parameters, side) for part in sliding if place in part.normals and side != INACTIVE
+            _sliding(part, mode, parameters, pressed)
+            for part in sliding
+            if place in part.normals and pressed != INACTIVE
         )
         yield SlidingRow(normal.name, normal, frictions) if frictions else normal
     for part in element.frictions:

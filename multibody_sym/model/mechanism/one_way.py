@@ -75,9 +75,10 @@ class OneWay:
 class Mode:
     """Which one-way elements are active and how they slide.
 
-    `sides`: by element, 0 inactive, 1 active; of a joint's friction the sign of the reaction that presses. `slips`: by
-    friction part of active elements, 0 sticks, 1 and -1 slides that way, 2 in space along its velocity. `directions`:
-    of parts that start to slide in space from rest, where to (unit vectors).
+    `sides`: by element, 0 inactive, 1 active; of a joint's friction the sign of the reaction that presses, by the names
+    of the normal rows where there are several. `slips`: by friction part of active elements, 0 sticks, 1 and -1 slides
+    that way, 2 in space along its velocity. `directions`: of parts that start to slide in space from rest, where to
+    (unit vectors).
     """
 
     sides: Mapping[str, int]

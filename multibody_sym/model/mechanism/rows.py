@@ -42,6 +42,11 @@ class Row(ABC):
         """Whether it restricts anything where bodies stay in the plane z = 0."""
 
     @property
+    def restricts(self) -> bool:
+        """Whether it restricts motion; others define a force."""
+        return True
+
+    @property
     @abstractmethod
     def points(self) -> tuple[Marker, ...]:
         """The points of bodies at which it acts."""

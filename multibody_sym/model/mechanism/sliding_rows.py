@@ -40,6 +40,10 @@ class SlidingRow(Row):
         return self.normal.multiplier
 
     @property
+    def restricts(self) -> bool:
+        return self.normal.restricts
+
+    @property
     def is_holonomic(self) -> bool:
         return self.normal.is_holonomic
 

@@ -7,7 +7,7 @@ from functools import singledispatch
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.fields import Element
-from multibody_sym.model.declaration.forces import Damper, Drag, Force, Motor, Pull, SpringDamper, Torque
+from multibody_sym.model.declaration.forces import Damper, Drag, Force, Friction, Motor, Pull, SpringDamper, Torque
 from multibody_sym.model.mechanism.loads import (
     BodyTorque,
     JointForce,
@@ -30,12 +30,17 @@ def loads(references: References) -> list[Load]:
     for name, element in references.system.forces.items():
         with at("forces", name):
             made.append(_load(element, name, references))
-    return made
+    return [load for load in made if load is not None]
 
 
 @singledispatch
-def _load(element: Element, name: str, references: References) -> Load:
+def _load(element: Element, name: str, references: References) -> Load | None:
     raise TypeError(f"no load for {type(element).__name__}")
+
+
+@_load.register
+def _(element: Friction, name: str, references: References) -> None:
+    """Return nothing: its force follows from the laws of what holds one way only."""
 
 
 @_load.register

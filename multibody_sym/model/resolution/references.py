@@ -126,7 +126,7 @@ class References:
     def freedom(self, joint: str, name: str | None) -> Freedom:
         """Return a joint's freedom; without a name, its only one."""
         with at("joint"):
-            known = self._freedoms(joint) if name is not None else self._one_freedom(joint)
+            known = self.freedoms(joint) if name is not None else self._one_freedom(joint)
         if name is None:
             return next(iter(known.values()))
         by_coordinate = {q: known[u] for q, u in self._rate_pairs(joint)}
@@ -137,15 +137,19 @@ class References:
         return named[name]
 
     def _one_freedom(self, joint: str) -> dict[str, Freedom]:
-        found = self._freedoms(joint)
+        found = self.freedoms(joint)
         if len(found) != 1:
             raise ModelError(f"joint {joint!r} has {len(found)} degrees of freedom; one is needed here")
         return found
 
-    def _freedoms(self, joint: str) -> dict[str, Freedom]:
-        """Return the freedoms of a joint by the names of their speeds."""
+    def verify_joint(self, joint: str) -> None:
+        """Raise ModelError where no joint has this name."""
         if joint not in self.system.joints:
             raise ModelError(f"no joint is called {joint!r}{suggestion(joint, self.system.joints)}")
+
+    def freedoms(self, joint: str) -> dict[str, Freedom]:
+        """Return the freedoms of a joint by the names of their speeds."""
+        self.verify_joint(joint)
         speeds = speed_names(joint, self.system.joints[joint])
         found = {u: Freedom(joint, None, self._named(u)) for u in speeds}
         for q, u in self._rate_pairs(joint):
@@ -159,7 +163,7 @@ class References:
     def drives(self, joint: str, rows: Sequence[Row]) -> tuple[Drive, ...]:
         """Return what rows with expressions exert on the freedoms of a joint that is cut, as far as these are named."""
         found = []
-        for freedom in self._freedoms(joint).values():
+        for freedom in self.freedoms(joint).values():
             for k, row in enumerate(rows):
                 named = freedom.coordinate if isinstance(row, ExpressionRow) else freedom.rate
                 if named is not None and isinstance(row, (ExpressionRow, VelocityRow)):

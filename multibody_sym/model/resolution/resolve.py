@@ -17,12 +17,12 @@ from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, Limit, Mec
 from multibody_sym.model.mechanism.parameters import ParameterEntry, ParameterVector
 from multibody_sym.model.resolution.absolute import Freed, freed_bodies
 from multibody_sym.model.resolution.bodies import tree_bodies
-from multibody_sym.model.resolution.contacts.elements import contacts
 from multibody_sym.model.resolution.cuts import has_rows
 from multibody_sym.model.resolution.driving_inputs import driving_inputs, expression_of, with_driving_inputs
 from multibody_sym.model.resolution.force_places import with_withheld
 from multibody_sym.model.resolution.loads import loads
 from multibody_sym.model.resolution.measured import measured
+from multibody_sym.model.resolution.one_way.elements import one_way_elements, slackening
 from multibody_sym.model.resolution.references import References
 from multibody_sym.model.resolution.rows import cut_joints, declared_rows
 from multibody_sym.model.resolution.spanning_tree import (
@@ -72,7 +72,8 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
     bodies = tree_bodies(references, tree.carrying, doubled)
     told = measured(references, bodies[: len(bodies) - len(doubled)], measuring) if measuring else {}
     references = with_constants(replace(references, measured=told), bodies)
-    rows = declared_rows(references)
+    declared, slack = declared_rows(references), slackening(references)
+    rows = [row for row in declared if row.name not in slack]
     cuts = cut_joints(references, [name for name in tree.cut if name not in doubled], rows)
     resolved = _in_slots(told, references.system)
     return Mechanism(
@@ -94,8 +95,8 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
         cuts=_in_slots(told, tuple(cuts)),
         symbols={**slots, **told},
         driving_inputs=driving_inputs(system),
-        one_way=_in_slots(told, contacts(references)),
         minimum_norm=system.simulation.multipliers == "minimum_norm",
+        one_way=_in_slots(told, one_way_elements(references, [row for row in declared if row.name in slack])),
     )
 
 

@@ -86,7 +86,7 @@ def used_joints(system: System) -> set[str]:
     named = {leaf.data for leaf in leaves([written.node for written in expressions(system)], "symbol")}
     used = set()
     for name, joint in system.joints.items():
-        started = isinstance(joint, MovingJoint) and joint.initial is not None
+        started = isinstance(joint, MovingJoint) and (joint.initial is not None or joint.stops is not None)
         if started or not named.isdisjoint((*coordinate_names(name, joint), *speed_names(name, joint))):
             used.add(name)
     for element in (*system.forces.values(), *system.constraints.values()):

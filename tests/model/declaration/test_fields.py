@@ -13,8 +13,8 @@ from multibody_sym.model.declaration.bodies import Body, Shape
 from multibody_sym.model.declaration.constraints import Distance, Rope
 from multibody_sym.model.declaration.fields import ListOf, MapOf
 from multibody_sym.model.declaration.file_tree import system_from_tree
-from multibody_sym.model.declaration.forces import Damper, SpringDamper, Torque
-from multibody_sym.model.declaration.joint import Initial
+from multibody_sym.model.declaration.forces import Damper, Friction, SpringDamper, Torque
+from multibody_sym.model.declaration.joint import Initial, Limits
 from multibody_sym.model.declaration.joints import JOINTS, Custom, Planar, Revolute, Spherical
 from multibody_sym.model.declaration.values import (
     Condition,
@@ -120,7 +120,12 @@ def test_errors_of_fields(field: Any, value: Any, message: str, path: tuple[str,
         (lambda: SpringDamper(1, between=["a"]), "expected a list of 2, got 1", ("between",)),
         (lambda: Distance(["a", "b"], "2 kg"), "expected a quantity in m", ("value",)),
         (lambda: Rope(["a"]), "expected a list of at least 2, got 1", ("path",)),
-        (lambda: Rope(["a", "b"], slack=True), "a rope that may slacken is not available", ("slack",)),
+        (lambda: Friction("j"), "friction needs a coefficient: static, kinetic or both", ("static",)),
+        (lambda: Friction("j", -0.1), "a coefficient of friction is not negative", ("static",)),
+        (lambda: Friction("j", 0.1, 0.2), "static 0.1 is below kinetic 0.2", ("static",)),
+        (lambda: Friction("j", 0.1, radius="2 kg"), "expected a quantity in m", ("radius",)),
+        (lambda: Friction("j", 0.1, radius=0), "it must be greater than zero", ("radius",)),
+        (lambda: Limits(lower=0, restitution=2), "a restitution is between 0 and 1, got 2", ("restitution",)),
         (lambda: Body(mass=1, shape={"rod": 1, "mass": 1}), "a shape gives the mass and inertia", ()),
         (lambda: Body(shape={"rod": 1}), "the shape's mass is missing", ("shape",)),
         (lambda: Body(shape={"ball": 1, "mass": 1}), "expected one of rod, disc", ("shape",)),

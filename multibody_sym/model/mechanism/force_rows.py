@@ -1,0 +1,67 @@
+"""Rows that define a force, in place of restricting motion: what a joint's reaction presses with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from multibody_sym.model.declaration.values import Point
+from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.rows import Multiplier, Row
+from multibody_sym.scalars.node import ONE, ZERO, Node
+
+
+@dataclass(frozen=True)
+class ReactionRow(Row):
+    """The multiplier z is part of a joint's reaction on its child, F about the joint's point there M:
+
+        force . F + moment . M = share z + rubbing * (the multiplier of the row named `rubs`)
+
+    `force` and `moment` are components along the axes of the joint's frame on the parent.
+    """
+
+    unit: ClassVar[str | None] = "N"
+
+    name: str
+    joint: str
+    force: Point
+    moment: Point
+    share: Node = ONE
+    rubbing: Node = ZERO
+    rubs: str = ""
+
+    @property
+    def multiplier(self) -> Multiplier:
+        return "force"
+
+    @property
+    def restricts(self) -> bool:
+        return False
+
+    @property
+    def is_holonomic(self) -> bool:
+        return False
+
+    @property
+    def acts_in_plane(self) -> bool:
+        return True
+
+    @property
+    def points(self) -> tuple[Marker, ...]:
+        return ()
+
+    @property
+    def line(self) -> tuple[Marker, ...]:
+        return ()
+
+    @property
+    def laws(self) -> tuple[Node, ...]:
+        return ()
+
+    @property
+    def declared_length(self) -> Node | None:
+        return None
+
+    @property
+    def radii(self) -> tuple[Node, ...]:
+        return ()

@@ -1,0 +1,112 @@
+"""Friction in joints from the joint's own reaction: guides, pads and screws by every route, against bodies cut free."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from multibody_sym import loads
+from multibody_sym.dynamics.formalisms.forward_dynamics import Accelerations, forward_dynamics
+from multibody_sym.dynamics.routes import FORMALISMS
+from multibody_sym.dynamics.start.start import start
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.mechanism.modes import in_mode
+from multibody_sym.model.mechanism.one_way import Mode
+from multibody_sym.model.resolution.resolve import mechanism
+
+G, M, MU, F, A = 9.81, 2.0, 0.3, 20.0, 0.3
+BLOCK = f"""\
+multibody_sym: 1
+name: guide
+gravity: [0, -{G}, 0]
+parameters: {{mu: {MU}, l: 0.2}}
+bodies: {{b: {{mass: {M}, inertia: {{Izz: 0.1}}, points: {{p: [0.1, 0.2, 0]}}}}}}
+joints: {{J: {{type: prismatic, parent: ground, child: b, axis: x, q: x, initial: {{u: 1}}}}}}
+forces:
+  push: {{type: force, on: b, value: [{F}*cos({A}), -{F}*sin({A}), 0], at: p}}
+  rub: {{type: friction, joint: J, static: mu}}
+"""
+SCREW = f"""\
+multibody_sym: 1
+name: jack
+gravity: [0, 0, -{G}]
+bodies: {{b: {{mass: {M}, inertia: {{Ixx: 0.1, Iyy: 0.1, Izz: 0.01}}}}}}
+joints: {{J: {{type: screw, parent: ground, child: b, axis: z, pitch: 0.02, q: phi, initial: {{u: 1}}}}}}
+forces:
+  turn: {{type: torque, joint: J, value: 0.7}}
+  rub: {{type: friction, joint: J, static: {MU}, radius: 0.03}}
+"""
+PUSH = np.array([F * math.cos(A), -F * math.sin(A)])
+
+
+def by_routes(text: str, sides: Mapping[str, int], slip: int) -> Accelerations:
+    """Return what all routes find in a mode, having compared them."""
+    resolved = in_mode(mechanism(loads(text)), Mode(sides, {"rub": slip}))
+    begin = start(resolved)
+    state = state_of(resolved, float, 0.0, begin.q, begin.u, begin.parameters)
+    routes = {name: route for name, route in FORMALISMS.items() if name != "lagrange"}
+    found = [forward_dynamics(route(resolved, state)) for route in routes.values()]
+    for each in found:
+        assert each.udot == pytest.approx(found[0].udot, rel=1e-13, abs=1e-13)
+        assert each.multipliers == pytest.approx(found[0].multipliers, rel=1e-13, abs=1e-13)
+    return found[0]
+
+
+@pytest.mark.parametrize("slip", [1, -1])
+def test_a_guide_rubs_with_the_force_across_it(slip: int) -> None:
+    found = by_routes(BLOCK, {"rub": 1}, slip)
+    normal = M * G - PUSH[1]
+    assert found.multipliers == pytest.approx([normal], rel=1e-14)
+    assert found.udot == pytest.approx([(PUSH[0] - slip * MU * normal) / M], rel=1e-14)
+
+
+def test_a_guide_pressed_from_below_rubs_as_well() -> None:
+    found = by_routes(BLOCK.replace(f"-{F}*sin", f"100 + {F}*sin"), {"rub": -1}, 1)
+    normal = 100 + F * math.sin(A) - M * G
+    assert found.multipliers == pytest.approx([-normal], rel=1e-14)
+    assert found.udot == pytest.approx([(PUSH[0] - MU * normal) / M], rel=1e-14)
+
+
+def test_what_sticks_has_its_friction_as_a_multiplier() -> None:
+    found = by_routes(BLOCK.replace("u: 1", "u: 0"), {"rub": 1}, 0)
+    assert found.udot == pytest.approx([0], abs=1e-15)
+    assert found.multipliers == pytest.approx([M * G - PUSH[1], -PUSH[0]], rel=1e-14)
+
+
+def test_pads_take_their_shares_of_force_and_moment() -> None:
+    """The moment about the joint's point, which both pads bear, is that of the push alone; friction has no arm."""
+    moment = -(0.1 * PUSH[1] - 0.2 * PUSH[0])
+    force = M * G - PUSH[1]
+    pads = force / 2 + moment / 0.2, force / 2 - moment / 0.2
+    assert pads[0] > 0 > pads[1]
+    text = BLOCK.replace("static: mu", "static: mu, length: l")
+    found = by_routes(text, {"rub.pad1.normal": 1, "rub.pad2.normal": -1}, 1)
+    assert found.multipliers == pytest.approx(pads, rel=1e-14)
+    assert found.udot == pytest.approx([(PUSH[0] - MU * (pads[0] - pads[1])) / M], rel=1e-13)
+
+
+@pytest.mark.parametrize("slip", [1, -1])
+def test_a_screw_rubs_on_its_thread(slip: int) -> None:
+    """Cut free: m a = N cos - T sin .. along the axis, J alpha = 0.7 - r (N sin + T cos) about it, T = slip mu N."""
+    r, lead = 0.03, 0.02 / (2 * math.pi)
+    cos, sin = r / math.hypot(r, lead), lead / math.hypot(r, lead)
+    friction = slip * MU
+    # unknown alpha, N: the nut's flank pushes N (-sin, cos) at right angles to the thread, and friction along it
+    equations = np.array([[M * lead, -(cos - friction * sin)], [0.01, r * (sin + friction * cos)]])
+    alpha, normal = np.linalg.solve(equations, [-M * G, 0.7])
+    found = by_routes(SCREW, {"rub": 1}, slip)
+    assert found.udot == pytest.approx([alpha], rel=1e-12)
+    assert found.multipliers == pytest.approx([normal], rel=1e-12)
+
+
+def test_a_screw_that_sticks_tells_what_presses_on_its_thread() -> None:
+    r, lead = 0.03, 0.02 / (2 * math.pi)
+    cos, sin = r / math.hypot(r, lead), lead / math.hypot(r, lead)
+    # at rest: N cos + T sin = m g, r (T cos - N sin) + 0.7 = 0
+    normal, tangential = np.linalg.solve([[cos, sin], [-r * sin, r * cos]], [M * G, -0.7])
+    found = by_routes(SCREW.replace("u: 1", "u: 0"), {"rub": 1}, 0)
+    assert found.udot == pytest.approx([0], abs=1e-12)
+    assert found.multipliers == pytest.approx([normal, tangential], rel=1e-12)
