@@ -10,7 +10,8 @@ import numpy as np
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.rows import Bend, RopeRow
+from multibody_sym.model.mechanism.rope_path import Bend
+from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_squares
 from multibody_sym.scalars.functions import evaluate_float
@@ -41,7 +42,7 @@ def slipped_wheels(mechanism: Mechanism, parameters: Sequence[float]) -> list[st
                 found[row.name, motion.mechanism.bodies[bend.at.body].name] = None
     return [
         f"rope {rope} slips over {wheel} without turning it: a pulley is without friction whatever it stands on. "
-        f"Tie them ({{type: expression, zero: way of the rope - radius*angle}}), or put it on what carries {wheel}"
+        f"Let it turn with the rope (a pulley {{body: {wheel}, radius: ..}}), or put it on what carries {wheel}"
         for rope, wheel in found
     ]
 

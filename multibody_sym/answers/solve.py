@@ -11,11 +11,12 @@ from multibody_sym.answers.instant import Solved, solved_start
 from multibody_sym.answers.questions import answered
 from multibody_sym.answers.solution import Solution, Value
 from multibody_sym.answers.validity import conditions_of
+from multibody_sym.dynamics.programs.pulleys import held_pulleys
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.start.examined import numbers_of
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
-from multibody_sym.model.mechanism.rows import ExpressionRow
+from multibody_sym.model.mechanism.rows import ExpressionRow, RopeRow, Row
 from multibody_sym.model.mechanism.units import REACTION_UNITS, MechanismUnits
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.force_places import reasons
@@ -60,7 +61,7 @@ def _solution(solved: Solved) -> Solution:
         speeds=dict(zip((s.name for s in resolved.speeds), begin.u, strict=True)),
         accelerations=accelerations,
         reactions=reactions,
-        kinds={row.name: row.multiplier for row in resolved.rows if row.name in reactions},
+        kinds={place[0]: row.multiplier for row in resolved.rows if (place := _place(row))[0] in reactions},
         conditions=(
             *conditions_of(solved, reactions),
             *remarks,
@@ -116,14 +117,28 @@ def _reactions(solved: Solved) -> dict[str, dict[str, Value]]:
         values = solved.values(of_joint, REACTION_UNITS)
         undetermined = withheld[name].components if name in withheld else ()
         found[name] = {c: Value(None, unit=REACTION_UNITS[c]) if c in undetermined else x for c, x in values.items()}
+    for name in held_pulleys(solved.mechanism.rows):
+        if name not in found:
+
+            def of_pulley(instant: Instant, name: str = name) -> Mapping[str, Any]:
+                return instant.pulleys[name]
+
+            found[name] = solved.values(of_pulley, REACTION_UNITS)
     for k, row in enumerate(solved.mechanism.rows):
         if row.name.rpartition(".")[0] in solved.mechanism.joint_names:
             continue
-        component = "multiplier" if isinstance(row, ExpressionRow) else "tension"
+        name, component = _place(row)
 
         def of_row(instant: Instant, component: str = component, k: int = k) -> Mapping[str, Any]:
             return {component: instant.multipliers[k]}
 
         unit = {component: units[row.name]}
-        found.setdefault(row.name, {})[component] = solved.values(of_row, unit)[component]
+        found.setdefault(name, {})[component] = solved.values(of_row, unit)[component]
     return found
+
+
+def _place(row: Row) -> tuple[str, str]:
+    """Return under which element, and as which component, a row's multiplier stands among the reactions."""
+    if isinstance(row, RopeRow):
+        return row.told
+    return row.name, "multiplier" if isinstance(row, ExpressionRow) else "tension"

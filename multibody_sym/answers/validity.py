@@ -62,14 +62,15 @@ def _pulls(solved: Solved, reactions: Reactions) -> Iterator[tuple[str, Conditio
     for k, row in enumerate(solved.mechanism.rows):
         if not isinstance(row, RopeRow):
             continue
-        tension = reactions[row.name]["tension"]
+        rope, component = row.told
+        tension = reactions[rope][component]
         name = f"{text(quantity('tension', (row.name,)))} >= 0"
         if tension.value is None:
             yield f"{name} is not decided: the tension is not unique", None
             continue
         if tension.value < least:
             raise NoSolutionError(
-                f"rope {row.name} would push with {-tension.value:.6g} N: as declared it cannot slacken, and a rope "
+                f"rope {rope} would push with {-tension.value:.6g} N: as declared it cannot slacken, and a rope "
                 "cannot push. Write slack: true, so that it may hang loose; a rod is {type: distance, ...}",
                 where=Where(path=solved.mechanism.row_path(k)),
             )

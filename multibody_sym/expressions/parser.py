@@ -203,6 +203,7 @@ class _Parser:
         else:
             while True:
                 names.append(self.dotted_name())
+                self.numbered_run(token, names)
                 closing = self.found[self.place]
                 self.place += 1
                 if closing.kind == ")":
@@ -213,6 +214,13 @@ class _Parser:
         if len(names) != len(wanted):
             raise self.error(token, _arity(token.text, wanted, len(names)))
         return quantity(token.text, names)
+
+    def numbered_run(self, function: Token, names: list[str]) -> None:
+        """Read which run of a rope is meant, which becomes a part of its name: `tension(string, 2)`."""
+        number = self.found[self.place + 1] if self.found[self.place].kind == "," else None
+        if number is not None and number.text.isdecimal() and QUANTITIES[function.text].arguments == ("rope",):
+            names[-1] = f"{names[-1]}.{number.text}"
+            self.place += 2
 
     def dotted_name(self) -> str:
         parts: list[str] = []

@@ -49,13 +49,20 @@ def _leaf(n: Node) -> Piece:
     if n.op == "slot":
         return Piece(f"{n.data[0]}[{n.data[1]}]", ATOM)
     if n.op == "quantity":
-        names = ", ".join(".".join(map(_quoted, name.split("."))) for name in n.data[1])
+        names = ", ".join(_named(name) for name in n.data[1])
         return Piece(f"{n.data[0]}({names})", ATOM)
     if n.op == "real":
         return Piece(f"real({n.data!r})", ATOM)
     if n.op == "declared":
         return Piece(n.data[0], ATOM)
     return Piece("pi" if n.op == "pi" else n.data, ATOM)
+
+
+def _named(name: str) -> str:
+    """Return a dotted name; a number at its end is the run of a rope, `tension(string, 2)`."""
+    *parts, last = name.split(".")
+    named = ".".join(map(_quoted, parts))
+    return f"{named}, {last}" if parts and last.isdecimal() else ".".join(map(_quoted, (*parts, last)))
 
 
 def _quoted(name: str) -> str:

@@ -23,7 +23,8 @@ from multibody_sym.model.mechanism.loads import BodyTorque, Load, PointForce
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import IDENTITY, ORIGIN, Mass, Pose, Rotation
 from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
-from multibody_sym.model.mechanism.rows import Bend, Row
+from multibody_sym.model.mechanism.rope_path import Bend, Grip
+from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.mechanism.sliding_rows import Sliding
 from multibody_sym.scalars.functions import is_exactly
 from multibody_sym.scalars.node import Node, as_node, real
@@ -220,7 +221,13 @@ def _(part: Marker, axes: Mapping[int, Axes]) -> Marker:
 
 @_in_axes.register
 def _(part: Bend, axes: Mapping[int, Axes]) -> Bend:
-    return replace(part, at=_in_axes(part.at, axes), axis=axes[part.at.body].vector(part.axis))
+    new = {name: _in_axes(getattr(part, name), axes) for name in ("at", "beside", "grip")}
+    return replace(part, **new, axis=axes[part.at.body].vector(part.axis))
+
+
+@_in_axes.register
+def _(part: Grip, axes: Mapping[int, Axes]) -> Grip:
+    return replace(part, frame=_in_axes(part.frame, axes))
 
 
 @_in_axes.register

@@ -7,24 +7,14 @@ from dataclasses import dataclass
 
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import position
+from multibody_sym.kinematics.relative import direction as world
+from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.markers import Marker
-from multibody_sym.model.mechanism.rows import Bend
-from multibody_sym.scalars.functions import absolute, atan2, sign, sqrt
+from multibody_sym.model.mechanism.rope_path import Bend
+from multibody_sym.model.mechanism.rows import RopeRow
+from multibody_sym.scalars.functions import absolute, atan2, cos, sign, sin, sqrt
 from multibody_sym.scalars.node import PI
-from multibody_sym.scalars.vectors import S, Vec, apply, cross, dot, scale, subtract
-
-
-@dataclass(frozen=True)
-class Segment:
-    """A straight piece of rope from the first to the second marker's body: its length and unit direction (world).
-
-    On a wheel the piece is a tangent; frictionless wheels let the rope slide, so the rate of the rope's length and its
-    derivative are those of a piece fixed to the wheel's centre with the tangent's direction and length.
-    """
-
-    ends: tuple[Marker, Marker]
-    length: S
-    direction: Vec
+from multibody_sym.scalars.vectors import S, Vec, add, apply, cross, dot, scale, subtract
 
 
 @dataclass(frozen=True)
@@ -33,39 +23,85 @@ class Wheel:
 
     radius: S
     axis: Vec
+    side: S
 
 
-def segments(motion: Motion, path: Sequence[Bend]) -> tuple[list[Segment], S]:
-    """Return the straight pieces of a rope's path and its length, arcs on wheels included."""
+@dataclass(frozen=True)
+class Segment:
+    """A straight piece of rope from the first to the second marker's body: its length and unit direction (world).
+
+    On a wheel the piece is a tangent; frictionless wheels let the rope slide, so the rate of the rope's length and its
+    derivative are those of a piece fixed to the wheel's centre with the tangent's direction and length. Wheels that it
+    `grips` turn with it: it is fixed to their rims. What is `steady` keeps its direction.
+    """
+
+    ends: tuple[Marker, Marker]
+    length: S
+    direction: Vec
+    grips: tuple[Wheel | None, Wheel | None] = (None, None)
+    steady: bool = False
+
+    def touches(self, motion: Motion, end: int) -> Vec:
+        """Return where the piece ends (world): its marker, or where it touches the wheel that it grips."""
+        centre, wheel = position(motion, self.ends[end]), self.grips[end]
+        return centre if wheel is None else add(centre, scale(-wheel.radius, cross(wheel.axis, self.direction)))
+
+
+def segments(
+    motion: Motion, path: Sequence[Bend], straight: Sequence[Point | None] = ()
+) -> tuple[list[Segment], S]:
+    """Return the straight pieces of a rope's path and its length, arcs on wheels and what is wound on them included.
+
+    `straight` are the directions (world) of pieces that keep them, None where a piece does not.
+    """
     centres = [position(motion, bend.at) for bend in path]
     wheels = [_wheel(motion, path, centres, k) for k in range(len(path))]
-    pieces = [
-        _tangent((path[k].at, path[k + 1].at), subtract(centres[k + 1], centres[k]), wheels[k], wheels[k + 1])
-        for k in range(len(path) - 1)
-    ]
+    pieces = []
+    for k in range(len(path) - 1):
+        ends, d = (path[k].at, path[k + 1].at), subtract(centres[k + 1], centres[k])
+        held = straight[k] if straight else None
+        grips = tuple(wheels[j] if path[j].grip is not None else None for j in (k, k + 1))
+        if held is None:
+            pieces.append(_tangent(ends, d, wheels[k], wheels[k + 1], (grips[0], grips[1])))
+        else:
+            x, y, z = motion.state.values(held)
+            pieces.append(Segment(ends, dot((x, y, z), d), (x, y, z), (grips[0], grips[1]), steady=True))
     length = sum((piece.length for piece in pieces), 0)
-    quarter = motion.state.values([PI / 2])[0]
-    for wheel, before, after in zip(wheels[1:-1], pieces[:-1], pieces[1:], strict=True):
+    for bend, wheel, before, after in zip(path[1:-1], wheels[1:-1], pieces[:-1], pieces[1:], strict=True):
         if wheel is not None:
-            length = length + wheel.radius * (quarter + _turned(wheel, before.direction, after.direction))
-    return pieces, length
+            length = length + wheel.radius * _wrapped(motion, wheel, before, after)
+            if bend.turns:
+                length = length + wheel.radius * (bend.turns * motion.state.values([2 * PI])[0])
+    return pieces, length + _wound(motion, path[-1], wheels[-1], pieces[-1]) - _wound(
+        motion, path[0], wheels[0], pieces[0]
+    )
 
 
 def _wheel(motion: Motion, path: Sequence[Bend], centres: Sequence[Vec], k: int) -> Wheel | None:
-    """Return the wheel at bend k, None for a point; its centre is inside the bend.
+    """Return the wheel at bend k, None for a point; its centre is inside the bend where no side is given.
 
     Where the rope runs straight back (both ends hang below the centre) the bend has no inside, and the wheel no radius.
     """
-    if path[k].radius.shadow == 0 or k in (0, len(path) - 1):
+    bend = path[k]
+    if bend.radius.shadow == 0 or (k in (0, len(path) - 1) and bend.grip is None):
         return None
-    radius, *components = motion.state.values([path[k].radius, *path[k].axis])
-    axis = apply(motion.rotation(path[k].at.body), components)
-    before, after = subtract(centres[k], centres[k - 1]), subtract(centres[k + 1], centres[k])
-    side = sign(dot(axis, cross(before, after)))
-    return Wheel(radius * absolute(side), scale(side, axis))
+    radius, *components = motion.state.values([bend.radius, *bend.axis])
+    axis = apply(motion.rotation(bend.at.body), components)
+    if bend.side is not None:
+        (side,) = motion.state.values([bend.side])
+    else:
+        near = [position(motion, marker) for marker in bend.beside] if bend.beside else [centres[k - 1], centres[k + 1]]
+        side = sign(dot(axis, cross(subtract(centres[k], near[0]), subtract(near[1], centres[k]))))
+    return Wheel(radius * absolute(side), scale(side, axis), side)
 
 
-def _tangent(ends: tuple[Marker, Marker], d: Vec, first: Wheel | None, second: Wheel | None) -> Segment:
+def _tangent(
+    ends: tuple[Marker, Marker],
+    d: Vec,
+    first: Wheel | None,
+    second: Wheel | None,
+    grips: tuple[Wheel | None, Wheel | None],
+) -> Segment:
     """Return the common tangent of two circles whose centres are d apart (None: a point).
 
     With m = axis x n the left normal of the direction n: the tangent touches at c - r m, so d = l n + (r2 - r1) m and
@@ -78,7 +114,7 @@ def _tangent(ends: tuple[Marker, Marker], d: Vec, first: Wheel | None, second: W
     step, axis = _step(first, second)
     length = sqrt(square - step * step)
     across = subtract(scale(length, d), scale(step, cross(axis, d)))
-    return Segment(ends, length, scale(1 / square, across))
+    return Segment(ends, length, scale(1 / square, across), grips)
 
 
 def _step(first: Wheel | None, second: Wheel | None) -> tuple[S, Vec]:
@@ -91,6 +127,46 @@ def _step(first: Wheel | None, second: Wheel | None) -> tuple[S, Vec]:
     return second.radius * dot(first.axis, second.axis) - first.radius, first.axis
 
 
-def _turned(wheel: Wheel, incoming: Vec, outgoing: Vec) -> S:
-    """Return the angle between both tangents less a quarter turn: so cut that it runs on past half a turn."""
-    return atan2(-dot(incoming, outgoing), dot(wheel.axis, cross(incoming, outgoing)))
+def _wrapped(motion: Motion, wheel: Wheel, before: Segment, after: Segment) -> S:
+    """Return the angle between both tangents, so cut that it runs on past half a turn; of straight ones in full."""
+    quarter, half = motion.state.values([PI / 2, PI])
+    across, along = dot(wheel.axis, cross(before.direction, after.direction)), dot(before.direction, after.direction)
+    if before.steady and after.steady and _is_number(across) and _is_number(along) and across == 0:
+        return half if along < 0 else 0
+    return quarter + atan2(-along, across)
+
+
+def _is_number(x: S) -> bool:
+    return getattr(x, "shadow", x) is not None and not hasattr(x, "free_symbols")
+
+
+# --- what is wound on a wheel ---------------------------------------------------------------------------------------
+
+
+def _wound(motion: Motion, bend: Bend, wheel: Wheel | None, piece: Segment) -> S:
+    """Return what a wheel that turns has wound up of the rope that comes to it along a piece, since it stood at zero.
+
+    A point of the rim runs away from the tangent point, which turns about the centre as the piece does.
+    """
+    if bend.grip is None or wheel is None:
+        return 0
+    (turned,) = motion.state.values([bend.grip.angle])
+    if not piece.steady:
+        x, y = _tangent_components(motion, bend, piece.direction)
+        (start,) = motion.state.values([bend.grip.start])
+        turned = turned - atan2(y * cos(start) - x * sin(start), x * cos(start) + y * sin(start))
+    return wheel.side * wheel.radius * turned
+
+
+def tangent_direction(motion: Motion, row: RopeRow, end: int) -> S:
+    """Return the angle from `across` of its grip at which a run of rope meets the wheel at an end (0, 1)."""
+    pieces, _ = segments(motion, row.path)
+    x, y = _tangent_components(motion, row.path[-end], pieces[-end].direction)
+    return atan2(y, x)
+
+
+def _tangent_components(motion: Motion, bend: Bend, direction: Vec) -> tuple[S, S]:
+    """Return a direction's components along `across` of a grip, and a quarter turn on about its axis."""
+    assert bend.grip is not None
+    along, axis = (world(motion, bend.grip.frame, v) for v in (bend.grip.across, bend.grip.axis))
+    return dot(direction, along), dot(direction, cross(axis, along))

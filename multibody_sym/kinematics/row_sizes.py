@@ -124,7 +124,10 @@ def _(row: DistanceRow, motion: Motion, bodies: Sequence[Terms]) -> float:
 def _(row: RopeRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     markers = [bend.at for bend in row.path]
     pieces = sum(_stretching(motion, bodies, ends) for ends in pairwise(markers))
-    return _of_expression(motion, row.length, holonomic=True) + pieces
+    gripped = [bend for bend in row.path if bend.grip is not None and bend.at.body >= 0]
+    radii = map(abs, motion.state.values([bend.radius for bend in gripped]))
+    rims = [bodies[bend.at.body].turning * float(radius) for bend, radius in zip(gripped, radii, strict=True)]
+    return _of_expression(motion, row.length, holonomic=True) + pieces + sum(rims)
 
 
 def _stretching(motion: Motion, bodies: Sequence[Terms], ends: Sequence[Marker]) -> float:

@@ -28,7 +28,6 @@ from multibody_sym.kinematics.wrenches import (
     add_force,
     add_force_at,
     add_moment,
-    add_pair,
     generalized_forces,
 )
 from multibody_sym.model.mechanism.contact_rows import ContactRow, TurningRow
@@ -152,7 +151,7 @@ def _(row: DistanceRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowM
 
 @row_motion.register
 def _(row: RopeRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
-    parts, length = segments(motion, row.path)
+    parts, length = segments(motion, row.path, row.straight)
     return _tension(motion, parts, row.length, length, bias)
 
 
@@ -161,7 +160,8 @@ def _tension(
 ) -> RowMotion:
     """Return the row phi = wanted - length of straight segments under one tension.
 
-    d(length)/dt = sum n . dv;  d^2(length)/dt^2 = sum n . da + (dv^2 - (n . dv)^2) / segment.
+    d(length)/dt = sum n . dv;  d^2(length)/dt^2 = sum n . da + (dv^2 - (n . dv)^2) / segment. On a wheel that turns
+    with the rope, r omega and r alpha about its axis are added: forces act at the rim.
     """
     wrenches = Wrenches(len(motion.bodies))
     stretching: S = 0
@@ -171,8 +171,19 @@ def _tension(
         da = subtract(acceleration(motion, part.ends[1], bias), acceleration(motion, part.ends[0], bias))
         along = dot(part.direction, dv)
         stretching = stretching + along
-        stretching_rate = stretching_rate + dot(part.direction, da) + (dot(dv, dv) - along * along) / part.length
-        add_pair(wrenches, motion, part.ends, part.direction)
+        stretching_rate = stretching_rate + dot(part.direction, da)
+        if not part.steady:
+            stretching_rate = stretching_rate + (dot(dv, dv) - along * along) / part.length
+        for end, factor in enumerate((-1, 1)):
+            wheel, marker = part.grips[end], part.ends[end]
+            if wheel is None:
+                add_force(wrenches, motion, marker, scale(-factor, part.direction))
+                continue
+            spin = dot(wheel.axis, angular_velocity(motion, marker.body))
+            spinning = dot(wheel.axis, angular_acceleration(motion, marker.body, bias))
+            stretching = stretching + factor * wheel.radius * spin
+            stretching_rate = stretching_rate + factor * wheel.radius * spinning
+            add_force_at(wrenches, motion, marker.body, part.touches(motion, end), scale(-factor, part.direction))
     given = _along_motion(motion, wanted)
     jacobian = [a + b for a, b in zip(given.jacobian, generalized_forces(motion, wrenches.of_body), strict=True)]
     return RowMotion(

@@ -59,10 +59,11 @@ def _indented(lines: Iterable[str]) -> str:
 
 def _constraint_lines(solution: Solution, units: Units, *kinds: RowKind) -> list[str]:
     return [
-        f"{name} = {value.told(units)}{' (a tension)' if kind == 'rod' else ''}"
+        f"{' '.join((name, *[part] * (len(parts) > 1)))} = {value.told(units)}{' (a tension)' * (kind == 'rod')}"
         for name, kind in solution.kinds.items()
         if kind in kinds
-        for value in solution.reactions[name].values()
+        for parts in [solution.reactions[name]]
+        for part, value in parts.items()
     ]
 
 

@@ -16,7 +16,7 @@ from multibody_sym.model.declaration.system import with_expressions
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
 from multibody_sym.model.mechanism.parameters import ARRAY
-from multibody_sym.model.mechanism.start_constants import Measure, RopeLength, TangentAngle
+from multibody_sym.model.mechanism.start_constants import Measure, RopeLength, TangentAngle, TangentDirection
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node, slot
 from multibody_sym.scalars.traversal import leaves
@@ -76,7 +76,9 @@ def _value(value: float, measure: Measure) -> Label:
 
 def _meaning(mechanism: Mechanism, measure: Measure) -> str:
     if isinstance(measure, RopeLength):
-        return f"how long {measure.row} is at the start"
+        return f"how long {measure.row} is at the start" + (", less what turned wheels have wound" * measure.winds)
+    if isinstance(measure, TangentDirection):
+        return f"at what angle {measure.row} meets its wheel at the start"
     name_of = {leaf: name for name, leaf in mechanism.symbols.items()}
     components = evaluate(list(measure.across), lambda leaf: name_of.get(leaf, leaf))
     vector = ", ".join(text(component) for component in components)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
+from multibody_sym.dynamics.programs.pulleys import pulley_reactions
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.kinematics import points
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
@@ -53,6 +54,11 @@ class Instant:
     def reactions(self) -> Mapping[str, dict[str, S]]:
         """The reactions of all joints."""
         return reactions(self.motion, self.udot, self.rows, self.multipliers)
+
+    @cached_property
+    def pulleys(self) -> Mapping[str, dict[str, S]]:
+        """The reactions of all massless pulleys that ropes run over."""
+        return pulley_reactions(self.motion, self.multipliers)
 
 
 def quantities(
@@ -165,7 +171,9 @@ def _ends(instant: Instant, name: str) -> tuple[Marker, Marker]:
 
 
 def _reaction(instant: Instant, joint: str, component: str) -> S:
-    return instant.reactions[joint][component]
+    if joint in instant.motion.mechanism.joint_names:
+        return instant.reactions[joint][component]
+    return instant.pulleys[joint][component] if joint in instant.pulleys else 0
 
 
 def _multiplier(instant: Instant, name: str) -> S:

@@ -12,12 +12,12 @@ from multibody_sym.dynamics.constraints.closing import Rows
 from multibody_sym.errors import ModelError, at
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rolling import tangent_angle, tangent_components
-from multibody_sym.kinematics.ropes import segments
+from multibody_sym.kinematics.ropes import segments, tangent_direction
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.mass import IDENTITY
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import RopeRow
-from multibody_sym.model.mechanism.start_constants import Measure, RopeLength, TangentAngle
+from multibody_sym.model.mechanism.start_constants import Measure, RopeLength, TangentAngle, TangentDirection
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 
 _PARALLEL: Final = 1e-9
@@ -36,11 +36,13 @@ def with_constants(mechanism: Mechanism, parameters: Sequence[float], q: Floats)
     """
     measures = [(place, entry.measure) for place, entry in enumerate(mechanism.parameters) if entry.measure]
     found = list(parameters)
-    if measures:
-        with valued():
-            motion = Rows(mechanism, parameters, []).motion(q, np.zeros(len(mechanism.speeds)))
-            for place, measure in measures:
-                found[place] = _measured(motion, measure)
+    for kinds in ((TangentAngle, TangentDirection), (RopeLength,)):  # what is wound counts from the tangent's direction
+        asked = [(place, measure) for place, measure in measures if isinstance(measure, kinds)]
+        if asked:
+            with valued():
+                motion = Rows(mechanism, found, []).motion(q, np.zeros(len(mechanism.speeds)))
+                for place, measure in asked:
+                    found[place] = _measured(motion, measure)
     return found
 
 
@@ -53,10 +55,13 @@ def seen_axis(motion: Motion, measure: TangentAngle) -> Point:
 def _measured(motion: Motion, measure: Measure) -> float:
     if isinstance(measure, TangentAngle):
         return float(tangent_angle(motion, measure, seen_axis(motion, measure))) + 0.0  # no -0
-    slackening = (row for element in motion.mechanism.one_way for row in element.normals)
-    row = next(row for row in (*motion.mechanism.rows, *slackening) if row.name == measure.row)
+    slackening = [(row, element.path) for element in motion.mechanism.one_way for row in element.normals]
+    taut = [(row, motion.mechanism.row_path(k)) for k, row in enumerate(motion.mechanism.rows)]
+    row, path = next((row, path) for row, path in (*taut, *slackening) if row.name == measure.row)
     assert isinstance(row, RopeRow)
-    with at("constraints", row.name):
+    with at(*path):
+        if isinstance(measure, TangentDirection):
+            return float(tangent_direction(motion, row, measure.end)) + 0.0
         return float(segments(motion, row.path)[1])
 
 

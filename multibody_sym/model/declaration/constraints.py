@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import ClassVar, Final
 
 from multibody_sym.errors import ModelError
-from multibody_sym.model.declaration.fields import Element, ListOf, MapOf, OneOf, Record, holds
-from multibody_sym.model.declaration.values import Choice, Direction, Flag, Point, Scalar, Text
+from multibody_sym.model.declaration.fields import Element, ListOf, MapOf, Names, OneOf, OneOrMap, Record, holds
+from multibody_sym.model.declaration.values import Choice, Count, Direction, Flag, Point, Scalar, Text
 from multibody_sym.scalars.node import Node
 
 _ACTS: Final = Choice(("in_joints",))
@@ -27,12 +27,25 @@ class Rope(Element):
     """A massless rope from end to end of `path` over pulleys; its multiplier is the tension.
 
     `path` names points of bodies at both ends and pulleys or points between. Without `length` it is as long as the
-    initial positions make it. It is taut, unless it may go `slack`.
+    initial positions make it. It is taut, unless it may go `slack`. A pulley on a `body` grips: on both sides of it the
+    tensions differ. `wind` names pulleys on bodies at ends of the path, drums on which the rope winds (one that the
+    path does not name is put at its end). `wrap` tells, for all wheels or by name, that the rope runs about a pulley's
+    axis counter-clockwise (+) or clockwise (-) in path order: at drums, and where the centre is not inside the bend.
+    `turns` are full turns more that it lies around pulleys.
     """
 
     path: tuple[str, ...] = holds(ListOf(Text(), 2))
     length: Node | None = holds(Scalar("m"), None)
     slack: bool = holds(Flag(), False)
+    wind: tuple[str, ...] = holds(ListOf(Text(), 0, 2), ())
+    wrap: Mapping[str, str] = holds(OneOrMap(Choice(("+", "-"))), Names())
+    turns: Mapping[str, int] = holds(OneOrMap(Count(0)), Names())
+
+    @property
+    def route(self) -> tuple[str, ...]:
+        """What the rope leads over from end to end, with a drum that the path does not name at its end."""
+        beyond = [name for name in self.wind if name not in (self.path[0], self.path[-1])]
+        return (*self.path, *beyond)
 
 
 @dataclass(frozen=True)
@@ -181,12 +194,30 @@ CONSTRAINTS: Final = OneOf(
 
 @dataclass(frozen=True)
 class Pulley(Element):
-    """A massless, frictionless pulley at a point; without a radius the rope bends at the point itself.
+    """A pulley on the paths of ropes: at a point, massless and frictionless, or on a `body` that turns with the rope.
 
-    With a radius the rope lies in the plane normal to `axis` (of the body that carries it) and wraps the side on
-    which the pulley's centre is inside the bend.
+    At a point it may be without a radius: the rope bends at the point itself. With a radius the rope lies in the plane
+    normal to `axis` (of the body that carries it, or is it) and wraps the side on which the pulley's centre is inside
+    the bend. On a `body`, or a point of it, at the centre, the rope grips: it turns the wheel by what its tensions
+    differ, and acts on it where it touches.
     """
 
-    at: str = holds(Text())
+    at: str | None = holds(Text(), None)
     radius: Node = holds(Scalar("m"), 0)
     axis: Point = holds(Direction(), "z")
+    body: str | None = holds(Text(), None)
+
+    def verify(self) -> None:
+        if self.at is None and self.body is None:
+            raise ModelError(
+                "say where it is: at: a point (massless, without friction), or body: the wheel that turns with the rope"
+            )
+        if self.at is not None and self.body is not None:
+            raise ModelError("at is a massless pulley's place, body a wheel that turns; give one of them").under("body")
+        if self.body is not None and self.radius.shadow == 0:
+            raise ModelError("a wheel that turns with its rope needs its radius").under("radius")
+
+    @property
+    def grips(self) -> bool:
+        """Whether it turns with its rope."""
+        return self.body is not None

@@ -67,6 +67,21 @@ class MapOf:
         return {name: self.item.tree(x) for name, x in value.items()}
 
 
+@dataclass(frozen=True)
+class OneOrMap:
+    """A map from names to contents, or one content for all names, which is held under the empty name."""
+
+    item: Field
+
+    def accept(self, value: Any) -> Mapping[str, Any]:
+        if isinstance(value, Mapping) or is_empty(value):
+            return value if isinstance(value, Names) else MapOf(self.item).accept(value)
+        return Names({"": self.item.accept(value)})
+
+    def tree(self, value: Mapping[str, Any]) -> Any:
+        return self.item.tree(value[""]) if "" in value else MapOf(self.item).tree(value)
+
+
 class Names(Mapping[str, Any]):
     """A read-only map whose equality includes the order of its names (order decides the order of coordinates)."""
 

@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Final
 
 from multibody_sym.expressions.units import Dimension
-from multibody_sym.model.mechanism.start_constants import Measure, RopeLength
+from multibody_sym.model.mechanism.start_constants import Measure, RopeLength, TangentAngle
 from multibody_sym.scalars.node import Node, as_node, slot
 
 ARRAY: Final = "parameters"
@@ -76,7 +76,7 @@ class ParameterVector:
     def with_measured(self, measures: Mapping[str, Measure]) -> ParameterVector:
         """Return the vector with what the start measures of the constraints of these names."""
         added = (
-            ParameterEntry(measured_name(name, what), None, isinstance(what, RopeLength), Source.MEASURED, what)
+            ParameterEntry(measured_name(name, what), None, _is_positive(what), Source.MEASURED, what)
             for name, what in measures.items()
         )
         return ParameterVector((*self.entries, *added))
@@ -103,6 +103,12 @@ class ParameterVector:
         return found
 
 
-def measured_name(constraint: str, measure: Measure) -> str:
-    """Return what the entry is called that holds what the start measures of a constraint."""
-    return f"length of {constraint}" if isinstance(measure, RopeLength) else f"angle of {constraint}.t1"
+def measured_name(name: str, measure: Measure) -> str:
+    """Return what the entry is called that holds what the start measures of a constraint, or of a part of one."""
+    if isinstance(measure, RopeLength):
+        return f"length of {name}"
+    return f"angle of {name}.t1" if isinstance(measure, TangentAngle) else f"angle of {name}"
+
+
+def _is_positive(measure: Measure) -> bool:
+    return isinstance(measure, RopeLength) and not measure.winds

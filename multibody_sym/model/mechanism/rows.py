@@ -13,6 +13,7 @@ from multibody_sym.model.declaration.steps import is_flat, is_upright
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.markers import NOWHERE, Marker
 from multibody_sym.model.mechanism.mass import ORIGIN
+from multibody_sym.model.mechanism.rope_path import Bend
 from multibody_sym.scalars.node import ZERO, Node
 
 Multiplier = Literal["rope", "rod", "force", "multiplier"]
@@ -180,23 +181,22 @@ class DistanceRow(Row):
 
 
 @dataclass(frozen=True)
-class Bend:
-    """A place on a rope's path: a marker, and the pulley's radius and axis where it is a wheel."""
-
-    at: Marker
-    radius: Node
-    axis: Point
-
-
-@dataclass(frozen=True)
 class RopeRow(Row):
-    """phi = length - (length of the path); the multiplier is the tension."""
+    """phi = length - (length of the path); the multiplier is the tension.
+
+    A rope that grips wheels has a row for each run between them, number `run` of `rope` (0: it is all of it). What is
+    wound on a wheel at an end of its path counts to the path's length. `straight` are the directions (world) of pieces
+    that keep theirs, as far as they were found.
+    """
 
     unit: ClassVar[str | None] = "N"
 
     name: str
     path: tuple[Bend, ...]
     length: Node
+    rope: str = ""
+    run: int = 0
+    straight: tuple[Point | None, ...] = ()
 
     @property
     def multiplier(self) -> Multiplier:
@@ -224,11 +224,21 @@ class RopeRow(Row):
 
     @property
     def declared_length(self) -> Node | None:
-        return self.length
+        return None if self.winds else self.length
 
     @property
     def radii(self) -> tuple[Node, ...]:
         return tuple(bend.radius for bend in self.path)
+
+    @property
+    def told(self) -> tuple[str, str]:
+        """The declared rope, and what its tension in this run is called among its reactions."""
+        return (self.rope or self.name, f"tension{self.run}") if self.run else (self.name, "tension")
+
+    @property
+    def winds(self) -> bool:
+        """Whether it ends on a wheel that turns with it."""
+        return any(bend.grip is not None for bend in self.path)
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,23 @@ from multibody_sym.model.mechanism.markers import Marker
 
 @dataclass(frozen=True)
 class RopeLength:
-    """How long the path of a rope is, for ropes that declare no length; `row` is the name of its row."""
+    """How long the path of a rope is, for ropes that declare no length; `row` is the name of its row.
+
+    Where it `winds` on wheels, whose turning counts to it, it may be of either sign.
+    """
 
     row: str
+    winds: bool = False
     unit: ClassVar[str] = "m"
+
+
+@dataclass(frozen=True)
+class TangentDirection:
+    """At what angle from its grip's `across` a run of rope leaves a wheel, at the end (0 or 1) of the row's path."""
+
+    row: str
+    end: int
+    unit: ClassVar[str] = "rad"
 
 
 @dataclass(frozen=True)
@@ -31,4 +44,4 @@ class TangentAngle:
     unit: ClassVar[str] = "rad"
 
 
-Measure = RopeLength | TangentAngle
+Measure = RopeLength | TangentDirection | TangentAngle

@@ -12,8 +12,10 @@ from multibody_sym.model.declaration.surfaces import Surface
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import COM, GROUND, ORIGIN, OWN_POINTS, Pose, mass_of, pose_of
+from multibody_sym.model.mechanism.mechanism import TreeBody
 from multibody_sym.model.mechanism.parameters import ParameterVector
-from multibody_sym.model.mechanism.rows import Bend, Drive, ExpressionRow, Row, VelocityRow
+from multibody_sym.model.mechanism.rope_path import Bend
+from multibody_sym.model.mechanism.rows import Drive, ExpressionRow, Row, VelocityRow
 from multibody_sym.model.mechanism.start_constants import Measure
 from multibody_sym.model.resolution.spanning_tree import body_part, coordinate_names, speed_names
 from multibody_sym.scalars.derivatives import derivative
@@ -46,7 +48,8 @@ class References:
 
     In the `plane` rows that restrict what never leaves it are left out. What is `measured` of joints without
     coordinates of their own still stands as symbols, so that one sees on which joint something acts. `constants` of
-    the start stand by the constraints that have them.
+    the start stand by the constraints that have them; from then on the `bodies` of the tree and
+    the `pulleys` are known.
     """
 
     system: System
@@ -55,10 +58,11 @@ class References:
     parameters: ParameterVector = ParameterVector(())
     plane: bool = False
     measured: Mapping[Node, Node] = field(default_factory=dict)
-    pulleys: Mapping[str, Bend] = field(default_factory=dict)
     carrying: frozenset[str] = frozenset()
     doubles: Mapping[str, int] = field(default_factory=dict)
     constants: Mapping[str, StartConstant] = field(default_factory=dict)
+    bodies: tuple[TreeBody, ...] = ()
+    pulleys: Mapping[str, Bend] = field(default_factory=dict)
 
     def marker(self, reference: str) -> Marker:
         """Return the marker of a body's origin, or of a point or frame of it, `body.point`.

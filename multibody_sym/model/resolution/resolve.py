@@ -73,7 +73,8 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
     told = measured(references, bodies[: len(bodies) - len(doubled)], measuring) if measuring else {}
     references = with_constants(replace(references, measured=told), bodies)
     declared, slack = declared_rows(references), slackening(references)
-    rows = [row for row in declared if row.name not in slack]
+    loose = [row for row in declared if row.name.partition(".")[0] in slack]
+    rows = [row for row in declared if row not in loose]
     cuts = cut_joints(references, [name for name in tree.cut if name not in doubled], rows)
     resolved = _in_slots(told, references.system)
     return Mechanism(
@@ -96,7 +97,7 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
         symbols={**slots, **told},
         driving_inputs=driving_inputs(system),
         minimum_norm=system.simulation.multipliers == "minimum_norm",
-        one_way=_in_slots(told, one_way_elements(references, [row for row in declared if row.name in slack])),
+        one_way=_in_slots(told, one_way_elements(references, loose)),
     )
 
 

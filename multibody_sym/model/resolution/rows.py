@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import singledispatch
 from typing import TypeGuard
 
-from multibody_sym.errors import ModelError, at, suggestion
+from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.constraints import (
     Coupler,
     Distance,
@@ -24,14 +24,12 @@ from multibody_sym.model.declaration.constraints import (
 from multibody_sym.model.declaration.fields import Element
 from multibody_sym.model.mechanism.mass import unit_vector
 from multibody_sym.model.mechanism.rows import (
-    Bend,
     CutJoint,
     DistanceRow,
     ExpressionRow,
     GearRow,
     PositionRow,
     RollingRow,
-    RopeRow,
     Row,
     VelocityRow,
 )
@@ -40,20 +38,20 @@ from multibody_sym.model.resolution.cuts import cut_rows, normals_of, welded_row
 from multibody_sym.model.resolution.gear_teeth import gear_row
 from multibody_sym.model.resolution.plane import in_plane, rows_in_plane
 from multibody_sym.model.resolution.references import References
+from multibody_sym.model.resolution.ropes.runs import rope_rows
 from multibody_sym.model.resolution.surface_tangents import surface_tangents, turned_tangents
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import ONE, ZERO, Node, negate
+from multibody_sym.scalars.node import ONE, Node, negate
 from multibody_sym.scalars.traversal import leaves
 
 
 def declared_rows(references: References) -> list[Row]:
     """Return the rows of all declared constraints."""
     made: list[Row] = []
-    known = replace(references, pulleys=_pulleys(references))
     for name, element in references.system.constraints.items():
         with at("constraints", name):
-            made += _rows(element, name, known)
+            made += _rows(element, name, references)
     return rows_in_plane(made) if references.plane else made
 
 
@@ -187,27 +185,4 @@ def _(element: Rolling, name: str, references: References) -> list[Row]:
 
 @_rows.register
 def _(element: Rope, name: str, references: References) -> list[Row]:
-    length = element.length if element.length is not None else references.constants[name].slot
-    path = tuple(_bend(i, step, references) for i, step in enumerate(element.path))
-    return [RopeRow(name, path, length)]
-
-
-def _pulleys(references: References) -> dict[str, Bend]:
-    made = {}
-    for name, pulley in references.system.pulleys.items():
-        with at("pulleys", name, "at"):
-            made[name] = Bend(references.marker(pulley.at), pulley.radius, unit_vector(pulley.axis))
-    return made
-
-
-def _bend(index: int, step: str, references: References) -> Bend:
-    if step in references.pulleys:
-        return references.pulleys[step]
-    with at("path", index):
-        try:
-            return Bend(references.marker(step), ZERO, (ZERO, ZERO, ONE))
-        except ModelError as error:
-            near = suggestion(step, references.pulleys)
-            if "mean" not in near:
-                raise
-            raise ModelError(f"no body or pulley is called {step!r}{near}") from error
+    return [*rope_rows(references, name, element)]

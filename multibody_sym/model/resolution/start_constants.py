@@ -6,19 +6,23 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.constraints import Rolling, Rope
 from multibody_sym.model.mechanism.mass import GROUND, unit_vector
 from multibody_sym.model.mechanism.mechanism import TreeBody
 from multibody_sym.model.mechanism.parameters import measured_name
-from multibody_sym.model.mechanism.start_constants import Measure, RopeLength, TangentAngle
+from multibody_sym.model.mechanism.start_constants import Measure, TangentAngle
 from multibody_sym.model.resolution.plane import in_plane
 from multibody_sym.model.resolution.references import References, StartConstant
+from multibody_sym.model.resolution.ropes.runs import rope_measures
+from multibody_sym.model.resolution.ropes.wheels import pulley_bends
 from multibody_sym.model.resolution.surface_tangents import across
 
 
 def with_constants(references: References, bodies: Sequence[TreeBody]) -> References:
     """Return the references with the constants that the start measures, which follow the declared parameters."""
+    references = replace(references, bodies=tuple(bodies))
+    references = replace(references, pulleys=pulley_bends(references))
     measures = dict(_measures(references, bodies))
     vector = references.parameters.with_measured(measures)
     constants = {name: StartConstant(vector.slot(measured_name(name, what)), what) for name, what in measures.items()}
@@ -28,8 +32,9 @@ def with_constants(references: References, bodies: Sequence[TreeBody]) -> Refere
 def _measures(references: References, bodies: Sequence[TreeBody]) -> Iterator[tuple[str, Measure]]:
     flat = references.plane or in_plane(references.system)
     for name, element in references.system.constraints.items():
-        if isinstance(element, Rope) and element.length is None:
-            yield name, RopeLength(name)
+        if isinstance(element, Rope):
+            with at("constraints", name):
+                yield from rope_measures(references, name, element)
         if isinstance(element, Rolling) and not flat:
             with suppress(ModelError):  # of references that name nothing, which the row tells with its place
                 marker, surface = references.surface(element.on)

@@ -18,6 +18,7 @@ from multibody_sym.model.declaration.values import AXES, dimension_of_unit
 from multibody_sym.model.mechanism.mass import GROUND, OWN_POINTS
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, Coordinate, Speed
 from multibody_sym.model.resolution.references import BARE
+from multibody_sym.model.resolution.ropes.runs import run_names
 from multibody_sym.model.resolution.spanning_tree import coordinate_names, ground_moves, speed_names
 from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.scalars.traversal import leaves
@@ -150,12 +151,20 @@ def _without_inputs(allowed: tuple[str, ...]) -> tuple[str, ...]:
 def _vocabulary(system: System) -> dict[str, list[str]]:
     """Return the names that each kind of argument of a quantity may be."""
     bodies = {GROUND: BARE, **system.bodies}
+    rows = {
+        name: run_names(system, name) if isinstance(element, Rope) else row_names(name, element)
+        for name, element in system.constraints.items()
+    }
     return {
         "point": [*bodies, *(f"{name}.{p}" for name, b in bodies.items() for p in (*b.points, *b.frames, *OWN_POINTS))],
         "body": list(bodies),
-        "joint": [*system.joints, *([GROUND] if ground_moves(system.bodies) else ())],
-        "rope": [name for name, c in system.constraints.items() if isinstance(c, (Rope, Distance))],
-        "constraint": [row for name, element in system.constraints.items() for row in row_names(name, element)],
+        "joint": [
+            *system.joints,
+            *([GROUND] if ground_moves(system.bodies) else ()),
+            *(name for name, pulley in system.pulleys.items() if not pulley.grips),
+        ],
+        "rope": [x for name, c in system.constraints.items() if isinstance(c, (Rope, Distance)) for x in rows[name]],
+        "constraint": [x for names in rows.values() for x in names],
         "axis": list(AXES),
         "component": list(COMPONENTS),
     }
@@ -172,6 +181,10 @@ def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str
         raise ModelError(f"{leaf} can be asked in outputs, stop and ask only")
     for kind, name in zip(QUANTITIES[function].arguments, arguments, strict=True):
         if name not in vocabulary[kind]:
+            runs = sum(kind == "rope" and known.startswith(f"{name}.") for known in vocabulary[kind])
+            if runs:
+                each = f"{function}({name}, 1) to {function}({name}, {runs})"
+                raise ModelError(f"{leaf}: {name!r} has a tension on each side of wheels that turn with it; ask {each}")
             raise ModelError(f"{leaf}: {name!r} is no {kind}{suggestion(name, vocabulary[kind])}")
 
 
