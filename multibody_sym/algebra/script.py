@@ -118,13 +118,18 @@ class Script(ABC):
         return piece.text if piece.strength >= strength else self.brackets(piece.text)
 
     def _sum(self, e: Any) -> Piece:
-        written = ""
-        for term in self.terms(e):
+        return Piece(" ".join(self.parts(e)), SUM)
+
+    def parts(self, e: Any) -> list[str]:
+        """Return the terms of a sum one by one, each but the first with its sign before it."""
+        if not getattr(e, "is_Add", False):
+            return [self.shown(e)]
+        written = []
+        for k, term in enumerate(self.terms(e)):
             negative = is_negative(term)
             text = self.within(-term if negative else term, PRODUCT)
-            sign = "-" if negative else "+"
-            written = f"{written} {sign} {text}" if written else sign.strip("+") + text
-        return Piece(written, SUM)
+            written.append(f"{'-' if negative else '+'} {text}" if k else ("-" if negative else "") + text)
+        return written
 
     def _rational(self, e: Any) -> Piece:
         return self._signed(e) if e < 0 else self._quotient_of(e, [])

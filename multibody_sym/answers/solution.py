@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from multibody_sym.answers.worked.record import Worked
 from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.expressions.printer import text
 from multibody_sym.scalars.node import Node
@@ -65,7 +66,7 @@ class Solution:
     the parent), of an expression `multiplier`, of any other constraint `tension`, which is one of ropes and rods (their
     `kinds`). `conditions` under which all this holds; `answers` to `ask`; `notes`: what was left out, and why.
     `withheld`: components of joints' reactions without a value, as constraints do not say where their forces act, with
-    the reasons. `units`: the unit of each coordinate and speed.
+    the reasons. `units`: the unit of each coordinate and speed. `steps`: how a book gets there, where asked for.
     """
 
     name: str
@@ -82,6 +83,7 @@ class Solution:
     withheld: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     withheld_reasons: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
+    steps: Worked | None = None
 
     def __repr__(self) -> str:
         found = ", ".join(f"{name}: {value}" for name, value in self.accelerations.items())

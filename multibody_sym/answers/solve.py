@@ -14,6 +14,7 @@ from multibody_sym.answers.validity import conditions_of
 from multibody_sym.dynamics.programs.pulleys import held_pulleys
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.start.examined import numbers_of
+from multibody_sym.model.declaration.doors import flag
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
 from multibody_sym.model.mechanism.rows import ExpressionRow, RopeRow, Row
@@ -32,18 +33,25 @@ def solve(
     inputs: Mapping[str, Any] | None = None,
     coordinates: str | None = None,
     project: bool | None = None,
+    steps: bool = False,
 ) -> Solution:
     """Return what holds at t = 0.
 
     Arguments: `parameters` .. `project`, what the call changes of the system (`Changes`); `formalism` by name, for the
-    numbers.
+    numbers; with `steps` the solution tells how a book gets there (`Solution.steps`).
     Numbers come from M udot = f + H^T lambda, H udot = gamma in floats, closed forms from the same equations over exact
     quotients. A closed form is given only where its value equals the number (to 1e-9), and if it is of bearable length.
     Raises InputError, NoSolutionError (no start, no inertia, contradicting constraints).
     """
     asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
     with numbers_of(asked):
-        return _solution(solved_start(asked, formalism))
+        solved = solved_start(asked, formalism)
+        found = _solution(solved)
+        if not flag("steps", steps):
+            return found
+        from multibody_sym.answers.worked.worked import worked
+
+        return replace(found, steps=worked(solved, found))
 
 
 def _solution(solved: Solved) -> Solution:

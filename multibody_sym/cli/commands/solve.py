@@ -9,11 +9,14 @@ from multibody_sym.cli.answer import Answer
 from multibody_sym.cli.units import add_units, asked_units
 
 HELP: Final = "find accelerations, tensions and reactions at the given instant, in closed form"
+_FORMATS: Final = ("text", "latex", "html")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
+    parser.add_argument("--steps", action="store_true", help="show how a book gets there, from bodies cut free on")
+    parser.add_argument("--format", choices=_FORMATS, help="how to print the steps: text (default), latex or html")
     add_units(parser)
 
 
@@ -22,8 +25,11 @@ def run(options: argparse.Namespace) -> Answer:
     from multibody_sym.answers.solve import solve
     from multibody_sym.cli.model import model, shared
     from multibody_sym.writing.solution import solution_text
+    from multibody_sym.writing.worked import FORMATS
 
-    units = asked_units(options)
+    units, steps = asked_units(options), options.steps or options.format is not None
     with model(options) as system:
-        solution = solve(system, **shared(options))
-    return Answer(solution.as_json(), solution_text(solution, units))
+        solution = solve(system, steps=steps, **shared(options))
+    if solution.steps is None:
+        return Answer(solution.as_json(), solution_text(solution, units))
+    return Answer(solution.as_json(), FORMATS[options.format or "text"](solution.steps, units))

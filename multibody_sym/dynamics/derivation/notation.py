@@ -27,7 +27,8 @@ _LETTERS: Final = (
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi "
     "omega Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega"
 )
-_GREEK: Final = frozenset(_LETTERS.split())
+GREEK: Final = frozenset(_LETTERS.split())
+"""The names of Greek letters."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,10 @@ class Notation:
     def latex(self, expression: Any) -> str:
         """Return a label, an expression or a matrix in LaTeX."""
         return expression.latex if isinstance(expression, Label) else self._latex.shown(expression)
+
+    def parts(self, expression: Any) -> list[tuple[str, str]]:
+        """Return the terms of a sum one by one, with their signs, as text and in LaTeX."""
+        return list(zip(self._text.parts(expression), self._latex.parts(expression), strict=True))
 
     @cached_property
     def _text(self) -> TextScript:
@@ -124,7 +129,7 @@ def _dotted(latex: str, accent: str) -> str:
 def latex_name(name: str) -> str:
     r"""Return a name in LaTeX: theta_1 and theta1 as \theta_{1}, words upright, everything else harmless."""
     letter, rest = re.match(r"([A-Za-z]*)_*(.*)", name, re.DOTALL).groups()  # type: ignore[union-attr]
-    head = f"\\{letter}" if letter in _GREEK else letter if len(letter) == 1 else upright(letter or name)
+    head = f"\\{letter}" if letter in GREEK else letter if len(letter) == 1 else upright(letter or name)
     if not letter or not rest:
         return head
     return f"{head}_{{{_subscript(rest)}}}"
@@ -132,7 +137,7 @@ def latex_name(name: str) -> str:
 
 def _subscript(rest: str) -> str:
     parts = [part for part in rest.split("_") if part]
-    return ",".join(f"\\{p}" if p in _GREEK else p if p.isdigit() or len(p) == 1 else upright(p) for p in parts)
+    return ",".join(f"\\{p}" if p in GREEK else p if p.isdigit() or len(p) == 1 else upright(p) for p in parts)
 
 
 _SPECIAL: Final = {

@@ -1,0 +1,301 @@
+"""A solved instant step by step, as a book writes it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import cached_property
+from typing import Any, Final
+
+import sympy
+
+from multibody_sym.algebra.quotients import NoClosedFormError
+from multibody_sym.answers.instant import Solved
+from multibody_sym.answers.solution import Solution
+from multibody_sym.answers.symbolic_state import SymbolicState
+from multibody_sym.answers.worked.actions import Action, Actions
+from multibody_sym.answers.worked.bodies import CutFree, Force, FreeBody
+from multibody_sym.answers.worked.directions import Directions, short
+from multibody_sym.answers.worked.elimination import Elimination, Found, arranged
+from multibody_sym.answers.worked.exactly import Equality, Exactly, Linear, linear, shown
+from multibody_sym.answers.worked.given import given_lines
+from multibody_sym.answers.worked.record import Formula, Line, Quantity, Sentence, Words, Worked, WorkedStep
+from multibody_sym.dynamics.derivation.letters import force_letters, guide_normal, row_letter
+from multibody_sym.dynamics.derivation.notation import MULTIPLIER, Notation, notation_of
+from multibody_sym.dynamics.derivation.symbols import symbols_of
+from multibody_sym.dynamics.derive import labels_of
+from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.mechanism.mechanism import COMPONENTS
+from multibody_sym.model.mechanism.units import REACTION_UNITS, MechanismUnits
+from multibody_sym.model.resolution.plane import in_plane
+from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
+from multibody_sym.scalars.traversal import leaves
+
+_WORDS: Final = {
+    "weight": "weight",
+    "load": "force",
+    "spring": "pull of",
+    "reaction": "reaction of joint",
+    "counter": "reaction of joint",
+    "row": "force of",
+    "friction": "friction at",
+    "T": "tension of",
+    "S": "force of rod",
+    "N": "normal force at",
+    "F": "friction at",
+}
+
+
+def worked(solved: Solved, solution: Solution) -> Worked:
+    """Return the steps of a solution; where coefficients grow too long in symbols, with numbers in their place."""
+    try:
+        return _Work(solved, solution, numbers=False).written()
+    except NoClosedFormError:
+        return _Work(solved, solution, numbers=True).written()
+
+
+class _Work:
+    """What the steps are made from."""
+
+    def __init__(self, solved: Solved, solution: Solution, *, numbers: bool) -> None:
+        self.solved, self.solution = solved, solution
+        self.mechanism = solved.mechanism
+        self.symbols = symbols_of(self.mechanism)
+        given = _with_speeds(solved)
+        self.exactly = Exactly(self.mechanism, self.symbols, given, numbers=numbers)
+        self.plane = in_plane(solved.system)
+        self.actions = Actions(motion_of(self.mechanism, given.state), self.symbols)
+        gravity = self.exactly.quotients(self.actions.motion.gravity)
+        self.words = Directions(self.exactly, gravity, plane=self.plane)
+        self.cut = CutFree(self.actions, self.exactly, self.words)
+        self.relations = list(self._relations())
+        self.laws = list(self._laws())
+        self._number()
+        self.elimination = Elimination(self.exactly, self.symbols.accelerations)
+        self.reason = self._eliminated()
+
+    # --- equations -------------------------------------------------------------------------------------------------
+
+    def _relations(self) -> Iterator[Equality]:
+        """Yield what rows demand of the accelerations."""
+        for row, moved in zip(self.mechanism.rows, self.actions.rows, strict=True):
+            if not moved.kinematic:
+                continue
+            *factors, gamma = self.exactly.quotients([*moved.jacobian, moved.gamma])
+            left = linear(zip(self.symbols.accelerations, factors, strict=True), gamma * 0)
+            found = arranged(Equality(left, Linear({}, gamma), "relation", (row.name,)), self.symbols.accelerations)
+            if not found.form.vanishes:
+                yield found
+
+    def _laws(self) -> Iterator[Equality]:
+        for law in self.actions.laws:
+            one, zero = self.exactly.constant(1), self.exactly.constant(0)
+            value, factor = self.exactly.quotients([0 if law.value is None else law.value, law.factor])
+            right = Linear({law.of: factor} if law.of is not None and not factor.is_zero else {}, value)
+            yield Equality(Linear({law.symbol: one}, zero), right, "law", (law.element,))
+
+    @property
+    def equations(self) -> list[Equality]:
+        """All equations in the order in which they are printed."""
+        of_bodies = (e for body in self.cut.bodies for e in body.equations)
+        return [*of_bodies, *self.cut.free, *self.relations, *self.laws]
+
+    def _number(self) -> None:
+        for number, e in enumerate(self.equations, 1):
+            e.tag = number
+
+    def _eliminated(self) -> str:
+        """Eliminate, and return why this was left out."""
+        if self.exactly.numbers:
+            return "formulas would be too long to be read; what is given stands in the equations as numbers"
+        self.exactly.renew()
+        try:
+            self.elimination.run(self.equations)
+        except NoClosedFormError as reason:
+            return str(reason)
+        return ""
+
+    # --- what stands for what --------------------------------------------------------------------------------------
+
+    @cached_property
+    def unknowns(self) -> list[Any]:
+        """The unknowns in the order in which they are told: accelerations, then forces."""
+        used = dict.fromkeys(x for e in self.equations for x in (*e.left.terms, *e.right.terms))
+        forces = [x for x in (*self.symbols.multipliers, *self.symbols.reactions) if x in used]
+        further = [each.symbol for each in self.actions.further if each.symbol in used]
+        return [*(x for x in self.symbols.accelerations if x in used), *forces, *further]
+
+    @cached_property
+    def _lettered(self) -> set[Any]:
+        """The forces whose letter tells what they are."""
+        rows = zip(self.symbols.multipliers, self.mechanism.rows, strict=True)
+        guides = (body for body in enumerate(self.mechanism.bodies))
+        normal = {self._own(k)[across] for k, body in guides if (across := guide_normal(body)) is not None}
+        return {s for s, row in rows if row_letter(row)} | normal
+
+    @cached_property
+    def notation(self) -> Notation:
+        """How everything is spelt."""
+        plain = notation_of(self.mechanism, self.symbols, labels=labels_of(self.solved.system))
+        letters = force_letters(self.mechanism, self.symbols, set(self.unknowns), self.actions.further)
+        places = {each.symbol: (MULTIPLIER, 10_000 + k) for k, each in enumerate(self.actions.further)}
+        return replace(plain, spelling={**plain.spelling, **letters}, places={**plain.places, **places})
+
+    @cached_property
+    def values(self) -> dict[Any, float]:
+        """The numbers of all symbols."""
+        numbers, given = self.solved.numbers, self.solved.begin
+        found = dict(zip(self.symbols.accelerations, map(float, numbers.udot), strict=True))
+        found.update(zip(self.symbols.multipliers, map(float, numbers.multipliers), strict=True))
+        for index, body in enumerate(self.mechanism.bodies):
+            reaction = numbers.reactions[body.joint_name]
+            found.update((s, float(reaction[c])) for s, c in zip(self._own(index), COMPONENTS, strict=True))
+        found.update(zip(self.symbols.parameters, given.parameters, strict=True))
+        found.update(zip(self.symbols.coordinates, given.q, strict=True))
+        found.update(zip(self.symbols.speeds, given.u, strict=True))
+        for law, e in zip(self.actions.laws, self.laws, strict=True):
+            found[law.symbol] = _value(e.right, found)
+        return found
+
+    def _own(self, index: int) -> tuple[Any, ...]:
+        return self.actions.reaction_symbols(index)
+
+    @cached_property
+    def _units(self) -> dict[Any, str]:
+        told = MechanismUnits(self.mechanism)
+        named = zip(self.symbols.accelerations, self.mechanism.speeds, strict=True)
+        found = {s: told.accelerations[speed.name] for s, speed in named}
+        rows = zip(self.symbols.multipliers, self.mechanism.rows, strict=True)
+        found.update((s, told.multipliers[row.name]) for s, row in rows)
+        for index in range(len(self.mechanism.bodies)):
+            found.update((s, REACTION_UNITS[c]) for s, c in zip(self._own(index), COMPONENTS, strict=True))
+        found.update((each.symbol, "N") for each in self.actions.further)
+        return found
+
+    # --- steps -----------------------------------------------------------------------------------------------------
+
+    def written(self) -> Worked:
+        """Return all steps."""
+        self.exactly.renew()
+        steps = [
+            WorkedStep("Given", tuple(given_lines(self.solved, self.symbols))),
+            *(WorkedStep(f"{body.name}, cut free", tuple(self._body(body))) for body in self.cut.bodies),
+            WorkedStep("Free directions of joints", tuple(self._formula(e) for e in self.cut.free)),
+            WorkedStep("Relations between accelerations", tuple(self._formula(e) for e in self.relations)),
+            WorkedStep("Laws of forces", tuple(self._formula(e) for e in self.laws)),
+            WorkedStep("Elimination", tuple(self._elimination())),
+            WorkedStep("Result", tuple(self._result())),
+            WorkedStep("Conditions", tuple(Sentence((line,)) for line in self.solution.conditions)),
+        ]
+        return Worked(self.mechanism.name, tuple(s for s in steps if s.lines), self.notation, self.values)
+
+    def _formula(self, e: Equality) -> Formula:
+        return Formula(e.sides(self.exactly), tag=e.tag, before=tuple(e.about))
+
+    def _body(self, body: FreeBody) -> Iterator[Line]:
+        told = {x for e in body.equations for x in (*e.left.terms, *e.right.terms)}
+        for force in body.forces:
+            s = force.action.symbol
+            known = self.cut.known.get(s)
+            if s is None or s in told or (known is not None and not known.vanishes):
+                yield from self._force(force)
+        if not body.equations:
+            yield Sentence(("neither inertia nor forces: nothing to be written",))
+        for e in body.equations:
+            yield self._formula(e)
+
+    def _force(self, force: Force) -> Iterator[Line]:
+        """Yield what acts: its size, what it is, and its direction."""
+        s, action = force.action.symbol, force.action
+        turns = all(x.is_zero for x in force.vector)
+        size, direction = self.words.turning(force.moment) if turns else self.words.of(force.vector)
+        if s is None and direction[0] == "along ":
+            yield Sentence((*direction[1:], ": ", self._named(action)))
+            return
+        known = self.cut.known.get(s)
+        value = s if known is None else self._safely(known)
+        shown_size = self.exactly.written(size)
+        drive = known is not None
+        name = f"drive of joint {action.element}" if drive else self._named(action)
+        yield Sentence(
+            (shown_size if s is None else value * shown_size, f": {name}, ", *self._short(direction, action))
+        )
+
+    def _named(self, action: Action) -> str:
+        """Return what acts in words."""
+        letter = "" if action.symbol is None else self.notation.text(action.symbol)[:1]
+        word = (
+            _WORDS.get(letter)
+            if action.kind in ("row", "reaction", "counter") and action.symbol in self._lettered
+            else None
+        )
+        return f"{word or _WORDS[action.kind]} {action.element}".strip()
+
+    def _short(self, direction: Words, action: Action) -> Words:
+        """Return a direction, that of a joint's axis by its name where its components are long."""
+        if action.symbol not in self.symbols.reactions:
+            return short(direction, ("along its line",))
+        axis = "xyz"[self.symbols.reactions.index(action.symbol) % 3]
+        way = "along" if action.kind == "reaction" else "against"
+        return short(direction, (f"{way} {axis} of {action.element}",))
+
+    def _elimination(self) -> Iterator[Line]:
+        if self.reason:
+            count = len(self.equations)
+            yield Sentence((f"{count} linear equations for {len(self.unknowns)} unknowns, solved in numbers:",))
+            yield Sentence((self.reason,))
+            return
+        for found in self.elimination.steps:
+            yield from self._found(found)
+
+    def _found(self, found: Found) -> Iterator[Line]:
+        value = self._safely(found.value)
+        if found.equation.kind == "law" and found.becomes is None:
+            return
+        if found.becomes is not None:
+            changed = arranged(found.becomes, self.symbols.accelerations)
+            if len(changed.form.terms) > 1 or any(x in self.symbols.accelerations for x in changed.form.terms):
+                sides = self._safely(changed.left), self._safely(changed.right)
+                yield Formula(sides, before=(f"({found.equation.tag}) becomes",))
+        yield Formula((found.unknown, value), before=(f"from ({found.equation.tag})",))
+
+    def _safely(self, form: Linear) -> Any:
+        """Return a linear form in sympy, with numbers where its coefficients are too long to be read."""
+        try:
+            return shown(self.exactly, form)
+        except NoClosedFormError:
+            parts = [sympy.Float(float(a.sample), 12) * x for x, a in form.terms.items()]
+            return sympy.Add(sympy.Float(float(form.rest.sample), 12), *parts)
+
+    def _result(self) -> Iterator[Line]:
+        unsolved = set(self.elimination.unsolved(self.unknowns)) if not self.reason else set()
+        for x in self.unknowns:
+            if x in unsolved:
+                yield Sentence((x, " is not unique: constraints depend on each other"))
+                continue
+            number = 0.0 if abs(self.values[x]) <= self._rounding else self.values[x]
+            value = Quantity(number, self._units.get(x, ""))
+            sides = (x,) if self.reason else (x, self._safely(self.elimination.results[x]))
+            plain = len(sides) == 2 and sides[1].is_number
+            yield Formula(sides[:1] if plain else sides, value=value)
+
+    @cached_property
+    def _rounding(self) -> float:
+        return 1e-12 * max((abs(self.values[x]) for x in self.unknowns), default=0.0)
+
+
+def _with_speeds(solved: Solved) -> SymbolicState:
+    """Return the start with letters for speeds that follow from others: a book does not write them out."""
+    given, mechanism = solved.symbolic, solved.mechanism
+    assembled = {speed.name for speed in mechanism.speeds if speed.name in solved.begin.assembled}
+    state, u = given.state, list(given.state.u)
+    for k, speed in enumerate(mechanism.speeds):
+        if speed.name in assembled and symbol(speed.name) in given.letters and leaves([as_node(u[k])], "symbol"):
+            u[k] = symbol(speed.name)
+    parameters = [state.slots[slot("parameters", k)] for k in range(len(mechanism.parameters))]
+    return replace(given, state=state_of(mechanism, Node, ZERO, list(state.q), u, parameters))
+
+
+def _value(form: Linear, values: Mapping[Any, float]) -> float:
+    return float(form.rest.sample) + sum(float(a.sample) * values[x] for x, a in form.terms.items())

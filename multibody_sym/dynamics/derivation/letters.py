@@ -1,0 +1,135 @@
+"""The letters of unknown forces as a book has them: tensions T, rods S, normal forces N, friction F, A_x and M_A."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from multibody_sym.dynamics.derivation.record import Label
+from multibody_sym.dynamics.derivation.symbols import Symbols
+from multibody_sym.model.declaration.steps import is_flat
+from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism, TreeBody
+from multibody_sym.model.mechanism.rows import AngleRow, DistanceRow, GearRow, PositionRow, RollingRow, RopeRow, Row
+from multibody_sym.scalars.node import ZERO
+
+TENSION, ROD, NORMAL, FRICTION, TOOTH = "T", "S", "N", "F", "Z"
+_SHORT: Final = 2
+_AXES: Final = "xyz"
+
+
+@dataclass(frozen=True)
+class Lettered:
+    """A force that has a letter: its symbol, the letter, and the element by whose name it is told where it must be."""
+
+    symbol: Any
+    letter: str
+    element: str
+
+
+def force_letters(
+    mechanism: Mechanism, symbols: Symbols, used: Collection[Any], further: Sequence[Lettered] = ()
+) -> dict[Any, Label]:
+    """Return how the unknown forces that are `used` are spelt; `further` are those that no row and joint has.
+
+    One force of a kind has the letter alone, several have it with numbers in the order of the model; where the model
+    itself uses such a name, all of the kind have the letter with the element's name.
+    """
+    declared = (*mechanism.coordinates, *mechanism.speeds, *mechanism.parameters)
+    taken = {"t", *mechanism.inputs, *(each.name for each in declared)}
+    found: dict[Any, Label] = {}
+    lettered = [*_of_rows(mechanism, symbols), *_of_guides(mechanism, symbols), *further]
+    lettered = [each for each in lettered if each.symbol in used]
+    for letter in dict.fromkeys(each.letter for each in lettered):
+        kind = [each for each in lettered if each.letter == letter]
+        found.update(_numbered(kind, taken))
+    found.update((s, label) for s, label in _of_joints(mechanism, symbols).items() if s in used and s not in found)
+    return _apart(found, taken)
+
+
+def _numbered(kind: Sequence[Lettered], taken: Collection[str]) -> dict[Any, Label]:
+    """Return T, or T1, T2 .., or T_string .. for the forces of one kind."""
+    letter = kind[0].letter
+    numbers = [""] if len(kind) == 1 else [str(k + 1) for k in range(len(kind))]
+    if any(letter + number in taken for number in numbers):
+        return {each.symbol: _labelled(letter, each.element) for each in kind}
+    subscripts = [f"_{{{number}}}" if number else "" for number in numbers]
+    return {
+        each.symbol: Label(letter + number, letter + subscript)
+        for each, number, subscript in zip(kind, numbers, subscripts, strict=True)
+    }
+
+
+def _labelled(letter: str, element: str, axis: str = "") -> Label:
+    plain = re.sub(r"[^A-Za-z0-9_]+", "_", element)
+    words = element.replace("\\", "").replace("_", r"\_")
+    under = rf"\mathrm{{{words}}}" if element.isalnum() and len(element) > 1 else words
+    if not element.isascii() or re.search(r"[^A-Za-z0-9_]", element):
+        under = rf"\text{{{plain}}}".replace("_", r"\_")
+    parts = [part for part in (under, axis) if part]
+    return Label("_".join(part for part in (letter, plain, axis) if part), f"{letter}_{{{','.join(parts)}}}")
+
+
+def _apart(found: Mapping[Any, Label], taken: Collection[str]) -> dict[Any, Label]:
+    """Return the letters such that none is another's or a name of the model."""
+    used = set(taken)
+    apart = {}
+    for s, label in found.items():
+        text, latex = label
+        while text in used:
+            text, latex = text + "_", latex + "{}'"
+        used.add(text)
+        apart[s] = Label(text, latex)
+    return apart
+
+
+def _of_rows(mechanism: Mechanism, symbols: Symbols) -> Iterable[Lettered]:
+    for row, s in zip(mechanism.rows, symbols.multipliers, strict=True):
+        letter = row_letter(row)
+        if letter:
+            yield Lettered(s, letter, row.name)
+
+
+def row_letter(row: Row) -> str:
+    """Return the letter of a row's multiplier, empty where books have none."""
+    if isinstance(row, RollingRow):
+        return NORMAL if row.along == row.normal else FRICTION
+    kinds: dict[type[Row], str] = {RopeRow: TENSION, DistanceRow: ROD, GearRow: TOOTH}
+    return next((letter for kind, letter in kinds.items() if isinstance(row, kind)), "")
+
+
+def _of_guides(mechanism: Mechanism, symbols: Symbols) -> Iterable[Lettered]:
+    """Return the normal forces of joints that slide along one axis in the plane."""
+    for index, body in enumerate(mechanism.bodies):
+        across = guide_normal(body)
+        if across is not None:
+            yield Lettered(symbols.reactions[6 * index + across], NORMAL, body.joint_name)
+
+
+def guide_normal(body: TreeBody) -> int | None:
+    """Return which component of a joint's reaction is normal to the one axis in the plane along which it slides."""
+    slides = [axis for step in body.steps for axis in step.slides]
+    if len(slides) != 1 or len(body.steps) != 1 or not is_flat(slides[0]):
+        return None
+    zeros = [k for k in range(2) if slides[0][k] is ZERO]
+    return zeros[0] if len(zeros) == 1 else None
+
+
+def _of_joints(mechanism: Mechanism, symbols: Symbols) -> dict[Any, Label]:
+    """Return A_x and M_A for the components of joints' reactions, and what rows of cut joints are called."""
+    found = {}
+    for index, body in enumerate(mechanism.bodies):
+        for k, component in enumerate(COMPONENTS):
+            found[symbols.reactions[6 * index + k]] = _component(body.joint_name, component[0] == "m", component[1])
+    for row, s in zip(mechanism.rows, symbols.multipliers, strict=True):
+        joint, dot, rest = row.name.rpartition(".")
+        if isinstance(row, (PositionRow, AngleRow)) and dot and rest[-1:] in _AXES:
+            found[s] = _component(joint, isinstance(row, AngleRow), rest[-1])
+    return found
+
+
+def _component(joint: str, turns: bool, axis: str) -> Label:
+    if turns:
+        return _labelled("M", joint, "" if axis == "z" else axis)
+    return _labelled(joint, "", axis) if len(joint) <= _SHORT and joint.isalnum() else _labelled("R", joint, axis)

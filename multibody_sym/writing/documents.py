@@ -1,0 +1,34 @@
+r"""Whole documents: LaTeX that compiles as it is, and HTML that needs nothing beside it."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import Final
+
+from multibody_sym.dynamics.derivation.notation import escaped
+from multibody_sym.writing.html_script import STYLE
+
+_PREAMBLE: Final = r"""\documentclass{article}
+\usepackage[T1]{fontenc}
+\usepackage[utf8]{inputenc}
+\usepackage{amsmath}
+\usepackage[margin=2cm]{geometry}
+\allowdisplaybreaks
+\setcounter{secnumdepth}{0}
+\setcounter{MaxMatrixCols}{99}
+\setlength{\parindent}{0pt}
+\begin{document}
+"""
+_PAGE: Final = "body{max-width:60em;margin:2em auto;padding:0 1em;font-family:serif}.n{float:right}"
+
+
+def latex_document(title: str, body: str) -> str:
+    """Return a LaTeX document around a body that needs amsmath only."""
+    return f"{_PREAMBLE}\\section*{{{escaped(title)}}}\n{body.rstrip()}\n\\end{{document}}\n"
+
+
+def html_document(title: str, body: str) -> str:
+    """Return a page of HTML with its style around a body in the classes of `HtmlScript`."""
+    head = f'<meta charset="utf-8"><title>{escape(title)}</title><style>{_PAGE}{STYLE}</style>'
+    body = f"<h1>{escape(title)}</h1>\n{body}"
+    return f'<!DOCTYPE html>\n<html lang="en"><head>{head}</head>\n<body>\n{body}</body></html>\n'

@@ -1,0 +1,221 @@
+"""A solution step by step, as text, as a LaTeX document that compiles, and as a page of HTML."""
+
+from __future__ import annotations
+
+import math
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from html import escape
+from typing import Any, ClassVar, Final
+
+from multibody_sym.answers.worked.record import Formula, Line, Quantity, Sentence, Words, Worked, WorkedStep
+from multibody_sym.dynamics.derivation.notation import Notation, escaped
+from multibody_sym.expressions.chosen_units import SI, Units
+from multibody_sym.writing.documents import html_document, latex_document
+from multibody_sym.writing.html_script import HtmlScript, html_script
+
+_WIDTH: Final = 110
+_DEGREES: Final = 180 / math.pi
+
+
+def worked_text(worked: Worked, units: Units = SI) -> str:
+    """Return the steps as text, with numbers in chosen units; equations have their numbers in brackets."""
+    return _Text(worked.notation, units).document(worked)
+
+
+def worked_latex(worked: Worked, units: Units = SI) -> str:
+    """Return the steps as a LaTeX document, with numbers in chosen units."""
+    return _Latex(worked.notation, units).document(worked)
+
+
+def worked_html(worked: Worked, units: Units = SI) -> str:
+    """Return the steps as a page of HTML that needs nothing beside it, with numbers in chosen units."""
+    return _Html(worked.notation, units).document(worked)
+
+
+@dataclass(frozen=True)
+class _Writer(ABC):
+    """Writes steps; formats differ in how words, numbers and lines look."""
+
+    notation: Notation
+    units: Units
+    signs: ClassVar[Mapping[str, str]]
+
+    def document(self, worked: Worked) -> str:
+        """Return the whole."""
+        return self.whole(f"{worked.name}: step by step", [self.step(step) for step in worked.steps])
+
+    def words(self, words: Words) -> str:
+        """Return a sentence."""
+        return "".join(self.word(word) for word in words)
+
+    def word(self, word: Any) -> str:
+        """Return a text, a quantity or an expression that stands in a sentence."""
+        if isinstance(word, str):
+            return self.plain(word)
+        return self.quantity(*self.said(word)) if isinstance(word, Quantity) else self.inline(word)
+
+    def said(self, quantity: Quantity) -> tuple[str, str]:
+        """Return a number and its unit as they are told; angles in degrees where no unit was chosen."""
+        number, unit = quantity
+        if unit == "rad" and self.units.of(unit) == unit:
+            return f"{number * _DEGREES:.10g}", "deg"
+        told, _, told_unit = self.units.said(number, unit).partition(" ")
+        return told, told_unit
+
+    def terms(self, line: Formula) -> list[tuple[str, str]]:
+        """Return a line of mathematics term by term: as text, which tells the width, and as it is written."""
+        found: list[tuple[str, str]] = []
+        sign = line.relation, self.signs[line.relation]
+        for k, side in enumerate(line.sides):
+            first, *rest = self.parts(side)
+            found += [(f"{sign[0]} {first[0]}", f"{sign[1]} {first[1]}") if k else first, *rest]
+        if line.value is not None:
+            number, unit = self.said(line.value)
+            found.append((f"= {number} {unit}", f"= {self.quantity(number, unit)}"))
+        return found
+
+    def lines(self, line: Formula, width: int) -> list[str]:
+        """Return the terms of a line of mathematics in lines of some width."""
+        found: list[list[str]] = [[]]
+        size = 0
+        for text, term in self.terms(line):
+            if found[-1] and size + len(text) > width:
+                found.append([])
+                size = 0
+            found[-1].append(term)
+            size += len(text) + 1
+        return [" ".join(terms) for terms in found]
+
+    @abstractmethod
+    def parts(self, expression: Any) -> list[tuple[str, str]]:
+        """Return the terms of a sum as text, which tells the width, and as they are written."""
+
+    @abstractmethod
+    def whole(self, title: str, steps: Sequence[str]) -> str:
+        """Return the document of written steps."""
+
+    @abstractmethod
+    def step(self, step: WorkedStep) -> str:
+        """Return one step."""
+
+    @abstractmethod
+    def plain(self, words: str) -> str:
+        """Return text in which nothing is taken for a command."""
+
+    @abstractmethod
+    def inline(self, expression: Any) -> str:
+        """Return an expression that stands in a sentence."""
+
+    @abstractmethod
+    def quantity(self, number: str, unit: str) -> str:
+        """Return a number with its unit."""
+
+
+class _Text(_Writer):
+    signs: ClassVar = {"=": "=", ">=": ">=", "<=": "<=", ">": ">", "<": "<"}
+
+    def parts(self, expression: Any) -> list[tuple[str, str]]:
+        return [(text, text) for text, _ in self.notation.parts(expression)]
+
+    def whole(self, title: str, steps: Sequence[str]) -> str:
+        return "\n\n".join([title, *steps])
+
+    def step(self, step: WorkedStep) -> str:
+        return "\n".join([step.title, *(f"    {line}" for each in step.lines for line in self._written(each))])
+
+    def _written(self, line: Line) -> Iterator[str]:
+        if isinstance(line, Sentence):
+            yield self.words(line.words)
+            return
+        tag = "" if line.tag is None else f"({line.tag}) "
+        head = f"{tag}{self.words(line.before)}{': ' if line.before else ''}"
+        first, *others = self.lines(line, _WIDTH - len(head))
+        yield head + first
+        yield from (f"    {other}" for other in others)
+
+    def plain(self, words: str) -> str:
+        return words
+
+    def inline(self, expression: Any) -> str:
+        return self.notation.text(expression)
+
+    def quantity(self, number: str, unit: str) -> str:
+        return f"{number} {unit}".rstrip()
+
+
+class _Latex(_Writer):
+    signs: ClassVar = {"=": "=", ">=": r"\ge", "<=": r"\le", ">": ">", "<": "<"}
+
+    def parts(self, expression: Any) -> list[tuple[str, str]]:
+        return self.notation.parts(expression)
+
+    def whole(self, title: str, steps: Sequence[str]) -> str:
+        return latex_document(title, "\n".join(steps))
+
+    def step(self, step: WorkedStep) -> str:
+        return "\n".join([rf"\subsection{{{escaped(step.title)}}}", *map(self._written, step.lines)])
+
+    def _written(self, line: Line) -> str:
+        if isinstance(line, Sentence):
+            return self.words(line.words) + r"\par"
+        head = rf"\text{{{self.words(line.before)}: }}" if line.before else ""
+        tag = "" if line.tag is None else rf" \tag{{{line.tag}}}"
+        first, *others = self.lines(line, _WIDTH)
+        body = " \\\\\n".join([f"& {head}{first}", *(rf"& \quad {other}" for other in others)])
+        return f"\\begin{{align*}}\n{body}{tag}\n\\end{{align*}}"
+
+    def plain(self, words: str) -> str:
+        return escaped(words)
+
+    def inline(self, expression: Any) -> str:
+        return f"${self.notation.latex(expression)}$"
+
+    def quantity(self, number: str, unit: str) -> str:
+        mantissa, e, exponent = number.partition("e")
+        power = rf" \cdot 10^{{{int(exponent)}}}" if e else ""
+        return rf"\ensuremath{{{mantissa}{power}}}" + (rf"\ \text{{{self._unit(unit)}}}" if unit else "")
+
+    def _unit(self, unit: str) -> str:
+        return re.sub(r"\\textasciicircum\{\}(\d+)", r"$^{\1}$", escaped(unit)).replace("*", r"$\,$")
+
+
+class _Html(_Writer):
+    signs: ClassVar = {"=": "=", ">=": "&ge;", "<=": "&le;", ">": "&gt;", "<": "&lt;"}
+
+    @cached_property
+    def _script(self) -> HtmlScript:
+        return html_script(self.notation)
+
+    def parts(self, expression: Any) -> list[tuple[str, str]]:
+        texts = [text for text, _ in self.notation.parts(expression)]
+        return list(zip(texts, self._script.parts(expression), strict=True))
+
+    def whole(self, title: str, steps: Sequence[str]) -> str:
+        return html_document(title, "\n".join(steps) + "\n")
+
+    def step(self, step: WorkedStep) -> str:
+        return "\n".join([f"<h2>{escape(step.title)}</h2>", *map(self._written, step.lines)])
+
+    def _written(self, line: Line) -> str:
+        if isinstance(line, Sentence):
+            return f"<p>{self.words(line.words)}</p>"
+        tag = "" if line.tag is None else f'<span class="n">({line.tag})</span>'
+        terms = " ".join(f'<span class="m">{term}</span>' for _, term in self.terms(line))
+        return f"<p>{tag}{self.words(line.before)}{': ' if line.before else ''}{terms}</p>"
+
+    def plain(self, words: str) -> str:
+        return escape(words)
+
+    def inline(self, expression: Any) -> str:
+        return self._script.shown(expression)
+
+    def quantity(self, number: str, unit: str) -> str:
+        return f"{number}&nbsp;{escape(unit)}" if unit else number
+
+
+FORMATS: Final = {"text": worked_text, "latex": worked_latex, "html": worked_html}
+"""The writers by the format's name."""

@@ -1,0 +1,159 @@
+"""`solve --steps`: every printed equation, read again, holds with the result's numbers; what it says, as a book."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from textbook_problems import HEAD, PROBLEMS
+
+import multibody_sym as mbs
+from multibody_sym.answers.worked.record import Formula, Sentence, Worked
+from multibody_sym.errors import ArgumentError
+from multibody_sym.expressions.parser import parse
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import symbol
+from multibody_sym.writing.worked import worked_text
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+TEXTBOOK = sorted((EXAMPLES / "textbook").glob("*.yaml"))
+OTHERS = [
+    "pendulum",
+    "double_pendulum",
+    "four_bar",
+    "slider_crank",
+    "elastic_pendulum",
+    "rolling_coin",
+    "swinging_atwood",
+]
+SHIPPED = sorted(path for path in EXAMPLES.glob("*.yaml") if path.stem not in OTHERS)
+
+
+def steps(system: mbs.System) -> Worked:
+    """Return the steps of a system's solution."""
+    found = mbs.solve(system, steps=True).steps
+    assert found is not None
+    return found
+
+
+def plain(words: str) -> str:
+    """Return names with primes as names that the parser takes."""
+    return words.replace("''", "_dd").replace("'", "_d")
+
+
+def misses(worked: Worked) -> dict[str, float]:
+    """Return by how much each printed equation is missed, relative to its terms, once it is read again.
+
+    A difference within a term that vanishes is rounding of what it was before: terms are no smaller than a part of all.
+    """
+    write = worked.notation.text
+    values = {symbol(plain(write(s))): value for s, value in worked.values.items()}
+    least = 1e-4 * max(abs(value) for value in worked.values.values())
+    found = {}
+    for formula in worked.formulas:
+        sides = [[part for part, _ in worked.notation.parts(side)] for side in formula.sides]
+        numbers = [
+            [evaluate_float([parse(plain(term.removeprefix("+ ")))], values)[0] for term in side] for side in sides
+        ]
+        totals = [sum(side) for side in numbers]
+        size = max(least, *(abs(x) for side in numbers for x in side))
+        if formula.value is not None:
+            totals.append(formula.value.number)
+        found[" = ".join(map(write, formula.sides))] = (max(totals) - min(totals)) / size
+    return found
+
+
+def formulas(worked: Worked, title: str) -> list[str]:
+    """Return the lines of mathematics of a step."""
+    (step,) = (step for step in worked.steps if step.title == title)
+    return [" = ".join(map(worked.notation.text, x.sides)) for x in step.lines if isinstance(x, Formula)]
+
+
+def sentences(worked: Worked, title: str) -> list[str]:
+    """Return the sentences of a step."""
+    (step,) = (step for step in worked.steps if step.title == title)
+    write = worked.notation.text
+    lines = [line.words for line in step.lines if isinstance(line, Sentence)]
+    return ["".join(x if isinstance(x, str) else write(x) for x in words) for words in lines]
+
+
+def verify(worked: Worked) -> None:
+    found = misses(worked)
+    assert sum(formula.tag is not None for formula in worked.formulas) > 0
+    assert {text: miss for text, miss in found.items() if not miss <= 1e-9} == {}
+
+
+@pytest.mark.parametrize("path", TEXTBOOK, ids=lambda path: path.stem)
+def test_printed_equations_hold_for_textbook_problems(path: Path) -> None:
+    worked = steps(mbs.load(path))
+    verify(worked)
+    text = worked_text(worked)
+    assert not re.search(r"abs\(|sign\(|lambda", text)
+    assert max(map(len, text.splitlines())) <= 120
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_printed_equations_hold_for_examples(name: str) -> None:
+    verify(steps(mbs.load(EXAMPLES / f"{name}.yaml")))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_printed_equations_hold_for_all_examples(path: Path) -> None:
+    verify(steps(mbs.load(path)))
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_printed_equations_hold_for_problems(name: str) -> None:
+    worked = steps(mbs.loads(HEAD + PROBLEMS[name].model))
+    verify(worked)
+
+
+def test_the_check_sees_a_wrong_equation() -> None:
+    worked = steps(mbs.load(EXAMPLES / "textbook" / "t7_atwood.yaml"))
+    tension = next(s for s in worked.values if worked.notation.text(s) == "T")
+    wrong: dict[Any, float] = {**worked.values, tension: 13.4}
+    assert max(misses(Worked(worked.name, worked.steps, worked.notation, wrong)).values()) > 1e-3
+
+
+def test_two_loads_over_a_pulley_read_as_in_a_book() -> None:
+    worked = steps(mbs.load(EXAMPLES / "textbook" / "t7_atwood.yaml"))
+    assert sentences(worked, "left, cut free") == ["m1*g: weight, down", "T: tension of string, up"]
+    assert formulas(worked, "left, cut free") == ["m1*y1'' = T - m1*g"]
+    assert formulas(worked, "right, cut free") == ["m2*y2'' = T - m2*g"]
+    assert formulas(worked, "Relations between accelerations") == ["y1'' + y2'' = 0"]
+    assert formulas(worked, "Elimination") == [
+        "y2'' = -y1''",
+        "T = m1*y1'' + m1*g",
+        "(m1 + m2)*y1'' = (m2 - m1)*g",
+        "y1'' = (m2 - m1)*g/(m1 + m2)",
+    ]
+    assert formulas(worked, "Result")[-1] == "T = 2*m1*m2*g/(m1 + m2)"
+
+
+def test_directions_are_those_of_the_guide_and_across() -> None:
+    worked = steps(mbs.load(EXAMPLES / "textbook" / "incline_pulley.yaml"))
+    assert formulas(worked, "block, cut free") == ["m1*s'' = T - m1*g*sin(alpha)", "0 = N - m1*g*cos(alpha)"]
+    assert formulas(worked, "load, cut free") == ["m2*depth'' = m2*g - T"]
+
+
+def test_ropes_have_numbers_and_letters_of_the_model_are_left_alone() -> None:
+    worked = steps(mbs.load(EXAMPLES / "textbook" / "t8_blocks_in_a_row.yaml"))
+    assert formulas(worked, "block2, cut free") == ["m2*x2'' = T2 - T1", "0 = N2 - m2*g"]
+    model = (EXAMPLES / "textbook" / "t7_atwood.yaml").read_text(encoding="utf-8")
+    taken = re.sub(r"\bm1\b", "T", model)
+    assert formulas(steps(mbs.loads(taken)), "left, cut free") == ["T*y1'' = T_string - T*g"]
+
+
+def test_a_hinged_body_has_moments_about_the_hinge() -> None:
+    worked = steps(mbs.load(EXAMPLES / "pendulum.yaml"))
+    assert formulas(worked, "bob, cut free")[-1] == "m*l^2*theta'' = -sqrt(3)*m*g*l/2"
+
+
+def test_without_being_asked_a_solution_has_no_steps() -> None:
+    system = mbs.load(EXAMPLES / "textbook" / "t7_atwood.yaml")
+    assert mbs.solve(system).steps is None
+    with pytest.raises(ArgumentError, match="steps is to be True or False"):
+        mbs.solve(system, steps="yes")  # type: ignore[arg-type]
