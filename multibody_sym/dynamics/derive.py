@@ -16,6 +16,7 @@ from multibody_sym.dynamics.derivation.constants import (
     constants_step,
     measured_start,
     measured_values,
+    sides_step,
     without_zero_angles,
 )
 from multibody_sym.dynamics.derivation.free_bodies import FreeBodies, free_bodies
@@ -48,6 +49,7 @@ from multibody_sym.dynamics.formalisms.inverse_dynamics import inverse_dynamics
 from multibody_sym.dynamics.formalisms.newton_euler import without_reactions
 from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.examined import examined
+from multibody_sym.dynamics.start.straight import Side, straightened
 from multibody_sym.errors import ArgumentError, InputError, at, shown
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import Motion, motion_of
@@ -89,22 +91,24 @@ def derive(
     model = _asked(model, Changes(parameters, initial, inputs, coordinates, project))
     resolved = model if isinstance(model, Mechanism) else examined(model)
     begin = measured_start(resolved, project=isinstance(model, System) and model.simulation.project)
-    mechanism = without_zero_angles(resolved, begin)
+    mechanism, sides = without_zero_angles(resolved, begin), tuple[Side, ...]()
+    if begin is not None:
+        mechanism, sides = straightened(mechanism, begin.q, begin.u, begin.parameters)
     labels = labels_of(model) if isinstance(model, System) else {}
     limits, chosen = _budget(budget), _method(method, formalism, mechanism)
     symbols = symbols_of(mechanism)
-    constants = measured_values(symbols, mechanism, begin)
+    told = Told(labels, measured_values(symbols, mechanism, begin), sides)
     if written_out_size(energy_nodes(mechanism)) <= LARGEST_SUM:
         circles = tuple(tuple(symbols.coordinates[k] for k in q) for b in mechanism.bodies for q in b.quaternions)
         readable = Readable(frozenset(symbols.speeds), circles)
         names = WrittenOut(symbols.free_prefix, limits, readable)
         given = energies(mechanism, symbols, names)
         if given.kinetic.count_ops() <= _READABLE_ENERGY:
-            short = _derived(mechanism, chosen, symbols, names, given, labels, constants)
+            short = _derived(mechanism, chosen, symbols, names, given, told)
             if short.operations <= READABLE:
                 return short
     named = Subexpressions(symbols.free_prefix, limits)
-    return _derived(mechanism, chosen, symbols, named, energies(mechanism, symbols, named), labels, constants)
+    return _derived(mechanism, chosen, symbols, named, energies(mechanism, symbols, named), told)
 
 
 def _asked(model: System | Mechanism, changes: Changes) -> System | Mechanism:
@@ -242,20 +246,28 @@ METHODS: Final[Mapping[str, Callable[[Mechanism, Symbols, Subexpressions, Energi
 # --- put together --------------------------------------------------------------------------------------------------
 
 
+@dataclass(frozen=True)
+class Told:
+    """What equations are told with: the book's letters by name, values of constants of the start, and its sides."""
+
+    labels: Mapping[str, str]
+    constants: Mapping[Any, float]
+    sides: tuple[Side, ...]
+
+
 def _derived(
     mechanism: Mechanism,
     method: str,
     symbols: Symbols,
     names: Subexpressions,
     given: Energies,
-    labels: Mapping[str, str],
-    constants: Mapping[Any, float],
+    told: Told,
 ) -> SymbolicEquations:
     raw = METHODS[method](mechanism, symbols, names, given)
     definitions, replaced = tidied(names.definitions, _expressions(raw), symbols.free_prefix)
     parts: Parts = _mapped(raw, lambda e: e.xreplace(replaced))
     matrices = _matrices(parts, len(symbols.speeds))
-    notation = notation_of(mechanism, symbols, [name for name, _ in definitions], names.numbers, labels)
+    notation = notation_of(mechanism, symbols, [name for name, _ in definitions], names.numbers, told.labels)
     return SymbolicEquations(
         method,
         mechanism,
@@ -269,9 +281,9 @@ def _derived(
         parts.bodies.unknown if parts.bodies else (),
         tuple(definitions),
         {symbol: value_of(node) for symbol, node in names.numbers.items()},
-        _steps(mechanism, symbols, names, parts, matrices, notation, constants),
+        _steps(mechanism, symbols, names, parts, matrices, notation, told),
         notation,
-        constants,
+        told.constants,
     )
 
 
@@ -282,8 +294,10 @@ def _steps(
     parts: Parts,
     matrices: Sequence[Any],
     notation: Notation,
-    constants: Mapping[Any, float],
+    told: Told,
 ) -> Derivation:
+    found = names.translated([side.length for side in told.sides], known_nodes(mechanism, symbols))
+    lengths = [notation.text(names.name(length)) for length in found]
     positions = () if names.definitions else position_steps(mechanism, symbols, names)
     terms = lagrange_steps(mechanism, symbols, notation, parts.terms) if parts.terms else ()
     energies = () if parts.bodies else energy_steps(mechanism, symbols, parts.energies, notation)
@@ -293,7 +307,8 @@ def _steps(
         *positions,
         *energies,
         *terms,
-        *constants_step(mechanism, symbols, constants),
+        *sides_step(told.sides, lengths),
+        *constants_step(mechanism, symbols, told.constants),
         *row_steps(mechanism, parts.rows),
         *bodies,
         Step("Equations of motion", _equations(parts, symbols), _ELIMINATED if bodies else ""),

@@ -128,7 +128,7 @@ def _(load: PointSpring, motion: Motion) -> S:
     if load.length is ZERO:
         difference = apart(motion, load.ends)
         return stiffness * dot(difference, difference) / 2
-    stretch = span(motion, load.ends)[0] - rest
+    stretch = span(motion, load.ends, load.straight)[0] - rest
     return stiffness * (stretch * stretch) / 2
 
 

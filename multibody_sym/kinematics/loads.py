@@ -11,6 +11,7 @@ from multibody_sym.errors import at
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import position, velocity
 from multibody_sym.kinematics.wrenches import Wrench, Wrenches, add_force, add_pair, generalized_forces
+from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.loads import (
     BodyTorque,
     JointForce,
@@ -107,14 +108,14 @@ def _(load: PointSpring, motion: Motion, wrenches: Wrenches, of_speed: list[S]) 
     if load.length is ZERO and load.damping is ZERO:  # F = k d, which has a value where the points coincide
         add_pair(wrenches, motion, load.ends, scale(stiffness, apart(motion, load.ends)))
         return
-    length, direction = span(motion, load.ends)
+    length, direction = span(motion, load.ends, load.straight)
     pull = stiffness * (length - rest) + damping * span_rate(motion, load.ends, direction)
     add_pair(wrenches, motion, load.ends, scale(pull, direction))
 
 
 @exert.register
 def _(load: PointPull, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
-    length, direction = span(motion, load.ends)
+    length, direction = span(motion, load.ends, load.straight)
     known = zip(span_leaves(load.name), (length, span_rate(motion, load.ends, direction)), strict=True)
     (pull,) = motion.state.values([load.value], dict(known))
     add_pair(wrenches, motion, load.ends, scale(pull, direction))
@@ -141,9 +142,15 @@ def span_rate(motion: Motion, ends: tuple[Marker, Marker], direction: Vec) -> S:
     return dot(direction, subtract(velocity(motion, ends[1]), velocity(motion, ends[0])))
 
 
-def span(motion: Motion, ends: tuple[Marker, Marker]) -> tuple[S, Vec]:
-    """Return the distance of two markers and the unit vector from the first to the second (world axes)."""
+def span(motion: Motion, ends: tuple[Marker, Marker], straight: Point | None = None) -> tuple[S, Vec]:
+    """Return the distance of two markers and the unit vector from the first to the second (world axes).
+
+    `straight` is that vector where it is known and constant.
+    """
     difference = apart(motion, ends)
+    if straight is not None:
+        direction = _three(motion, straight)
+        return dot(direction, difference), direction
     length = sqrt(dot(difference, difference))
     return length, (difference[0] / length, difference[1] / length, difference[2] / length)
 

@@ -12,7 +12,7 @@ from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.rope_path import Bend
 from multibody_sym.model.mechanism.rows import RopeRow
-from multibody_sym.scalars.functions import absolute, atan2, cos, sign, sin, sqrt
+from multibody_sym.scalars.functions import absolute, atan2, cos, is_exactly, sign, sin, sqrt
 from multibody_sym.scalars.node import PI
 from multibody_sym.scalars.vectors import S, Vec, add, apply, cross, dot, scale, subtract
 
@@ -32,7 +32,8 @@ class Segment:
 
     On a wheel the piece is a tangent; frictionless wheels let the rope slide, so the rate of the rope's length and its
     derivative are those of a piece fixed to the wheel's centre with the tangent's direction and length. Wheels that it
-    `grips` turn with it: it is fixed to their rims. What is `steady` keeps its direction.
+    `grips` turn with it: it is fixed to their rims. What is `steady` keeps its direction n; of
+    other pieces between circles `rims` are vectors with d = length n + sum rim x n, d from centre to centre.
     """
 
     ends: tuple[Marker, Marker]
@@ -40,6 +41,7 @@ class Segment:
     direction: Vec
     grips: tuple[Wheel | None, Wheel | None] = (None, None)
     steady: bool = False
+    rims: tuple[Vec, ...] = ()
 
     def touches(self, motion: Motion, end: int) -> Vec:
         """Return where the piece ends (world): its marker, or where it touches the wheel that it grips."""
@@ -75,6 +77,13 @@ def segments(
     return pieces, length + _wound(motion, path[-1], wheels[-1], pieces[-1]) - _wound(
         motion, path[0], wheels[0], pieces[0]
     )
+
+
+def sides(motion: Motion, path: Sequence[Bend]) -> list[S | None]:
+    """Return to which side (1, -1; 0: none) a rope turns about each wheel's axis; None for points."""
+    centres = [position(motion, bend.at) for bend in path]
+    wheels = [_wheel(motion, path, centres, k) for k in range(len(path))]
+    return [None if wheel is None else wheel.side for wheel in wheels]
 
 
 def _wheel(motion: Motion, path: Sequence[Bend], centres: Sequence[Vec], k: int) -> Wheel | None:
@@ -114,7 +123,8 @@ def _tangent(
     step, axis = _step(first, second)
     length = sqrt(square - step * step)
     across = subtract(scale(length, d), scale(step, cross(axis, d)))
-    return Segment(ends, length, scale(1 / square, across), grips)
+    rims = [scale(s * wheel.radius, wheel.axis) for s, wheel in ((-1, first), (1, second)) if wheel is not None]
+    return Segment(ends, length, scale(1 / square, across), grips, rims=tuple(rims))
 
 
 def _step(first: Wheel | None, second: Wheel | None) -> tuple[S, Vec]:
@@ -131,13 +141,11 @@ def _wrapped(motion: Motion, wheel: Wheel, before: Segment, after: Segment) -> S
     """Return the angle between both tangents, so cut that it runs on past half a turn; of straight ones in full."""
     quarter, half = motion.state.values([PI / 2, PI])
     across, along = dot(wheel.axis, cross(before.direction, after.direction)), dot(before.direction, after.direction)
-    if before.steady and after.steady and _is_number(across) and _is_number(along) and across == 0:
-        return half if along < 0 else 0
+    if before.steady and after.steady:
+        known = ((0, -1, half), (0, 1, 0), (1, 0, quarter))
+        exact = (angle for x, y, angle in known if is_exactly(across, x) and is_exactly(along, y))
+        return next(exact, quarter + atan2(-along, across))
     return quarter + atan2(-along, across)
-
-
-def _is_number(x: S) -> bool:
-    return getattr(x, "shadow", x) is not None and not hasattr(x, "free_symbols")
 
 
 # --- what is wound on a wheel ---------------------------------------------------------------------------------------

@@ -144,6 +144,10 @@ def row_motion(row: Row, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Row
 @row_motion.register
 def _(row: DistanceRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
     difference = subtract(position(motion, row.ends[1]), position(motion, row.ends[0]))
+    if row.straight is not None:
+        x, y, z = motion.state.values(row.straight)
+        length: S = dot((x, y, z), difference)
+        return _tension(motion, [Segment(row.ends, length, (x, y, z), steady=True)], row.value, length, bias)
     length = sqrt(dot(difference, difference))
     direction = scale(1 / length, difference)
     return _tension(motion, [Segment(row.ends, length, direction)], row.value, length, bias)

@@ -7,6 +7,7 @@ from typing import Any, Final
 
 import sympy
 
+from multibody_sym.dynamics.derivation.constants import SIDES
 from multibody_sym.dynamics.derivation.notation import escaped
 from multibody_sym.dynamics.derivation.record import Equation, Step
 from multibody_sym.dynamics.derivation.symbolic_equations import READABLE, SymbolicEquations
@@ -73,7 +74,8 @@ def _withheld(equations: SymbolicEquations) -> list[Step]:
 
 def _result(equations: SymbolicEquations) -> list[Step]:
     """Return the steps that stand for the result: the energies, the loads, the constraints, the equations."""
-    return [step for step in equations.steps if step.title not in _ON_THE_WAY and step.equations]
+    steps = [step for step in equations.steps if step.equations or step.title == SIDES]
+    return [step for step in steps if step.title not in _ON_THE_WAY]
 
 
 def _step_text(equations: SymbolicEquations, step: Step) -> str:

@@ -66,7 +66,7 @@ GOLDEN = {
         "m*l^2*phi''*sin(theta)^2 + 2*m*l^2*phi'*theta'*sin(theta)*cos(theta) = 0\n"
         "m*l^2*theta'' - m*l^2*phi'^2*sin(theta)*cos(theta) + m*g*l*sin(theta) = 0"
     ),
-    hanging_mass: "m*y'' + m*g = -lambda_rod*sign(y)",
+    hanging_mass: "m*y'' + m*g = lambda_rod",
 }
 
 

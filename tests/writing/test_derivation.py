@@ -66,13 +66,16 @@ Kinetic energy
 Potential energy
     V = m*g*y
 
+Sides at the start, on which these equations hold
+    rod, ground to bob: -y > 0
+
 Constraints
-    phi_rod = l - abs(y)
-    d/dt phi_rod = -y'*sign(y)
+    phi_rod = l + y
+    d/dt phi_rod = y'
     phi = 0; the multiplier is positive for a pulling rope or rod
 
 Equations of motion
-    m*y'' + m*g = -lambda_rod*sign(y)"""
+    m*y'' + m*g = lambda_rod"""
 
 
 def test_steps_as_text() -> None:

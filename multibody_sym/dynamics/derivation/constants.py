@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
+from typing import Any, Final
 
 from multibody_sym.dynamics.derivation.record import Equation, Label, Step
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.dynamics.start.start import Start, start
+from multibody_sym.dynamics.start.straight import Side
 from multibody_sym.errors import MultibodyError
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.system import with_expressions
@@ -21,11 +22,14 @@ from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node, slot
 from multibody_sym.scalars.traversal import leaves
 
+SIDES: Final = "Sides at the start, on which these equations hold"
+
 
 def measured_start(mechanism: Mechanism, *, project: bool) -> Start | None:
-    """Return the start where something is measured there; None where nothing is, or there is no start."""
+    """Return the start where something is measured there or lies on a side; None without, or where there is none."""
     found = None
-    if any(entry.measure for entry in mechanism.parameters):
+    lines = (*(row.line for row in mechanism.rows), *(load.line for load in mechanism.loads))
+    if any(entry.measure for entry in mechanism.parameters) or any(lines):
         with suppress(MultibodyError):
             found = start(mechanism, project=project)
     return found
@@ -55,6 +59,15 @@ def measured_values(symbols: Symbols, mechanism: Mechanism, begin: Start | None)
         return {}
     pairs = zip(symbols.parameters, mechanism.parameters, begin.parameters, strict=True)
     return {symbol: value for symbol, entry, value in pairs if entry.measure is not None}
+
+
+def sides_step(sides: Sequence[Side], lengths: Sequence[str]) -> tuple[Step, ...]:
+    """Return the step that tells on which sides ropes and springs lie, as equations hold only there."""
+    notes = [
+        f"{side.element}, {side.ends[0]} to {side.ends[1]}: {length} > 0"
+        for side, length in zip(sides, lengths, strict=True)
+    ]
+    return (Step(SIDES, (), "\n".join(notes)),) if notes else ()
 
 
 def constants_step(mechanism: Mechanism, symbols: Symbols, values: Mapping[Any, float]) -> tuple[Step, ...]:

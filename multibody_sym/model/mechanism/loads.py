@@ -121,13 +121,17 @@ class JointForce(_NoSpring, _Somewhere):
 
 @dataclass(frozen=True)
 class PointSpring(Load):
-    """A spring and damper in parallel that pull two markers together."""
+    """A spring and damper in parallel that pull two markers together.
+
+    `straight` is its direction (world) from the first marker to the second, where that is known and constant.
+    """
 
     name: str
     ends: tuple[Marker, Marker]
     stiffness: Node
     damping: Node
     length: Node
+    straight: Point | None = None
 
     @property
     def points(self) -> tuple[Marker, ...]:
@@ -203,11 +207,15 @@ class PointDrag(_NoSpring, _Somewhere):
 
 @dataclass(frozen=True)
 class PointPull(_NoSpring):
-    """A force that pulls two markers together; `value` names their distance and its rate as `span_leaves` do."""
+    """A force that pulls two markers together; `value` names their distance and its rate as `span_leaves` do.
+
+    `straight` as for springs.
+    """
 
     name: str
     ends: tuple[Marker, Marker]
     value: Node
+    straight: Point | None = None
 
     @property
     def points(self) -> tuple[Marker, ...]:

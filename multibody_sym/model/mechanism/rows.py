@@ -139,13 +139,14 @@ class _OfFrames(WithoutLine):
 
 @dataclass(frozen=True)
 class DistanceRow(Row):
-    """phi = value - |a - b|; the multiplier is the tension."""
+    """phi = value - |a - b|; the multiplier is the tension. `straight` is the direction (world), known and constant."""
 
     unit: ClassVar[str | None] = "N"
 
     name: str
     ends: tuple[Marker, Marker]
     value: Node
+    straight: Point | None = None
 
     @property
     def multiplier(self) -> Multiplier:
