@@ -55,8 +55,9 @@ from multibody_sym.model.declaration.surfaces import Surface
 from multibody_sym.model.declaration.system import System, variable
 from multibody_sym.model.declaration.tables import Table
 from multibody_sym.model.declaration.values import Choice, Direction, Field, Scalar, Text
+from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Rim
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.rows import RollingRow, RopeRow
+from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.model.resolution.resolve import mechanism
 
 Random = np.random.Generator
@@ -150,8 +151,9 @@ def _has_inertia(motion: Motion) -> bool:
 
 def _apart(motion: Motion, part: Any) -> bool:
     """Return whether the points that a load or row joins do not coincide, and a disc does not lie flat on its plane."""
-    if isinstance(part, RollingRow) and part.axis is not None:
-        normal, axis = direction(motion, part.plane, part.normal), direction(motion, part.wheel, part.axis)
+    if isinstance(part, ContactRow) and isinstance(part.skins[0], Rim) and isinstance(part.skins[1], Flat):
+        wheel, plane = part.skins
+        normal, axis = direction(motion, plane.place, plane.normal), direction(motion, wheel.place, wheel.axis)
         return float(np.linalg.norm(np.cross(normal, axis))) > 1e-2
     markers = [bend.at for bend in part.path] if isinstance(part, RopeRow) else getattr(part, "ends", ())
     return all(span(motion, pair)[0] > 1e-3 for pair in pairwise(markers))

@@ -108,7 +108,7 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
     "Pull": {**_ENDS, "value": 1},
     "Pulley": {"at": "p", "radius": 1, "axis": "z"},
     "Revolute": {**_STATE, "q": None, "initial": None, "axis": "x"},
-    "Rolling": {"body": "b.s", "on": "ground.p"},
+    "Rolling": {"body": "b.s", "on": "ground.p", "static": 0.2, "kinetic": 0.1},
     "Rope": {"path": ["a", "b"], "length": 1, "slack": False},
     "Screw": {**_STATE, "motion": None, "axis": "x", "pitch": 1},
     "Settings": {

@@ -25,9 +25,9 @@ from multibody_sym.model.declaration.fields import Element, holds
 from multibody_sym.model.declaration.forces import FORCES
 from multibody_sym.model.declaration.steps import Step
 from multibody_sym.model.declaration.values import Point, Text, Vector
+from multibody_sym.model.mechanism.contact_rows import ContactRow
 from multibody_sym.model.mechanism.loads import JointForce, Load
-from multibody_sym.model.mechanism.mass import ORIGIN
-from multibody_sym.model.mechanism.rows import AngleRow, DistanceRow, PositionRow, RollingRow, Row
+from multibody_sym.model.mechanism.rows import AngleRow, DistanceRow, PositionRow, Row
 from multibody_sym.model.resolution.plane import _vectors_and_axes
 from multibody_sym.program.folding import folded
 from multibody_sym.program.measures import operation_count
@@ -171,7 +171,9 @@ def test_a_direction_is_not_taken_for_one_in_the_plane() -> None:
         (PositionRow("r", None, (ZERO, ZERO, ONE)), False),  # type: ignore[arg-type]
         (AngleRow("r", None, ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO))), True),  # type: ignore[arg-type]
         (AngleRow("r", None, ((ZERO, ZERO, ONE), (ZERO, ONE, ZERO))), False),  # type: ignore[arg-type]
-        (RollingRow("r", None, None, ONE, None, ORIGIN, (ZERO, ZERO, ONE)), False),  # type: ignore[arg-type]
+        (ContactRow("r", (), "t1", (ZERO, ZERO, ONE)), False),  # type: ignore[arg-type]
+        (ContactRow("r", (), "t2"), False),  # type: ignore[arg-type]
+        (ContactRow("r", (), "normal"), True),  # type: ignore[arg-type]
         (DistanceRow("r", None, ONE), True),  # type: ignore[arg-type]
     ],
 )

@@ -23,9 +23,9 @@ from multibody_sym.dynamics.start.constants import measured_rows, seen_axis
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.errors import ExpressionError
 from multibody_sym.kinematics.motion import Motion, motion_of
-from multibody_sym.kinematics.rolling import tangent_angle
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import state_of
+from multibody_sym.kinematics.surface_angles import tangent_angle
 from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
 from multibody_sym.model.mechanism.start_constants import TangentAngle
 from multibody_sym.scalars.functions import evaluate, evaluate_float, sqrt

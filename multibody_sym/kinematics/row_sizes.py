@@ -29,7 +29,6 @@ from multibody_sym.model.mechanism.rows import (
     DistanceRow,
     ExpressionRow,
     PositionRow,
-    RollingRow,
     RopeRow,
     Row,
     VelocityRow,
@@ -137,30 +136,16 @@ def _stretching(motion: Motion, bodies: Sequence[Terms], ends: Sequence[Marker])
 
 
 @_terms.register
-def _(row: RollingRow, motion: Motion, bodies: Sequence[Terms]) -> float:
-    wheel, plane = (_of(motion, bodies, marker) for marker in (row.wheel, row.plane))
-    radius = abs(float(motion.state.values([row.radius])[0]))
-    turning = plane.W + wheel.W  # a ball's lowest point stays below it, and turns in its own axes
-    if row.axis is not None:
-        normal, axis = direction(motion, row.plane, row.normal), direction(motion, row.wheel, row.axis)
-        tilt = dot(normal, axis)
-        steep = hypot(*subtract(normal, tuple(tilt * x for x in axis)))
-        turning = 2.0 * (plane.W + wheel.W) / steep
-    place = sum(hypot(*position(motion, marker)) for marker in (row.wheel, row.plane)) + radius
-    slip = wheel.V + plane.V + wheel.W * radius + plane.W * place
-    carried = wheel.A + plane.A + wheel.L * radius + plane.L * place
-    return carried + (wheel.W + plane.W) * radius * turning + plane.W * (slip + wheel.V + plane.V)
-
-
-@_terms.register
 def _(row: ContactRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     first, second = (_of(motion, bodies, skin.place) for skin in row.skins)
     sizes = [_size(skin, motion) for skin in row.skins]
     place = sum(hypot(*position(motion, skin.place)) for skin in row.skins) + sum(sizes)
-    turning = _normal_turning(row, motion, first, second)
-    slip = first.V + second.V + (first.W + second.W) * place
-    carried = first.A + second.A + (first.L + second.L) * place
-    return carried + (first.W + second.W) * (place * turning + first.V + second.V) + turning * slip
+    arms = [place if isinstance(skin, Flat) else size for skin, size in zip(row.skins, sizes, strict=True)]
+    tilting, turning = _turning(row, motion, first, second)
+    speeds = first.V + second.V
+    slip = speeds + first.W * arms[0] + second.W * arms[1]
+    carried = first.A + second.A + first.L * arms[0] + second.L * arms[1]
+    return carried + (first.W + second.W) * sum(sizes) * turning + tilting * slip + (first.W + second.W) * speeds
 
 
 def _size(skin: Skin, motion: Motion) -> float:
@@ -168,12 +153,14 @@ def _size(skin: Skin, motion: Motion) -> float:
     return abs(float(motion.state.values([radius])[0]))
 
 
-def _normal_turning(row: ContactRow, motion: Motion, first: Terms, second: Terms) -> float:
-    """Return how fast the normal and the lowest place turn, at most."""
-    if not any(isinstance(skin, Flat) for skin in row.skins):
-        length = float(span(motion, (row.skins[0].place, row.skins[1].place))[0])
-        return first.W + second.W + (first.V + second.V) / length
-    return (first.W + second.W) * max(_steepness(row, motion), 1.0)
+def _turning(row: ContactRow, motion: Motion, first: Terms, second: Terms) -> tuple[float, float]:
+    """Return how fast the normal turns, and the way from a centre to the place of contact, at most."""
+    flats = [terms for skin, terms in zip(row.skins, (first, second), strict=True) if isinstance(skin, Flat)]
+    if flats:
+        return flats[0].W, (first.W + second.W) * max(_steepness(row, motion), 1.0)
+    length = float(span(motion, (row.skins[0].place, row.skins[1].place))[0])
+    turning = first.W + second.W + (first.V + second.V) / length
+    return turning, turning
 
 
 def _steepness(row: ContactRow, motion: Motion) -> float:

@@ -20,7 +20,6 @@ from multibody_sym.kinematics.joint_forces import part_of_reaction
 from multibody_sym.kinematics.motion import Motion, accelerations, coordinate_rates
 from multibody_sym.kinematics.points import acceleration, position, velocity
 from multibody_sym.kinematics.relative import angular_acceleration, angular_velocity, direction, seen
-from multibody_sym.kinematics.rolling import rolling_contact
 from multibody_sym.kinematics.ropes import Segment, segments
 from multibody_sym.kinematics.wrenches import (
     Wrench,
@@ -39,7 +38,6 @@ from multibody_sym.model.mechanism.rows import (
     ExpressionRow,
     GearRow,
     PositionRow,
-    RollingRow,
     RopeRow,
     Row,
     VelocityRow,
@@ -220,19 +218,6 @@ def _(row: AngleRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMoti
     add_moment(wrenches, motion, other.body, axis)
     add_moment(wrenches, motion, frame.body, negate(axis))
     return _of_wrenches(motion, wrenches, dot(e, d) - value, dot(w, axis), -(dot(alpha, axis) + dot(w, axis_rate)))
-
-
-@row_motion.register
-def _(row: RollingRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
-    contact = rolling_contact(row, motion, bias)
-    along = direction(motion, row.plane, row.along)
-    along_rate = cross(angular_velocity(motion, row.plane.body), along)
-    wrenches = Wrenches(len(motion.bodies))
-    add_force_at(wrenches, motion, row.wheel.body, contact.place, along)
-    add_force_at(wrenches, motion, row.plane.body, contact.place, negate(along))
-    gamma = -(dot(along_rate, contact.slip) + dot(along, contact.slip_rate))
-    phi = contact.gap if row.along == row.normal else None
-    return _of_wrenches(motion, wrenches, phi, dot(along, contact.slip), gamma)
 
 
 @row_motion.register

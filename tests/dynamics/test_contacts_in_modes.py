@@ -14,6 +14,7 @@ from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.mechanism.mode_words import mode_words
 from multibody_sym.model.mechanism.modes import in_mode
 from multibody_sym.model.mechanism.one_way import Mode
 from multibody_sym.model.resolution.resolve import mechanism
@@ -25,7 +26,9 @@ def solved(text: str, sides: Mapping[str, int], slips: Mapping[str, int]) -> dic
     """Return udot by speeds' names and multipliers by rows' names in a mode."""
     whole = mechanism(mbs.loads(f"multibody_sym: 1\nname: m\ngravity: [0, -10, 0]\n{text}"))
     chosen, begin = in_mode(whole, Mode(sides, slips)), start(whole)
-    state = state_of(chosen, float, 0.0, begin.q, begin.u, parameter_values(chosen, {}))
+    known = dict(zip((entry.name for entry in whole.parameters), begin.parameters, strict=True))
+    pairs = zip(chosen.parameters, parameter_values(chosen, {}), strict=True)
+    state = state_of(chosen, float, 0.0, begin.q, begin.u, [known.get(entry.name, x) for entry, x in pairs])
     found = forward_dynamics(FORMALISMS["composite_body"](chosen, state))
     names = [*(s.name for s in chosen.speeds), *(row.name for row in chosen.rows)]
     return dict(zip(names, [*found.udot, *found.multipliers], strict=True))
@@ -163,3 +166,110 @@ contacts: {c: {between: [ball, ground.floor], static: 0.3}}
     assert [found[f"u_J_{x}"] for x in "xyz"] == pytest.approx([-0.3 * G * 0.6, 0, -0.3 * G * 0.8], abs=1e-13)
     turning = 0.3 * 2 * G * 0.5 / (0.4 * 2 * 0.25)
     assert [found[f"J_w{x}"] for x in "xyz"] == pytest.approx([turning * 0.8, 0, -turning * 0.6], abs=1e-12)
+
+
+TABLE = """\
+bodies:
+  table: {{mass: 3, inertia: {{Ixx: 2, Iyy: 2, Izz: 2}}, surfaces: {{top: {{plane: [0, 0, 0], normal: y}}}}}}
+  p: {{mass: 2}}
+joints:
+  hinge: {{type: revolute, parent: ground, child: table, axis: y, q: phi, initial: {{q: {turn}}}}}
+  ride: {{type: point, axes: xyz, parent: ground, child: p, initial: {{q: [0.3, 0, 0.1]}}}}
+forces: {{push: {{type: force, on: p, value: [3, 0, 1]}}}}
+contacts: {{c: {{between: [{between}], static: 0.9}}}}
+"""
+
+
+@pytest.mark.parametrize(("between", "sense"), [("p, table.top", 1), ("table.top, p", -1)])
+def test_tangents_in_space_start_along_ground(between: str, sense: int) -> None:
+    """Friction on a turned table has the components that it has on one that is not; on the other body, the opposite."""
+    found, other = (solved(TABLE.format(turn=turn, between=between), {"c": 1}, {}) for turn in (0.0, 0.8))
+    for row in ("c.normal", "c.friction1", "c.friction2"):
+        assert other[row] == pytest.approx(found[row], rel=1e-12)
+    held = solved(TABLE.format(turn=0.8, between=between).replace("type: revolute", "type: fixed").replace(
+        ", axis: y, q: phi, initial: {q: 0.8}", ""), {"c": 1}, {})
+    assert held["c.friction1"] == pytest.approx(-3.0 * sense, rel=1e-12)  # along x; t2 = n x t1 is -z
+    assert held["c.friction2"] == pytest.approx(1.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("surface", ["disc: 1.5", "sphere: 1.5"])
+def test_a_disc_that_rolls_on_a_disc_never_slips(surface: str) -> None:
+    """The constraint says what the contact that sticks does, as long as it presses."""
+    text = f"""\
+bodies:
+  ground: {{surfaces: {{drum: {{{surface}}}}}}}
+  disc: {{shape: {{disc: 0.5, mass: 3}}}}
+joints:
+  J:
+    type: planar
+    parent: ground
+    child: disc
+    initial: {{q: [2*sin(0.2), 2*cos(0.2), 0], u: [cos(0.2), -sin(0.2), -2]}}
+constraints: {{roll: {{type: rolling, body: disc, on: ground.drum}}}}
+"""
+    found = solved(text, {}, {})
+    assert -found["u_J_theta"] * 0.5 / 2 == pytest.approx(2 * G * math.sin(0.2) / (3 * 2), rel=1e-12)
+    assert found["roll.n"] == pytest.approx(3 * G * math.cos(0.2) - 3 * 2 * 0.5**2, rel=1e-12)
+    assert found["roll.t1"] == pytest.approx(-3 * G * math.sin(0.2) / 3, rel=1e-12)
+
+
+def test_a_ball_rolls_in_a_bowl() -> None:
+    """It swings as a pendulum: 7/5 (R - r) theta'' = -g sin(theta), and the energy stays."""
+    text = """\
+multibody_sym: 1
+name: bowl
+gravity: [0, -10, 0]
+bodies:
+  ground: {surfaces: {bowl: {sphere: 2, inside: true}}}
+  ball: {shape: {sphere: 0.5, mass: 3}}
+joints: {J: {type: free, parent: ground, child: ball, initial: {q: [1.5*sin(0.4), -1.5*cos(0.4), 0, 1, 0, 0, 0]}}}
+constraints: {roll: {type: rolling, body: ball, on: ground.bowl}}
+simulation: {t_end: 0.5, rtol: 1e-10, atol: 1e-12, samples: 3}
+"""
+    system = mbs.loads(text)
+    begun = mbs.solve(system).accelerations
+    along = begun["J_x"].value * math.cos(0.4) + begun["J_y"].value * math.sin(0.4)
+    assert along == pytest.approx(-5 / 7 * G * math.sin(0.4), rel=1e-10)
+    run = mbs.simulate(system)
+    assert np.ptp(run.energy) < 1e-8
+    assert np.hypot(run["J_x"], run["J_y"]) == pytest.approx(1.5, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("roll", "message"),
+    [
+        ("body: ground.floor, on: wheel", r"roll.body: ground.floor is a plane; a ball or a disc rolls"),
+        ("body: block, on: ground.floor", r"roll.body: block is neither a ball nor a disc"),
+        ("body: wheel, on: block", r"roll.on: block is neither a plane nor round"),
+    ],
+)
+def test_what_does_not_roll(roll: str, message: str) -> None:
+    text = f"""\
+multibody_sym: 1
+name: m
+bodies:
+  ground: {{surfaces: {{floor: {{plane: [0, 0, 0], normal: y}}}}}}
+  wheel: {{shape: {{disc: 1, mass: 1}}}}
+  block: {{mass: 1}}
+joints: {{J: {{type: planar, parent: ground, child: wheel}}, B: {{type: point, parent: ground, child: block}}}}
+constraints: {{roll: {{type: rolling, {roll}}}}}
+"""
+    with pytest.raises(mbs.ModelError, match=message):
+        mechanism(mbs.loads(text))
+
+
+def test_rolling_that_may_slip_is_a_contact() -> None:
+    text = """\
+bodies: {ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}, wheel: {shape: {disc: 0.5, mass: 4}}}
+joints: {J: {type: planar, parent: ground, child: wheel, initial: {q: [0, 0.5, 0], u: [3, 0, 0]}}}
+constraints: {roll: {type: rolling, body: wheel, on: ground.floor, static: 0.3, kinetic: 0.2}}
+"""
+    found = solved(text, {"roll": 1}, {"roll": 1})
+    assert found["u_J_x"] == pytest.approx(-0.2 * G, rel=1e-12)
+    assert found["u_J_theta"] == pytest.approx(-0.2 * 4 * G * 0.5 / (4 * 0.25 / 2), rel=1e-12)
+    whole = mechanism(mbs.loads(f"multibody_sym: 1\nname: m\n{text}"))
+    assert (whole.rows, whole.one_way[0].path) == ((), ("constraints", "roll"))
+    for slip, word in ((0, "roll"), (1, "slip+"), (-1, "slip-")):
+        assert mode_words(whole.one_way, Mode({"roll": 1}, {"roll": slip})) == {"roll": word}
+    with pytest.raises(mbs.ModelError, match=r"roll.static: static 0.1 is below kinetic 0.2"):
+        mbs.loads(f"multibody_sym: 1\nname: m\n{text.replace('static: 0.3', 'static: 0.1')}")

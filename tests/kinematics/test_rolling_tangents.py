@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from multibody_sym.answers.solve import solve
+from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.formats.reader import loads
-from multibody_sym.model.mechanism.rows import RollingRow
+from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.rows import row_motions
+from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import Node, symbol
 
 WHEEL = """\
 multibody_sym: 1
@@ -58,10 +59,10 @@ bodies:
 joints: {{ride: {{type: {joint}, parent: ground, child: ball}}}}
 constraints: {{contact: {{type: rolling, body: ball.skin, on: ground.floor}}}}
 """
-    rows = [row for row in mechanism(loads(text)).rows if isinstance(row, RollingRow)]
-    sample: dict[Node, float] = dict.fromkeys(mechanism(loads(text)).symbols.values(), 0.4)
-    sample[symbol("a")] = 0.4
-    return np.array([evaluate_float(list(row.along), sample) for row in rows])
+    resolved = mechanism(loads(text))
+    q, u = [float(c.initial.shadow) for c in resolved.coordinates], [0.0] * len(resolved.speeds)
+    motion = motion_of(resolved, state_of(resolved, float, 0.0, q, u, parameter_values(resolved, {})))
+    return np.array([row.of_body[0][0] for row in row_motions(motion)], dtype=float)
 
 
 @pytest.mark.parametrize(

@@ -51,7 +51,7 @@ def test_held_cart_leaves_a_pendulum(backend) -> None:
 
 def test_inverse_dynamics_undoes_the_state_derivative() -> None:
     """Accelerations that arise by themselves need no force; others need M times what they differ by."""
-    for seed in (6, 7, 10):
+    for seed in (7, 8, 10):
         case = random_case(seed, bodies=(2, 5))
         t, q, u = random_state(np.random.default_rng(seed), case)
         free = mbs.compile(mbs.state_derivative(case.system), backend="python")(t, [*q, *u])[len(q) :]

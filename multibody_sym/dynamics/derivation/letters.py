@@ -10,8 +10,9 @@ from typing import Any, Final
 from multibody_sym.dynamics.derivation.record import Label
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.model.declaration.steps import is_flat
+from multibody_sym.model.mechanism.contact_rows import ContactRow, TurningRow
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism, TreeBody
-from multibody_sym.model.mechanism.rows import AngleRow, DistanceRow, GearRow, PositionRow, RollingRow, RopeRow, Row
+from multibody_sym.model.mechanism.rows import AngleRow, DistanceRow, GearRow, PositionRow, RopeRow, Row
 from multibody_sym.scalars.node import ZERO
 
 TENSION, ROD, NORMAL, FRICTION, TOOTH = "T", "S", "N", "F", "Z"
@@ -93,8 +94,8 @@ def _of_rows(mechanism: Mechanism, symbols: Symbols) -> Iterable[Lettered]:
 
 def row_letter(row: Row) -> str:
     """Return the letter of a row's multiplier, empty where books have none."""
-    if isinstance(row, RollingRow):
-        return NORMAL if row.along == row.normal else FRICTION
+    if isinstance(row, ContactRow) and not isinstance(row, TurningRow):
+        return NORMAL if row.is_holonomic else FRICTION
     kinds: dict[type[Row], str] = {RopeRow: TENSION, DistanceRow: ROD, GearRow: TOOTH}
     return next((letter for kind, letter in kinds.items() if isinstance(row, kind)), "")
 

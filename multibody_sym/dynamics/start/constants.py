@@ -11,8 +11,8 @@ import numpy as np
 from multibody_sym.dynamics.constraints.closing import Rows
 from multibody_sym.errors import ModelError, at
 from multibody_sym.kinematics.motion import Motion
-from multibody_sym.kinematics.rolling import tangent_angle, tangent_components
 from multibody_sym.kinematics.ropes import segments, tangent_direction
+from multibody_sym.kinematics.surface_angles import tangent_angle, tangent_components
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.mass import IDENTITY
 from multibody_sym.model.mechanism.mechanism import Mechanism

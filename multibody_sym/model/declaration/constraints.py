@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Final
 
 from multibody_sym.errors import ModelError
+from multibody_sym.model.declaration.contacts import Coefficient, CoefficientField, Contact
 from multibody_sym.model.declaration.fields import Element, ListOf, MapOf, Names, OneOf, OneOrMap, Record, holds
 from multibody_sym.model.declaration.values import Choice, Count, Direction, Flag, Point, Scalar, Text
 from multibody_sym.scalars.node import Node
@@ -140,17 +141,31 @@ class PointInPlane(Element):
 
 @dataclass(frozen=True)
 class Rolling(Element):
-    """A ball or disc (`body`, a surface of it) rolls on a plane (`on`) without slip and without lifting off.
+    """A ball or disc (`body`, or a surface of it) rolls on a plane or another one (`on`), never slips or lifts off.
 
     Its multipliers are the components of the force on the rolling body: `n` along the normal, and two across it. In a
     plane model t1 is normal x z (uphill), in space ground's x at the start as far as it lies in the plane (its y where
     the normal is x there), carried along with the plane from then on; t2 = normal x t1.
+
+    With coefficients of friction, `static` and `kinetic`, it may slip and lift off: it is a contact then.
     """
 
     components: ClassVar[tuple[str, ...]] = ("n", "t1", "t2")
 
     body: str = holds(Text())
     on: str = holds(Text())
+    static: Coefficient | None = holds(CoefficientField(), None, keyword=True)
+    kinetic: Node | None = holds(Scalar(""), None, keyword=True)
+
+    @property
+    def contact(self) -> Contact | None:
+        """The contact that it is where it may slip."""
+        if self.static is None and self.kinetic is None:
+            return None
+        return Contact((self.body, self.on), static=self.static, kinetic=self.kinetic)
+
+    def verify(self) -> None:
+        _ = self.contact  # which refuses coefficients that contradict each other
 
 
 @dataclass(frozen=True)

@@ -13,12 +13,13 @@ from typing import Final
 from multibody_sym.errors import ModelError, suggestion
 from multibody_sym.model.declaration.steps import FreeStep, Step, free_steps
 from multibody_sym.model.declaration.values import Point
+from multibody_sym.model.mechanism.contact_rows import ContactRow
 from multibody_sym.model.mechanism.loads import Load
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import GROUND, Mass, Pose
 from multibody_sym.model.mechanism.one_way import Mode, OneWay
 from multibody_sym.model.mechanism.parameters import ParameterVector
-from multibody_sym.model.mechanism.rows import AngleRow, CutJoint, PositionRow, RollingRow, Row
+from multibody_sym.model.mechanism.rows import AngleRow, CutJoint, PositionRow, Row
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.node import ZERO, Node, slot
 
@@ -221,7 +222,7 @@ class Mechanism:
         raise ModelError(f"no body is called {name!r}{suggestion(name, [b.name for b in self.bodies])}")
 
 
-def normal_forces(mechanism: Mechanism) -> dict[str, RollingRow]:
-    """Return the rows that keep rolling wheels on their planes, by name: a negative multiplier pulls."""
-    rows = [row for row in mechanism.rows if isinstance(row, RollingRow)]
-    return {row.name: row for row in rows if row.along == row.normal}
+def normal_forces(mechanism: Mechanism) -> dict[str, ContactRow]:
+    """Return the rows that keep rolling wheels on what they roll on, by name: a negative multiplier pulls."""
+    rows = [row for row in mechanism.rows if isinstance(row, ContactRow) and row.is_holonomic]
+    return {row.name: row for row in rows if row.name not in mechanism._one_way_paths}

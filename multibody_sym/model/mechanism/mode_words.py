@@ -33,7 +33,7 @@ def _words(element: OneWay, mode: Mode) -> Iterator[tuple[str, str]]:
 def _word(element: OneWay, part: FrictionPart, mode: Mode) -> str:
     slip = mode.slips.get(part.name, STICKS)
     rests, moves = "stick", "slide"
-    if part.name.endswith(".rolling"):
+    if part.name.endswith(".rolling") or (element.kind == "contact" and element.path[0] == "constraints"):
         rests, moves = "roll", "slip"
     elif element.kind == "rope":
         rests, moves = "grip", "slip"

@@ -331,49 +331,6 @@ class AngleRow(_OfFrames):
 
 
 @dataclass(frozen=True)
-class RollingRow(WithoutLine):
-    """Where a ball, or the sharp rim of a disc about `axis`, touches a plane, both bodies have one velocity `along`.
-
-    `along` is a direction fixed in the plane's frame. Along the normal the row is holonomic (the gap stays closed);
-    across it is not. The multiplier is that component of the force on the rolling body.
-    """
-
-    unit: ClassVar[str | None] = "N"
-
-    name: str
-    wheel: Marker
-    axis: Point | None
-    radius: Node
-    plane: Marker
-    normal: Point
-    along: Point
-
-    @property
-    def multiplier(self) -> Multiplier:
-        return "force"
-
-    @property
-    def is_holonomic(self) -> bool:
-        return self.along == self.normal
-
-    @property
-    def acts_in_plane(self) -> bool:
-        return not is_upright(self.along)
-
-    @property
-    def points(self) -> tuple[Marker, ...]:
-        return (self.wheel, self.plane)
-
-    @property
-    def laws(self) -> tuple[Node, ...]:
-        return ()
-
-    @property
-    def radii(self) -> tuple[Node, ...]:
-        return (self.radius,)
-
-
-@dataclass(frozen=True)
 class Drive:
     """What row number `row` exerts on a freedom of a joint for a unit multiplier: a force `factor` on its `rate`."""
 

@@ -29,17 +29,15 @@ from multibody_sym.model.mechanism.rows import (
     ExpressionRow,
     GearRow,
     PositionRow,
-    RollingRow,
     Row,
     VelocityRow,
 )
-from multibody_sym.model.mechanism.start_constants import TangentAngle
+from multibody_sym.model.resolution.contacts.elements import rolling_rows
 from multibody_sym.model.resolution.cuts import cut_rows, normals_of, welded_rows
 from multibody_sym.model.resolution.gear_teeth import gear_row
-from multibody_sym.model.resolution.plane import in_plane, rows_in_plane
+from multibody_sym.model.resolution.plane import rows_in_plane
 from multibody_sym.model.resolution.references import References
 from multibody_sym.model.resolution.ropes.runs import rope_rows
-from multibody_sym.model.resolution.surface_tangents import surface_tangents, turned_tangents
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ONE, Node, negate
@@ -158,29 +156,7 @@ def _(element: PointInPlane, name: str, references: References) -> list[Row]:
 
 @_rows.register
 def _(element: Rolling, name: str, references: References) -> list[Row]:
-    with at("body"):
-        wheel, rim = references.surface(element.body)
-        if rim.plane is not None:
-            raise ModelError(f"{element.body} is a plane; a ball or a disc rolls")
-    with at("on"):
-        ground, plane = references.surface(element.on)
-        if plane.plane is None:
-            raise ModelError(f"{element.on} is no plane; rolling is possible on planes only")
-    normal = unit_vector(plane.normal)
-    axis = None if rim.disc is None else unit_vector(rim.axis)
-    radius = rim.sphere if rim.disc is None else rim.disc
-    assert radius is not None
-    flat = references.plane or in_plane(references.system)
-    constant = references.constants.get(name)
-    if constant is None:
-        directions = (normal, *surface_tangents(normal, flat=flat))
-    else:
-        assert isinstance(constant.measure, TangentAngle)
-        directions = (normal, *turned_tangents(normal, constant.measure.across, constant.slot))
-    return [
-        RollingRow(row, wheel, axis, radius, ground, normal, along)
-        for row, along in zip(row_names(name, element), directions, strict=True)
-    ]
+    return [] if element.contact is not None else list(rolling_rows(name, element, references))
 
 
 @_rows.register

@@ -8,10 +8,13 @@ from dataclasses import replace
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.constraints import Rolling, Rope
-from multibody_sym.model.mechanism.mass import GROUND, unit_vector
+from multibody_sym.model.mechanism.contact_rows import Flat
+from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.mechanism import TreeBody
 from multibody_sym.model.mechanism.parameters import measured_name
 from multibody_sym.model.mechanism.start_constants import Measure, TangentAngle
+from multibody_sym.model.resolution.contacts.elements import copies
+from multibody_sym.model.resolution.contacts.skins import solid_of
 from multibody_sym.model.resolution.plane import in_plane
 from multibody_sym.model.resolution.references import References, StartConstant
 from multibody_sym.model.resolution.ropes.runs import rope_measures
@@ -36,11 +39,22 @@ def _measures(references: References, bodies: Sequence[TreeBody]) -> Iterator[tu
             with at("constraints", name):
                 yield from rope_measures(references, name, element)
         if isinstance(element, Rolling) and not flat:
-            with suppress(ModelError):  # of references that name nothing, which the row tells with its place
-                marker, surface = references.surface(element.on)
-                if surface.plane is not None and _turns(bodies, marker.body):
-                    normal = unit_vector(surface.normal)
-                    yield name, TangentAngle(marker, normal, across(normal))
+            yield from _angles(name, (element.on,), references, bodies)
+    for declared, contact in references.system.contacts.items():
+        if contact.tangent is None and not flat:
+            for name, between in copies(declared, contact):
+                yield from _angles(name, between, references, bodies)
+
+
+def _angles(
+    name: str, ends: Sequence[str], references: References, bodies: Sequence[TreeBody]
+) -> Iterator[tuple[str, Measure]]:
+    """Yield the angle of the tangents on the plane that one of some ends is, if its body turns."""
+    for end in ends:
+        with suppress(ModelError):  # of references that name nothing, which the contact tells with its place
+            for _, skin in solid_of(end, references, flat=False).skins[:1]:
+                if isinstance(skin, Flat) and _turns(bodies, skin.place.body):
+                    yield name, TangentAngle(skin.place, skin.normal, across(skin.normal))
 
 
 def _turns(bodies: Sequence[TreeBody], index: int) -> bool:

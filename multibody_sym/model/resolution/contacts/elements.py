@@ -8,6 +8,7 @@ from itertools import product
 from typing import Final
 
 from multibody_sym.errors import ModelError, at
+from multibody_sym.model.declaration.constraints import Rolling, row_names
 from multibody_sym.model.declaration.contacts import ENOUGH, Contact
 from multibody_sym.model.declaration.joints import Fixed
 from multibody_sym.model.declaration.system import System
@@ -25,16 +26,18 @@ from multibody_sym.model.mechanism.contact_rows import (
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import unit_vector
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
+from multibody_sym.model.mechanism.start_constants import TangentAngle
 from multibody_sym.model.resolution.contacts.samples import sample_value
 from multibody_sym.model.resolution.contacts.skins import Solid, solid_of
 from multibody_sym.model.resolution.plane import in_plane
 from multibody_sym.model.resolution.references import References
 from multibody_sym.model.resolution.spanning_tree import body_part
-from multibody_sym.model.resolution.surface_tangents import surface_tangents
+from multibody_sym.model.resolution.surface_tangents import surface_tangents, turned_tangents
 from multibody_sym.scalars.node import ZERO, Node
 from multibody_sym.scalars.vectors import dot, negate, scale, subtract
 
 _TANGENTS: Final[tuple[ContactDirection, ...]] = ("t1", "t2")
+_ROLLING: Final[tuple[ContactDirection, ...]] = ("normal", "t1", "t2")
 _TURNS: Final[tuple[ContactDirection, ...]] = ("roll1", "roll2")
 _ALONG_NORMAL: Final = 1e-9
 _HOLLOW: Final = "name points, discs or spheres of the other one"
@@ -65,15 +68,46 @@ def contacts(references: References) -> tuple[OneWay, ...]:
     taken = {*system.constraints, *system.joints}
     for declared, contact in system.contacts.items():
         with at("contacts", declared):
-            for name, between in _copies(declared, contact):
+            for name, between in copies(declared, contact):
                 if name in taken:
                     raise ModelError(f"{name!r} is something else too, and results tell both by name; rename one")
                 taken.add(name)
-                found += _elements(name, declared, replace(contact, between=between, repeat=None), references, flat)
+                copy = replace(contact, between=between, repeat=None)
+                found += _elements(name, ("contacts", declared), copy, references, flat)
+    for name, element in system.constraints.items():
+        if isinstance(element, Rolling) and element.contact is not None:
+            with at("constraints", name):
+                _rolling_skins(element, references, flat)
+                found += _elements(name, ("constraints", name), element.contact, references, flat)
     return tuple(found)
 
 
-def _copies(name: str, contact: Contact) -> Iterator[tuple[str, tuple[str, ...]]]:
+def rolling_rows(name: str, element: Rolling, references: References) -> Iterator[ContactRow]:
+    """Yield the rows of a ball or disc that rolls: along the normal, and along both tangents."""
+    flat = references.plane or in_plane(references.system)
+    skins = _rolling_skins(element, references, flat)
+    across = _usual_across(name, skins, references, flat)
+    for row, along in zip(row_names(name, element), _ROLLING, strict=True):
+        yield ContactRow(row, skins, along, across, flat)
+
+
+def _rolling_skins(element: Rolling, references: References, flat: bool) -> tuple[Skin, Skin]:
+    """Return the skins of what rolls, and of what it rolls on. Raises ModelError for what does not roll there."""
+    with at("body"):
+        wheels = [skin for _, skin in solid_of(element.body, references, flat=flat).skins]
+        if len(wheels) != 1 or not (is_curved(wheels[0]) or isinstance(wheels[0], Rim)):
+            what = "a plane" if isinstance(wheels[0], Flat) else "neither a ball nor a disc"
+            raise ModelError(f"{element.body} is {what}; a ball or a disc rolls")
+    with at("on"):
+        word, under = solid_of(element.on, references, flat=flat).skins[0]
+        if word or _is_point(under):
+            raise ModelError(f"{element.on} is neither a plane nor round; name a surface to roll on")
+        if not _may_touch(wheels[0], under):
+            raise _cannot_touch(wheels[0], under, f"{element.body} and {element.on}")
+    return wheels[0], under
+
+
+def copies(name: str, contact: Contact) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Yield the contacts that repeat, `#` in their ends being their number, `#+1` the next."""
     if contact.repeat is None:
         yield name, contact.between
@@ -83,7 +117,7 @@ def _copies(name: str, contact: Contact) -> Iterator[tuple[str, tuple[str, ...]]
 
 
 def _elements(
-    name: str, declared: str, contact: Contact, references: References, flat: bool
+    name: str, path: tuple[str, str], contact: Contact, references: References, flat: bool
 ) -> Iterator[OneWay]:
     """Yield the contacts of all parts of both ends that may meet."""
     with at("between"):
@@ -96,12 +130,12 @@ def _elements(
     _verify_fields(contact, [skins for _, skins, _ in meeting])
     for words, skins, inner in meeting:
         part = ".".join(filter(None, (name, *words)))
-        across = _across(contact, skins, references, flat)
+        across = _across(name, contact, skins, references, flat)
         both = _Meeting(part, ContactRow(part, skins, "normal", across, flat, inner), flat)
         yield OneWay(
             part,
             "contact",
-            ("contacts", declared),
+            path,
             (replace(both.row, name=f"{part}.normal"),),
             frictions=tuple(_frictions(both, contact)),
             restitution=contact.restitution,
@@ -152,15 +186,28 @@ def _frictions(meeting: _Meeting, contact: Contact) -> Iterator[FrictionPart]:
         yield FrictionPart(f"{meeting.name}.rolling", rows, contact.rolling_resistance, contact.rolling_resistance)
 
 
-def _across(contact: Contact, skins: tuple[Skin, Skin], references: References, flat: bool) -> Point | None:
+def _usual_across(name: str, skins: tuple[Skin, Skin], references: References, flat: bool) -> Point | None:
+    """Return t1 in the axes of the plane as the start finds it there, None where neither skin is a plane."""
+    plane = next((skin for skin in skins if isinstance(skin, Flat)), None)
+    if plane is None:
+        return None
+    normal = plane.normal if plane is skins[1] else negate(plane.normal)
+    constant = references.constants.get(name)
+    if constant is None:
+        return surface_tangents(normal, flat=flat)[0]
+    assert isinstance(constant.measure, TangentAngle)
+    return turned_tangents(plane.normal, constant.measure.across, constant.slot)[0]
+
+
+def _across(name: str, contact: Contact, skins: tuple[Skin, Skin], references: References, flat: bool) -> Point | None:
     """Return t1 in the axes of the plane, None where neither skin is one."""
     plane = next((skin for skin in skins if isinstance(skin, Flat)), None)
     if plane is None:
         return None
     normal = plane.normal if plane is skins[1] else negate(plane.normal)
-    usual, _ = surface_tangents(normal, flat=flat)
     if contact.tangent is None:
-        return usual
+        return _usual_across(name, skins, references, flat)
+    usual, _ = surface_tangents(normal, flat=flat)
     with at("tangent"):
         if not flat:
             return unit_vector(subtract(contact.tangent, scale(dot(contact.tangent, normal), normal)))
