@@ -44,14 +44,14 @@ def _pivot(waiting: Sequence[_Equation]) -> tuple[_Equation, int] | None:
         for k in equation.coefficients:
             uses[k] = uses.get(k, 0) + 1
     entries = [
-        ((len(equation.coefficients) - 1) * (uses[k] - 1), a.size, i, k)
+        (a.size > 2, (len(equation.coefficients) - 1) * (uses[k] - 1), a.size, i, k)
         for i, equation in enumerate(waiting)
         for k, a in equation.coefficients.items()
         if not a.vanishes
     ]
     if not entries:
         return None
-    _, _, i, k = min(entries)
+    _, _, _, i, k = min(entries)
     return waiting[i], k
 
 
