@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
+from textwrap import wrap
 from typing import Any, ClassVar, Final
 
 from multibody_sym.answers.worked.record import Formula, Line, Quantity, Sentence, Words, Worked, WorkedStep
@@ -129,7 +130,7 @@ class _Text(_Writer):
 
     def _written(self, line: Line) -> Iterator[str]:
         if isinstance(line, Sentence):
-            yield self.words(line.words)
+            yield from wrap(self.words(line.words), _WIDTH, subsequent_indent="    ", break_long_words=False)
             return
         tag = "" if line.tag is None else f"({line.tag}) "
         head = f"{tag}{self.words(line.before)}{': ' if line.before else ''}"

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import sympy
@@ -12,11 +13,12 @@ from multibody_sym.dynamics.derivation.letters import FRICTION, Lettered
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.kinematics.loads import Applied, applied, exert, span, span_rate
 from multibody_sym.kinematics.motion import Motion, accelerations, pose
-from multibody_sym.kinematics.rows import RowMotion, row_motion, row_motions
+from multibody_sym.kinematics.rows import RowMotion, friction_factors, row_motion, row_motions
 from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench, Wrenches, add_pair
+from multibody_sym.model.mechanism.force_rows import ReactionRow
 from multibody_sym.model.mechanism.loads import Load, PointPull, PointSpring, span_leaves
 from multibody_sym.model.mechanism.mechanism import COMPONENTS
-from multibody_sym.model.mechanism.rows import Row
+from multibody_sym.model.mechanism.rows import RopeRow, Row
 from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
 from multibody_sym.scalars.vectors import (
     ZERO_VECTOR,
@@ -50,15 +52,14 @@ class Action:
     wrench: Wrench
 
 
-@dataclass(frozen=True)
+@dataclass
 class Law:
-    """An unknown force that a law gives: `symbol` = `value` (a Node), or `factor` times the symbol `of`."""
+    """What gives a force: the sum of factor times symbol on the `left` is that on the `right` plus `value` (Nodes)."""
 
-    symbol: Any
     element: str
-    value: S | None = None
-    factor: S = 0
-    of: Any | None = None
+    left: list[tuple[Any, S]]
+    right: list[tuple[Any, S]] = field(default_factory=list)
+    value: S = 0
 
 
 class Actions:
@@ -78,8 +79,10 @@ class Actions:
         self._in_joints: list[tuple[Any, Sequence[S]]] = []
         self.contacts: list[tuple[str, Sequence[Wrench]]] = []
         one_way = motion.mechanism.one_way
-        self._touching = {row.name: e.group or e.name for e in one_way if e.kind == "contact" for row in e.normals}
-        self._bias = accelerations(motion, [0] * len(motion.state.u))
+        self._elements = {row.name: each.name for each in one_way for row in each.rows}
+        self._touching = {row.name for each in one_way if each.kind == "contact" for row in each.normals}
+        self._rubbing: dict[str, Law] = {}
+        self.bias = accelerations(motion, [0] * len(motion.state.u))
         self._add_weight()
         known = applied(motion, [], weight=False)
         for load in motion.mechanism.loads:
@@ -113,7 +116,7 @@ class Actions:
             rate = span_rate(self.motion, load.ends, direction)
             add_pair(wrenches, self.motion, load.ends, direction)
             s = self._further(SPRING, load.name)
-            self.laws.append(Law(s, load.name, value=self._pull(load, length, rate)))
+            self.laws.append(Law(load.name, [(s, 1)], value=self._pull(load, length, rate)))
             self._add(s, "spring", load.name, wrenches.of_body)
             return
         exert(load, self.motion, wrenches, known.of_speed)
@@ -128,7 +131,7 @@ class Actions:
 
     def _further(self, letter: str, element: str) -> Any:
         s = sympy.Dummy(f"{letter}_{element}", real=True)
-        self.further.append(Lettered(s, letter, element))
+        self.further.append(Lettered(s, letter, self.element(element)))
         return s
 
     # --- reactions of joints -------------------------------------------------------------------------------------
@@ -160,11 +163,27 @@ class Actions:
 
     # --- rows ------------------------------------------------------------------------------------------------------
 
+    def element(self, row: str) -> str:
+        """Return the declared element, or the part of a contact, that a row belongs to."""
+        return self._elements.get(row, row)
+
+    @cached_property
+    def told(self) -> dict[Any, str]:
+        """The name of the element of each force that is no reaction."""
+        rows = zip(self.symbols.multipliers, self.motion.mechanism.rows, strict=True)
+        told = {s: row.told[0] if isinstance(row, RopeRow) else self.element(row.name) for s, row in rows}
+        return {**told, **{each.symbol: each.element for each in self.further}}
+
     def _add_row(self, row: Row, moved: RowMotion, symbol: Any) -> None:
-        normal = row_motion(row.normal, self.motion, self._bias) if isinstance(row, SlidingRow) else moved
-        if row.name in self._touching:
-            self.contacts.append((self._touching[row.name], normal.of_body))
-        self._add_unit(symbol, "row", row.name, normal.of_body, [] if normal.all_told else normal.forces)
+        normal = without_friction(row)
+        name = normal.told[0] if isinstance(normal, RopeRow) else self.element(row.name)
+        if isinstance(normal, ReactionRow):
+            self.laws.append(self._pressing(normal, symbol))
+        else:
+            bare = moved if normal is row else row_motion(normal, self.motion, self.bias)
+            self._add_unit(symbol, "row", name, bare.of_body, [] if bare.all_told else bare.forces)
+            if row.name in self._touching:
+                self.contacts.append((name, bare.of_body))
         for sliding in row.frictions if isinstance(row, SlidingRow) else ():
             self._add_sliding(sliding, symbol, moved, normal)
 
@@ -173,19 +192,45 @@ class Actions:
         if forces and all(wrench is NO_WRENCH for wrench in of_body):
             self._in_joints.append((symbol, forces))
 
-    def _add_sliding(self, sliding: Sliding, normal: Any, moved: RowMotion, pressed: RowMotion) -> None:
-        """Add friction against the motion as a force of its own, given by its law."""
-        (factor,) = self.motion.state.values([sliding.coefficient])
+    def _add_sliding(self, sliding: Sliding, normal: Any, moved: RowMotion, pressing: Row) -> None:
+        """Add friction against the motion as a force of its own, given by its law; several normals make one force."""
         name = sliding.rows[0].name
+        along = [row_motion(row, self.motion, self.bias) for row in sliding.rows]
+        factors = friction_factors(sliding, along, self.motion)
+        (size,) = [-sliding.sense * factors[0]] if len(along) == 1 else self.motion.state.values([sliding.coefficient])
+        if name in self._rubbing:
+            self._rubbing[name].right.append((normal, size))
+            return
         s = self._further(FRICTION, name)
-        if len(sliding.rows) == 1:
-            along = row_motion(sliding.rows[0], self.motion, self._bias)
-            against = [_scaled(wrench, -sliding.sense) for wrench in along.of_body]
-            self._add_unit(s, "friction", name, against, [-sliding.sense * x for x in along.forces])
+        self._rubbing[name] = Law(self.element(name), [(s, 1)], [(normal, size)])
+        self.laws.append(self._rubbing[name])
+        if len(along) == 1:
+            against = [_scaled(wrench, -sliding.sense) for wrench in along[0].of_body]
+            self._add_unit(s, "friction", self.element(name), against, [-sliding.sense * x for x in along[0].forces])
         else:
+            pressed = row_motion(pressing, self.motion, self.bias)
             pairs = zip(moved.of_body, pressed.of_body, strict=True)
-            self._add(s, "friction", name, [_difference(a, b, factor) for a, b in pairs])
-        self.laws.append(Law(s, name, factor=factor, of=normal))
+            self._add(s, "friction", self.element(name), [_difference(a, b, size) for a, b in pairs])
+
+    def _pressing(self, row: ReactionRow, symbol: Any) -> Law:
+        """Return what a row that defines a part of a joint's reaction says."""
+        share, rubbing, *parts = self.motion.state.values([row.share, row.rubbing, *row.force, *row.moment])
+        names = [row.name for row in self.motion.mechanism.rows]
+        left = [(symbol, share)]
+        left += [(self.symbols.multipliers[names.index(row.rubs)], rubbing)] if row.rubs in names else []
+        for index, body in enumerate(self.motion.mechanism.bodies):
+            if body.joint_name == row.joint:
+                return Law(self.element(row.name), left, list(zip(self.reaction_symbols(index), parts, strict=True)))
+        k = names.index(row.name)
+        found = self.rows[k]
+        right = [(self.symbols.multipliers[j], x) for j, x in found.coupling.items() if j != k]
+        moving = list(zip(self.symbols.accelerations, found.jacobian, strict=True))
+        return Law(self.element(row.name), [(symbol, -found.coupling[k])], [*moving, *right], -found.gamma)
+
+
+def without_friction(row: Row) -> Row:
+    """Return the row of what slides without its friction."""
+    return row.normal if isinstance(row, SlidingRow) else row
 
 
 def _scaled(wrench: Wrench, factor: S) -> Wrench:

@@ -49,7 +49,8 @@ class FreeBody:
 class CutFree:
     """All bodies of an instant cut free; `known`: reactions along free directions, and those that vanish."""
 
-    def __init__(self, actions: Actions, exactly: Exactly, words: Directions) -> None:
+    def __init__(self, actions: Actions, exactly: Exactly, words: Directions, laws: Sequence[Equality]) -> None:
+        self._laws = laws
         self.actions, self.exactly, self.words, self.plane = actions, exactly, words, words.plane
         self.motion, self.symbols = actions.motion, actions.symbols
         self._partials = partial_velocities(self.motion)
@@ -223,7 +224,7 @@ class CutFree:
         moments = {s for k, s in enumerate(self.symbols.reactions) if k % 6 > 2}
         while True:
             uses: dict[Any, int] = {}
-            for e in (*self.free, *(e for body in bodies for e in body.equations)):
+            for e in (*self.free, *self._laws, *(e for body in bodies for e in body.equations)):
                 for s in e.form.terms:
                     uses[s] = uses.get(s, 0) + 1
             idle = [

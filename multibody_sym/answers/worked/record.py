@@ -30,7 +30,8 @@ class Sentence:
 class Formula:
     """A line of mathematics: `sides` (sympy) joined by `relation`; `before` and `after` are words around it.
 
-    `tag` is the number by which other lines name it. `value` is what it comes to.
+    `tag` is the number by which other lines name it. `value` is what it comes to. Where it is
+    `assumed`, its first side has this value under an assumption that is rejected.
     """
 
     sides: tuple[Any, ...]
@@ -39,6 +40,7 @@ class Formula:
     before: Words = ()
     after: Words = ()
     value: Quantity | None = None
+    assumed: bool = False
 
 
 Line = Sentence | Formula

@@ -13,18 +13,18 @@ from multibody_sym.algebra.quotients import NoClosedFormError
 from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.solution import Solution
 from multibody_sym.answers.symbolic_state import SymbolicState
-from multibody_sym.answers.worked.actions import Action, Actions
-from multibody_sym.answers.worked.bodies import CutFree, Force, FreeBody
-from multibody_sym.answers.worked.directions import Directions, short
-from multibody_sym.answers.worked.elimination import Elimination, Found, arranged
-from multibody_sym.answers.worked.exactly import Equality, Exactly, Linear, linear, shown
+from multibody_sym.answers.worked.actions import Action
+from multibody_sym.answers.worked.bodies import Force, FreeBody
+from multibody_sym.answers.worked.directions import short
+from multibody_sym.answers.worked.elimination import Found, arranged
+from multibody_sym.answers.worked.equations import Equations
+from multibody_sym.answers.worked.exactly import Equality, Linear, shown
 from multibody_sym.answers.worked.given import given_lines
 from multibody_sym.answers.worked.record import Formula, Line, Quantity, Sentence, Words, Worked, WorkedStep
+from multibody_sym.answers.worked.rejected import rejected
 from multibody_sym.dynamics.derivation.letters import force_letters, guide_normal, row_letter
 from multibody_sym.dynamics.derivation.notation import MULTIPLIER, Notation, notation_of
-from multibody_sym.dynamics.derivation.symbols import symbols_of
 from multibody_sym.dynamics.derive import labels_of
-from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.model.mechanism.units import REACTION_UNITS, MechanismUnits
@@ -61,70 +61,12 @@ class _Work:
     def __init__(self, solved: Solved, solution: Solution, *, numbers: bool) -> None:
         self.solved, self.solution = solved, solution
         self.mechanism = solved.mechanism
-        self.symbols = symbols_of(self.mechanism)
-        given = _with_speeds(solved)
-        self.exactly = Exactly(self.mechanism, self.symbols, given, numbers=numbers)
-        self.plane = in_plane(solved.system)
-        self.actions = Actions(motion_of(self.mechanism, given.state), self.symbols)
-        gravity = self.exactly.quotients(self.actions.motion.gravity)
-        self.words = Directions(self.exactly, gravity, plane=self.plane)
-        self.cut = CutFree(self.actions, self.exactly, self.words)
-        self.relations = list(self._relations())
-        self.laws = list(self._laws())
-        self._number()
-        self.elimination = Elimination(self.exactly, self.symbols.accelerations)
-        self.reason = self._eliminated()
-
-    # --- equations -------------------------------------------------------------------------------------------------
-
-    def _relations(self) -> Iterator[Equality]:
-        """Yield what rows demand of the accelerations."""
-        for row, moved in zip(self.mechanism.rows, self.actions.rows, strict=True):
-            if not moved.kinematic:
-                continue
-            *factors, gamma = self.exactly.quotients([*moved.jacobian, moved.gamma])
-            left = linear(zip(self.symbols.accelerations, factors, strict=True), gamma * 0)
-            found = arranged(Equality(left, Linear({}, gamma), "relation", (row.name,)), self.symbols.accelerations)
-            if not found.form.vanishes:
-                yield found
-
-    def _laws(self) -> Iterator[Equality]:
-        for law in self.actions.laws:
-            one, zero = self.exactly.constant(1), self.exactly.constant(0)
-            value, factor = self.exactly.quotients([0 if law.value is None else law.value, law.factor])
-            right = Linear({law.of: factor} if law.of is not None and not factor.is_zero else {}, value)
-            yield Equality(Linear({law.symbol: one}, zero), right, "law", (law.element,))
-
-    @property
-    def equations(self) -> list[Equality]:
-        """All equations in the order in which they are printed."""
-        of_bodies = (e for body in self.cut.bodies for e in body.equations)
-        return [*of_bodies, *self.cut.free, *self.relations, *self.laws]
-
-    def _number(self) -> None:
-        for number, e in enumerate(self.equations, 1):
-            e.tag = number
-
-    def _eliminated(self) -> str:
-        """Eliminate, and return why this was left out."""
-        if self.exactly.numbers:
-            return "formulas would be too long to be read; what is given stands in the equations as numbers"
-        self.exactly.renew()
-        try:
-            self.elimination.run(self.equations)
-        except NoClosedFormError as reason:
-            return str(reason)
-        return ""
-
-    # --- what stands for what --------------------------------------------------------------------------------------
-
-    @cached_property
-    def unknowns(self) -> list[Any]:
-        """The unknowns in the order in which they are told: accelerations, then forces."""
-        used = dict.fromkeys(x for e in self.equations for x in (*e.left.terms, *e.right.terms))
-        forces = [x for x in (*self.symbols.multipliers, *self.symbols.reactions) if x in used]
-        further = [each.symbol for each in self.actions.further if each.symbol in used]
-        return [*(x for x in self.symbols.accelerations if x in used), *forces, *further]
+        plane = in_plane(solved.system)
+        self.equations = Equations(self.mechanism, _with_speeds(solved), plane=plane, numbers=numbers)
+        self.symbols, self.exactly = self.equations.symbols, self.equations.exactly
+        self.actions, self.words, self.cut = self.equations.actions, self.equations.words, self.equations.cut
+        self.elimination, self.reason = self.equations.elimination, self.equations.reason
+        self.unknowns = self.equations.unknowns
 
     @cached_property
     def _lettered(self) -> set[Any]:
@@ -132,13 +74,14 @@ class _Work:
         rows = zip(self.symbols.multipliers, self.mechanism.rows, strict=True)
         guides = (body for body in enumerate(self.mechanism.bodies))
         normal = {self._own(k)[across] for k, body in guides if (across := guide_normal(body)) is not None}
-        return {s for s, row in rows if row_letter(row)} | normal
+        further = {each.symbol for each in self.actions.further}
+        return {s for s, row in rows if row_letter(row, self.mechanism)} | normal | further
 
     @cached_property
     def notation(self) -> Notation:
         """How everything is spelt."""
         plain = notation_of(self.mechanism, self.symbols, labels=labels_of(self.solved.system))
-        letters = force_letters(self.mechanism, self.symbols, set(self.unknowns), self.actions.further)
+        letters = force_letters(self.mechanism, self.symbols, self.unknowns, self.actions.further)
         places = {each.symbol: (MULTIPLIER, 10_000 + k) for k, each in enumerate(self.actions.further)}
         return replace(plain, spelling={**plain.spelling, **letters}, places={**plain.places, **places})
 
@@ -154,8 +97,9 @@ class _Work:
         found.update(zip(self.symbols.parameters, given.parameters, strict=True))
         found.update(zip(self.symbols.coordinates, given.q, strict=True))
         found.update(zip(self.symbols.speeds, given.u, strict=True))
-        for law, e in zip(self.actions.laws, self.laws, strict=True):
-            found[law.symbol] = _value(e.right, found)
+        for e in self.equations.laws:
+            s = next(iter(e.left.terms))
+            found[s] = _value(e.right.plus(e.left.without(s), -1), found) / float(e.left.terms[s].sample)
         return found
 
     def _own(self, index: int) -> tuple[Any, ...]:
@@ -182,11 +126,12 @@ class _Work:
             WorkedStep("Given", tuple(given_lines(self.solved, self.symbols))),
             *(WorkedStep(f"{body.name}, cut free", tuple(self._body(body))) for body in self.cut.bodies),
             WorkedStep("Free directions of joints", tuple(self._formula(e) for e in self.cut.free)),
-            WorkedStep("Relations between accelerations", tuple(self._formula(e) for e in self.relations)),
-            WorkedStep("Laws of forces", tuple(self._formula(e) for e in self.laws)),
+            WorkedStep("Relations between accelerations", tuple(self._formula(e) for e in self.equations.relations)),
+            WorkedStep("Laws of forces", tuple(self._formula(e) for e in self.equations.laws)),
             WorkedStep("Elimination", tuple(self._elimination())),
             WorkedStep("Result", tuple(self._result())),
             WorkedStep("Conditions", tuple(Sentence((line,)) for line in self.solution.conditions)),
+            *rejected(self.equations, self.notation, self._units),
         ]
         return Worked(self.mechanism.name, tuple(s for s in steps if s.lines), self.notation, self.values)
 
@@ -214,13 +159,25 @@ class _Work:
             yield Sentence((*direction[1:], ": ", self._named(action)))
             return
         known = self.cut.known.get(s)
-        value = s if known is None else self._safely(known)
+        if known is not None:
+            yield Sentence(tuple(self._driven(force, known)))
+            return
         shown_size = self.exactly.written(size)
-        drive = known is not None
-        name = f"drive of joint {action.element}" if drive else self._named(action)
-        yield Sentence(
-            (shown_size if s is None else value * shown_size, f": {name}, ", *self._short(direction, action))
-        )
+        words = self._short(direction, action)
+        yield Sentence((shown_size if s is None else s * shown_size, f": {self._named(action)}, ", *words))
+
+    def _driven(self, force: Force, known: Linear) -> Iterator[Any]:
+        """Yield in words what acts along a free direction of a joint: friction by its letter, or what drives."""
+        turns = all(x.is_zero for x in force.vector)
+        (s, factor), *others = *known.terms.items(), (None, known.rest)
+        rubs = s in self.actions.told and not others[1:] and others[0][1].is_zero
+        sign = -1 if rubs and factor.sample < 0 else 1
+        vector = [x * sign for x in (force.moment if turns else force.vector)]
+        size, direction = self.words.turning(vector) if turns else self.words.of(vector)
+        yield self._safely(known) * self.exactly.written(size) * sign
+        named = f"friction of {self.actions.told[s]}" if rubs else f"drive of joint {force.action.element}"
+        yield f": {named}, "
+        yield from self._short(direction, force.action)
 
     def _named(self, action: Action) -> str:
         """Return what acts in words."""
@@ -242,7 +199,7 @@ class _Work:
 
     def _elimination(self) -> Iterator[Line]:
         if self.reason:
-            count = len(self.equations)
+            count = len(self.equations.all)
             yield Sentence((f"{count} linear equations for {len(self.unknowns)} unknowns, solved in numbers:",))
             yield Sentence((self.reason,))
             return

@@ -15,7 +15,7 @@ from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism, TreeB
 from multibody_sym.model.mechanism.rows import AngleRow, DistanceRow, GearRow, PositionRow, RopeRow, Row
 from multibody_sym.scalars.node import ZERO
 
-TENSION, ROD, NORMAL, FRICTION, TOOTH = "T", "S", "N", "F", "Z"
+TENSION, ROD, NORMAL, FRICTION, TOOTH, MOMENT = "T", "S", "N", "F", "Z", "M"
 _SHORT: Final = 2
 _AXES: Final = "xyz"
 
@@ -34,25 +34,38 @@ def force_letters(
 ) -> dict[Any, Label]:
     """Return how the unknown forces that are `used` are spelt; `further` are those that no row and joint has.
 
-    One force of a kind has the letter alone, several have it with numbers in the order of the model; where the model
-    itself uses such a name, all of the kind have the letter with the element's name.
+    One force of a kind has the letter alone, several have it with numbers in the order of the model, friction that of
+    its normal force; where the model itself uses such a name, all of the kind have the letter with the element's name.
     """
     declared = (*mechanism.coordinates, *mechanism.speeds, *mechanism.parameters)
     taken = {"t", *mechanism.inputs, *(each.name for each in declared)}
     found: dict[Any, Label] = {}
     lettered = [*_of_rows(mechanism, symbols), *_of_guides(mechanism, symbols), *further]
     lettered = [each for each in lettered if each.symbol in used]
-    for letter in dict.fromkeys(each.letter for each in lettered):
+    order = {each.name: k for k, each in enumerate(mechanism.one_way)}
+    lettered.sort(key=lambda each: order.get(each.element, -1))
+    pressing: dict[str, str] = {}
+    for letter in sorted({each.letter for each in lettered}, key=lambda letter: letter != NORMAL):
         kind = [each for each in lettered if each.letter == letter]
-        found.update(_numbered(kind, taken))
+        numbers = _numbers(kind, pressing)
+        found.update(_numbered(kind, numbers, taken))
+        if letter == NORMAL:
+            pressing = {each.element: number for each, number in zip(kind, numbers, strict=True)}
     found.update((s, label) for s, label in _of_joints(mechanism, symbols).items() if s in used and s not in found)
     return _apart(found, taken)
 
 
-def _numbered(kind: Sequence[Lettered], taken: Collection[str]) -> dict[Any, Label]:
+def _numbers(kind: Sequence[Lettered], pressing: Mapping[str, str]) -> list[str]:
+    """Return the numbers of the forces of one kind: friction has that of its normal force."""
+    of_normals = [pressing.get(each.element, "") for each in kind]
+    if kind[0].letter == FRICTION and all(of_normals) and len(set(of_normals)) == len(kind):
+        return of_normals
+    return [""] if len(kind) == 1 else [str(k + 1) for k in range(len(kind))]
+
+
+def _numbered(kind: Sequence[Lettered], numbers: Sequence[str], taken: Collection[str]) -> dict[Any, Label]:
     """Return T, or T1, T2 .., or T_string .. for the forces of one kind."""
     letter = kind[0].letter
-    numbers = [""] if len(kind) == 1 else [str(k + 1) for k in range(len(kind))]
     if any(letter + number in taken for number in numbers):
         return {each.symbol: _labelled(letter, each.element) for each in kind}
     subscripts = [f"_{{{number}}}" if number else "" for number in numbers]
@@ -86,16 +99,25 @@ def _apart(found: Mapping[Any, Label], taken: Collection[str]) -> dict[Any, Labe
 
 
 def _of_rows(mechanism: Mechanism, symbols: Symbols) -> Iterable[Lettered]:
+    elements = {row.name: each.name for each in mechanism.one_way for row in each.rows}
     for row, s in zip(mechanism.rows, symbols.multipliers, strict=True):
-        letter = row_letter(row)
+        letter = row_letter(row, mechanism)
         if letter:
-            yield Lettered(s, letter, row.name)
+            name = row.told[0] if isinstance(row, RopeRow) else elements.get(row.name, row.name)
+            yield Lettered(s, letter, name)
 
 
-def row_letter(row: Row) -> str:
+def row_letter(row: Row, mechanism: Mechanism) -> str:
     """Return the letter of a row's multiplier, empty where books have none."""
-    if isinstance(row, ContactRow) and not isinstance(row, TurningRow):
+    if isinstance(row, TurningRow):
+        return MOMENT
+    if isinstance(row, ContactRow):
         return NORMAL if row.is_holonomic else FRICTION
+    for element in mechanism.one_way:
+        if any(row.name == friction.name for part in element.frictions for friction in part.rows):
+            return FRICTION
+        if any(row.name == normal.name for normal in element.normals):
+            return TENSION if element.kind == "rope" else NORMAL
     kinds: dict[type[Row], str] = {RopeRow: TENSION, DistanceRow: ROD, GearRow: TOOTH}
     return next((letter for kind, letter in kinds.items() if isinstance(row, kind)), "")
 

@@ -57,7 +57,7 @@ def misses(worked: Worked) -> dict[str, float]:
         numbers = [
             [evaluate_float([parse(plain(term.removeprefix("+ ")))], values)[0] for term in side] for side in sides
         ]
-        totals = [sum(side) for side in numbers]
+        totals = [sum(side) for side in numbers][formula.assumed :]
         size = max(least, *(abs(x) for side in numbers for x in side))
         if formula.value is not None:
             totals.append(formula.value.number)

@@ -1,0 +1,142 @@
+"""The test of a state: other directions of sliding, and sticking, are assumed and lead to contradictions.
+
+A book assumes a direction and may be wrong; with friction not only signs change then. Here each assumption gets its own
+equations, and what contradicts it is told with its number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
+from multibody_sym.answers.worked.equations import Equations, with_parameters
+from multibody_sym.answers.worked.exactly import Linear, linear
+from multibody_sym.kinematics.rows import RowMotion, row_motion
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.modes import in_mode
+from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, OneWay
+
+_MOST: Final = 4
+_AT_REST: Final = 1e-12
+
+
+@dataclass(frozen=True)
+class Part:
+    """Friction of an element that is active, along one row."""
+
+    element: OneWay
+    friction: FrictionPart
+
+
+@dataclass(frozen=True)
+class Refuted:
+    """An assumption, the `slips` by part, its `equations`, and what contradicts it where one `part` rubs.
+
+    What slides would have the tangential acceleration `left` (over accelerations) = `value`, against the assumption.
+    What sticks would need the friction `value`, more than its `limit`.
+    """
+
+    slips: Mapping[str, int]
+    part: Part
+    equations: Equations
+    left: Linear
+    value: Quotient
+    limit: Quotient | None = None
+
+
+def refuted(equations: Equations) -> Iterator[Refuted]:
+    """Yield the other assumptions about friction that starts from rest, each with what contradicts it."""
+    mode = equations.mechanism.mode
+    if mode is None:
+        return
+    parts = parts_at_rest(equations)
+    slips = {part.friction.name: mode.slips.get(part.friction.name, STICKS) for part in parts}
+    for tried in _assumptions(slips):
+        found = (_contradiction(equations, parts, assumed) for assumed in tried)
+        told = next((each for each in found if each is not None), None)
+        if told is not None:
+            yield told
+
+
+def parts_at_rest(equations: Equations) -> list[Part]:
+    """Return the friction parts in the plane that are pressed and do not slide yet."""
+    mode = equations.mechanism.mode
+    return [
+        Part(element, part)
+        for element in (equations.mechanism.one_way if mode is not None else ())
+        if mode is not None and (not element.unilateral or mode.sides.get(element.name, INACTIVE) != INACTIVE)
+        for part in element.frictions
+        if len(part.rows) == 1 and not part.enough and _rests(equations, part)
+    ]
+
+
+def _rests(equations: Equations, part: FrictionPart) -> bool:
+    (rate,) = equations.exactly.quotients([_moved(equations, part).phidot])
+    return abs(float(rate.sample)) <= _AT_REST
+
+
+def _moved(equations: Equations, part: FrictionPart) -> RowMotion:
+    return row_motion(part.rows[0], equations.actions.motion, equations.actions.bias)
+
+
+def _assumptions(slips: Mapping[str, int]) -> list[list[dict[str, int]]]:
+    """Return what else may be assumed: all that slides slides back, or sticks; what sticks slides.
+
+    Each is a list of which the first that is refuted is told: where all that sticks leaves forces open, one of it does.
+    """
+    sliding = {name: slip for name, slip in slips.items() if slip != STICKS}
+    if not sliding:
+        return [[{name: slip}] for name in slips for slip in (1, -1)][:_MOST]
+    back = {name: -slip for name, slip in sliding.items()}
+    return [[back], [dict.fromkeys(sliding, STICKS), *({name: STICKS} for name in sliding)]]
+
+
+def _contradiction(equations: Equations, parts: list[Part], slips: Mapping[str, int]) -> Refuted | None:
+    """Return what contradicts an assumption; None where nothing does, or no closed form tells."""
+    mechanism = _assumed(equations.mechanism, slips)
+    try:
+        other = Equations(mechanism, with_parameters(mechanism, equations.given), plane=equations.words.plane)
+        if other.reason:
+            return None
+        for part in (part for part in parts if part.friction.name in slips):
+            found = _judged(other, part, slips)
+            if found is not None:
+                return found
+    except NoClosedFormError:
+        pass
+    return None
+
+
+def _assumed(mechanism: Mechanism, slips: Mapping[str, int]) -> Mechanism:
+    """Return the mechanism in the mode that slides otherwise."""
+    assert mechanism.mode is not None
+    added = {row.name for element in mechanism.one_way for row in element.rows}
+    bare = replace(mechanism, rows=tuple(row for row in mechanism.rows if row.name not in added), mode=None, held=())
+    return in_mode(bare, replace(mechanism.mode, slips={**mechanism.mode.slips, **slips}))
+
+
+def _judged(other: Equations, part: Part, slips: Mapping[str, int]) -> Refuted | None:
+    """Return how one part contradicts what was assumed of it: it moves the other way, or needs too much friction."""
+    slip = slips[part.friction.name]
+    if slip == STICKS:
+        return _too_much(other, part, slips)
+    moved = _moved(other, part.friction)
+    *factors, gamma = other.exactly.quotients([*moved.jacobian, moved.gamma])
+    left = linear(zip(other.symbols.accelerations, factors, strict=True), -gamma)
+    value = other.result(left)
+    return Refuted(slips, part, other, left, value) if float(value.sample) * slip < 0 else None
+
+
+def _too_much(other: Equations, part: Part, slips: Mapping[str, int]) -> Refuted | None:
+    names = [row.name for row in other.mechanism.rows]
+    friction = other.symbols.multipliers[names.index(part.friction.rows[0].name)]
+    normals = [other.normal(names.index(part.element.normals[k].name)) for k in part.friction.normals]
+    (coefficient,) = other.exactly.quotients(other.actions.motion.state.values([part.friction.static]))
+    left = Linear({friction: other.exactly.constant(1)}, coefficient * 0)
+    value, limit = other.result(left), coefficient * 0
+    for normal in map(other.result, normals):
+        limit = limit + normal * coefficient * (1 if normal.sample >= 0 else -1)
+    size = value if value.sample >= 0 else -value
+    return Refuted(slips, part, other, left, size, limit) if size.sample > limit.sample else None

@@ -1,0 +1,96 @@
+"""Assumptions that are rejected, as lines: what is assumed, what follows from it, and why that cannot be."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import sympy
+
+from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
+from multibody_sym.answers.worked.alternatives import Part, Refuted, parts_at_rest, refuted
+from multibody_sym.answers.worked.equations import Equations
+from multibody_sym.answers.worked.exactly import shown
+from multibody_sym.answers.worked.record import Formula, Line, Quantity, Sentence, WorkedStep
+from multibody_sym.dynamics.derivation.notation import Notation
+from multibody_sym.kinematics.rows import row_motion
+from multibody_sym.model.mechanism.contact_rows import ContactRow
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.scalars.node import ZERO, as_node
+from multibody_sym.scalars.vectors import apply, negate
+
+
+def rejected(equations: Equations, notation: Notation, units: Mapping[Any, str]) -> Iterator[WorkedStep]:
+    """Yield the steps that reject other assumptions about friction."""
+    told = _Rejected(equations, notation, units)
+    if equations.reason:
+        return
+    for number, found in enumerate(refuted(equations), 1):
+        yield WorkedStep(f"Other assumption {number}", tuple(told.lines(found)))
+
+
+class _Rejected:
+    """How rejected assumptions are told in the letters of the state that holds."""
+
+    def __init__(self, equations: Equations, notation: Notation, units: Mapping[Any, str]) -> None:
+        self.equations, self.notation, self.units = equations, notation, units
+        self.parts = {part.friction.name: part for part in parts_at_rest(equations)}
+
+    def lines(self, found: Refuted) -> Iterator[Line]:
+        """Yield what is assumed, what follows, and the contradiction."""
+        if found.limit is None:
+            ways = (f"{name} slides {self._way(self.parts[name], slip)}" for name, slip in found.slips.items())
+            yield Sentence((f"Assume that {' and '.join(ways)}, and friction acts against that. Then",))
+            unit = {self.units.get(x, "") for x in found.left.terms}
+            yield self._formula(found, shown(found.equations.exactly, found.left), found.value, unit.pop())
+            sign = ">" if found.slips[found.part.friction.name] > 0 else "<"
+            yield Sentence((f"and not {sign} 0, as was assumed: a contradiction.",))
+            return
+        friction, normals = self._symbols(found.part)
+        unit = {self.units.get(friction, "")}
+        yield Sentence((f"Assume that {' and '.join(found.slips)} stick{'s' if len(found.slips) == 1 else ''}. Then",))
+        yield self._formula(found, sympy.Abs(friction), found.value, next(iter(unit)))
+        yield Sentence(("is needed, and no more is there than",))
+        yield self._formula(found, normals, found.limit, next(iter(unit)))
+        yield Sentence(("a contradiction.",))
+
+    def _formula(self, found: Refuted, left: Any, value: Quotient, unit: str) -> Formula:
+        number = Quantity(float(value.sample), unit)
+        try:
+            written = found.equations.exactly.written(value)
+        except NoClosedFormError:
+            return Formula((left,), value=number, assumed=True)
+        return Formula((left,) if written.is_number else (left, written), value=number, assumed=True)
+
+    def _symbols(self, part: Part) -> tuple[Any, Any]:
+        """Return the letter of a part's friction, and the most that it can be, in the letters of the state."""
+        equations = self.equations
+        names = [row.name for row in equations.mechanism.rows]
+        row = part.friction.rows[0].name
+        further = [each.symbol for each in equations.actions.further if each.element == part.element.name]
+        friction = equations.symbols.multipliers[names.index(row)] if row in names else further[0]
+        (coefficient,) = equations.exactly.quotients(equations.actions.motion.state.values([part.friction.static]))
+        normals = [equations.normal(names.index(part.element.normals[k].name)) for k in part.friction.normals]
+        sizes = [shown(equations.exactly, normal) for normal in normals]
+        return friction, equations.exactly.written(coefficient) * sympy.Add(*sizes)
+
+    def _way(self, part: Part, slip: int) -> str:
+        """Return where the first of two bodies slides to, or how a joint's coordinate changes."""
+        row, equations = part.friction.rows[0], self.equations
+        moved = row_motion(row, equations.actions.motion, equations.actions.bias)
+        if not isinstance(row, ContactRow):
+            moving = [k for k, x in enumerate(moved.jacobian) if as_node(x) is not ZERO]
+            names = [coordinate_of(equations.mechanism, k) for k in moving]
+            return f"so that {' and '.join(names)} {'grows' if slip > 0 else 'falls'}"
+        first, second = (skin.place.body for skin in row.skins)
+        index, sign = (first, slip) if first >= 0 else (second, -slip)
+        world = apply(equations.actions.motion.rotation(index), moved.of_body[index][0])
+        vector = equations.exactly.quotients(world if sign > 0 else negate(world))
+        words = equations.words.of(vector)[1]
+        return "".join(word if isinstance(word, str) else self.notation.text(word) for word in words)
+
+
+def coordinate_of(mechanism: Mechanism, speed: int) -> str:
+    """Return the name of the coordinate of which a speed is the rate, or its own."""
+    pairs = (pair for body in mechanism.bodies for pair in body.rate_pairs)
+    return next((mechanism.coordinates[q].name for q, u in pairs if u == speed), mechanism.speeds[speed].name)
