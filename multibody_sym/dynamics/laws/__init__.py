@@ -4,9 +4,11 @@
 
     question                                           answered by
     what is asked, and what is found                   problem (records only)
-    which modes fulfil all laws; none, one, several    search, with modes that `proposals` and `enumeration` bring
-    does a mode fulfil them                            mode_solve (by QR, never by W = H M^-1 H^T), `judgement`
-    two states fit at the limit: which one follows     ties (rates); exact (50 digits, minimal polynomials)
+    which modes fulfil all laws; none, one, several    search, with the modes that `states` finds at given coefficients
+    which modes may                                    proposals (Lemke's method), enumeration (all of them)
+    what does a mode lead to; does it fulfil them      mode_solve (by QR, never by W = H M^-1 H^T), judgement
+    which of its forces, and is its motion, unique     uniqueness
+    two modes fit at the limit: which one follows      ties (their rates)
 
 In: a LawProblem, made of a mechanism's rows at a state, of its speeds or of impulses. Out: Found, with a LawState for
 each motion that is possible. Knows no mechanism, only numbers; imports `numerics` alone.

@@ -111,8 +111,8 @@ class LawState:
     `kinetic` are the parts that have their kinetic coefficient: what slides, and what slips from rest under its static
     one. `not_unique` are the rows whose z may have other values beside the same x; `at_limit` the rows (of a part its
     first one) where two modes fit and rates do not tell them apart either, or were not asked for: there the mode says
-    stick before slide, closed before open, taut before slack. `carrying` is the same mode by the rows alone that carry
-    z, from which it is found again where forces are not unique.
+    stick before slide, closed before open, taut before slack. `carrying` are the rows that carry z here: where forces
+    are not unique they are found again from it.
     """
 
     mode: LawMode
@@ -122,7 +122,7 @@ class LawState:
     kinetic: frozenset[int] = frozenset()
     not_unique: tuple[int, ...] = ()
     at_limit: tuple[int, ...] = ()
-    carrying: LawMode | None = None
+    carrying: tuple[int, ...] = ()
 
 
 Verdict = Literal["one", "none", "several"]

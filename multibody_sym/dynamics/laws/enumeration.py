@@ -1,0 +1,284 @@
+"""All modes, as far as they are few enough, and which of them may fulfil the laws: many small systems at once.
+
+Of a contact at rest there are 4 (open, stick, two slides; in space open, stick, and slip begun from three sides), of a
+rope, a stop or a contact that slides 2, of a two-sided normal 2 where its friction slides. The systems are made of
+K = A X, so what is nearly singular there is `doubtful`: it is tried by QR, as everything that fits is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS
+from multibody_sym.dynamics.laws.reduction import Reduced
+from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Places, Scaled
+from multibody_sym.numerics.arrays import Floats
+
+MOST: Final = 10_000
+LOOSE: Final = 1e-6
+"""What passes here to this part of the largest is tried by QR."""
+DOUBTFUL: Final = 1e-7
+"""Pivots of rows of unit length below this leave fewer digits than `LOOSE` asks for."""
+ZERO_PIVOT: Final = 1e-13
+TURNS: Final = 20
+"""Passes in which directions in space settle roughly; Newton's method does the rest."""
+AT_ONCE: Final = 2048
+STARTS: Final = tuple((math.cos(t), math.sin(t)) for t in (0.3, 0.3 + 2 * math.pi / 3, 0.3 - 2 * math.pi / 3))
+
+Labels = dict[str, dict[int, int]]
+
+
+@dataclass(frozen=True)
+class Enumerated:
+    """Modes as columns of numbers: sides (b, m), slips (b, p), directions (b, p, 2)."""
+
+    sides: Places
+    slips: Places
+    directions: Floats
+
+    def one(self, k: int) -> Modes:
+        return Modes(self.sides[k].copy(), self.slips[k].copy(), self.directions[k].copy())
+
+    def some(self, chosen: slice) -> Enumerated:
+        return Enumerated(self.sides[chosen], self.slips[chosen], self.directions[chosen])
+
+    def __len__(self) -> int:
+        return len(self.sides)
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Rows and parts that have to do with each other, and their combinations: (c, rows), (c, parts), (c, starts)."""
+
+    rows: list[int]
+    parts: list[int]
+    sides: Places
+    slips: Places
+
+
+def count_modes(problem: Scaled, mu: Floats) -> int:
+    """Return how many modes there are, or more than `MOST` where they are too many."""
+    total = 1
+    for rows, parts in _clusters(problem, mu):
+        if 2 ** min(len(rows), 40) * 3 ** min(len(parts), 40) > 60 * MOST:
+            return MOST + 1
+        total *= sum(1 for _ in _combinations(problem, rows, parts))
+        if total > MOST:
+            return MOST + 1
+    return total
+
+
+def every_mode(problem: Scaled, mu: Floats) -> Enumerated:
+    """Return all modes; there must not be more than `MOST`."""
+    groups = []
+    for rows, parts in _clusters(problem, mu):
+        both = list(_combinations(problem, rows, parts))
+        sides, slips = np.array([a for a, _ in both], dtype=np.intp), np.array([b for _, b in both], dtype=np.intp)
+        groups.append(_Group(rows, parts, sides.reshape(len(both), -1), slips.reshape(len(both), -1)))
+    sizes = [len(group.sides) for group in groups]
+    total = math.prod(sizes)
+    sides = np.zeros((total, problem.count), dtype=np.intp)
+    slips = np.zeros((total, len(problem.parts)), dtype=np.intp)
+    sides[:, problem.both] = 1
+    for part in problem.parts:
+        if not part.rests:
+            slips[:, part.number] = IN_SPACE if part.in_space else int(np.sign(part.velocity[0]))
+    places = np.unravel_index(np.arange(total), sizes) if sizes else ()
+    for group, place in zip(groups, places, strict=True):
+        sides[:, group.rows] = group.sides[place]
+        slips[:, group.parts] = group.slips[place]
+    return _with_directions(problem, sides, slips)
+
+
+def _with_directions(problem: Scaled, sides: Places, slips: Places) -> Enumerated:
+    """Return the modes with slips in space from rest, which are numbered IN_SPACE + start, as directions."""
+    directions = np.zeros((*slips.shape, 2))
+    for part in problem.parts:
+        if part.in_space and part.rests:
+            slip = slips[:, part.number]
+            for k, start in enumerate(STARTS):
+                directions[slip == IN_SPACE + k, part.number] = start
+            slips[:, part.number] = np.minimum(slip, IN_SPACE)
+    return Enumerated(sides, slips, directions)
+
+
+def _clusters(problem: Scaled, mu: Floats) -> Iterator[tuple[list[int], list[int]]]:
+    """Yield the undecided rows and parts that have to do with each other."""
+    rows_left = set(problem.unilateral.tolist())
+    groups: list[tuple[set[int], set[int]]] = []
+    for part in problem.parts:
+        if not mu[part.number]:
+            continue
+        normals = set(part.normals.tolist()) if not part.norm else set(part.normals.tolist()) & rows_left
+        own = {part.number} if part.rests and not part.enough else set[int]()
+        touched = [group for group in groups if group[0] & normals]
+        groups = [group for group in groups if group not in touched]
+        groups.append((normals.union(*(g[0] for g in touched)), own.union(*(g[1] for g in touched))))
+    yield from ((sorted(rows), sorted(parts)) for rows, parts in groups)
+    grouped = set[int]().union(*(rows for rows, _ in groups))
+    yield from (([row], []) for row in sorted(rows_left - grouped))
+
+
+def _combinations(problem: Scaled, rows: list[int], parts: list[int]) -> Iterator[tuple[list[int], list[int]]]:
+    """Yield sides of rows and slips of parts: none where nothing touches, no second side where nothing slides."""
+    unilateral = set(problem.unilateral.tolist())
+    choices = [(1, 0) if row in unilateral else (1, -1) for row in rows]
+    begun = (STICKS, *(IN_SPACE + k for k in range(len(STARTS))))
+    slips = [begun if problem.parts[p].in_space else (STICKS, 1, -1) for p in parts]
+    for sides in product(*choices):
+        of_row = dict(zip(rows, sides, strict=True))
+        for chosen in product(*slips):
+            slip = dict(zip(parts, chosen, strict=True))
+            if all(_touches(problem.parts[p], of_row) or not slip[p] for p in parts) and _sides_matter(
+                problem, of_row, slip, unilateral
+            ):
+                yield list(sides), list(chosen)
+
+
+def _touches(part: Part, sides: dict[int, int]) -> bool:
+    return any(sides.get(k, 1) for k in part.normals.tolist())
+
+
+def _sides_matter(problem: Scaled, sides: dict[int, int], slip: dict[int, int], unilateral: set[int]) -> bool:
+    """Return whether each negative side is that of a normal at which something slides."""
+    negative = {row for row, side in sides.items() if side < 0 and row not in unilateral}
+    sliding = (p for p in problem.parts if not p.rests or slip.get(p.number, STICKS) != STICKS)
+    return not negative or negative <= {int(k) for p in sliding for k in p.normals}
+
+
+# --- many systems at once ---------------------------------------------------------------------------------------------
+
+
+def candidates(problem: Scaled, small: Reduced, mu: Floats) -> Iterator[tuple[Modes, bool]]:
+    """Yield the modes that may fulfil the laws, and whether these may need other forces than a basic solution's."""
+    everything = every_mode(problem, mu)
+    for first in range(0, len(everything), AT_ONCE):
+        modes = everything.some(slice(first, first + AT_ONCE))
+        fits, doubtful, open_ = _tried(problem, small, mu, modes)
+        # Where nothing rubs, the corners of what is admissible are other modes' solutions.
+        open_ &= bool(mu.any())
+        for k in np.flatnonzero(fits | doubtful | open_):
+            yield modes.one(int(k)), bool(open_[k])
+
+
+def _tried(problem: Scaled, small: Reduced, mu: Floats, modes: Enumerated) -> tuple[Flags, Flags, Flags]:
+    """Return (b) which modes fit loosely, which are doubtful, and which leave forces open."""
+    norms = [p for p in problem.parts if p.norm and mu[p.number]]
+    turning = [p for p in problem.parts if p.in_space and p.rests and mu[p.number]]
+    pressing = {p.number: np.zeros((len(modes), len(p.normals))) for p in norms}
+    for _ in range(TURNS if norms or turning else 1):
+        systems = _systems(problem, small, mu, modes, pressing)
+        f, singular, consistent, open_ = _solved(*systems)
+        z, a = small.z0 + f @ small.Z.T, small.a0 + f @ small.K.T
+        for part in norms:
+            loads = part.base * z[:, part.normals]
+            pressing[part.number] = loads / np.maximum(np.linalg.norm(loads, axis=1), 1e-300)[:, None]
+        for part in turning:
+            to = a[:, part.rows]
+            turned = to / np.maximum(np.linalg.norm(to, axis=1), 1e-300)[:, None]
+            slips = modes.slips[:, part.number] != STICKS
+            modes.directions[slips, part.number] = turned[slips]
+    loose = 1e-3 if norms or turning else LOOSE
+    return consistent & _fits(problem, mu, modes, z, a, loose), singular, consistent & open_
+
+
+def _systems(
+    problem: Scaled, small: Reduced, mu: Floats, modes: Enumerated, pressing: dict[int, Floats]
+) -> tuple[Floats, Floats]:
+    """Return the matrices (b, k, k) and right sides (b, k) for the forces f."""
+    count, size = len(modes), len(small.own)
+    identity = np.eye(size)
+    left, right = np.zeros((count, size, size)), np.zeros((count, size))
+    left[:] = identity
+    place = small.place
+    for row in problem.unilateral:
+        closed = modes.sides[:, row] > 0
+        left[closed, place[row]] = small.K[row]
+        right[closed, place[row]] = -small.a0[row]
+    for part in problem.parts:
+        if not mu[part.number]:
+            continue
+        both = np.isin(part.normals, problem.both)
+        touching = (both | (modes.sides[:, part.normals] > 0)).any(axis=1)
+        sticks = touching & (modes.slips[:, part.number] == STICKS) & part.rests
+        weights = part.base * (
+            pressing[part.number] if part.norm else np.where(modes.sides[:, part.normals] < 0, -1, 1)
+        )
+        way = _ways(part, modes)
+        for component, row in enumerate(part.rows):
+            left[sticks, place[row]] = small.K[row]
+            right[sticks, place[row]] = -small.a0[row]
+            slides = touching & ~sticks
+            factors = (mu[part.number] * way[:, component, None] * weights)[slides]
+            left[slides, place[row]] += factors @ small.Z[part.normals]
+            right[slides, place[row]] = -factors @ small.z0[part.normals]
+    return left, right
+
+
+def _ways(part: Part, modes: Enumerated) -> Floats:
+    """Return (b, 1 or 2) how the part slips."""
+    if not part.rests:
+        return np.broadcast_to(part.moving, (len(modes), len(part.rows)))
+    return modes.directions[:, part.number] if part.in_space else modes.slips[:, [part.number]].astype(float)
+
+
+def _solved(left: Floats, right: Floats) -> tuple[Floats, Flags, Flags, Flags]:
+    """Return solutions (b, k) by elimination, and which are doubtful, consistent at all, and not the only ones.
+
+    Where a column has no pivot its unknown is zero.
+    """
+    count, size, _ = left.shape
+    T = np.concatenate([left, right[:, :, None]], axis=2)
+    T /= np.maximum(np.abs(left).max(axis=2, initial=0.0), 1e-300)[:, :, None]
+    scale = np.maximum(np.abs(T[:, :, -1]).max(axis=1, initial=0.0), 1e-300)
+    unused, where = np.ones((count, size), dtype=bool), np.full((count, size), -1)
+    doubtful: Flags = np.zeros(count, dtype=bool)
+    every = np.arange(count)
+    for j in range(size):
+        column = np.where(unused, np.abs(T[:, :, j]), -1.0)
+        chosen = column.argmax(axis=1)
+        pivot = column[every, chosen]
+        there = pivot > ZERO_PIVOT
+        doubtful |= there & (pivot < DOUBTFUL)
+        rows = T[every, chosen] / np.where(there, T[every, chosen, j], 1.0)[:, None]
+        factors = T[:, :, j] * there[:, None]
+        factors[every, chosen] = 0.0
+        T -= factors[:, :, None] * rows[:, None, :]
+        T[every[there], chosen[there]] = rows[there]
+        where[there, j] = chosen[there]
+        unused[every[there], chosen[there]] = False
+    solution = np.where(where >= 0, T[every[:, None], where, -1], 0.0)
+    missing = np.where(unused, np.abs(T[:, :, -1]), 0.0).max(axis=1, initial=0.0)
+    consistent = missing <= LOOSE * np.maximum(scale, np.abs(solution).max(axis=1, initial=0.0))
+    open_ = np.asarray((where < 0).any(axis=1), dtype=bool)
+    return np.asarray(solution, dtype=float), doubtful, np.asarray(consistent, dtype=bool), open_
+
+
+def _fits(problem: Scaled, mu: Floats, modes: Enumerated, z: Floats, a: Floats, loose: float) -> Flags:
+    """Return (b) whether all inequalities hold loosely."""
+    force = loose * np.abs(z).max(axis=1, initial=0.0)
+    gap = loose * (np.abs(a).max(axis=1, initial=0.0) + np.abs(problem.r).max(initial=0.0)) + loose * force
+    fits = np.ones(len(modes), dtype=bool)
+    for row in problem.unilateral:
+        closed = modes.sides[:, row] > 0
+        fits &= np.where(closed, z[:, row] >= -force, a[:, row] >= -gap)
+    for part in problem.parts:
+        if not mu[part.number]:
+            continue
+        loads = part.base * z[:, part.normals]
+        pressed = np.linalg.norm(loads, axis=1) if part.norm else np.abs(loads).sum(axis=1)
+        slips = modes.slips[:, part.number] != STICKS
+        if part.rests and not part.enough:
+            over = np.linalg.norm(z[:, part.rows], axis=1) - mu[part.number] * pressed
+            along = (a[:, part.rows] * _ways(part, modes)).sum(axis=1)
+            fits &= np.where(slips, along >= -gap, over <= force)
+        if not part.norm:
+            for k in np.intersect1d(part.normals, problem.both):
+                fits &= ~slips | (modes.sides[:, k] * z[:, k] >= -force)
+    return fits

@@ -1,0 +1,157 @@
+"""Whether what a mode leads to fulfils all laws, what to flip where it does not, and by which labels it is told."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+
+from multibody_sym.dynamics.laws.mode_solve import Trial, active_rows
+from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS
+from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Scaled
+from multibody_sym.numerics.arrays import EPSILON, Floats
+
+ACCEPTED: Final = 1e-10
+"""Inequalities hold to this part of the terms of their row, and of the largest force."""
+TIED: Final = 1e-12
+"""What is left of terms is zero below this part of them: some thousand roundings."""
+
+
+@dataclass(frozen=True)
+class Violation:
+    """An inequality that does not hold: which (`place` is the number of a row, or of a part), and by how much."""
+
+    kind: Literal["force", "gap", "cone", "slip", "side"]
+    place: int
+    by: float
+
+
+def gap_tolerance(problem: Scaled, x: Floats, z: Floats, part: float) -> Floats:
+    """Return (m) what of a counts as zero: a part of each row's terms, and rounding of the largest ones."""
+    largest = float(np.linalg.norm(x)) + float(np.abs(problem.r).max(initial=0.0))
+    rounding = 100.0 * EPSILON * problem.norms * largest
+    return np.asarray(part * problem.terms(x, z) + rounding + 1e-300, dtype=float)
+
+
+def force_tolerance(problem: Scaled, z: Floats, part: float) -> float:
+    """Return what of z counts as zero: a part of the largest, and rounding of what the forces come from."""
+    applied = float(np.abs(problem.r).max(initial=0.0))
+    return part * float(np.abs(z).max(initial=0.0)) + 100.0 * EPSILON * applied + 1e-300
+
+
+def fulfils(problem: Scaled, trial: Trial) -> bool:
+    return holds_equations(problem, trial) and next(violations(problem, trial), None) is None
+
+
+def holds_equations(problem: Scaled, trial: Trial) -> bool:
+    """Return whether a = 0 wherever the mode says so, dependent rows too."""
+    if not trial.solved or not np.isfinite(trial.x).all():
+        return False
+    active = active_rows(problem, trial.mode, trial.mu)
+    tolerance = gap_tolerance(problem, trial.x, trial.z, ACCEPTED)
+    return bool((np.abs(trial.a[active]) <= tolerance[active]).all())
+
+
+def violations(problem: Scaled, trial: Trial) -> Iterator[Violation]:
+    """Yield the inequalities that do not hold, sizes relative to what is largest of their kind."""
+    z, a, mode = trial.z, trial.a, trial.mode
+    force = force_tolerance(problem, z, ACCEPTED)
+    gap = gap_tolerance(problem, trial.x, z, ACCEPTED)
+    unilateral = problem.unilateral
+    closed = mode.sides[unilateral] > 0
+    for k in unilateral[closed & (z[unilateral] < -force)]:
+        yield Violation("force", int(k), float(-z[k]) / (force / ACCEPTED))
+    for k in unilateral[~closed & (a[unilateral] < -gap[unilateral])]:
+        yield Violation("gap", int(k), float(-a[k] / (gap[k] / ACCEPTED)))
+    for part in problem.parts:
+        if trial.mu[part.number] and mode.touching(part, problem.two_sided):
+            yield from _of_part(part, trial, force, float(gap[part.rows].max()))
+
+
+def _of_part(part: Part, trial: Trial, force: float, gap: float) -> Iterator[Violation]:
+    z, a, slip = trial.z, trial.a, int(trial.mode.slips[part.number])
+    if part.rests and slip == STICKS:
+        over = float(np.linalg.norm(z[part.rows])) - trial.mu[part.number] * part.pressed(z)
+        if not part.enough and over > force:
+            yield Violation("cone", part.number, over / (force / ACCEPTED))
+        return
+    if part.rests:
+        along = slip * a[part.rows[0]] if not part.in_space else trial.mode.directions[part.number] @ a[part.rows]
+        if along < -gap:
+            yield Violation("slip", part.number, float(-along) / (gap / ACCEPTED))
+    if not part.norm:
+        for k in part.normals[trial.mode.sides[part.normals] * z[part.normals] < -force]:
+            yield Violation("side", int(k), float(abs(z[k])) / (force / ACCEPTED))
+
+
+def flipped(problem: Scaled, trial: Trial, found: Violation) -> Modes:
+    """Return the mode with what does not hold turned into what then has to."""
+    mode = trial.mode.copy()
+    if found.kind in ("force", "gap"):
+        mode.sides[found.place] = 1 - mode.sides[found.place]
+    elif found.kind == "side":
+        mode.sides[found.place] = -1 if mode.sides[found.place] > 0 else 1
+    elif found.kind == "slip":
+        mode.slips[found.place] = STICKS
+    else:
+        part = problem.parts[found.place]
+        force = trial.z[part.rows]
+        if part.in_space:
+            mode.slips[found.place] = IN_SPACE
+            mode.directions[found.place] = -force / np.linalg.norm(force)
+        else:
+            mode.slips[found.place] = -1 if force[0] > 0 else 1
+        _with_sides_of(mode, part, trial.z, problem)
+    return mode
+
+
+def _with_sides_of(mode: Modes, part: Part, z: Floats, problem: Scaled) -> None:
+    """Set the sides of two-sided normals as the forces press."""
+    for k in part.normals:
+        if k in problem.both:
+            mode.sides[k] = -1 if z[k] < 0 else 1
+
+
+# --- labels -----------------------------------------------------------------------------------------------------------
+
+
+def labelled(problem: Scaled, trial: Trial) -> Modes:
+    """Return the mode by what moves: closed, stick and taut wherever a = 0; else what a and v_t say."""
+    mode = trial.mode.copy()
+    tolerance = gap_tolerance(problem, trial.x, trial.z, TIED)
+    still = np.abs(trial.a) <= tolerance
+    unilateral = problem.unilateral
+    mode.sides[unilateral] = (trial.mode.sides[unilateral] > 0) | still[unilateral]
+    force = force_tolerance(problem, trial.z, TIED)
+    mode.sides[problem.both] = np.where(np.abs(trial.z[problem.both]) <= force, 0, np.sign(trial.z[problem.both]))
+    for part in problem.parts:
+        mode.slips[part.number], mode.directions[part.number] = _slip(part, mode, trial, still, problem.two_sided)
+    for part in problem.parts:
+        mode.sides[part.rows] = (
+            part.rests and mode.slips[part.number] == STICKS and mode.touching(part, problem.two_sided)
+        )
+    return mode
+
+
+def _slip(part: Part, mode: Modes, trial: Trial, still: Flags, both: Flags) -> tuple[int, Floats]:
+    """Return how a part slips, and its direction from rest in space; what is smooth never sticks."""
+    nowhere = np.zeros(2)
+    if not mode.touching(part, both):
+        return STICKS, nowhere
+    if not part.rests:
+        return (IN_SPACE, nowhere) if part.in_space else (int(np.sign(part.velocity[0])), nowhere)
+    a, smooth = trial.a[part.rows], not trial.mu[part.number]
+    stuck = trial.mode.slips[part.number] == STICKS and trial.mode.touching(part, both)
+    stands = bool(still[part.rows].all()) or (stuck and not smooth)
+    if part.enough or (stands and not smooth):
+        return STICKS, nowhere
+    if part.in_space:
+        return IN_SPACE, np.array([1.0, 0.0]) if stands else a / np.linalg.norm(a)
+    return (1 if stands or a[0] > 0 else -1), nowhere
+
+
+def slipping(problem: Scaled, mode: Modes) -> frozenset[int]:
+    """Return the parts that slip from rest."""
+    return frozenset(p.number for p in problem.parts if p.rests and mode.slips[p.number] != STICKS)

@@ -1,0 +1,264 @@
+"""The motion and the forces of a mode, by QR of its rows: W = H M^-1 H^T is not formed, which squares the condition.
+
+With the active rows A_k^T = Q R and all forces z = S zeta (what slides exerts -+ mu times its normals):
+
+    R^T y = r,   x = Q y + (E - Q Q^T) C^T S zeta,   Q^T C^T S zeta = y   and the rows that define forces,
+
+solved by QR with column pivoting. Directions of slip that starts in space, and of forces whose length presses, are
+found by Newton's method around that solve.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.linalg import qr
+from scipy.linalg.blas import dtrsm
+
+from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS
+from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Places, Scaled
+from multibody_sym.numerics.arrays import EPSILON, Floats
+from multibody_sym.numerics.rank import exact
+
+SETTLED: Final = 1e-13
+PASSES: Final = 30
+VANISHING: Final = 1e-12
+"""Part of the largest force below which a force whose length presses is none, and has no direction."""
+TURN: Final = 1e-6
+"""Angle of the difference quotients of Newton's method: half of the digits."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What a mode leads to: x (n), z (m), a (m), whether its equations can be `solved` at all.
+
+    `columns` (k) are the rows whose z was free, `forces` (m, k) the map from these to all z, `idle` (k, j) their
+    combinations that no equation sees, and `moved` (n, j) what these do to x; `equations` and `right` are what they
+    fulfil.
+    """
+
+    mode: Modes
+    mu: Floats
+    x: Floats
+    z: Floats
+    a: Floats
+    solved: bool
+    columns: Places
+    forces: Floats
+    idle: Floats
+    moved: Floats
+    equations: Floats
+    right: Floats
+
+
+def solve_mode(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None = None) -> Trial:
+    """Return what a mode leads to with coefficients mu (p); forces that `carrying` (m) leaves out are zero."""
+    pressing: dict[int, Floats] = {}
+    norms = [p for p in problem.parts if p.norm and (mode.slips[p.number] != STICKS or not p.rests) and mu[p.number]]
+    turning = [p for p in problem.parts if p.in_space and p.rests and mode.slips[p.number] == IN_SPACE]
+    trial = _linear(problem, mode, mu, carrying, pressing)
+    for _ in range(PASSES if norms or turning else 0):
+        change = _press(norms, trial, pressing)
+        if turning:
+            mode, turned = _turned(problem, turning, mode, mu, carrying, pressing)
+            change = max(change, turned)
+        trial = _linear(problem, mode, mu, carrying, pressing)
+        if change < SETTLED:
+            return trial
+    if norms or turning:
+        return trial if _settled(norms, turning, trial, pressing) else _unsolved(trial)
+    return trial
+
+
+def _press(norms: list[Part], trial: Trial, pressing: dict[int, Floats]) -> float:
+    """Take the directions of pressing forces from the last pass, and return by how much they moved."""
+    change, largest = 0.0, float(np.abs(trial.z).max(initial=0.0))
+    for part in norms:
+        loads = part.base * trial.z[part.normals]
+        size = float(np.linalg.norm(loads))
+        new = loads / size if size > VANISHING * largest else np.zeros(len(loads))
+        before = pressing.get(part.number)
+        change = max(change, 1.0 if before is None else float(np.abs(new - before).max()))
+        pressing[part.number] = new
+    return change
+
+
+def _settled(norms: list[Part], turning: list[Part], trial: Trial, pressing: dict[int, Floats]) -> bool:
+    """Accept what rounding keeps from settling altogether."""
+    if norms and _press(norms, trial, dict(pressing)) > 1e-10:
+        return False
+    return all(abs(_across(part, trial)) <= 1e-10 * float(np.linalg.norm(trial.a[part.rows])) for part in turning)
+
+
+def _unsolved(trial: Trial) -> Trial:
+    return Trial(**{**trial.__dict__, "solved": False})
+
+
+# --- directions of slip in space --------------------------------------------------------------------------------------
+
+
+def _across(part: Part, trial: Trial) -> float:
+    """Return the part of a_t across the direction in which it slips."""
+    e, a = trial.mode.directions[part.number], trial.a[part.rows]
+    return float(e[0] * a[1] - e[1] * a[0])
+
+
+def _turned(
+    problem: Scaled,
+    turning: list[Part],
+    mode: Modes,
+    mu: Floats,
+    carrying: Flags | None,
+    pressing: dict[int, Floats],
+) -> tuple[Modes, float]:
+    """Return the mode after a Newton step for the angles at which slip is along a_t, and the largest turn."""
+
+    def across(angles: Floats) -> tuple[Floats, Floats]:
+        trial = _linear(problem, _at_angles(mode, turning, angles), mu, carrying, pressing)
+        a = np.array([trial.a[part.rows] for part in turning])
+        sizes = np.maximum(np.linalg.norm(a, axis=1), 1e-300)
+        return (np.cos(angles) * a[:, 1] - np.sin(angles) * a[:, 0]) / sizes, np.arctan2(a[:, 1], a[:, 0])
+
+    angles = np.array([np.arctan2(mode.directions[p.number, 1], mode.directions[p.number, 0]) for p in turning])
+    missing, wanted = across(angles)
+    slopes = np.empty((len(angles), len(angles)))
+    for k in range(len(angles)):
+        beside = angles.copy()
+        beside[k] += TURN
+        slopes[:, k] = (across(beside)[0] - missing) / TURN
+    step = np.linalg.lstsq(slopes, -missing, rcond=None)[0]
+    apart = (wanted - angles + np.pi) % (2.0 * np.pi) - np.pi
+    far = (np.abs(apart) > 1.0) | (np.abs(step) > 0.5)
+    step = np.where(far, np.clip(apart, -0.7, 0.7), step)
+    return _at_angles(mode, turning, angles + step), float(np.abs(step).max())
+
+
+def _at_angles(mode: Modes, turning: list[Part], angles: Floats) -> Modes:
+    mode = mode.copy()
+    numbers = [part.number for part in turning]
+    mode.directions[numbers, 0], mode.directions[numbers, 1] = np.cos(angles), np.sin(angles)
+    return mode
+
+
+# --- the linear solve -------------------------------------------------------------------------------------------------
+
+
+def sticking(problem: Scaled, mode: Modes, mu: Floats) -> Flags:
+    """Return (m) which friction rows restrict motion: those of parts that touch and stick."""
+    stuck = np.zeros(problem.count, dtype=bool)
+    for part in problem.parts:
+        if (
+            part.rests
+            and mode.slips[part.number] == STICKS
+            and mu[part.number]
+            and mode.touching(part, problem.two_sided)
+        ):
+            stuck[part.rows] = True
+    return stuck
+
+
+def active_rows(problem: Scaled, mode: Modes, mu: Floats) -> Flags:
+    """Return (m) which rows have a = 0, those that define forces among them."""
+    active = sticking(problem, mode, mu)
+    active[problem.kinematic] = active[problem.defining] = True
+    active[problem.unilateral] = mode.sides[problem.unilateral] > 0
+    return active
+
+
+def _forces(problem: Scaled, mode: Modes, mu: Floats, free: Places, pressing: dict[int, Floats]) -> Floats:
+    """Return S (m, k): all forces of free ones, which sliding friction follows."""
+    S = np.zeros((problem.count, len(free)))
+    S[free, np.arange(len(free))] = 1.0
+    place = np.full(problem.count, -1)
+    place[free] = np.arange(len(free))
+    for part in problem.parts:
+        slip = mode.slips[part.number]
+        if (part.rests and slip == STICKS) or not mu[part.number]:
+            continue
+        if part.norm:
+            weights = part.base * pressing.get(part.number, np.zeros(len(part.normals)))
+        else:
+            weights = part.base * np.where(mode.sides[part.normals] < 0, -1.0, 1.0)
+        way = _way(part, mode, slip)
+        columns = place[part.normals]
+        there = columns >= 0
+        S[np.ix_(part.rows, columns[there])] = -mu[part.number] * np.outer(way, weights[there])
+    return S
+
+
+def _way(part: Part, mode: Modes, slip: int) -> Floats:
+    """Return the unit vector of its slip."""
+    if not part.rests:
+        return part.moving
+    return mode.directions[part.number] if part.in_space else np.array([float(slip)])
+
+
+def _linear(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None, pressing: dict[int, Floats]) -> Trial:
+    """Solve the mode with directions as they are."""
+    active = active_rows(problem, mode, mu)
+    free = np.flatnonzero(active if carrying is None else active & carrying)
+    S = _forces(problem, mode, mu, free, pressing)
+    restricting = active.copy()
+    restricting[problem.defining] = False
+    Q, y = restricted(problem.A[restricting], problem.r[restricting])
+    pushes = problem.C.T @ S
+    along = Q.T @ pushes
+    beside = pushes - Q @ along
+    still = Q @ y
+    F = problem.defining
+    equations = np.vstack([along, problem.A[F] @ beside + problem.D[F] @ S])
+    right = np.concatenate([y, problem.r[F] - problem.A[F] @ still])
+    zeta, idle, solved = _basic(equations, right)
+    x = still + beside @ zeta
+    z = S @ zeta
+    a = problem.A @ x + problem.D @ z - problem.r
+    return Trial(mode, mu, x, z, a, solved, free, S, idle, beside @ idle, equations, right)
+
+
+def restricted(rows: Floats, right: Floats) -> tuple[Floats, Floats]:
+    """Return Q (n, k) and y (k) with x = Q y the shortest that fulfils the independent ones among A x = r."""
+    size = rows.shape[1]
+    if not len(rows):
+        return np.zeros((size, 0)), np.zeros(0)
+    Q, R, order = qr(rows.T, mode="economic", pivoting=True, check_finite=False)
+    diagonal = np.abs(R.diagonal())
+    kept = int((diagonal > exact(rows) * max(1.0, float(diagonal.max(initial=0.0)))).sum())
+    Q, R = Q[:, :kept], R[:kept, :kept]
+    return Q, _triangular(R, right[order[:kept], None], transposed=True)[:, 0]
+
+
+def _triangular(R: Floats, right: Floats, *, transposed: bool = False) -> Floats:
+    """Return R^-1 B or R^-T B; LAPACK's own routine waits for threads even where the matrix is small."""
+    if not R.size or not right.size:
+        return np.zeros(right.shape)
+    return np.asarray(dtrsm(1.0, R, right, trans_a=int(transposed)), dtype=float)
+
+
+def _basic(equations: Floats, right: Floats) -> tuple[Floats, Floats, bool]:
+    """Return a basic solution zeta (k), combinations (k, j) that the equations do not see, and whether it solves."""
+    count = equations.shape[1]
+    sizes = np.linalg.norm(equations, axis=0)
+    sizes[sizes <= exact(equations) * float(sizes.max(initial=0.0))] = 1.0
+    if not count or not len(right):
+        return np.zeros(count), np.eye(count), not right.any()
+    unit = equations / sizes
+    Q, R, order = qr(unit, mode="economic", pivoting=True, check_finite=False)
+    diagonal = np.abs(R.diagonal())
+    rank = int((diagonal > exact(equations) * float(diagonal.max(initial=0.0))).sum()) if diagonal.any() else 0
+    basic = R[:rank, :rank]
+
+    def solve(wanted: Floats) -> Floats:
+        return _triangular(basic, Q[:, :rank].T @ wanted[:, None])[:, 0]
+
+    zeta = np.zeros(count)
+    zeta[order[:rank]] = solve(right)
+    zeta[order[:rank]] += solve(right - unit @ zeta)
+    missing = float(np.abs(right - unit @ zeta).max(initial=0.0))
+    terms = float((np.abs(unit) @ np.abs(zeta) + np.abs(right)).max(initial=0.0))
+    idle = np.zeros((count, count - rank))
+    if rank < count:
+        idle[order[:rank]] = -_triangular(basic, R[:rank, rank:])
+        idle[order[rank:]] = np.eye(count - rank)
+    return zeta / sizes, idle / sizes[:, None], missing <= 1e-10 * terms + 1e3 * EPSILON * terms

@@ -1,0 +1,166 @@
+"""The states in which all laws hold at an instant: none, one or several, with what was searched."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from multibody_sym.dynamics.laws.judgement import labelled, slipping
+from multibody_sym.dynamics.laws.mode_solve import Trial, solve_mode
+from multibody_sym.dynamics.laws.problem import Drift, Found, LawMode, LawProblem, LawState, Verdict
+from multibody_sym.dynamics.laws.scaled import Flags, Modes, Scaled, scaled
+from multibody_sym.dynamics.laws.states import Near, States, same
+from multibody_sym.dynamics.laws.ties import rate_problem, tied, with_rates
+from multibody_sym.dynamics.laws.uniqueness import undetermined
+from multibody_sym.numerics.arrays import Floats
+
+
+def find(
+    problem: LawProblem,
+    previous: LawState | LawMode | None = None,
+    *,
+    every: bool = True,
+    drift: Drift | None = None,
+) -> Found:
+    """Return the states that fulfil all laws, from a previous state or mode where that is still near.
+
+    With `every` all modes are tried as long as there are no more than 10,000; without it one state is enough, they are
+    tried only where none is found, and forces that are not unique are not told. Of two coefficients the static one
+    holds for what does not slip: parts at rest have it first, those that slip then get the kinetic one, until no more
+    slip. `drift` gives rates, which decide where two modes fit at the limit.
+    """
+    search = _Search(scaled(problem), every, drift)
+    ends = search.run(_near(search.problem, previous))
+    told = tuple(search.told(end) for end in ends)
+    free = np.flatnonzero(np.any([end.labels.moving for end in ends], axis=0)) if ends else ()
+    verdict: Verdict = "none" if not told else "one" if len(told) == 1 and not len(free) else "several"
+    return Found(told, verdict, search.words(verdict), search.states.proved, tuple(int(k) for k in free))
+
+
+@dataclass(frozen=True)
+class _Labels:
+    """The mode by what moves, rows at a limit, and (m) which forces are not unique, and which of these move things."""
+
+    mode: Modes
+    at_limit: tuple[int, ...]
+    unsure: Flags
+    moving: Flags
+
+
+@dataclass(frozen=True)
+class _End:
+    """A state in which no more parts slip than have the kinetic coefficient."""
+
+    trial: Trial
+    labels: _Labels
+    kinetic: frozenset[int]
+
+
+class _Search:
+    def __init__(self, problem: Scaled, every: bool, drift: Drift | None = None) -> None:
+        self.problem, self.drift = problem, drift
+        self.exact = every or drift is not None
+        self.states = States(problem, every)
+
+    def run(self, near: Near | None) -> list[_End]:
+        """Return the states, from those with static coefficients on to those in which no more parts slip."""
+        waiting: list[tuple[frozenset[int], Near | None]] = [(frozenset(), near)]
+        begun, ends = set[frozenset[int]](), list[_End]()
+        while waiting:
+            kinetic, near = waiting.pop(0)
+            if kinetic in begun:
+                continue
+            begun.add(kinetic)
+            for trial in self.states.at(self._coefficients(kinetic), near):
+                labels = self._labels(trial, kinetic)
+                slips = slipping(self.problem, labels.mode)
+                new = {k for k in slips - kinetic if self.problem.parts[k].kinetic != self.problem.parts[k].static}
+                if new:
+                    waiting.append((kinetic | new, Near(labels.mode)))
+                else:
+                    self._end(ends, _End(trial, labels, kinetic | slips))
+        return ends
+
+    def _end(self, ends: list[_End], new: _End) -> None:
+        """Add a state, unless it is one that is there already, whose forces are not unique then."""
+        for k, end in enumerate(ends):
+            unsure = end.labels.unsure | new.labels.unsure
+            if same(self.problem, new.trial, end.trial, unsure):
+                ends[k] = replace(end, labels=replace(end.labels, unsure=unsure))
+                return
+        ends.append(new)
+
+    def _coefficients(self, kinetic: frozenset[int]) -> Floats:
+        parts = self.problem.parts
+        values = [p.kinetic if not p.rests or p.number in kinetic else p.static for p in parts]
+        return np.array(values, dtype=float).reshape(len(parts))
+
+    def _labels(self, trial: Trial, kinetic: frozenset[int]) -> _Labels:
+        mode = labelled(self.problem, trial)
+        none = np.zeros(self.problem.count, dtype=bool)
+        if not self.exact:
+            return _Labels(mode, (), none, none)
+        unsure, moving = undetermined(self.problem, solve_mode(self.problem, mode, trial.mu), trial)
+        limit = tied(self.problem, trial, mode, unsure)
+        if not limit or self.drift is None:
+            return _Labels(mode, limit.rows(self.problem), unsure, moving)
+        state = self._state(trial, mode, kinetic)
+        rates = rate_problem(self.problem, trial, mode, limit, self.drift(state) / self.problem.lengths)
+        ends = _Search(rates.problem, every=True).run(None)
+        if len(ends) != 1:
+            return _Labels(mode, limit.rows(self.problem), unsure, moving)
+        (end,) = ends
+        mode, again = with_rates(self.problem, (trial, mode, limit), rates, (end.trial, end.labels.mode))
+        return _Labels(mode, again.rows(self.problem), unsure, moving)
+
+    # --- what is told -------------------------------------------------------------------------------------------------
+
+    def told(self, end: _End) -> LawState:
+        state = self._state(end.trial, end.labels.mode, end.kinetic)
+        carrying = np.zeros(self.problem.count, dtype=bool)
+        carrying[end.trial.columns] = end.trial.z[end.trial.columns] != 0.0
+        return LawState(
+            state.mode,
+            state.x,
+            state.z,
+            state.a,
+            end.kinetic,
+            tuple(int(k) for k in np.flatnonzero(end.labels.unsure)),
+            end.labels.at_limit,
+            tuple(int(k) for k in np.flatnonzero(carrying)),
+        )
+
+    def _state(self, trial: Trial, mode: Modes, kinetic: frozenset[int]) -> LawState:
+        """Return a state in the units of the problem."""
+        directions = tuple((float(d[0]), float(d[1])) if d.any() else None for d in mode.directions)
+        told = LawMode(tuple(int(k) for k in mode.sides), tuple(int(k) for k in mode.slips), directions)
+        return LawState(told, trial.x, trial.z / self.problem.sizes, trial.a * self.problem.lengths, kinetic)
+
+    def words(self, verdict: Verdict) -> str:
+        """Return what was searched."""
+        states = self.states
+        if states.proved and states.tried:
+            return f"all {states.tried} modes"
+        if states.proved:
+            return "a contradiction by Lemke's method" if verdict == "none" else "least constraint: there is no other"
+        found = {"none": "none found, not proved", "one": "one state found, others not searched"}
+        return found.get(verdict, "several states found, others not searched")
+
+
+def _near(problem: Scaled, previous: LawState | LawMode | None) -> Near | None:
+    """Return where to begin."""
+    if previous is None:
+        return None
+    mode = previous.mode if isinstance(previous, LawState) else previous
+    sides, slips = np.array(mode.sides, dtype=np.intp), np.array(mode.slips, dtype=np.intp)
+    directions = np.array([d or (0.0, 0.0) for d in mode.directions], dtype=float).reshape(len(slips), 2)
+    for part in problem.parts:
+        if not part.rests:
+            slips[part.number] = 2 if part.in_space else int(np.sign(part.velocity[0]))
+    carrying = None
+    if isinstance(previous, LawState):
+        carrying = np.zeros(problem.count, dtype=bool)
+        carrying[list(previous.carrying)] = True
+        carrying[problem.kinematic] = carrying[problem.defining] = True
+    return Near(Modes(sides, slips, directions), carrying)

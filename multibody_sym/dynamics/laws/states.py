@@ -1,0 +1,196 @@
+"""The states at given coefficients: from a mode that is near, from one that Lemke's method proposes, or among all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.dynamics.laws.enumeration import MOST, candidates, count_modes
+from multibody_sym.dynamics.laws.judgement import flipped, fulfils, holds_equations, labelled, violations
+from multibody_sym.dynamics.laws.mode_solve import Trial, solve_mode
+from multibody_sym.dynamics.laws.problem import STICKS
+from multibody_sym.dynamics.laws.proposals import Proposal, propose
+from multibody_sym.dynamics.laws.reduction import Reduced, reduced
+from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Scaled
+from multibody_sym.dynamics.laws.uniqueness import SEEN, admissible
+from multibody_sym.numerics.arrays import Floats
+
+FLIPS: Final = 10
+SAME: Final = 1e-8
+"""States whose accelerations differ by less than this part of the largest are one."""
+PASSES: Final = 30
+
+
+@dataclass(frozen=True)
+class Near:
+    """A mode that may hold, and the rows (m) that carry force in it."""
+
+    mode: Modes
+    carrying: Flags | None = None
+
+
+class States:
+    """One problem being searched: how many modes were tried, and whether nothing was left out."""
+
+    def __init__(self, problem: Scaled, every: bool) -> None:
+        self.problem, self.every = problem, every
+        self.proved, self.tried = True, 0
+
+    @cached_property
+    def small(self) -> Reduced:
+        return reduced(self.problem)
+
+    def at(self, mu: Floats, near: Near | None) -> list[Trial]:
+        """Return the distinct states with these coefficients, or one of them."""
+        found = list[Trial]()
+        one = self._locally(mu, near) if near is not None else None
+        contradicts = False
+        if one is None:
+            one, contradicts = self._proposed(mu)
+        if one is not None:
+            found.append(one)
+            if not self.every or self._is_convex(mu):
+                self.proved &= self._is_convex(mu)
+                return found
+        count = count_modes(self.problem, mu)
+        if count > MOST:
+            self.proved &= contradicts and self._copositive(mu)
+            return found
+        self.tried += count
+        for mode, open_ in candidates(self.problem, self.small, mu):
+            for trial in self._tried(mode, mu, found) if open_ else self._basic(mode, mu):
+                if not any(same(self.problem, trial, other) for other in found):
+                    found.append(trial)
+        return found
+
+    def _basic(self, mode: Modes, mu: Floats) -> Iterator[Trial]:
+        trial = solve_mode(self.problem, mode, mu)
+        if fulfils(self.problem, trial):
+            yield trial
+
+    def _tried(self, mode: Modes, mu: Floats, found: list[Trial]) -> Iterator[Trial]:
+        """Yield states of a mode that leaves forces open, with both sides of two-sided normals that stick.
+
+        Where these forces do not move the system, its motion fits or does not, and may be known already.
+        """
+        for sided in _both_sides(self.problem, mode):
+            trial = solve_mode(self.problem, sided, mu)
+            if fulfils(self.problem, trial):
+                yield trial
+                continue
+            if not trial.idle.shape[1] or not holds_equations(self.problem, trial):
+                continue
+            if not self._open_motion(trial):
+                wrong = any(v.kind in ("gap", "slip") for v in violations(self.problem, trial))
+                if wrong or (not self._open_sides(trial) and any(moves_alike(self.problem, trial, t) for t in found)):
+                    continue
+            other = admissible(self.problem, trial)
+            if other is not None and fulfils(self.problem, other):
+                yield other
+
+    def _open_motion(self, trial: Trial) -> bool:
+        """Return whether forces that are open move the system."""
+        forces = np.abs(trial.forces @ trial.idle).max(initial=0.0)
+        return float(np.abs(trial.moved).max(initial=0.0)) > SEEN * float(forces)
+
+    def _open_sides(self, trial: Trial) -> bool:
+        """Return whether forces that are open press a joint."""
+        changes = np.abs(trial.forces @ trial.idle).max(axis=1, initial=0.0)
+        return bool((changes[self.problem.both] > SEEN * float(changes.max(initial=0.0))).any())
+
+    def _is_convex(self, mu: Floats) -> bool:
+        """Return whether nothing rubs: the motion is that of least constraint, and there is one."""
+        return not mu.any() and bool(np.array_equal(self.problem.A, self.problem.C))
+
+    def _copositive(self, mu: Floats) -> bool:
+        """Return whether a ray means that there is no state: contacts at rest alone rub."""
+        parts = [p for p in self.problem.parts if mu[p.number]]
+        two_sided = self.problem.two_sided
+        rest = all(p.rests and not p.norm and not p.in_space and not two_sided[p.normals].any() for p in parts)
+        return rest and bool(np.array_equal(self.problem.A, self.problem.C))
+
+    def _locally(self, mu: Floats, near: Near) -> Trial | None:
+        """Return a state in a mode, or in one that few flips lead to."""
+        mode, carrying, seen = near.mode, near.carrying, set[bytes]()
+        for _ in range(FLIPS + 1):
+            trial = solve_mode(self.problem, mode, mu, carrying)
+            if fulfils(self.problem, trial):
+                return trial
+            if carrying is not None:
+                carrying, trial = None, solve_mode(self.problem, mode, mu)
+                if fulfils(self.problem, trial):
+                    return trial
+            broken = sorted(violations(self.problem, trial), key=lambda v: -v.by) if np.isfinite(trial.z).all() else []
+            if trial.idle.shape[1] and holds_equations(self.problem, trial):
+                other = admissible(self.problem, trial)
+                if other is not None and fulfils(self.problem, other):
+                    return other
+            seen.add(mode.sides.tobytes() + mode.slips.tobytes())
+            turned = (flipped(self.problem, trial, v) for v in broken)
+            mode_ = next((m for m in turned if m.sides.tobytes() + m.slips.tobytes() not in seen), None)
+            if mode_ is None:
+                return None
+            mode = mode_
+        return None
+
+    def _proposed(self, mu: Floats) -> tuple[Trial | None, bool]:
+        """Return a state that Lemke's method leads to, and whether it ended on a ray."""
+        norms = [p for p in self.problem.parts if p.norm and mu[p.number]]
+        pressing: dict[int, Floats] = {}
+        ray = False
+        for _ in range(PASSES if norms else 1):
+            proposal = propose(self.problem, self.small, mu, pressing)
+            ray = proposal.ray and not proposal.spent
+            trial = None if proposal.ray else self._locally(mu, Near(proposal.mode, proposal.carrying))
+            if trial is not None:
+                return trial, False
+            if not self._press(norms, proposal, pressing):
+                break
+        return None, ray
+
+    def _press(self, norms: list[Part], proposal: Proposal, pressing: dict[int, Floats]) -> bool:
+        """Take the directions of pressing forces from a proposal; return whether they moved."""
+        moved = False
+        for part in norms:
+            loads = part.base * proposal.z[part.normals]
+            way = loads / (float(np.linalg.norm(loads)) or 1.0)
+            moved |= bool(np.abs(way - pressing.get(part.number, 0.0)).max(initial=0.0) > 1e-13)
+            pressing[part.number] = way
+        return moved
+
+
+def _both_sides(problem: Scaled, mode: Modes) -> Iterator[Modes]:
+    """Yield the mode with each choice of sides of normals of parts that stick."""
+    stuck = [p for p in problem.parts if p.rests and mode.slips[p.number] == STICKS and not p.norm]
+    rows = sorted({int(k) for p in stuck for k in p.normals if problem.two_sided[k]})
+    for sides in product((1, -1), repeat=len(rows)):
+        chosen = mode.copy()
+        chosen.sides[rows] = sides
+        yield chosen
+
+
+def same(problem: Scaled, one: Trial, other: Trial, unsure: Flags | None = None) -> bool:
+    """Return whether two states have the same accelerations, and press the same sides of joints that rub.
+
+    Of sides that are `unsure` (m) nothing is asked: there the forces are not unique.
+    """
+    if not moves_alike(problem, one, other):
+        return False
+    unsure = np.zeros(problem.count, dtype=bool) if unsure is None else unsure
+    if np.array_equal(labelled(problem, one).sides, labelled(problem, other).sides):
+        return True
+    largest = max(float(np.abs(trial.z).max(initial=0.0)) for trial in (one, other))
+    sure = problem.both[~unsure[problem.both]]
+    return bool((np.abs(one.z[sure] - other.z[sure]) <= SAME * largest).all())
+
+
+def moves_alike(problem: Scaled, one: Trial, other: Trial) -> bool:
+    """Return whether two states have the same accelerations."""
+    scale = max(float(np.abs(trial.x).max(initial=0.0)) for trial in (one, other))
+    scale = max(scale, float(np.abs(problem.r).max(initial=0.0)))
+    return float(np.abs(one.x - other.x).max(initial=0.0)) <= SAME * scale

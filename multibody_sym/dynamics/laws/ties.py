@@ -1,0 +1,163 @@
+"""Ties: where two modes fit an instant, their rates decide.
+
+On pairs that are both zero, and with A, C and D as they are,
+
+    a' = A y + D z' + g,   y = C^T z'      (g: how a changes while z does not)
+
+is a problem of the same kind: 0 <= a_n' beside 0 <= z_n'; 0 <= mu N' + s z_t' beside s a_t' >= 0 where friction is at
+its limit mu N = -s z_t; Coulomb's law of z_t' where N = 0. All else of the mode stays as it is: active rows have
+a' = 0, what slides follows its normals.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from multibody_sym.dynamics.laws.judgement import TIED, force_tolerance, gap_tolerance
+from multibody_sym.dynamics.laws.mode_solve import Trial, sticking
+from multibody_sym.dynamics.laws.problem import STICKS
+from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Scaled
+from multibody_sym.numerics.arrays import Floats
+
+
+@dataclass(frozen=True)
+class Ties:
+    """Rows of closed contacts and taut ropes without force; parts that stick with all the friction there can be."""
+
+    normals: tuple[int, ...]
+    parts: tuple[int, ...]
+
+    def __bool__(self) -> bool:
+        return bool(self.normals or self.parts)
+
+    def rows(self, problem: Scaled) -> tuple[int, ...]:
+        return tuple(sorted((*self.normals, *(int(problem.parts[k].rows[0]) for k in self.parts))))
+
+
+def tied(problem: Scaled, trial: Trial, mode: Modes, unsure: Flags) -> Ties:
+    """Return what is at its limit: a and z are both zero, of forces that are unique."""
+    force = force_tolerance(problem, trial.z, TIED)
+    gap = gap_tolerance(problem, trial.x, trial.z, TIED)
+    closed = problem.unilateral[mode.sides[problem.unilateral] > 0]
+    still = (np.abs(trial.z[closed]) <= force) & (np.abs(trial.a[closed]) <= gap[closed]) & ~unsure[closed]
+    stuck, parts = sticking(problem, mode, trial.mu), list[int]()
+    for part in problem.parts:
+        own = np.concatenate([part.rows, part.normals])
+        if not stuck[part.rows[0]] or part.enough or unsure[own].any():
+            continue
+        bound = trial.mu[part.number] * part.pressed(trial.z)
+        size = float(np.linalg.norm(trial.z[part.rows]))
+        if bound > force and abs(size - bound) <= 10.0 * TIED * max(size, bound) + force:
+            parts.append(part.number)
+    return Ties(tuple(int(k) for k in closed[still]), tuple(parts))
+
+
+@dataclass(frozen=True)
+class RateProblem:
+    """The problem of rates, and of which parts its parts are; rows of parts at their limit are along the slip."""
+
+    problem: Scaled
+    parts: tuple[int, ...]
+
+
+def rate_problem(problem: Scaled, trial: Trial, mode: Modes, ties: Ties, g: Floats) -> RateProblem:
+    """Return the problem of rates; its rows are those of the problem, without laws where the mode keeps them out."""
+    made = _Rates(problem, trial, mode, ties)
+    for part in problem.parts:
+        made.take(part)
+    active = mode.sides[problem.unilateral] > 0
+    loose = np.isin(problem.unilateral, ties.normals)
+    held, one_way = np.array(made.held, dtype=np.intp), np.array(made.one_way, dtype=np.intp)
+    kinematic = np.concatenate([problem.kinematic, problem.unilateral[active & ~loose], held])
+    unilateral = np.concatenate([problem.unilateral[loose], one_way])
+    asked = replace(
+        problem,
+        A=made.A,
+        C=made.C,
+        D=made.D,
+        r=-made.sense * g,
+        kinematic=np.sort(kinematic).astype(np.intp),
+        unilateral=np.sort(unilateral).astype(np.intp),
+        both=np.zeros(0, dtype=np.intp),
+        parts=tuple(replace(part, number=k) for k, part in enumerate(made.parts)),
+    )
+    return RateProblem(asked, tuple(part.number for part in made.parts))
+
+
+class _Rates:
+    """The rows of the problem of rates, while parts are taken into them one by one."""
+
+    def __init__(self, problem: Scaled, trial: Trial, mode: Modes, ties: Ties) -> None:
+        self.problem, self.trial, self.mode, self.ties = problem, trial, mode, ties
+        self.A, self.C, self.D = problem.A.copy(), problem.C.copy(), problem.D.copy()
+        self.sense = np.ones(problem.count)
+        self.held, self.one_way = list[int](), list[int]()
+        self.parts = list[Part]()
+        self.stuck = sticking(problem, mode, trial.mu)
+
+    def take(self, part: Part) -> None:
+        """Let a part slide with its normals, hold it, or leave its friction to be found."""
+        z, slip = self.trial.z, int(self.mode.slips[part.number])
+        mu = self.trial.mu[part.number]
+        if not mu or not self.mode.touching(part, self.problem.two_sided):
+            return
+        if slip != STICKS:
+            moving = part.moving if not part.rests else self._begun(part, slip)
+            self._follow(part, -mu * moving)
+        elif set(part.normals.tolist()) <= set(self.ties.normals) and not part.in_space:
+            self.parts.append(replace(part, static=mu, kinetic=mu))
+        elif part.number in self.ties.parts and not part.in_space:
+            sign = -float(np.sign(z[part.rows[0]]))
+            self._follow(part, np.array([-mu * sign]))
+            row = int(part.rows[0])
+            self.A[row] *= sign
+            self.C[row] *= sign
+            self.D[:, row] *= sign
+            self.D[row] *= sign
+            self.sense[row] = sign
+            self.one_way.append(row)
+        else:
+            self.held += part.rows.tolist()
+
+    def _begun(self, part: Part, slip: int) -> Floats:
+        return self.mode.directions[part.number] if part.in_space else np.array([float(slip)])
+
+    def _follow(self, part: Part, exerts: Floats) -> None:
+        """Let the normals exert the part's friction too."""
+        loads = part.base * self.trial.z[part.normals]
+        if part.norm:
+            weights = part.base * loads / (float(np.linalg.norm(loads)) or 1.0)
+        else:
+            weights = part.base * np.where(loads < 0.0, -1.0, 1.0)
+        for normal, weight in zip(part.normals, weights, strict=True):
+            self.C[normal] += weight * exerts @ self.C[part.rows]
+            self.D[:, normal] += weight * self.D[:, part.rows] @ exerts
+
+
+def with_rates(
+    problem: Scaled, before: tuple[Trial, Modes, Ties], rates: RateProblem, after: tuple[Trial, Modes]
+) -> tuple[Modes, Ties]:
+    """Return the mode that the rates say, from the state without them and theirs, and what they leave tied."""
+    old, mode, ties = before
+    trial, labels = after
+    mode = mode.copy()
+    gap = gap_tolerance(rates.problem, trial.x, trial.z, TIED)
+    still = (np.abs(trial.a) <= gap) & (np.abs(trial.z) <= force_tolerance(rates.problem, trial.z, TIED))
+    for k in ties.normals:
+        mode.sides[k] = labels.sides[k]
+    for number in ties.parts:
+        part = problem.parts[number]
+        if not part.in_space and not labels.sides[part.rows[0]]:
+            _slips(mode, part, -int(np.sign(old.z[part.rows[0]])))
+    for k, number in enumerate(rates.parts):
+        if labels.slips[k] != STICKS:
+            _slips(mode, problem.parts[number], int(labels.slips[k]))
+    parts = [k for k in ties.parts if problem.parts[k].in_space or still[problem.parts[k].rows[0]]]
+    return mode, Ties(tuple(k for k in ties.normals if still[k]), tuple(parts))
+
+
+def _slips(mode: Modes, part: Part, slip: int) -> None:
+    mode.slips[part.number] = slip
+    mode.sides[part.rows] = 0

@@ -1,0 +1,173 @@
+"""Forces that a mode leaves open: admissible ones among them, and what of them, or of the motion, is unique.
+
+zeta = zeta_0 + W t fulfils a mode's equations for all t (W: what they do not see). Inequalities on forces are linear in
+t but for those of circles and of two-sided normals; the former are taken with 16 edges where forces are chosen, and
+judged exactly afterwards, the latter are left out, as both are where uniqueness is asked for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from scipy.optimize import linprog
+
+from multibody_sym.dynamics.laws.judgement import force_tolerance
+from multibody_sym.dynamics.laws.mode_solve import Trial, sticking
+from multibody_sym.dynamics.laws.scaled import Flags, Part, Scaled
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import ROUNDED, null_space
+
+POLYGON: Final = 16
+NEAR: Final = 1e-9
+"""Margins below this part of the largest force may be none: whether they can be made larger is asked."""
+SEEN: Final = 1e-9
+"""What a combination of forces changes by less than this part of the largest is not changed by it."""
+
+
+def admissible(problem: Scaled, trial: Trial) -> Trial | None:
+    """Return the trial with other forces, and the motion that these lead to, so that all inequalities hold.
+
+    None where there are none.
+    """
+    present, slopes = _limits(problem, trial, POLYGON)
+    scale = _scale(problem, trial.z)
+    free = trial.idle.shape[1]
+    if free == 1:
+        low, high = _interval(present / scale, slopes[:, 0])
+        return _moved(problem, trial, np.array([_between(low, high) * scale])) if low <= high + 1e-12 else None
+    # The largest margin, so that rounding of the chosen forces breaks none of them where there is room.
+    found = linprog(
+        np.append(np.zeros(free), -1.0),
+        A_ub=np.column_stack([-slopes, np.ones(len(slopes))]),
+        b_ub=present / scale,
+        bounds=[*[(None, None)] * free, (-1e-9, 1e-3)],
+        method="highs",
+    )
+    return _moved(problem, trial, found.x[:free] * scale) if found.status == 0 else None
+
+
+def _interval(present: Floats, slopes: Floats) -> tuple[float, float]:
+    """Return between what t has present + slopes t >= 0; of what no t changes nothing is asked."""
+    steep = np.abs(slopes) > SEEN * float(np.abs(slopes).max(initial=0.0))
+    ends = -present[steep] / slopes[steep]
+    up = slopes[steep] > 0.0
+    return float(ends[up].max(initial=-np.inf)), float(ends[~up].min(initial=np.inf))
+
+
+def _between(low: float, high: float) -> float:
+    """Return a number inside an interval that may have no ends."""
+    if np.isfinite(low) and np.isfinite(high):
+        return (low + high) / 2.0
+    return low + 1.0 + abs(low) if np.isfinite(low) else high - 1.0 - abs(high) if np.isfinite(high) else 0.0
+
+
+def _scale(problem: Scaled, z: Floats) -> float:
+    return max(float(np.abs(z).max(initial=0.0)), force_tolerance(problem, z, 0.0) / ROUNDED)
+
+
+def _moved(problem: Scaled, trial: Trial, t: Floats) -> Trial:
+    x, z = trial.x + trial.moved @ t, trial.z + trial.forces @ (trial.idle @ t)
+    return replace(trial, x=x, z=z, a=problem.A @ x + problem.D @ z - problem.r)
+
+
+def undetermined(problem: Scaled, trial: Trial, state: Trial) -> tuple[Flags, Flags]:
+    """Return (m) which forces have other admissible values beside those of a state, and which of these move things.
+
+    `trial` is that of the state's mode by what moves.
+    """
+    none = np.zeros(problem.count, dtype=bool)
+    if not trial.idle.shape[1]:
+        return none, none
+    here = replace(trial, x=state.x, z=state.z, a=state.a)
+    ways = _unforced(problem, here)
+    changes, moves = trial.forces @ trial.idle @ ways, trial.moved @ ways
+    sizes = np.abs(changes).max(axis=1, initial=0.0)
+    seen = sizes > SEEN * float(sizes.max(initial=0.0))
+    moving = np.linalg.norm(moves, axis=0) > SEEN * np.maximum(np.linalg.norm(changes, axis=0), 1e-300)
+    columns = np.abs(changes[:, moving]).max(axis=1, initial=0.0)
+    return seen & (sizes > 0.0), (columns > SEEN * float(columns.max(initial=0.0))) & bool(moving.any())
+
+
+def _unforced(problem: Scaled, trial: Trial) -> Floats:
+    """Return an orthonormal basis of the t in whose directions admissible forces lie.
+
+    Inequalities that hold with equality for all admissible forces take directions away: those whose margins cannot be
+    made positive, all of them together in the first pass, the remaining ones in the following ones.
+    """
+    margins, slopes = _limits(problem, trial, 0)
+    present = margins / _scale(problem, trial.z)
+    touched = np.abs(slopes).max(axis=1, initial=0.0) > SEEN * float(np.abs(slopes).max(initial=0.0))
+    held = touched & (present <= NEAR)
+    free = trial.idle.shape[1]
+    if free == 1:
+        low, high = _interval(np.maximum(present, 0.0), slopes[:, 0])
+        return np.eye(1) if high - low > NEAR / float(np.abs(slopes).max()) else np.zeros((1, 0))
+    while held.any():
+        count = int(held.sum())
+        found = linprog(
+            np.concatenate([np.zeros(free), -np.ones(count)]),
+            A_ub=_stacked(slopes, held, touched),
+            b_ub=np.maximum(present[touched], 0.0),
+            bounds=[*[(-1e3, 1e3)] * free, *[(0.0, 1e-3)] * count],
+            method="highs",
+        )
+        made = found.x[free:] if found.status == 0 else np.zeros(count)
+        if not (made > 1e-9).any():
+            break
+        held[np.flatnonzero(held)[made > 1e-9]] = False
+    return null_space(slopes[held], SEEN) if held.any() else np.eye(free)
+
+
+def _stacked(slopes: Floats, held: Flags, touched: Flags) -> Floats:
+    """Return the left sides of margin_i - slope_i t <= present_i, without a margin where one is positive already."""
+    margins = np.zeros((len(slopes), int(held.sum())))
+    margins[np.flatnonzero(held), np.arange(margins.shape[1])] = 1.0
+    return np.column_stack([-slopes, margins])[touched]
+
+
+def _limits(problem: Scaled, trial: Trial, polygon: int) -> tuple[Floats, Floats]:
+    """Return what must be >= 0: the values (i) of a trial, and their slopes (i, j) by t.
+
+    Circles have so many edges, or are left out.
+    """
+    mode, count = trial.mode, problem.count
+    unit = np.eye(count)
+    closed = mode.sides[problem.unilateral] > 0
+    of_z = [unit[problem.unilateral[closed]]]
+    of_a = [unit[problem.unilateral[~closed]]]
+    stuck = sticking(problem, mode, trial.mu)
+    for part in problem.parts:
+        if stuck[part.rows[0]] and not part.enough and not part.norm and (polygon or not part.in_space):
+            of_z += _cone(problem, part, trial, polygon)
+        slip = mode.slips[part.number]
+        if not slip or not trial.mu[part.number]:
+            continue
+        if not part.norm:
+            pressed = part.normals[problem.two_sided[part.normals]]
+            of_z.append(unit[pressed] * np.where(mode.sides[pressed] < 0, -1.0, 1.0)[:, None])
+        if part.rests and not part.in_space:
+            of_a.append(slip * unit[part.rows])
+    forces, gaps = np.vstack(of_z), np.vstack(of_a)
+    z, x = trial.forces @ trial.idle, trial.moved
+    slopes = np.vstack([forces @ z, gaps @ (problem.A @ x + problem.D @ z)])
+    return np.concatenate([forces @ trial.z, gaps @ trial.a]), slopes
+
+
+def _cone(problem: Scaled, part: Part, trial: Trial, polygon: int) -> list[Floats]:
+    """Return what must be >= 0 of a part that sticks."""
+    row = np.zeros(problem.count)
+    negative = problem.two_sided[part.normals] & (trial.mode.sides[part.normals] < 0)
+    row[part.normals] = trial.mu[part.number] * part.base * np.where(negative, -1.0, 1.0)
+    if not part.in_space:
+        ways, factor = np.array([[1.0], [-1.0]]), 1.0
+    else:
+        angles = 2.0 * np.pi * np.arange(polygon) / polygon
+        ways, factor = np.column_stack([np.cos(angles), np.sin(angles)]), float(np.cos(np.pi / polygon))
+    made = []
+    for way in ways:
+        limit = factor * row
+        limit[part.rows] -= way
+        made.append(limit[None])
+    return made

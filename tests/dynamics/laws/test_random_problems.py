@@ -1,0 +1,83 @@
+"""All states of random blocks, planes, ropes and guides, against brute force under the same rule for coefficients."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from one_way_problems import Blocks, BruteState, brute_force, random_blocks
+
+from multibody_sym.dynamics.laws.problem import Found, LawState
+from multibody_sym.dynamics.laws.search import find
+
+
+def accelerations(blocks: Blocks, state: LawState) -> np.ndarray:
+    M, f, *_ = blocks.mechanical()
+    return state.x / np.sqrt(M) + f / M
+
+
+def told_apart(blocks: Blocks, state: LawState, brute: BruteState) -> list[str]:
+    """Return what a state says otherwise than brute force does."""
+    M, _, _, C, _, _ = blocks.mechanical()
+    udot = accelerations(blocks, state)
+    if np.abs(udot - brute.udot).max() > 1e-6 * max(10.0, float(np.abs(udot).max())):
+        return ["accelerations"]
+    sizes = np.sqrt((C * C / M).sum(axis=1))
+    for part in blocks.parts:
+        for row in part.normals:
+            sizes[row] = sizes[row] or sizes[part.rows[0]]
+    allowed = 1e-6 * (np.abs(state.z) + max(float((np.abs(state.z) * sizes).max(initial=0.0)), 1e-3) / (sizes + 1e-300))
+    open_ = brute.most - brute.least > allowed
+    told = np.isin(np.arange(len(state.z)), state.not_unique)
+    apart = [f"row {k}: open {open_[k]}, told {told[k]}" for k in np.flatnonzero(open_ != told)]
+    differs = ~open_ & (np.abs(brute.least - state.z) > allowed)
+    return apart + [f"row {k}: {state.z[k]}, not {brute.least[k]}" for k in np.flatnonzero(differs)]
+
+
+def disagreement(blocks: Blocks, found: Found, brute: list[BruteState]) -> str:
+    """Return in what the two differ, nothing where they agree."""
+    verdict = "none" if not brute else "one" if len(brute) == 1 and not brute[0].moves else "several"
+    if found.verdict != verdict:
+        return f"{found.verdict}, not {verdict}"
+    if any(state.moves for state in brute):
+        return "" if found.free or len(found.states) > 1 else "which forces move it is not told"
+    if len(found.states) != len(brute):
+        return f"{len(found.states)} states, not {len(brute)}"
+    for state in found.states:
+        apart = [told_apart(blocks, state, other) for other in brute]
+        if all(apart):
+            return str(min(apart, key=len))
+    return ""
+
+
+def compare(seeds: range, most: int, two_state: int, sliding: bool = True) -> Counter[str]:
+    verdicts = Counter[str]()
+    for seed in seeds:
+        blocks = random_blocks(np.random.default_rng(seed), most, two_state, sliding)
+        found = find(blocks.problem())
+        assert found.proved
+        wrong = disagreement(blocks, found, brute_force(blocks))
+        assert not wrong, f"seed {seed}: {wrong}"
+        verdicts[found.verdict] += 1
+    return verdicts
+
+
+@pytest.mark.parametrize("block", range(5))
+def test_states_of_random_systems_are_those_of_brute_force(block: int) -> None:
+    verdicts = compare(range(100 * block, 100 * block + 100), most=2, two_state=2)
+    assert verdicts["several"]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("block", range(19))
+def test_states_of_many_random_systems_are_those_of_brute_force(block: int) -> None:
+    """With up to 3 undecided contacts and 3 of two states: 19 times 1,000."""
+    compare(range(1000 + 1000 * block, 2000 + 1000 * block), most=3, two_state=3)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("block", range(10))
+def test_states_of_larger_random_systems_are_those_of_brute_force(block: int) -> None:
+    """With up to 5 undecided contacts and 3 of two states: 10 times 100."""
+    compare(range(30000 + 100 * block, 30100 + 100 * block), most=5, two_state=3)
