@@ -15,6 +15,7 @@ from multibody_sym.analysis.reference import Reference, dalembert
 from multibody_sym.dynamics.formalisms.equations import Formalism
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.rows import along_reactions
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import EPSILON, Floats
@@ -48,7 +49,8 @@ def agrees(mechanism: Mechanism, ratios: Mapping[str, float]) -> bool:
 def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Sequence[float] | Floats) -> float:
     """Return the largest scaled residual of udot (n) and lambda (s) in a reference's equations of motion.
 
-    With D = diag(M)^(-1/2) and r = M udot - (Q - c) - H^T lambda:
+    With D = diag(M)^(-1/2) and r = M udot - (Q - c) - H^T lambda, where friction puts other forces in place of H^T
+    lambda, and rows that define forces have their terms with lambda beside H udot:
 
         |D r| / (eps n (|D M D| |udot / D| + |D Q| + |D c| + |D H^T| |lambda|)),   norms: largest row sums,
 
@@ -62,11 +64,13 @@ def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Seq
     them at least.
     """
     x, multiplier = np.asarray(udot, dtype=float), np.asarray(multipliers, dtype=float)
-    matrix, jacobian = reference.mass_matrix, reference.constraint_jacobian
+    matrix, jacobian, exerted = reference.mass_matrix, reference.constraint_jacobian, reference.forces
+    if reference.beside:
+        exerted = np.array(along_reactions(exerted.tolist(), reference.beside, multiplier.tolist()), dtype=float)
     scale = 1.0 / np.sqrt(_inertia(reference))
-    residual = matrix @ x - (reference.applied - reference.velocity_terms) - jacobian.T @ multiplier
+    residual = matrix @ x - (reference.applied - reference.velocity_terms) - exerted.T @ multiplier
     forces = _norm(scale * reference.absolute_applied) + _norm(scale * reference.absolute_velocity_terms)
-    forces += _row_norm(scale[:, None] * jacobian.T) * _norm(multiplier)
+    forces += _row_norm(scale[:, None] * exerted.T) * _norm(multiplier)
     size = _norm(x / scale)
     ratios = [_quotient(_norm(scale * residual), _row_norm(scale[:, None] * matrix * scale) * size + forces)]
     sizes = np.abs(jacobian * scale).sum(axis=1)
@@ -74,7 +78,9 @@ def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Seq
     sizes = np.where(sizes <= ROUNDING * natural, natural, sizes)
     terms = reference.absolute_constraint_forcing + np.abs(jacobian) @ _answers(reference, scale)
     least = max(size, math.sqrt(EPSILON) * forces)
-    missed = np.abs(jacobian @ x - reference.constraint_forcing)
+    defined = reference.coupling @ multiplier
+    terms = terms + np.abs(reference.coupling) @ np.abs(multiplier)
+    missed = np.abs(jacobian @ x + defined - reference.constraint_forcing)
     ratios += map(_quotient, missed.tolist(), (sizes * least + terms).tolist())
     return float(np.max(ratios)) / (EPSILON * max(len(x), 1))
 

@@ -20,8 +20,9 @@ from multibody_sym.analysis.periodic import Multipliers, multipliers_of
 from multibody_sym.analysis.places_asked import begin_at, number_asked, told_of
 from multibody_sym.analysis.steadiness import NO_EIGENVALUES, constancy_of
 from multibody_sym.dynamics.routes import verify_formalism
-from multibody_sym.dynamics.start.examined import blame_numbers, examined, on_numbers
-from multibody_sym.dynamics.start.start import Start, start, verify_regular_start
+from multibody_sym.dynamics.start.examined import blame_numbers, on_numbers
+from multibody_sym.dynamics.start.start import Start, verify_regular_start
+from multibody_sym.dynamics.start.state import examined_state
 from multibody_sym.errors import InputError, ModelError, NoSolutionError, Where
 from multibody_sym.errors import at as under
 from multibody_sym.model.declaration.system import System
@@ -181,9 +182,7 @@ def _multiplied(system: System, formalism: str | None, place: At) -> Multipliers
 def _started(system: System, formalism: str | None, place: At) -> tuple[Flow, Start]:
     """Return the flow in coordinates of joints and its start, or the state at another place, which is regular."""
     verify_formalism(formalism)
-    declared = examined(system)
-    resolved = declared.relative or declared
-    first = start(resolved, project=system.simulation.project)
+    resolved, first = examined_state(system).in_joints
     with told_of(place):
         begin = begin_at(system, resolved, first, place, formalism)
         verify_regular_start(resolved, begin, "the start" if place is None else "the state")

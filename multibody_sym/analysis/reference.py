@@ -10,7 +10,7 @@ Source: Wittenburg, Dynamics of Multibody Systems, section 5.2.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot
 
@@ -30,7 +30,9 @@ from multibody_sym.numerics.arrays import Floats
 class Reference:
     """M (n x n), Q (n), c (n), H (s x n), gamma (s), and the sums of absolute contributions to Q, c and gamma.
 
-    `exerted` (s): the largest force or moment that a unit multiplier exerts on a body, which H may hold nothing of.
+    Multipliers exert `forces` C^T lambda (C s x n), which is H but for friction, those of rows `beside` others along
+    the vectors that they make with them, and are in rows that define forces by the `coupling` D (s x s). `exerted` (s):
+    the largest force or moment that a unit multiplier exerts on a body, which H may hold nothing of.
     """
 
     mass_matrix: Floats
@@ -42,6 +44,9 @@ class Reference:
     absolute_velocity_terms: Floats
     absolute_constraint_forcing: Floats
     exerted: Floats
+    forces: Floats
+    coupling: Floats
+    beside: Mapping[int, int]
 
 
 @dataclass(frozen=True)
@@ -83,9 +88,24 @@ def dalembert(motion: Motion) -> Reference:
     rows = row_motions(motion)
     jacobian = constraint_jacobian(rows).reshape(len(rows), count)
     gamma = np.array([row.gamma for row in rows], dtype=float)
+    defining = [0.0 if row.kinematic else abs(float(row.gamma)) for row in rows]
+    pushing = [row.forces if row.exerts is not None else h for row, h in zip(rows, jacobian, strict=True)]
+    coupling = [[row.coupling.get(k, 0.0) for k in range(len(rows))] for row in rows]
     matrix = np.vstack(velocities).T @ np.vstack(momenta)
-    absolutes = absolute_forces, absolute_terms, np.array(row_terms(motion), dtype=float)
-    return Reference(matrix, forces, terms, jacobian, gamma, *absolutes, exerted(rows))
+    absolutes = absolute_forces, absolute_terms, np.array(row_terms(motion), dtype=float) + defining
+    square = (len(rows), len(rows))
+    return Reference(
+        matrix,
+        forces,
+        terms,
+        jacobian,
+        gamma,
+        *absolutes,
+        exerted(rows),
+        np.array(pushing, dtype=float).reshape(jacobian.shape),
+        np.array(coupling, dtype=float).reshape(square),
+        {k: row.beside for k, row in enumerate(rows) if row.beside is not None},
+    )
 
 
 def partial_velocities(motion: Motion) -> list[Partials]:

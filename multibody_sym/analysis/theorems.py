@@ -22,7 +22,7 @@ from multibody_sym.dynamics.programs.reactions import acting
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy, split
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
-from multibody_sym.kinematics.rows import row_motions
+from multibody_sym.kinematics.rows import along_reactions, row_motions
 from multibody_sym.kinematics.state import State, slot_state
 from multibody_sym.kinematics.wrenches import Wrench, generalized_forces
 from multibody_sym.model.declaration.values import AXES
@@ -178,10 +178,13 @@ def _powers(motion: Motion, found: Accelerations) -> Floats:
     """Return the power of each load outside V, of each row, and of each joint's prescribed motion."""
     u = np.array(motion.state.u, dtype=float)
     _, working = split(motion.mechanism.loads)
-    exerted = [applied(motion, [load], weight=False) for load in working]
-    powers = [_power(motion, forces.of_body) + np.array(forces.of_speed, dtype=float) @ u for forces in exerted]
-    for row, multiplier in zip(row_motions(motion), found.multipliers, strict=True):
-        on_speeds = np.array(row.jacobian, dtype=float) - np.array(generalized_forces(motion, row.of_body), dtype=float)
+    loads = [applied(motion, [load], weight=False) for load in working]
+    powers = [_power(motion, forces.of_body) + np.array(forces.of_speed, dtype=float) @ u for forces in loads]
+    rows = row_motions(motion)
+    beside = {k: row.beside for k, row in enumerate(rows) if row.beside is not None}
+    exerted = along_reactions([row.forces for row in rows], beside, found.multipliers.tolist())
+    for row, pushing, multiplier in zip(rows, exerted, found.multipliers, strict=True):
+        on_speeds = np.array(pushing, dtype=float) - np.array(generalized_forces(motion, row.of_body), dtype=float)
         powers.append(multiplier * (_power(motion, row.of_body) + on_speeds @ u))
     for moved, (force, moment) in zip(motion.bodies, _transmitted(motion, found), strict=True):
         powers.append(dot(moved.given_linear, force) + dot(moved.given_angular, moment))

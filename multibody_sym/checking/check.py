@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 import numpy as np
@@ -23,7 +23,8 @@ from multibody_sym.dynamics.start.body_masses import holes
 from multibody_sym.dynamics.start.examined import blame_numbers, end_of_run, examined, on_numbers
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.sampling import sampled_states
-from multibody_sym.dynamics.start.start import Start, start, verify_regular_start
+from multibody_sym.dynamics.start.start import Start, verify_regular_start
+from multibody_sym.dynamics.start.state import state_at
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import State
@@ -57,7 +58,7 @@ class CheckReport:
     `assembled` start values, by how much given ones changed (`shifts`), and the largest such `shift`; `failure`: why
     there is no start to go on from, or no motion, if there is none; `hints` for the author; `withheld`: components of
     joints' reactions that are not determined, as constraints do not say where their forces act, with the reasons.
-    `units`: the unit of each coordinate and speed.
+    `units`: the unit of each coordinate and speed. `states`: how what holds one way only acts at the start.
     """
 
     degrees_of_freedom: int
@@ -80,6 +81,7 @@ class CheckReport:
     withheld_reasons: tuple[str, ...] = ()
     doubles: Mapping[str, int] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
+    states: Mapping[str, str] = field(default_factory=dict)
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `check --json` prints; without a start there are no numbers."""
@@ -115,12 +117,14 @@ def _checked(system: System, formalism: str | None) -> CheckReport:
     base = resolved.relative or resolved
     declared = _declared_hints(system, f"t_end = {end_of_run(system, base, parameter_values(base, {})):g} s")
     try:
-        begin = start(resolved, project=system.simulation.project)
+        state = state_at(resolved, project=system.simulation.project)
+        resolved, begin = state.mechanism, state.start
         verify_regular_start(resolved, begin)
     except NoSolutionError as error:
         count = len(resolved.speeds)
         return CheckReport(count, 0, (), (), failure=str(error), hints=(*declared, *_massless_hint(system, error)))
-    return _with_dynamics(system, resolved, begin, declared, FORMALISMS[chosen])
+    report = _with_dynamics(system, resolved, begin, declared, FORMALISMS[chosen])
+    return replace(report, states=state.words)
 
 
 def _with_dynamics(

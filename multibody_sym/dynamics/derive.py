@@ -30,7 +30,7 @@ from multibody_sym.dynamics.derivation.lagrange import (
     totals,
     verify_free,
 )
-from multibody_sym.dynamics.derivation.multipliers import RowTerms, rows_terms
+from multibody_sym.dynamics.derivation.multipliers import RowTerms, pressing, rows_terms, with_friction
 from multibody_sym.dynamics.derivation.notation import Notation, notation_of
 from multibody_sym.dynamics.derivation.record import Derivation, Equation, Step
 from multibody_sym.dynamics.derivation.steps import (
@@ -49,6 +49,7 @@ from multibody_sym.dynamics.formalisms.inverse_dynamics import inverse_dynamics
 from multibody_sym.dynamics.formalisms.newton_euler import without_reactions
 from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.examined import examined
+from multibody_sym.dynamics.start.state import state_at
 from multibody_sym.dynamics.start.straight import Side, straightened
 from multibody_sym.errors import ArgumentError, InputError, at, shown
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
@@ -89,7 +90,7 @@ def derive(
     InputError for an unknown method, ModelError where "lagrange" does not apply, NoSolutionError past the budget.
     """
     model = _asked(model, Changes(parameters, initial, inputs, coordinates, project))
-    resolved = model if isinstance(model, Mechanism) else examined(model)
+    resolved = model if isinstance(model, Mechanism) else _at_start(model)
     begin = measured_start(resolved, project=isinstance(model, System) and model.simulation.project)
     mechanism, sides = without_zero_angles(resolved, begin), tuple[Side, ...]()
     if begin is not None:
@@ -109,6 +110,12 @@ def derive(
                 return short
     named = Subexpressions(symbols.free_prefix, limits)
     return _derived(mechanism, chosen, symbols, named, energies(mechanism, symbols, named), told)
+
+
+def _at_start(system: System) -> Mechanism:
+    """Return the mechanism of a system; what holds one way only in the mode that it has at the start."""
+    declared = examined(system)
+    return state_at(declared, project=system.simulation.project).mechanism if declared.one_way else declared
 
 
 def _asked(model: System | Mechanism, changes: Changes) -> System | Mechanism:
@@ -194,6 +201,7 @@ class Parts:
 def _by_multipliers(mechanism: Mechanism, symbols: Symbols, names: Subexpressions, given: Energies) -> Parts:
     terms = lagrange_terms(mechanism, symbols, names, given)
     rows = rows_terms(mechanism, symbols, names, given)
+    rows = with_friction(rows, motion_of(mechanism, slot_state(mechanism)), symbols, names)
     parts = terms.mass_matrix, terms.velocity_terms, terms.potential_gradient, terms.forces
     return Parts(given, *parts, rows, terms)
 
@@ -232,6 +240,7 @@ def _formed(
         RowTerms(phi if row.is_holonomic else None, phidot, jacobian, gamma)
         for row, (phi, phidot, gamma, *jacobian) in zip(motion.mechanism.rows, expressions[n + 2 :], strict=True)
     ]
+    row_parts = with_friction(row_parts, motion, symbols, names)
     return Parts(given, expressions[:n], expressions[n], [sympy.S.Zero] * n, expressions[n + 1], row_parts)
 
 
@@ -277,13 +286,27 @@ def _derived(
         tuple(totals(parts.energies.forces, len(symbols.speeds))),
         *matrices,
         tuple(row.phidot if row.phi is None else row.phi for row in parts.rows),
-        parts.bodies.equations if parts.bodies else _equations(parts, symbols),
+        (*parts.bodies.equations, *_defined_forces(parts, symbols)) if parts.bodies else _equations(parts, symbols),
         parts.bodies.unknown if parts.bodies else (),
         tuple(definitions),
         {symbol: value_of(node) for symbol, node in names.numbers.items()},
         _steps(mechanism, symbols, names, parts, matrices, notation, told),
         notation,
         told.constants,
+        *_friction_matrices(parts, len(symbols.speeds)),
+        {k: row.beside for k, row in enumerate(parts.rows) if row.beside is not None},
+    )
+
+
+def _friction_matrices(parts: Parts, n: int) -> tuple[Any, Any]:
+    """Return C and D where multipliers exert other forces than H^T lambda, or define some; else None."""
+    if all(row.exerts is None and row.coupling is None for row in parts.rows):
+        return None, None
+    count = len(parts.rows)
+    coupling = [row.coupling or [sympy.S.Zero] * count for row in parts.rows]
+    return (
+        sympy.ImmutableMatrix(count, n, [x for row in parts.rows for x in row.forces]),
+        sympy.ImmutableMatrix(count, count, [x for row in coupling for x in row]),
     )
 
 
@@ -302,6 +325,7 @@ def _steps(
     terms = lagrange_steps(mechanism, symbols, notation, parts.terms) if parts.terms else ()
     energies = () if parts.bodies else energy_steps(mechanism, symbols, parts.energies, notation)
     bodies = free_body_steps(symbols, parts.bodies, parts.rows) if parts.bodies else ()
+    exerted, coupling = _friction_matrices(parts, len(symbols.speeds))
     return (
         coordinate_step(mechanism),
         *positions,
@@ -312,7 +336,7 @@ def _steps(
         *row_steps(mechanism, parts.rows),
         *bodies,
         Step("Equations of motion", _equations(parts, symbols), _ELIMINATED if bodies else ""),
-        matrix_step(*matrices),
+        matrix_step(*matrices, C=exerted, D=coupling),
     )
 
 
@@ -325,8 +349,20 @@ def _equations(parts: Parts, symbols: Symbols) -> tuple[Equation, ...]:
     for k, row in enumerate(parts.mass_matrix):
         inertia = [m * a for m, a in zip(row, symbols.accelerations, strict=True)]
         left = sympy.Add(*inertia, parts.velocity_terms[k], parts.potential_gradient[k])
-        pulls = [row.jacobian[k] * x for row, x in zip(parts.rows, symbols.multipliers, strict=True)]
+        pulls = [row.forces[k] * x for row, x in zip(parts.rows, pressing(parts.rows, symbols), strict=True)]
         found.append(Equation(left, sympy.Add(parts.forces[k], *pulls)))
+    return (*found, *_defined_forces(parts, symbols))
+
+
+def _defined_forces(parts: Parts, symbols: Symbols) -> tuple[Equation, ...]:
+    """Return what the rows say that define forces: each by accelerations, loads and other multipliers."""
+    found = []
+    for k, row in enumerate(parts.rows):
+        if row.coupling is None:
+            continue
+        inertia = [h * a for h, a in zip(row.jacobian, symbols.accelerations, strict=True)]
+        others = [d * x for j, (d, x) in enumerate(zip(row.coupling, symbols.multipliers, strict=True)) if j != k]
+        found.append(Equation(-row.coupling[k] * symbols.multipliers[k], sympy.Add(*inertia, *others, -row.gamma)))
     return tuple(found)
 
 

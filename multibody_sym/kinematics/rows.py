@@ -57,6 +57,10 @@ _AT_REST: Final = 1e-12
 """The speed (m/s) up to which what slips from rest keeps the direction in which it starts."""
 
 
+_NEARLY_ZERO: Final = 1e-300
+"""The square of a force that has no direction."""
+
+
 @dataclass(frozen=True)
 class RowMotion:
     """One row at a state: phi, phidot, the row H_j (nu), gamma, and the wrenches of a unit multiplier on the bodies.
@@ -64,7 +68,8 @@ class RowMotion:
     A nonholonomic row has no phi (None); its phidot is psi = a(q, t) u + b(q, t). Where the wrenches of a row are
     `all_told` H_j^T is their generalised force, though perhaps written otherwise. What slides `exerts` another
     generalised force (nu) than H_j^T. A row that defines a force has a `coupling` D_jk with the multipliers of rows k:
-    H_j udot + sum D_jk lambda_k = gamma_j; it restricts nothing.
+    H_j udot + sum D_jk lambda_k = gamma_j; it restricts nothing. Where its multiplier makes a vector with that of the
+    row numbered `beside`, it exerts this times its part of that vector's direction (`along_reactions`).
     """
 
     phi: S
@@ -75,6 +80,7 @@ class RowMotion:
     all_told: bool = False
     exerts: list[S] | None = None
     coupling: Mapping[int, S] = field(default_factory=dict)
+    beside: int | None = None
 
     @property
     def kinematic(self) -> bool:
@@ -107,6 +113,18 @@ def row_motions(motion: Motion) -> list[RowMotion]:
     return with_reactions(motion, found)
 
 
+def along_reactions(
+    forces: Sequence[Sequence[S]], beside: Mapping[int, int], multipliers: Sequence[S]
+) -> list[list[S]]:
+    """Return what rows exert (s x nu), those that go `beside` others times their part of the vectors' direction."""
+    found = [list(row) for row in forces]
+    for k, other in beside.items():
+        x, y = multipliers[k], multipliers[other]
+        part = x / sqrt(x * x + y * y + _NEARLY_ZERO)
+        found[k] = [part * f for f in found[k]]
+    return found
+
+
 def with_reactions(motion: Motion, rows: Sequence[RowMotion]) -> list[RowMotion]:
     """Return the rows with those that define parts of reactions filled in, which depend on all others."""
     found, wrenches = list(rows), [row.of_body for row in rows]
@@ -123,7 +141,11 @@ def with_reactions(motion: Motion, rows: Sequence[RowMotion]) -> list[RowMotion]
             share = share + rubbing * friction_factors(friction, [], motion)[0]
         if defining.rubs in names:
             coupling[names.index(defining.rubs)] = -rubbing
-        found[k] = replace(found[k], jacobian=part.columns, gamma=-part.rest, coupling={**coupling, k: -share})
+        beside = next((names.index(friction.beside) for friction in sliding if friction.beside), None)
+        coupling[k] = -share
+        found[k] = replace(
+            found[k], jacobian=part.columns, gamma=-part.rest, coupling=coupling, beside=beside
+        )
     return found
 
 

@@ -13,9 +13,8 @@ from numpy.typing import ArrayLike
 from multibody_sym.codegen.languages import LANGUAGES
 from multibody_sym.codegen.selftest import Samples, spread_samples
 from multibody_sym.dynamics.programs.system import programs
-from multibody_sym.dynamics.routes import FORMALISMS
-from multibody_sym.dynamics.start.examined import examined
-from multibody_sym.dynamics.start.start import start
+from multibody_sym.dynamics.routes import FORMALISMS, verify_formalism
+from multibody_sym.dynamics.start.state import examined_state
 from multibody_sym.errors import InputError, at, shown, suggestion
 from multibody_sym.formats.files import path_name
 from multibody_sym.model.declaration.doors import flag
@@ -62,9 +61,10 @@ def export(
         with at("to"):
             raise InputError(f"there is no language {shown(to)}{suggestion(to, LANGUAGES)}")
     asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
-    resolved = examined(asked)
+    verify_formalism(formalism)
+    placed = examined_state(asked)
+    resolved, begin = placed.mechanism, placed.start
     name = formalism_name(formalism, resolved)
-    begin = start(resolved, project=asked.simulation.project)
     made = programs(resolved, FORMALISMS[name]).as_mapping()
     state = (0.0, begin.q, begin.u, begin.parameters)
     samples = _samples(made, state)
@@ -72,7 +72,8 @@ def export(
         made = {key: folded(program, "parameters", begin.parameters) for key, program in made.items()}
         samples = {key: [(*s[:3], begin.parameters, *s[4:]) for s in listed] for key, listed in samples.items()}
     texts = LANGUAGES[to].files(made, samples)
-    table = {"formalism": name, "folded": fold, **_names(resolved, state), "programs": _signatures(made)}
+    mode = {"mode": placed.words} if resolved.one_way else {}
+    table = {"formalism": name, "folded": fold, **mode, **_names(resolved, state), "programs": _signatures(made)}
     return write_export(Path(folder), texts, table)
 
 

@@ -7,8 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from multibody_sym.dynamics.start.examined import examined, on_numbers
-from multibody_sym.dynamics.start.start import Start, start
+from multibody_sym.dynamics.routes import verify_formalism
+from multibody_sym.dynamics.start.examined import on_numbers
+from multibody_sym.dynamics.start.start import Start
+from multibody_sym.dynamics.start.state import StartState, examined_state
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.parameters import ALPHA, BETA
@@ -21,13 +23,14 @@ from multibody_sym.simulation.settings import form_of
 
 @dataclass(frozen=True, eq=False)
 class Runnable:
-    """A system with its mechanism, compiled Programs and start."""
+    """A system, its mechanism in its mode at the start, compiled Programs and start; `state` tells how it starts."""
 
     system: System
     mechanism: Mechanism
     formalism: str
     compiled: Compiled
     start: Start
+    state: StartState
 
     @cached_property
     def parameters(self) -> Floats:
@@ -64,9 +67,9 @@ def runnable(
     Raises InputError for what the model contradicts, and NoSolutionError where no start satisfies the constraints or a
     free direction has no inertia.
     """
-    resolved = examined(system)
-    name = formalism_name(formalism, resolved)
-    begin = start(resolved, project=system.simulation.project)
-    form = form_of(system.simulation, constrained=bool(resolved.rows))
-    programs = compiled(resolved, name, form, native=native, backend=backend)
-    return Runnable(system, resolved, name, programs, begin)
+    verify_formalism(formalism)
+    state = examined_state(system)
+    name = formalism_name(formalism, state.mechanism)
+    form = form_of(system.simulation, constrained=bool(state.mechanism.rows))
+    programs = compiled(state.mechanism, name, form, native=native, backend=backend)
+    return Runnable(system, state.mechanism, name, programs, state.start, state)

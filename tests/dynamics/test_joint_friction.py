@@ -8,14 +8,16 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from multibody_sym import loads
+from multibody_sym import derive, loads
 from multibody_sym.dynamics.formalisms.forward_dynamics import Accelerations, forward_dynamics
+from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.modes import in_mode
 from multibody_sym.model.mechanism.one_way import Mode
 from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.program.interpreter import interpret
 
 G, M, MU, F, A = 9.81, 2.0, 0.3, 20.0, 0.3
 BLOCK = f"""\
@@ -110,3 +112,60 @@ def test_a_screw_that_sticks_tells_what_presses_on_its_thread() -> None:
     found = by_routes(SCREW.replace("u: 1", "u: 0"), {"rub": 1}, 0)
     assert found.udot == pytest.approx([0], abs=1e-12)
     assert found.multipliers == pytest.approx([normal, tangential], rel=1e-12)
+
+
+# --- journals ------------------------------------------------------------------------------------------------------
+
+PENDULA = f"""\
+multibody_sym: 1
+name: double
+gravity: [0, -{G}, 0]
+bodies:
+  a: {{mass: 2, com: [0.5, 0, 0], inertia: {{Izz: 0.2}}, points: {{e: [1, 0, 0]}}}}
+  b: {{mass: 1, com: [0.3, 0.1, 0], inertia: {{Izz: 0.05}}}}
+joints:
+  A: {{type: revolute, parent: ground, child: a, q: alpha, initial: {{q: 0.3, u: 2}}}}
+  B: {{type: revolute, parent: a.e, child: b, q: beta, initial: {{q: -1, u: -5}}}}
+forces:
+  rub: {{type: friction, joint: A, static: 0.2, radius: 0.1}}
+  scrape: {{type: friction, joint: B, static: 0.4, radius: 0.1}}
+"""
+
+
+def pendula_by_hand() -> tuple[np.ndarray, np.ndarray]:
+    """Return udot and the bearings' forces of both bodies cut free, friction from the forces of the pass before."""
+    alpha, turned, w1, w2 = 0.3, 0.3 - 1, 2.0, 2.0 - 5
+    c1 = 0.5 * np.array([math.cos(alpha), math.sin(alpha)])
+    c2 = np.array([[math.cos(turned), -math.sin(turned)], [math.sin(turned), math.cos(turned)]]) @ [0.3, 0.1]
+    e = 2 * c1
+    turn, weight = np.array([[0, -1], [1, 0]]), np.array([0, -G])
+    friction = np.zeros(2)
+    for _ in range(100):
+        K, right = np.zeros((6, 6)), np.zeros(6)  # unknown: accelerations of both angles in space, A, B
+        K[:2, 0], K[:2, 2:4], K[:2, 4:6], right[:2] = 2 * turn @ c1, -np.eye(2), np.eye(2), 2 * (weight + w1**2 * c1)
+        K[2:4, 0], K[2:4, 1], K[2:4, 4:6] = turn @ e, turn @ c2, -np.eye(2)
+        right[2:4] = weight + w1**2 * e + w2**2 * c2
+        K[4, 0], K[4, 2:4], K[4, 4:6] = 0.2, -np.array([c1[1], -c1[0]]), -np.array([e[1] - c1[1], c1[0] - e[0]])
+        right[4] = friction[0] - friction[1]
+        K[5, 1], K[5, 4:6], right[5] = 0.05, -np.array([c2[1], -c2[0]]), friction[1]
+        found = np.linalg.solve(K, right)
+        sizes = np.linalg.norm(found[2:4]), np.linalg.norm(found[4:6])
+        friction = np.array([-0.2 * 0.1 * sizes[0], 0.4 * 0.1 * sizes[1]])  # alpha' > 0, beta' < 0
+    return np.array([found[0], found[1] - found[0]]), np.array(sizes)
+
+
+def test_journals_rub_with_the_lengths_of_their_own_forces() -> None:
+    resolved = in_mode(mechanism(loads(PENDULA)), Mode({"rub": 1, "scrape": 1}, {"rub": 1, "scrape": -1}))
+    begin = start(resolved)
+    state = state_of(resolved, float, 0.0, begin.q, begin.u, begin.parameters)
+    udot, sizes = pendula_by_hand()
+    for name, route in FORMALISMS.items():
+        if name != "lagrange":
+            found = forward_dynamics(route(resolved, state))
+            assert found.udot == pytest.approx(udot, rel=1e-12)
+            assert np.hypot(found.multipliers[::2], found.multipliers[1::2]) == pytest.approx(sizes, rel=1e-12)
+    program = programs(resolved, FORMALISMS["composite_body"]).state_derivative
+    run = interpret(program, 0.0, begin.q, begin.u, begin.parameters, np.zeros(0), np.zeros(0))
+    assert run[1] == pytest.approx(udot, rel=1e-12)
+    assert derive(resolved).lambdify()(begin.q, begin.u) == pytest.approx(udot, rel=1e-12)
+

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -45,6 +45,7 @@ def redundancy(motion: Motion, dynamics: TreeDynamics) -> Redundancy:
     Multipliers are not unique where a combination of them exerts nothing on the system: rows with a share in one, and
     joints that it loads.
     """
+    dynamics = restricting(dynamics)
     if not dynamics.rows:
         return Redundancy(0, (), ())
     matrix = _weighted(dynamics, constraint_jacobian(dynamics.rows))
@@ -63,6 +64,14 @@ def redundancy(motion: Motion, dynamics: TreeDynamics) -> Redundancy:
         {**{names[k]: () for k in sorted(shared - of_joints)}, **loaded},
         doubles,
     )
+
+
+def restricting(dynamics: TreeDynamics) -> TreeDynamics:
+    """Return the dynamics with those rows alone that restrict motion; others define forces."""
+    if all(row.kinematic for row in dynamics.rows):
+        return dynamics
+    kept = [(row, name) for row, name in zip(dynamics.rows, dynamics.row_names, strict=True) if row.kinematic]
+    return replace(dynamics, rows=[row for row, _ in kept], row_names=tuple(name for _, name in kept))
 
 
 def doubles_of(mechanism: Mechanism) -> dict[str, int]:

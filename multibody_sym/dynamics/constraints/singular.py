@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.constraints.closing import Rows, closed_near, moved
-from multibody_sym.dynamics.constraints.redundancy import approximate_rank, losing_rank
+from multibody_sym.dynamics.constraints.redundancy import approximate_rank, losing_rank, restricting
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.errors import NoSolutionError, Where
@@ -58,4 +58,4 @@ def _neighbours(rows: Rows, q: Floats) -> Iterator[TreeDynamics]:
 
 
 def _dynamics(rows: Rows, q: Floats) -> TreeDynamics:
-    return composite_body(rows.mechanism, rows.motion(q, np.zeros(len(rows.mechanism.speeds))).state)
+    return restricting(composite_body(rows.mechanism, rows.motion(q, np.zeros(len(rows.mechanism.speeds))).state))

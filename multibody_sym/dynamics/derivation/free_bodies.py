@@ -176,7 +176,7 @@ class _Sums:
         for k, linear, angular in zip(body.u, moved.linear, moved.angular, strict=True):
             direction = [*apply(R_FB, add(linear, cross(angular, point))), *apply(R_FB, angular)]
             by_rows = [
-                0 if row.all_told else row.jacobian[k] - generalized_forces(self._motion, row.of_body)[k]
+                0 if row.all_told else row.forces[k] - generalized_forces(self._motion, row.of_body)[k]
                 for row in self._rows
             ]
             yield direction, self._loads.of_speed[k], by_rows

@@ -7,7 +7,8 @@ The tree's terms come from `lagrange`; H and gamma from phi(q, t) alone, by diff
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import sympy
@@ -19,6 +20,7 @@ from multibody_sym.dynamics.derivation.lagrange import (
     Lowered,
     derived_once,
     energies,
+    known_nodes,
     lagrange_terms,
     lowered,
     projected,
@@ -26,8 +28,12 @@ from multibody_sym.dynamics.derivation.lagrange import (
 )
 from multibody_sym.dynamics.derivation.symbols import Symbols, numbered_symbols
 from multibody_sym.dynamics.formalisms.equations import EquationsOfMotion
+from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.scalars.node import as_node
+from multibody_sym.scalars.vectors import S
 
 
 def multipliers(mechanism: Mechanism, state: State) -> EquationsOfMotion:
@@ -49,13 +55,22 @@ def _lowered(mechanism: Mechanism) -> Lowered:
 class RowTerms:
     """One row in sympy: phi, phidot = H u + phi_t, the row H_j (nu), and gamma = H udot - d/dt phidot.
 
-    A nonholonomic row has no phi (None).
+    A nonholonomic row has no phi (None). What slides `exerts` another force (nu) than H_j^T; a row that defines a force
+    has a `coupling` (s) with the multipliers, H_j udot + D_j lambda = gamma_j.
     """
 
     phi: Any | None
     phidot: Any
     jacobian: list[Any]
     gamma: Any
+    exerts: list[Any] | None = None
+    coupling: list[Any] | None = None
+    beside: int | None = None
+
+    @property
+    def forces(self) -> list[Any]:
+        """The generalised force (nu) of a unit multiplier."""
+        return self.jacobian if self.exerts is None else self.exerts
 
 
 def rows_terms(mechanism: Mechanism, symbols: Symbols, names: Subexpressions, given: Energies) -> list[RowTerms]:
@@ -80,3 +95,38 @@ def _row_terms(phi: Any, mechanism: Mechanism, symbols: Symbols, names: Subexpre
     phidot = names.sum([h * u for h, u in zip(jacobian, symbols.speeds, strict=True)] + [explicit])
     rate = names.tangents([phidot], time_rates(mechanism, symbols, names))[0]
     return RowTerms(phi, phidot, jacobian, -rate)
+
+
+def with_friction(terms: Sequence[RowTerms], motion: Motion, symbols: Symbols, names: Subexpressions) -> list[RowTerms]:
+    """Return rows with what they exert where it is not their own force, and those that define forces, from kinematics.
+
+    `motion` is over Nodes.
+    """
+    rows = row_motions(motion)
+    if all(row.exerts is None and row.kinematic for row in rows):
+        return list(terms)
+    known = known_nodes(motion.mechanism, symbols)
+
+    def written(nodes: Sequence[S]) -> list[Any]:
+        return [names.name(x) for x in names.translated([as_node(x) for x in nodes], known)]
+
+    found = []
+    for term, row in zip(terms, rows, strict=True):
+        changed = term if row.exerts is None else replace(term, exerts=written(row.exerts), beside=row.beside)
+        if not row.kinematic:
+            gamma, *jacobian = written([row.gamma, *row.jacobian])
+            coupling = written([row.coupling.get(k, 0) for k in range(len(rows))])
+            changed = replace(changed, gamma=gamma, jacobian=jacobian, coupling=coupling)
+        found.append(changed)
+    return found
+
+
+def pressing(rows: Sequence[RowTerms], symbols: Symbols) -> list[Any]:
+    """Return what each row exerts its force times: its multiplier, of two that make a vector the length, once."""
+    found = list(symbols.multipliers)
+    for k, row in enumerate(rows):
+        if row.beside is not None and row.beside > k:
+            found[k] = sympy.sqrt(found[k] ** 2 + found[row.beside] ** 2)
+        elif row.beside is not None:
+            found[k] = sympy.S.Zero
+    return found

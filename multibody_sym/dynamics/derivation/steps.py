@@ -211,10 +211,13 @@ def row_steps(mechanism: Mechanism, rows: Sequence[RowTerms]) -> tuple[Step, ...
     return (Step("Constraints", tuple(equations), "phi = 0; the multiplier is positive for a pulling rope or rod"),)
 
 
-def matrix_step(M: Any, f: Any, H: Any, gamma: Any) -> Step:
-    """Return the matrix form."""
+def matrix_step(M: Any, f: Any, H: Any, gamma: Any, *, C: Any = None, D: Any = None) -> Step:
+    """Return the matrix form, with C and D where multipliers exert other forces than H^T lambda or define some."""
     shown = [Equation(Label("M", "M"), M), Equation(Label("f", "f"), f)]
     if H.rows:
         shown += [Equation(Label("H", "H"), H), Equation(Label("gamma", r"\gamma"), gamma)]
+        if C is not None:
+            shown += [Equation(Label("C", "C"), C), Equation(Label("D", "D"), D)]
+            return Step("Matrix form", tuple(shown), "M u' = f + C^T lambda, H u' + D lambda = gamma")
         return Step("Matrix form", tuple(shown), "M u' = f + H^T lambda, H u' = gamma")
     return Step("Matrix form", tuple(shown), "M u' = f")

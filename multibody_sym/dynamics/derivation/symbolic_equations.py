@@ -15,6 +15,7 @@ from multibody_sym.dynamics.derivation.notation import Notation
 from multibody_sym.dynamics.derivation.record import Derivation, Equation
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.dynamics.formalisms.constrained import constrained
+from multibody_sym.dynamics.formalisms.equations import Friction
 from multibody_sym.dynamics.formalisms.forward_dynamics import in_floats
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import ArgumentError, InputError, shown
@@ -41,6 +42,10 @@ class SymbolicEquations:
     names that `definitions` explains, each by earlier ones; `numbers` holds the values of symbols that stand for
     numbers. `steps` is the derivation, `notation` how it is written. `constants` are the values, at the declared
     start, of the parameters that a run measures there; none where that start cannot be assembled.
+
+    Where something slides or joints rub, `exerted` C (s x n) and `coupling` D (s x s) are what stands for H^T and is
+    added in M udot = f + C^T lambda, H udot + D lambda = gamma; else None. Rows that go `beside` others exert theirs
+    times their part of the direction of the vector that both multipliers make.
     """
 
     method: str
@@ -61,12 +66,16 @@ class SymbolicEquations:
     steps: Derivation
     notation: Notation
     constants: Mapping[Any, float] = field(default_factory=dict)
+    exerted: Any = None
+    coupling: Any = None
+    beside: Mapping[int, int] = field(default_factory=dict)
 
     @property
     def operations(self) -> int:
         """The number of operations in M, f, H and gamma, each shared sub-expression counted once."""
         upper = [self.mass_matrix[i, j] for i in range(self.mass_matrix.rows) for j in range(i + 1)]
         parts = [*upper, *self.forcing, *self.constraint_jacobian, *self.constraint_forcing]
+        parts += [] if self.exerted is None else [*self.exerted, *self.coupling]
         definitions = dict(self.definitions)
         return sum(int(e.count_ops()) for e in (*parts, *(definitions[s] for s in needed(definitions, parts))))
 
@@ -111,6 +120,7 @@ class SymbolicEquations:
         replaced = {**{symbol: sympy.Float(float(value)) for symbol, value in numbers.items()}, **dummies}
         shared = [(dummies[x], e.xreplace(replaced)) for x, e in definitions]
         parts = (self.mass_matrix, self.forcing, self.constraint_jacobian, self.constraint_forcing)
+        parts += () if self.exerted is None else (self.exerted, self.coupling)
         matrices = [list(part.xreplace(replaced)) for part in parts]
         groups = (s.coordinates, s.speeds, s.parameters)
         arguments = [dummies[s.time], *([dummies[x] for x in group] for group in groups)]
@@ -150,16 +160,21 @@ class Lambdified:
     ) -> Any:
         """Return udot (n,), or M, f, H, gamma; raises InputError."""
         n = len(self.equations.symbols.speeds)
-        M, f, H, gamma = (np.array(x, dtype=float) for x in self.evaluate(*self.given(q, u, t, parameters)))
+        found = (np.array(x, dtype=float) for x in self.evaluate(*self.given(q, u, t, parameters)))
+        M, f, H, gamma, *friction = found
         terms = M.reshape(n, n), f.reshape(n), H.reshape(-1, n), gamma.reshape(-1)
-        return terms if self.result == "terms" else _accelerations(*terms)
+        if self.result == "terms":
+            return terms
+        exerted, coupling = (x.reshape(len(gamma), -1).tolist() for x in friction) if friction else ([], [])
+        rubbing = Friction(exerted, coupling, self.equations.beside) if friction else None
+        return _accelerations(*terms, rubbing)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return SymbolicEquations.lambdify, (self.equations, self.result)
 
 
-def _accelerations(M: Floats, f: Floats, H: Floats, gamma: Floats) -> Floats:
-    """Return udot of M udot = f + H^T lambda, H udot = gamma, whatever the rank of H.
+def _accelerations(M: Floats, f: Floats, H: Floats, gamma: Floats, friction: Friction | None) -> Floats:
+    """Return udot of M udot = f + H^T lambda, H udot = gamma, whatever the rank of H; or of those with friction.
 
     Where rows hold freedoms without mass, M + w H^T H and f + w H^T gamma stand for M and f: same udot, regular matrix.
     """
@@ -168,5 +183,5 @@ def _accelerations(M: Floats, f: Floats, H: Floats, gamma: Floats) -> Floats:
     weight = np.trace(M) if rank(M, exact(M)) < len(M) else 0.0
     factors = factorized((M + weight * H.T @ H).tolist())
     forcing = (f + weight * H.T @ gamma).tolist()
-    found = constrained(factors, forcing, H.tolist(), gamma.tolist(), in_floats)
+    found = constrained(factors, forcing, H.tolist(), gamma.tolist(), in_floats, friction=friction)
     return np.array(found.udot, dtype=float)

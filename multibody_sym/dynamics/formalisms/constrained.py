@@ -22,12 +22,16 @@ from functools import reduce
 from typing import Final, Protocol
 
 from multibody_sym.dynamics.formalisms.equations import Friction, MassFactors
+from multibody_sym.kinematics.rows import along_reactions
 from multibody_sym.scalars.functions import maximum, sqrt
-from multibody_sym.scalars.node import ZERO
+from multibody_sym.scalars.node import ZERO, Node
 from multibody_sym.scalars.vectors import S
 
 SHORTEST: Final = 1e-6
 """Part of the longest row's length that scales shorter rows: what rounding has left of a row takes no force."""
+
+_PASSES: Final = 7
+"""Newton's method doubles the digits of the directions of forces with each; friction turns them by little."""
 
 Matrix = Sequence[Sequence[S]]
 
@@ -79,7 +83,8 @@ def constrained(
     """
     free = factors.weighted(forcing)
     if friction is not None:
-        return _rubbing(factors, free, rows, wanted, friction, solve)
+        exerts = _along_reactions(factors, free, rows, wanted, friction, solve) if friction.beside else friction.exerts
+        return _rubbing(factors, free, rows, wanted, Friction(exerts, friction.coupling), solve)
     matrix = [factors.weighted(row) for row in rows]
     first = solve(matrix, _missing(wanted, matrix, free), len(free))
     near = factors.unweighted(_sums(free, first.solution))
@@ -90,6 +95,24 @@ def constrained(
     else:
         multipliers = _sums(first.multipliers, second.multipliers)
     return Constrained(udot, multipliers, first.report)
+
+
+def _along_reactions(
+    factors: MassFactors, free: list[S], rows: Matrix, wanted: Sequence[S], friction: Friction, solve: Solver
+) -> list[list[S]]:
+    """Return what rows exert where reactions press with their lengths |F|: d . F with the direction d of F itself.
+
+    Newton's method, as |F| and d . F touch each other there, from the reactions without this friction.
+    """
+    exerts = [[0 * x for x in row] if k in friction.beside else row for k, row in enumerate(friction.exerts)]
+    previous: list[S] = []
+    for _ in range(_PASSES):
+        found = _rubbing(factors, free, rows, wanted, Friction(exerts, friction.coupling), solve).multipliers
+        exerts = along_reactions(friction.exerts, friction.beside, found)
+        if previous and all(not isinstance(x, Node) and x == y for x, y in zip(found, previous, strict=True)):
+            break
+        previous = found
+    return exerts
 
 
 def _rubbing(

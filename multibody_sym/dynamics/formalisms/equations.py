@@ -5,8 +5,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from multibody_sym.dynamics.formalisms.massless import completed_forces, completed_matrix
@@ -35,11 +35,13 @@ class MassFactors(Protocol):
 class Friction:
     """Equations M udot = f + C^T lambda, H udot + D lambda = gamma with other forces than H^T lambda.
 
-    `exerts` C (s x n) and `coupling` D (s x s).
+    `exerts` C (s x n) and `coupling` D (s x s). Rows that go `beside` others exert theirs times their part of the
+    direction of the vector that both multipliers make.
     """
 
     exerts: list[list[S]]
     coupling: list[list[S]]
+    beside: Mapping[int, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -75,7 +77,8 @@ class TreeDynamics:
             return None
         count = range(len(self.rows))
         coupling = [[row.coupling.get(k, 0) for k in count] for row in self.rows]
-        return Friction([row.forces for row in self.rows], coupling)
+        beside = {k: row.beside for k, row in enumerate(self.rows) if row.beside is not None}
+        return Friction([row.forces for row in self.rows], coupling, beside)
 
     @property
     def constraint_forcing(self) -> list[S]:

@@ -143,11 +143,12 @@ def one_way_rows(mechanism: Mechanism, motion: Motion, scale: Scale | None = Non
 class Posed:
     """The problem of the laws of a mechanism's one-way elements, and what its rows and parts are.
 
-    `elements` are those that take part: touching ones and all friction in joints; `parts` their friction parts.
-    `names` are those of the problem's rows.
+    `elements` are those that take part: touching ones and all friction in joints; `parts` their friction parts;
+    `dynamics` those of the mechanism in no mode. `names` are those of the problem's rows.
     """
 
     mechanism: Mechanism
+    dynamics: TreeDynamics
     problem: LawProblem
     elements: tuple[OneWay, ...]
     parts: tuple[FrictionPart, ...]
@@ -215,7 +216,7 @@ def posed(rows: OneWayRows, closed: Collection[str]) -> Posed:
                     laws[found[row.name]] = Friction(len(frictions), component)
                 frictions.append(_friction_law(part, element, rows, found))
     problem = LawProblem(*matrices, tuple(laws), tuple(frictions))
-    return Posed(mechanism, problem, elements, parts, tuple(chosen))
+    return Posed(mechanism, dynamics, problem, elements, parts, tuple(chosen))
 
 
 def _rubs(part: FrictionPart) -> bool:

@@ -43,7 +43,8 @@ def _equations(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
     trace = Trace("index_2", (*arrays(mechanism), Array("multipliers", (2 * count,))))
     mu, multipliers = trace["multipliers"][:count], trace["multipliers"][count:]
     columns = [row.jacobian for row in rows]
-    pushed = [f + x for f, x in zip(dynamics.forcing, _combined(columns, multipliers), strict=True)]
+    pushing = _combined([row.forces for row in rows], multipliers)
+    pushed = [f + x for f, x in zip(dynamics.forcing, pushing, strict=True)]
     udot = dynamics.factors.solve(pushed)
     holonomic = [column if row.holonomic else [ZERO] * len(column) for column, row in zip(columns, rows, strict=True)]
     shift = dynamics.factors.solve(_combined(holonomic, mu))
@@ -65,14 +66,21 @@ def _combined(columns: Sequence[Sequence[Node]], weights: Sequence[Node]) -> lis
 
 
 def _by_multipliers(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
-    """Return d(qdot, udot) / d(mu, lambda) (nq + nu, 2 ns): N M^-1 H^T of holonomic rows, and M^-1 H^T."""
+    """Return d(qdot, udot) / d(mu, lambda) (nq + nu, 2 ns): N M^-1 H^T of holonomic rows, and M^-1 H^T.
+
+    What slides pushes with other forces than H^T lambda.
+    """
     trace = Trace("index_2_by_multipliers", arrays(mechanism))
-    speeds = [dynamics.factors.solve(row.jacobian) for row in dynamics.rows]
+    shifting = [dynamics.factors.solve(row.jacobian) for row in dynamics.rows]
+    pushing = [
+        column if row.exerts is None else dynamics.factors.solve(row.exerts)
+        for row, column in zip(dynamics.rows, shifting, strict=True)
+    ]
     nq, nu = len(mechanism.coordinates), len(mechanism.speeds)
     positions = [
         coordinate_rates(mechanism, trace["q"], column) if row.holonomic else [ZERO] * nq
-        for row, column in zip(dynamics.rows, speeds, strict=True)
+        for row, column in zip(dynamics.rows, shifting, strict=True)
     ]
-    columns = [*([*x, *[ZERO] * nu] for x in positions), *([*[ZERO] * nq, *x] for x in speeds)]
+    columns = [*([*x, *[ZERO] * nu] for x in positions), *([*[ZERO] * nq, *x] for x in pushing)]
     values = [column[k] for k in range(nq + nu) for column in columns]
     return trace.finish({"jacobian": ((nq + nu, len(columns)), values)})

@@ -121,7 +121,8 @@ def _friction(dynamics: TreeDynamics, acting: Sequence[int]) -> Friction | None:
     if whole is None:
         return None
     coupling = [[as_node(whole.coupling[j][k]) for k in acting] for j in acting]
-    return Friction(_nodes([whole.exerts[k] for k in acting]), coupling)
+    beside = {acting.index(k): acting.index(other) for k, other in whole.beside.items()}
+    return Friction(_nodes([whole.exerts[k] for k in acting]), coupling, beside)
 
 
 def _solver(trace: Trace, mechanism: Mechanism) -> Callable[..., Solve]:

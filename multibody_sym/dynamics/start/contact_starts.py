@@ -26,7 +26,7 @@ def verify_contact_values(motion: Motion) -> None:
             _verify_range(motion, "restitution", element.restitution, 1.0)
             for part in element.frictions:
                 _verify_friction(motion, part)
-            for row in element.rows:
+            for row in element.rows if element.kind == "contact" else ():
                 for radius in row.radii:
                     _verify_radius(motion, radius)
 

@@ -119,8 +119,10 @@ def _closed(
     rank = 0
     if mechanism.rows:
         rank, generic = generic_rank(every, position.values)
-        parameters = mechanism.parameters.changed(parameters, {INDEPENDENT: float(generic)})
         verify_consistent(every, position.values, speeds.values, generic)
+        defining = len(mechanism.rows) - len(every.active)
+        rank += defining
+        parameters = mechanism.parameters.changed(parameters, {INDEPENDENT: float(generic + defining)})
     _verify_loads(every.motion(position.values, speeds.values))
     return Start(
         tuple(parameters),

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import (
+    ACTIVE,
     ALONG_VELOCITY,
     INACTIVE,
     STICKS,
@@ -61,14 +62,22 @@ def _rows(element: OneWay, mode: Mode, parameters: ParameterVector) -> Iterator[
     for place, normal in enumerate(element.normals):
         pressed = side if len(element.normals) == 1 else mode.sides.get(normal.name, side)
         frictions = tuple(
-            _sliding(part, mode, parameters, pressed)
+            _by_length(element, part, place, _sliding(part, mode, parameters, ACTIVE))
+            if part.norm
+            else _sliding(part, mode, parameters, pressed)
             for part in sliding
-            if place in part.normals and pressed != INACTIVE
+            if place in part.normals and (part.norm or pressed != INACTIVE)
         )
         yield SlidingRow(normal.name, normal, frictions) if frictions else normal
     for part in element.frictions:
         if mode.slips.get(part.name, STICKS) == STICKS and (part.enough or part.static is not ZERO):
             yield from part.rows
+
+
+def _by_length(element: OneWay, part: FrictionPart, place: int, sliding: Sliding) -> Sliding:
+    """Return friction that the length of a vector presses, of which one of two normals is a component."""
+    (other,) = (element.normals[k].name for k in part.normals if k != place)
+    return replace(sliding, beside=other)
 
 
 def _sliding(part: FrictionPart, mode: Mode, parameters: ParameterVector, side: int) -> Sliding:

@@ -15,7 +15,8 @@ class Sliding:
     """Friction while it slides: along one row with a `sense`, the sign of v_t, or along two against their velocity.
 
     `coefficient` times the normal force acts. `starts` is where to it slides in space from rest (a unit vector).
-    With `wrap` the coefficient is tanh(coefficient phi / 2), phi being the wrap of that row's rope.
+    With `wrap` the coefficient is tanh(coefficient phi / 2), phi being the wrap of that row's rope. With the multiplier
+    of the row named `beside` that of the sliding row makes a vector, whose length presses.
     """
 
     rows: tuple[Row, ...]
@@ -23,6 +24,7 @@ class Sliding:
     sense: int
     wrap: int | None = None
     starts: tuple[Node, Node] | None = None
+    beside: str = ""
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,215 @@
+"""The state at the start: what holds one way only closes or not, and then acts, sticks or slides by its laws.
+
+Contacts and ropes that a start value misses by little are closed first, by what is not known. What then touches, and
+all friction in joints, poses the problem of the laws; the mechanism in the mode that is found is what all else is of.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Final
+
+from multibody_sym.dynamics.laws.assemble import TOUCHING, OneWayRows, Posed, one_way_rows, posed
+from multibody_sym.dynamics.laws.problem import Found
+from multibody_sym.dynamics.laws.search import find
+from multibody_sym.dynamics.start.contact_starts import verify_contact_values, verify_outside
+from multibody_sym.dynamics.start.examined import examined
+from multibody_sym.dynamics.start.start import Start, in_absolute_coordinates, ranked, start
+from multibody_sym.errors import ModelError, NoSolutionError, Where
+from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.mode_words import mode_words
+from multibody_sym.model.mechanism.modes import in_mode
+from multibody_sym.model.mechanism.one_way import Mode, OneWay
+from multibody_sym.model.mechanism.parameters import INDEPENDENT
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import as_node, slot
+
+NEAR: Final = 1e-3
+"""The part of the model's size by which a contact may be missed at the start and is closed all the same."""
+_CLOSED: Final = 1e-12
+_HOW: Final[Mapping[str, tuple[str, str]]] = {
+    "rope": ("begins {:.3g} m longer than the rope is", "give it its length, or other positions (initial: {q: ..})"),
+    "stop": ("begins {:.3g} beyond its stop", "start it between its limits (initial: {q: ..}), or write acts: false"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class StartState:
+    """A system at its start: `declared` in no mode, and the `modes` that the laws leave, the first of which counts.
+
+    Where nothing holds one way only, `modes` has one that says nothing, and `posed` and `found` are None. `begin` is
+    the start of the declared mechanism; `closing` are the elements that strike as the run begins.
+    """
+
+    declared: Mechanism
+    begin: Start
+    modes: tuple[Mode, ...]
+    posed: Posed | None = None
+    found: Found | None = None
+    closing: tuple[str, ...] = ()
+
+    @property
+    def mode(self) -> Mode:
+        """The mode at the start. Raises NoSolutionError where there is none."""
+        if not self.modes:
+            assert self.found is not None
+            raise NoSolutionError(
+                "at the start nothing that may act, stick or slide fulfils the laws of contact and friction together: "
+                f"{self.found.searched}",
+                where=Where(path=self.declared.one_way[0].path),
+            )
+        return self.modes[0]
+
+    @cached_property
+    def mechanism(self) -> Mechanism:
+        """The mechanism in its mode at the start."""
+        return placed(self.declared, self.mode)
+
+    @cached_property
+    def start(self) -> Start:
+        """The start of the mechanism in its mode."""
+        return started(self.mechanism, self.declared.relative or self.declared, self.begin)
+
+    @property
+    def in_joints(self) -> tuple[Mechanism, Start]:
+        """The mechanism in its mode and its start in the coordinates of joints, whatever a run is in."""
+        own = self.mechanism.relative
+        if own is None:
+            return self.mechanism, self.start
+        assert self.declared.relative is not None
+        return own, started(own, self.declared.relative, self.begin)
+
+    @property
+    def words(self) -> dict[str, str]:
+        """What the mode is called: a word for each one-way element and what rubs in it."""
+        return mode_words(self.declared.one_way, self.mode)
+
+
+def state_at(
+    declared: Mechanism,
+    *,
+    project: bool = False,
+    overrides: Mapping[str, float] | None = None,
+    search: Callable[[Posed], Found] | None = None,
+) -> StartState:
+    """Return a mechanism at its start with the modes that the laws of its one-way elements leave.
+
+    Raises what `start` raises, and ModelError for what begins inside something else.
+    """
+    base = declared.relative or declared
+    if not base.one_way:
+        return StartState(declared, start(base, overrides, project=project), (Mode({}),))
+    begin = _touching(base, start(base, overrides, project=project), overrides, project)
+    rows = rows_at(base, begin)
+    verify_contact_values(rows.motion)
+    verify_outside(rows.motion, rows.scale.length * TOUCHING)
+    standing = {element.name: rows.standing(element) for element in base.one_way if element.unilateral}
+    _verify_outside(rows, standing)
+    closed = [name for name, how in standing.items() if how in ("touching", "closing")]
+    problem = posed(rows, closed)
+    found = search(problem) if search is not None else find(problem.problem)
+    modes = tuple(problem.mode(state) for state in found.states)
+    closing = tuple(name for name, how in standing.items() if how == "closing")
+    return StartState(declared, begin, modes, problem, found, closing)
+
+
+def examined_state(system: System, overrides: Mapping[str, float] | None = None) -> StartState:
+    """Return the state of a system at its start, with its numbers examined."""
+    return state_at(examined(system), project=system.simulation.project, overrides=overrides)
+
+
+def rows_at(base: Mechanism, begin: Start) -> OneWayRows:
+    """Return the rows of one-way elements at a start."""
+    state = state_of(base, float, 0.0, begin.q, begin.u, begin.parameters)
+    return one_way_rows(base, motion_of(base, state))
+
+
+def placed(declared: Mechanism, mode: Mode) -> Mechanism:
+    """Return a mechanism in a mode, itself where nothing in it holds one way only."""
+    if not declared.one_way:
+        return declared
+    found = in_mode(declared, mode)
+    return found if declared.relative is None else replace(found, relative=in_mode(declared.relative, mode))
+
+
+def started(mechanism: Mechanism, base: Mechanism, begin: Start) -> Start:
+    """Return a start of a `base` in no mode as that of the mechanism in a mode, with its parameters and rank."""
+    if mechanism.mode is None:
+        return begin if mechanism.relative is None else in_absolute_coordinates(mechanism, begin)
+    own = mechanism.relative or mechanism
+    known = dict(zip((entry.name for entry in base.parameters), begin.parameters, strict=True))
+    parameters: list[float] = []
+    for entry in own.parameters:
+        values = {slot("parameters", k): x for k, x in enumerate(parameters)}
+        given = evaluate_float([entry.value], values)[0] if entry.value is not None else 0.0
+        parameters.append(known.get(entry.name, given) if entry.name != INDEPENDENT else given)
+    found = ranked(own, replace(begin, parameters=tuple(parameters)))
+    return found if mechanism.relative is None else in_absolute_coordinates(mechanism, found)
+
+
+# --- closing what is nearly closed ---------------------------------------------------------------------------------
+
+
+def _touching(base: Mechanism, begin: Start, overrides: Mapping[str, float] | None, project: bool) -> Start:
+    """Return the start with contacts and ropes closed that it nearly closes, and speeds not given along them."""
+    rows = rows_at(base, begin)
+    near = [element for element in base.one_way if _is_near(rows, element)]
+    if not near:
+        return begin
+    closing = _closing(base, near)
+    found = begin
+    if any(abs(rows.gap(element)) > _CLOSED * rows.scale.length for element in near):
+        with suppress(NoSolutionError):
+            closed = start(closing, overrides, project=project)
+            found = start(_fixed(base, closed, begin), overrides, project=project)
+    rows = rows_at(base, found)
+    moving = [element for element in near if rows.standing(element) in ("closing", "leaving")]
+    free = [speed for speed in base.speeds if not speed.given]
+    if not moving or not free:
+        return found
+    with suppress(NoSolutionError):
+        slowed = start(_fixed(closing, found, begin, speeds=True), overrides, project=project)
+        return replace(found, u=slowed.u, assembled=slowed.assembled, held=slowed.held)
+    return found
+
+
+def _is_near(rows: OneWayRows, element: OneWay) -> bool:
+    """Return whether an element closes where its start is put right by a little; stops stand where they stand."""
+    if not element.unilateral or element.open or element.kind == "stop":
+        return False
+    return abs(rows.gap(element)) <= rows.allowed_gap(element, NEAR)
+
+
+def _closing(base: Mechanism, near: Sequence[OneWay]) -> Mechanism:
+    """Return the mechanism in which elements hold both ways."""
+    rows = (*base.rows, *(row for element in near for row in element.normals))
+    return replace(base, rows=rows, parameters=base.parameters.with_rows(len(rows)))
+
+
+def _fixed(mechanism: Mechanism, found: Start, declared: Start, *, speeds: bool = False) -> Mechanism:
+    """Return a mechanism that starts at found coordinates, and with `speeds` keeps those that were given."""
+    coordinates = tuple(
+        replace(c, initial=as_node(x), given=True, known=True)
+        for c, x in zip(mechanism.coordinates, found.q, strict=True)
+    )
+    if not speeds:
+        return replace(mechanism, coordinates=coordinates)
+    kept = tuple(
+        replace(s, initial=as_node(x), known=s.given) for s, x in zip(mechanism.speeds, declared.u, strict=True)
+    )
+    return replace(mechanism, coordinates=coordinates, speeds=kept)
+
+
+def _verify_outside(rows: OneWayRows, standing: Mapping[str, str]) -> None:
+    """Raise ModelError for the first rope or stop that begins beyond what it allows."""
+    for element in rows.mechanism.one_way:
+        if standing.get(element.name) == "inside" and element.kind in _HOW:
+            how, advice = _HOW[element.kind]
+            message = f"{element.name} {how.format(-rows.gap(element))}; {advice}"
+            raise ModelError(message, where=Where(path=element.path))
