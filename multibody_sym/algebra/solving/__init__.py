@@ -1,0 +1,1 @@
+"""Solving: equations of exact quotients for one symbol."""

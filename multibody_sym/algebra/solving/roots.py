@@ -1,0 +1,223 @@
+"""Roots in closed form: the values of a symbol at which an exact quotient vanishes, near its value at the sample.
+
+The factor of its numerator that vanishes there is solved where it is of the first or second degree in the symbol, in
+one function of it (tanh, exp, ..), in its sine or cosine alone, in their quotient, or of the first degree in both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import reduce
+from math import comb, pi
+from typing import Final
+
+from multibody_sym.algebra.book_form import book_form, trigonometric_forms
+from multibody_sym.algebra.factors import Poly, factored
+from multibody_sym.algebra.quotient_functions import doubled, exact, sqrt
+from multibody_sym.algebra.quotients import PRECISE, Field, NoClosedFormError, Quotient
+from multibody_sym.expressions.printer import text
+from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import ONE, PI, TWO, Node, add, divide, multiply, negate, number
+from multibody_sym.scalars.traversal import leaves
+
+_VANISHING: Final = PRECISE.mpf(10) ** -12
+"""Part of the sum of its terms' sizes up to which a factor vanishes at the sample, which is known to a double."""
+_MOST_ROOTS: Final = 2
+_MOST_TERMS: Final = 4
+_HIGHEST: Final = 4
+_TURNED: Final = 1e-9
+
+_INVERSES: Final[dict[str, Callable[[Node], Node]]] = {
+    "exp": BUILD["log"],
+    "log": BUILD["exp"],
+    "tanh": lambda x: divide(BUILD["log"](divide(add(ONE, x), add(ONE, negate(x)))), TWO),
+    "atan": BUILD["tan"],
+    "asin": BUILD["sin"],
+    "acos": BUILD["cos"],
+}
+
+
+def roots(equation: Quotient, unknown: Node) -> Iterator[Node]:
+    """Yield values of a symbol at which a quotient vanishes, as expressions of the others; not all need fit the sample.
+
+    Raises NoClosedFormError where an expression is too long, or a choice is undecided at the sample.
+    """
+    field = equation.field
+    yield from _Roots(field, unknown).of(field.in_ring(equation.above), _MOST_ROOTS)
+
+
+class _Roots:
+    """Solves polynomials of a field for a symbol."""
+
+    def __init__(self, field: Field, unknown: Node) -> None:
+        self.field = field
+        self.unknown = unknown
+
+    def of(self, p: Poly, left: int) -> Iterator[Node]:
+        forms = trigonometric_forms(self.field, p)
+        factors = [self.field.in_ring(factor) for form in forms for factor, _ in factored(form)[1]]
+        for factor in sorted(dict.fromkeys(factors), key=lambda f: max(map(sum, f))):
+            if self.vanishes(self.field.in_ring(factor)):
+                yield from self.of_factor(factor, left)
+
+    def vanishes(self, p: Poly) -> bool:
+        sizes = PRECISE.mpf(0)
+        for m, c in p.items():
+            term = PRECISE.mpf(abs(int(c)))
+            for k, exponent in enumerate(m):
+                if exponent:
+                    term *= abs(self.field.letters[k].sample) ** exponent
+            sizes += term
+        return bool(abs(self.field.value(p)) <= _VANISHING * sizes)
+
+    def of_factor(self, p: Poly, left: int) -> Iterator[Node]:
+        """Yield the roots of an irreducible factor."""
+        p = self.field.in_ring(p)
+        places = [k for k in range(len(self.field.letters)) if any(m[k] for m in p) and self.depends(k)]
+        root = next((k for k in places if self.field.letters[k].node is None), None)
+        if root is not None and left:
+            yield from self.of(self.without_root(p, root), left - 1)
+        elif len(places) == 1:
+            letter = self.field.letters[places[0]]
+            assert letter.node is not None
+            for value in self.polynomial_roots(self.coefficients(p, places[0])):
+                yield from self.inverted(letter.node, value)
+        elif len(places) == 2:
+            pair = self.sine_and_cosine(places)
+            if pair is not None:
+                yield from self.of_circle(p, *pair)
+
+    def depends(self, k: int) -> bool:
+        """Return whether a letter depends on the symbol."""
+        letter = self.field.letters[k]
+        if letter.node is not None:
+            return self.unknown in leaves([letter.node], "symbol")
+        return any(self.depends(j) for m in letter.square for j, exponent in enumerate(m) if exponent)
+
+    def without_root(self, p: Poly, k: int) -> Poly:
+        """Return A^2 - B^2 r^2 for p = A + B r, r being a root."""
+        field = self.field
+        plain = field.ring.from_dict({m: c for m, c in p.items() if not m[k]})
+        other = field.ring.from_dict({(*m[:k], 0, *m[k + 1 :]): c for m, c in p.items() if m[k]})
+        field.spend(len(plain) ** 2 + len(other) ** 2)
+        return field.reduced(plain**2 - other**2 * field.in_ring(field.letters[k].square))
+
+    def coefficients(self, p: Poly, k: int) -> list[Quotient]:
+        """Return the coefficients of the powers 0, 1, .. of a letter."""
+        parts: dict[int, dict[tuple[int, ...], int]] = {}
+        for m, c in p.items():
+            parts.setdefault(m[k], {})[(*m[:k], 0, *m[k + 1 :])] = c
+        return [self.whole(parts.get(e, {})) for e in range(max(parts) + 1)]
+
+    def whole(self, terms: dict[tuple[int, ...], int]) -> Quotient:
+        return self.field.whole(self.field.ring.from_dict(terms))
+
+    def polynomial_roots(self, coefficients: list[Quotient]) -> Iterator[Quotient]:
+        """Yield the roots of a polynomial of the first or second degree."""
+        while coefficients and coefficients[-1].is_zero:
+            coefficients = coefficients[:-1]
+        if len(coefficients) == 2:
+            yield -(coefficients[0] / coefficients[1])
+        elif len(coefficients) == 3:
+            c, b, a = coefficients
+            try:
+                root = sqrt(b * b - 4 * (a * c))
+            except NoClosedFormError:
+                return
+            for signed in (root, -root):
+                yield (signed - b) / (2 * a)
+
+    # --- functions of the symbol ----------------------------------------------------------------------------------
+
+    def inverted(self, node: Node, value: Quotient) -> Iterator[Node]:
+        """Yield the symbol's values at which a function of it has a value."""
+        if node is self.unknown:
+            yield written(value)
+        elif node.op in ("sin", "cos"):
+            angle = BUILD[f"a{node.op}"](written(value))
+            other = add(PI, negate(angle)) if node.op == "sin" else negate(angle)
+            for one in (angle, other):
+                yield from self.of_argument(node.args[0], one, 2)
+        elif node.op in _INVERSES:
+            yield from self.of_argument(node.args[0], _INVERSES[node.op](written(value)))
+
+    def of_argument(self, argument: Node, value: Node, turns: int = 0) -> Iterator[Node]:
+        """Yield the symbol for a value of what is linear in it, an angle up to whole multiples of `turns` x pi."""
+        letters = [letter for letter in self.field.letters if letter.node is not None and letter.node.op == "symbol"]
+        known = {letter.node: self.field.letter(letter.node, letter) for letter in letters if letter.node is not None}
+        found = exact(self.field, [argument], known)[0]
+        k = self.field.position(self.unknown)
+        if k is None or any(m[k] for m in self.field.in_ring(found.below)):
+            return
+        parts = self.coefficients(self.field.in_ring(found.above), k)
+        if len(parts) != 2:
+            return
+        if turns:
+            value = self.turned(found, value, turns)
+        constant, factor = parts[0] / self.field.whole(found.below), parts[1] / self.field.whole(found.below)
+        shifted = value if constant.is_zero else add(value, negate(written(constant)))
+        yield shifted if factor.sample == 1 and not factor.symbols else divide(shifted, written(factor))
+
+    def turned(self, argument: Quotient, value: Node, turns: int) -> Node:
+        """Return an angle with the multiple of `turns` x pi added that brings it to the argument's sample."""
+        sample = {x.node: float(x.sample) for x in self.field.letters if x.node is not None and x.node.op == "symbol"}
+        apart = (float(argument.sample) - evaluate_float([value], sample)[0]) / (turns * pi)
+        count = round(apart)
+        if count == 0 or abs(apart - count) > _TURNED:
+            return value
+        return add(value, multiply(number(turns * count), PI))
+
+    # --- sines and cosines ----------------------------------------------------------------------------------------
+
+    def sine_and_cosine(self, places: list[int]) -> tuple[int, int] | None:
+        """Return the places of the sine and cosine of one angle, None where letters are others."""
+        for s, c in (places, places[::-1]):
+            if self.field.letters[s].cosine == c:
+                return s, c
+        return None
+
+    def of_circle(self, p: Poly, s: int, c: int) -> Iterator[Node]:
+        """Yield the roots of a polynomial in the sine and cosine of an angle."""
+        terms: dict[tuple[int, int], Quotient] = {}
+        for m, coefficient in p.items():
+            rest = tuple(0 if k in (s, c) else e for k, e in enumerate(m))
+            key = (m[s], m[c])
+            terms[key] = terms.get(key, self.field.constant(0)) + self.whole({rest: coefficient})
+        highest = max(i + j for i, j in terms)
+        node = self.field.letters[s].node
+        if highest > _HIGHEST or node is None:
+            return
+        if len({(i + j) % 2 for i, j in terms}) == 1:
+            for tangent in self.polynomial_roots(self.in_tangent(terms, highest)):
+                yield from self.of_argument(node.args[0], BUILD["atan"](written(tangent)), 1)
+        elif highest == 1:
+            yield from self.of_line(node.args[0], *(terms[key] for key in ((1, 0), (0, 1), (0, 0))))
+
+    def in_tangent(self, terms: dict[tuple[int, int], Quotient], highest: int) -> list[Quotient]:
+        """Return the coefficients of the polynomial in tan = sin / cos, terms made of one degree by sin^2 + cos^2."""
+        found = [self.field.constant(0)] * (highest + 1)
+        for (i, j), coefficient in terms.items():
+            pairs = (highest - i - j) // 2
+            for k in range(pairs + 1):
+                found[i + 2 * k] = found[i + 2 * k] + comb(pairs, k) * coefficient
+        return found
+
+    def of_line(self, angle: Node, a: Quotient, b: Quotient, d: Quotient) -> Iterator[Node]:
+        """Yield the angles with a sin + b cos + d = 0."""
+        length = sqrt(a * a + b * b)
+        sine = BUILD["asin"](written(-d / (length if a.sample > 0 else -length)))
+        ahead = negate(BUILD["atan"](written(b / a)))
+        for one in (sine, add(PI, negate(sine))):
+            yield from self.of_argument(angle, add(one, ahead), 2)
+
+
+def written(a: Quotient) -> Node:
+    """Return a quotient as a book prints it, a number in single terms where that is shorter: 1 - 2*sqrt(2)/3."""
+    form = book_form(doubled(a))
+    if a.symbols or not a.below.is_ground or not 1 < len(a.above) <= _MOST_TERMS:
+        return form
+    ring = a.above.ring
+    parts = [book_form(a.field.whole(ring.from_dict({m: c})) / a.field.whole(a.below)) for m, c in a.above.items()]
+    apart = reduce(add, sorted(parts, key=lambda part: (part.op == "neg", part.op != "number", text(part))))
+    return min(form, apart, key=lambda node: len(text(node)))

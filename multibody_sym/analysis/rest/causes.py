@@ -1,0 +1,102 @@
+"""What gives way beyond an end of a range of rest, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.analysis.rest.statics import Limit, Statics
+from multibody_sym.analysis.rest.touching import TOUCHING, size_of
+from multibody_sym.kinematics.motion import Motion, accelerations
+from multibody_sym.kinematics.points import position
+from multibody_sym.kinematics.rows import row_motion
+from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat
+from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.one_way import OneWay
+from multibody_sym.numerics.arrays import Floats
+
+_LEVEL: Final = 1e-6
+
+NOTHING: Final = "nothing holds it at other values"
+
+
+def causes(statics: Statics, limits: Sequence[Limit], motion: Motion | None) -> tuple[str, ...]:
+    """Return what gives way where these limits are passed; `motion` at the end of the range tells edges apart."""
+    found = list(dict.fromkeys(_causes(statics, limits, motion)))
+    return tuple(found) if found else (NOTHING,)
+
+
+def _causes(statics: Statics, limits: Sequence[Limit], motion: Motion | None) -> Iterator[str]:
+    for limit in limits:
+        if limit.way == "slips":
+            yield f"slips at {_slipping(statics, limit)}"
+        elif limit.way == "slackens":
+            yield f"{limit.group} slackens"
+        elif limit.way == "turns":
+            yield f"{limit.group} presses on its other side"
+        else:
+            yield _opening(statics, limit, limits, motion)
+
+
+def _slipping(statics: Statics, limit: Limit) -> str:
+    """Return where something slips: what is declared, or its part where that has parts that are no corners."""
+    elements = [element for element in statics.mechanism.one_way if (element.group or element.name) == limit.group]
+    if len(elements) > 1:
+        return limit.group
+    return limit.part
+
+
+def _opening(statics: Statics, limit: Limit, limits: Sequence[Limit], motion: Motion | None) -> str:
+    """Return what happens where a contact opens: its body lifts off, or tips about what stays of it."""
+    corners = [] if motion is None else touching(statics, motion, limit.group)
+    opened = {other.part for other in limits if other.group == limit.group and other.way == "opens"}
+    stay = [element for element in corners if element.name not in opened]
+    if motion is None or not stay:
+        return f"lifts off at {limit.group}"
+    away = [element for element in corners if element.name in opened]
+    place = _touches(stay[0]).body
+    body = statics.mechanism.bodies[place].name if place >= 0 else limit.group
+    what = "corner" if len(stay) == 1 and len(corners) > 2 else "edge"
+    word = _side(motion, _middle(motion, stay) - _middle(motion, away))
+    return f"{body} tips about its {word}{what}"
+
+
+def touching(statics: Statics, motion: Motion, group: str) -> list[OneWay]:
+    """Return the contacts of a declared element that touch."""
+    bias = accelerations(motion, [0.0] * len(motion.state.u))
+    return [
+        element
+        for element in statics.mechanism.one_way
+        if (element.group or element.name) == group
+        and abs(float(row_motion(element.normals[0], motion, bias).phi)) <= TOUCHING * size_of(motion)
+    ]
+
+
+def _touches(element: OneWay) -> Marker:
+    """Return the place of what is not flat, which is where its body touches."""
+    row = element.normals[0]
+    if isinstance(row, ContactRow):
+        return next((skin.place for skin in row.skins if not isinstance(skin, Flat)), row.skins[0].place)
+    return row.points[0]
+
+
+def _middle(motion: Motion, elements: Sequence[OneWay]) -> Floats:
+    """Return the middle of the places where elements touch (world axes)."""
+    found = []
+    for element in elements:
+        found.append(np.array(position(motion, _touches(element)), dtype=float))
+    return np.asarray(np.mean(found, axis=0))
+
+
+def _side(motion: Motion, towards: Floats) -> str:
+    """Return on which side an edge lies: lower or upper where gravity tells, else right or left along ground's x."""
+    gravity = np.array(motion.gravity, dtype=float)
+    pulled = float(np.linalg.norm(gravity))
+    length = float(np.linalg.norm(towards)) or 1.0
+    if pulled > 0.0 and abs(towards @ gravity) > _LEVEL * length * pulled:
+        return "lower " if towards @ gravity > 0.0 else "upper "
+    if abs(towards[0]) > _LEVEL * length:
+        return "right " if towards[0] > 0.0 else "left "
+    return ""

@@ -1,0 +1,300 @@
+"""At which values of a parameter rest is possible: intervals, and what gives way at their ends."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from math import hypot, inf, pi
+from typing import Final, Literal
+
+import numpy as np
+
+from multibody_sym.analysis.rest.position import Position
+from multibody_sym.analysis.rest.statics import Choice, Direction, Limit
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.feasibility import Conditions, contradiction, extremes, nearest
+from multibody_sym.numerics.feasible_sets import ConditionsAt, End, Interval, feasible_set
+
+Kind = Literal["none", "coefficient", "load", "angle", "other"]
+"""How the conditions depend on the parameter: not; in coefficients alone, which all grow with it; linearly in forces
+alone; with period 2 pi; any other way."""
+
+_STEPS: Final = {"coefficient": 32, "angle": 144, "other": 128, "again": 8}
+_FARTHEST: Final = 1e4
+"""How many times its declared value a parameter is taken at most, where nothing says more."""
+_ALIKE: Final = 1e-11
+_ONE: Final = 1e-12
+_PROBES: Final = (0.731, 1.0, 1.317, 1.893)
+_CUTS: Final = 20
+_SETTLED: Final = 1e-13
+
+
+@dataclass(frozen=True)
+class RestEnd:
+    """An end of a range: its value, infinite where there is none, and what gives way beyond it.
+
+    `equal` and `limits` are the conditions that contradict each other beyond: places of the equations of balance, and
+    limits, each with its share in this, with this `choice` of what presses. All are empty where the search ends, or
+    what the parameter may be.
+    """
+
+    value: float
+    equal: tuple[int, ...] = ()
+    limits: tuple[Limit, ...] = ()
+    choice: Choice = field(default_factory=Choice)
+    shares: tuple[float, ...] = ()
+
+
+Range = tuple[RestEnd, RestEnd]
+
+
+@dataclass(frozen=True)
+class Ranges:
+    """The ranges of a parameter in which rest is possible, ascending, and from where to where values were looked at."""
+
+    parameter: str
+    kind: Kind
+    ranges: tuple[Range, ...]
+    searched: tuple[float, float]
+
+
+def ranges_of_rest(position: Position, name: str, others: Mapping[str, float] | None = None) -> Ranges:
+    """Return all values of a parameter, others being as declared or given, at which rest is possible."""
+    return _Search(position, name, dict(others or {}), position.moves_with(name)).found()
+
+
+@dataclass(frozen=True)
+class _Search:
+    position: Position
+    name: str
+    others: Mapping[str, float]
+    moves: bool
+
+    def at(self, limits: Sequence[Limit]) -> ConditionsAt:
+        """Return the conditions as a function of the parameter."""
+        known: dict[float, Conditions | None] = {}
+
+        def conditions(value: float) -> Conditions | None:
+            if value not in known:
+                known[value] = self.position.conditions({**self.others, self.name: value}, limits, self.moves)
+            return known[value]
+
+        return conditions
+
+    @property
+    def value(self) -> float:
+        """The value of the parameter as it is declared or given."""
+        return self.others.get(self.name, self.position.value[self.name])
+
+    @property
+    def size(self) -> float:
+        return abs(self.value) or 1.0
+
+    def found(self) -> Ranges:
+        choices = self.position.statics.choices()
+        kind = self.kind(choices[0])
+        low = 0.0 if self.is_positive() else -inf
+        if kind == "other" and self.value > 0.0:
+            low = 0.0  # a length, a ratio: what is declared positive by its value is looked for among such
+        searched = (-pi, pi) if kind == "angle" else (max(low, -_FARTHEST * self.size), _FARTHEST * self.size)
+        ranges = [found for choice in choices for found in self.of_choice(choice, kind, searched)]
+        told = (low, inf) if kind in ("none", "coefficient", "load") else searched
+        ranges = [each for each in ranges if not (low == each[0].value == each[1].value == 0.0)]  # no load, or no body
+        return Ranges(self.name, kind, tuple(united(ranges)), told)
+
+    # --- how conditions depend on the parameter -----------------------------------------------------------------
+
+    def kind(self, choice: Choice) -> Kind:
+        conditions = self.at(self.position.statics.limits(choice))
+        looks = [conditions(self.size * probe) for probe in _PROBES]
+        if any(look is None for look in looks):
+            return "angle" if self.has_period(conditions) else "other"
+        parts = [(x.equal, x.right, x.cone) for x in looks if x is not None]
+        same = [all(_alike(one[k], other[k]) for one, other in pairwise(parts)) for k in range(3)]
+        if all(same):
+            return "none"
+        if same == [True, True, False] and self.coefficients_grow():
+            return "coefficient"
+        if same == [True, False, True] and _affine([part[1] for part in parts]):
+            return "load"
+        return "angle" if self.has_period(conditions) else "other"
+
+    def coefficients_grow(self) -> bool:
+        """Return whether no coefficient of friction becomes less where the parameter grows."""
+        static = [part.static for element in self.position.mechanism.one_way for part in element.frictions]
+        motions = [self.position.motion({**self.others, self.name: x}, self.moves) for x in self.probes]
+        values = [np.array(m.state.values(static), dtype=float) for m in motions if m is not None]
+        return all((b >= a).all() for a, b in pairwise(values))
+
+    @property
+    def probes(self) -> list[float]:
+        return [self.size * probe for probe in _PROBES]
+
+    def has_period(self, conditions: ConditionsAt) -> bool:
+        """Return whether conditions are the same a full turn later."""
+        compared = 0
+        for probe in _PROBES:
+            here, there = conditions(probe), conditions(probe + 2 * pi)
+            if here is None and there is None:
+                continue
+            compared += 1
+            if here is None or there is None or not _same(here, there):
+                return False
+        return compared > 0
+
+    def is_positive(self) -> bool:
+        """Return whether the parameter may not be negative: declared so, or masses or coefficients would be."""
+        entry = next(entry for entry in self.position.mechanism.parameters if entry.name == self.name)
+        if entry.positive:
+            return True
+        motion = self.position.motion({**self.others, self.name: -self.size}, self.moves)
+        if motion is None:
+            return False
+        static = [part.static for element in self.position.mechanism.one_way for part in element.frictions]
+        coefficients = motion.state.values(static)
+        return any(x < 0.0 for x in (*coefficients, *(mass.mass for mass in motion.masses)))
+
+    # --- search -------------------------------------------------------------------------------------------------
+
+    def of_choice(self, choice: Choice, kind: Kind, searched: tuple[float, float]) -> list[Range]:
+        """Return the ranges for one choice of what presses, circles cut again until their ends stay where they are."""
+        cuts = dict(self.position.statics.cuts)
+        limits = self.position.statics.limits(choice, cuts)
+        intervals = self.intervals(self.at(limits), kind, searched)
+        found = [(_rest_end(x.low, limits, choice), _rest_end(x.high, limits, choice)) for x in intervals]
+        for _ in range(_CUTS if cuts else 0):
+            before = [end for pair in found for end in pair]
+            if not self.cut_again(cuts, before, limits):
+                break
+            limits = self.position.statics.limits(choice, cuts)
+            found = [part for each in found for part in self.left_of(each, limits, choice)]
+            if _settled(before, [end for pair in found for end in pair]):
+                break
+        return found
+
+    def left_of(self, known: Range, limits: Sequence[Limit], choice: Choice) -> list[Range]:
+        """Return what is left of a range when circles are cut again; without bound it stays so."""
+        low, high = known[0].value, known[1].value
+        first = low if low > -inf else min(high, 0.0) - _FARTHEST * self.size
+        last = high if high < inf else max(low, 0.0) + _FARTHEST * self.size
+        parts = np.arange(_STEPS["again"] + 1) / _STEPS["again"]
+        shrunk = parts if high < inf else parts / (1.0 + 1e3 * (1.0 - parts))
+        inner = first + (last - first) * shrunk[1:-1]
+        found = feasible_set(self.at(limits), [first, *inner.tolist(), last])
+        return [
+            (
+                known[0] if x.low.gives_way is None and x.low.value == first else _rest_end(x.low, limits, choice),
+                known[1] if x.high.gives_way is None and x.high.value == last else _rest_end(x.high, limits, choice),
+            )
+            for x in found
+        ]
+
+    def cut_again(
+        self, cuts: dict[str, tuple[Direction, ...]], ends: Sequence[RestEnd], limits: Sequence[Limit]
+    ) -> bool:
+        """Add the directions in which circles are pressed upon at ends; return whether there is a new one."""
+        changed = False
+        for end in ends:
+            for part, (x, y) in self.pressed(end, limits):
+                length = hypot(x, y)
+                if length > 0.0 and all(hypot(x / length - a, y / length - b) > _ALIKE for a, b in cuts[part]):
+                    cuts[part] = (*cuts[part], (x / length, y / length))
+                    changed = True
+        return changed
+
+    def pressed(self, end: RestEnd, limits: Sequence[Limit]) -> Iterator[tuple[str, Direction]]:
+        """Yield the directions in which circles are pressed upon at an end: by forces, and in what contradicts."""
+        weights: dict[str, Direction] = {}
+        for limit, weight in zip(end.limits, end.shares, strict=True):
+            if limit.along is not None:
+                x, y = weights.get(limit.part, (0.0, 0.0))
+                weights[limit.part] = (x + weight * limit.along[0], y + weight * limit.along[1])
+        conditions = self.at(limits)(end.value) if weights else None
+        if conditions is not None:
+            forces = nearest(conditions)
+            for part in weights:
+                x, y = (float(forces[k]) for k in self.position.statics.circles[part])
+                yield part, (x, y)
+        yield from weights.items()
+
+    def intervals(self, conditions: ConditionsAt, kind: Kind, searched: tuple[float, float]) -> list[Interval]:
+        low, high = searched
+        if kind == "none":
+            found = conditions(self.value)
+            possible = found is not None and contradiction(found) is None
+            return [Interval(End(-inf if low < 0.0 else low), End(inf))] if possible else []
+        if kind == "load":
+            return self.of_load(conditions, low)
+        if kind == "coefficient":
+            parts = np.arange(_STEPS[kind]) / _STEPS[kind]
+            grid = [*(self.size * parts / (1.0 - parts)), high]
+            found_all = feasible_set(conditions, grid)
+            return [Interval(found_all[0].low, End(inf))] if found_all else []
+        if kind == "angle":
+            return feasible_set(conditions, np.linspace(low, high, _STEPS[kind] + 1).tolist())
+        parts = np.arange(_STEPS[kind]) / _STEPS[kind]
+        upper = [*(self.size * parts / (1.0 - parts)), high]
+        return feasible_set(conditions, upper if low >= 0.0 else [*(-x for x in upper), *upper])
+
+    def of_load(self, conditions: ConditionsAt, low: float) -> list[Interval]:
+        """Return the one interval of what forces depend on linearly."""
+        here, there = conditions(self.size), conditions(2.0 * self.size)
+        assert here is not None
+        assert there is not None
+        along = (there.right - here.right) / self.size
+        still = Conditions(here.equal, here.right - self.size * along, here.cone)
+        bound = 0.0 if low == 0.0 else -inf
+        found = extremes(still, along, bound, self.size)
+        if found is None:
+            return []
+        least, most = found
+        aside = 1e-3 * max(self.size, *(abs(x) for x in found if abs(x) < inf))
+        first = max(bound, least - aside) if least > -inf else min(most, 0.0) - self.size
+        last = most + aside if most < inf else max(least, 0.0) + self.size
+        inner = 0.5 * (max(first, least) + min(last, most))
+        intervals = feasible_set(
+            lambda p: Conditions(still.equal, still.right + p * along, still.cone), [first, inner, last]
+        )
+        return [Interval(End(-inf) if least == -inf else x.low, End(inf) if most == inf else x.high) for x in intervals]
+
+
+def _alike(a: Floats, b: Floats) -> bool:
+    return a.shape == b.shape and bool(np.abs(a - b).max(initial=0.0) <= _ALIKE * np.abs(b).max(initial=0.0))
+
+
+def _same(a: Conditions, b: Conditions) -> bool:
+    return _alike(a.equal, b.equal) and _alike(a.right, b.right) and _alike(a.cone, b.cone)
+
+
+def _affine(values: Sequence[Floats]) -> bool:
+    """Return whether values at the probes are linear in them."""
+    (a, b), (x, y) = _PROBES[:2], values[:2]
+    return all(_alike(x + (y - x) * (probe - a) / (b - a), value) for probe, value in zip(_PROBES, values, strict=True))
+
+
+def _settled(before: Sequence[RestEnd], after: Sequence[RestEnd]) -> bool:
+    """Return whether ends are where they were."""
+    pairs = zip(before, after, strict=False)
+    return len(before) == len(after) and all(
+        a.value == b.value or abs(a.value - b.value) <= _SETTLED * abs(b.value) for a, b in pairs
+    )
+
+
+def _rest_end(end: End, limits: Sequence[Limit], choice: Choice) -> RestEnd:
+    against = end.gives_way
+    if against is None:
+        return RestEnd(end.value)
+    return RestEnd(end.value, against.equal, tuple(limits[k] for k in against.cone), choice, against.shares)
+
+
+def united(ranges: Sequence[Range]) -> list[Range]:
+    """Return ranges that overlap or touch as one, ascending."""
+    found: list[Range] = []
+    for low, high in sorted(ranges, key=lambda each: each[0].value):
+        if found and low.value <= found[-1][1].value + _ONE * abs(low.value):
+            if high.value > found[-1][1].value:
+                found[-1] = (found[-1][0], high)
+        else:
+            found.append((low, high))
+    return found

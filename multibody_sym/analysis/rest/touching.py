@@ -1,0 +1,59 @@
+"""What touches in a position: how near is touching, and on which side of planes bodies are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.analysis.rest.statics import Statics
+from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.points import position
+from multibody_sym.kinematics.relative import direction
+from multibody_sym.kinematics.rows import RowMotion
+from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat
+from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.mass import Pose
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.scalars.vectors import dot, subtract
+
+TOUCHING: Final = 1e-9
+"""The part of the model's size up to which a gap is none."""
+
+
+def size_of(motion: Motion) -> float:
+    """Return the largest distance of a body's origin from ground's along an axis (m), 1 where there is none."""
+    return max((float(np.abs(np.array(p, dtype=float)).max()) for _, p in motion.poses), default=0.0) or 1.0
+
+
+def out_of_touch(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) -> frozenset[int] | None:
+    """Return the rows of what does not touch; None where something is inside of what it may only touch."""
+    near, found = TOUCHING * size_of(motion), set[int]()
+    for element in statics.mechanism.one_way:
+        if not element.unilateral:
+            continue
+        gap = max(float(rows[statics.place(row)].phi) for row in element.normals)
+        if gap < -near and not element.open:
+            return None
+        if gap > near or element.open:
+            found |= {statics.place(row) for row in element.rows}
+    return frozenset(found)
+
+
+def with_planes(mechanism: Mechanism) -> Iterator[tuple[Marker, Flat]]:
+    """Yield for each contact with an endless plane the other body's centre of mass and the plane."""
+    for element in mechanism.one_way:
+        for row in element.normals:
+            if isinstance(row, ContactRow):
+                planes = [skin for skin in row.skins if isinstance(skin, Flat) and skin.ends is None]
+                others = [skin for skin in row.skins if not isinstance(skin, Flat)]
+                if planes and others and others[0].place.body >= 0:
+                    body = others[0].place.body
+                    yield Marker("", body, Pose(mechanism.bodies[body].mass.com)), planes[0]
+
+
+def height(motion: Motion, com: Marker, plane: Flat) -> float:
+    """Return how far a centre of mass is from a plane, along its normal (m)."""
+    away = subtract(position(motion, com), position(motion, plane.place))
+    return float(dot(direction(motion, plane.place, plane.normal), away))

@@ -1,0 +1,175 @@
+"""Ends of ranges of rest in closed form: where the conditions that give way there contradict each other no more.
+
+At an end the equations of balance and the limits that meet there are one more than they have unknown forces: what is
+left after these are eliminated vanishes, an equation for the parameter alone. Its root is taken if it is the number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Final
+
+from multibody_sym.algebra.decimals import with_doubles
+from multibody_sym.algebra.exact_solve import conditions_left, exact_solve
+from multibody_sym.algebra.quotient_functions import exact, register_angles
+from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
+from multibody_sym.algebra.solving.roots import roots
+from multibody_sym.analysis.rest.position import Position
+from multibody_sym.analysis.rest.ranges import RestEnd
+from multibody_sym.analysis.rest.statics import Balance, Limit, Statics, statics
+from multibody_sym.analysis.rest.touching import out_of_touch
+from multibody_sym.answers.symbolic_start import declared_state
+from multibody_sym.answers.symbolic_state import SymbolicState
+from multibody_sym.dynamics.start.start import start
+from multibody_sym.errors import ExpressionError, MultibodyError
+from multibody_sym.expressions.parser import parse
+from multibody_sym.expressions.printer import text
+from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.rows import row_motions
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.parameters import ParameterVector
+from multibody_sym.numerics.arrays import UNDEFINED
+from multibody_sym.scalars.functions import evaluate, evaluate_float
+from multibody_sym.scalars.node import ZERO, Node, as_node, symbol
+from multibody_sym.scalars.traversal import leaves
+
+_WORK: Final = 30_000
+AGREEMENT: Final = 1e-12
+"""How near a closed form must come to the number, relative to it."""
+_LONGEST: Final = 160
+_LONGEST_NUMBER: Final = 32
+
+
+@dataclass(frozen=True)
+class ExactEnd:
+    """An end of a range of the parameter `name` over Nodes, at its value there."""
+
+    mechanism: Mechanism
+    name: str
+    end: RestEnd
+
+    @cached_property
+    def at_end(self) -> Mechanism:
+        """The mechanism with the value of the end."""
+        entries = tuple(
+            replace(entry, value=as_node(self.end.value)) if entry.name == self.name else entry
+            for entry in self.mechanism.parameters
+        )
+        return replace(self.mechanism, parameters=ParameterVector(entries))
+
+    def symbolic(self) -> Node | None:
+        """Return the end in the names of the model, None where there is no closed form."""
+        return self._found(numbers=False)
+
+    def exact(self) -> Node | None:
+        """Return the end as an exact number, with what is declared of the other parameters put in; None for none."""
+        found = self._found(numbers=True)
+        short = found is not None and len(text(found)) <= _LONGEST_NUMBER
+        return found if short and found is not None and not leaves([found], "symbol") else None
+
+    def _found(self, *, numbers: bool) -> Node | None:
+        try:
+            return next(self._roots(numbers), None)
+        except (NoClosedFormError, ExpressionError, MultibodyError, *UNDEFINED):
+            return None
+
+    def _roots(self, numbers: bool) -> Iterator[Node]:
+        given, balance = self._balance
+        unknown = symbol(self.name)
+        sample = {node: float(letter.sample) for node, letter in given.letters.items()}
+        for equal in (self.end.equal, tuple(range(len(balance.right)))):
+            field = Field(_WORK)
+            known = self._known(field, given, numbers)
+            for equation in self._equations(field, known, balance, equal):
+                if unknown in equation.symbols:
+                    for root in roots(equation, unknown):
+                        if self._fits(root, sample):
+                            yield with_doubles(root)
+
+    def _known(self, field: Field, given: SymbolicState, numbers: bool) -> dict[Node, Quotient]:
+        """Return what symbols stand for: letters, or the exact values of all but the parameter."""
+        known = {}
+        declared = {symbol(entry.name): entry.value for entry in self.mechanism.parameters}
+        for node, letter in given.letters.items():
+            value = declared.get(node)
+            if numbers and value is not None and node is not symbol(self.name):
+                known[node] = exact(field, [value], {})[0]
+            else:
+                known[node] = field.letter(node, letter)
+        return known
+
+    @cached_property
+    def _balance(self) -> tuple[SymbolicState, Balance]:
+        """The state over Nodes at the end, at rest, and the conditions there."""
+        at_end = self.at_end
+        given = declared_state(at_end, start(at_end))
+        whole = self._whole
+        parameters = [given.state.slots[at_end.parameters.slot(entry.name)] for entry in at_end.parameters]
+        rest = [ZERO] * len(at_end.speeds)
+        state = state_of(whole.mechanism, Node, ZERO, list(given.state.q), rest, parameters)
+        motion = motion_of(whole.mechanism, state)
+        balance = whole.balance(motion, self.end.limits, row_motions(motion))
+        touching = self._touching
+        return given, replace(
+            balance,
+            **{
+                name: [[x if k in touching else 0 for k, x in enumerate(row)] for row in getattr(balance, name)]
+                for name in ("equal", "limits")
+            },
+        )
+
+    @cached_property
+    def _whole(self) -> Statics:
+        return statics(self.at_end)
+
+    @cached_property
+    def _touching(self) -> frozenset[int]:
+        """The rows that have forces at the end."""
+        at_end = self.at_end
+        position = Position(at_end, start(at_end))
+        motion = position.motion({}, moves=False)
+        assert motion is not None
+        rows = row_motions(motion)
+        return frozenset(range(len(rows))) - (out_of_touch(position.statics, motion, rows) or frozenset())
+
+    def _equations(
+        self, field: Field, known: dict[Node, Quotient], balance: Balance, equal: Sequence[int]
+    ) -> list[Quotient]:
+        """Return what must vanish for some forces to balance at the limits."""
+        circles = [limit for limit in self.end.limits if limit.along is not None]
+        limits = [] if circles else balance.limits
+        matrix = [*(balance.equal[k] for k in equal), *limits]
+        right = [*(balance.right[k] for k in equal), *([0] * len(limits))]
+        nodes = [[as_node(x) for x in (*row, r)] for row, r in zip(matrix, right, strict=True)]
+        register_angles(field, [x for row in nodes for x in row], known)
+        rows = [exact(field, row, known) for row in nodes]
+        if not circles:
+            return conditions_left([row[:-1] for row in rows], [row[-1] for row in rows])
+        forces = exact_solve([row[:-1] for row in rows], [row[-1] for row in rows])
+        return [self._on_circle(field, known, forces, circles[0])] if len(self.end.limits) == 1 else []
+
+    def _on_circle(self, field: Field, known: dict[Node, Quotient], forces: list[Quotient], limit: Limit) -> Quotient:
+        """Return t1^2 + t2^2 - (mu N)^2."""
+        whole = self._whole
+        across = whole.circles[limit.part]
+        pressing = field.constant(0)
+        for k, factor in limit.terms:
+            if k not in across:
+                inside = as_node(evaluate([factor], self._balance[0].state.slots)[0])
+                pressing = pressing + exact(field, [inside], known)[0] * forces[k]
+        return forces[across[0]] * forces[across[0]] + forces[across[1]] * forces[across[1]] - pressing * pressing
+
+    def _fits(self, root: Node, sample: dict[Node, float]) -> bool:
+        """Return whether a root is the end, and what is printed of it too."""
+        unknown = symbol(self.name)
+        if len(text(root)) > _LONGEST or unknown in leaves([root], "symbol"):
+            return False
+        try:
+            again = evaluate_float([parse(text(with_doubles(root)))], sample)[0]
+        except (ExpressionError, *UNDEFINED):
+            return False
+        value = self.end.value
+        return abs(again - value) <= AGREEMENT * max(abs(value), AGREEMENT)

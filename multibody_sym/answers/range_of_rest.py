@@ -1,0 +1,157 @@
+"""Ranges of rest: all values of a parameter at which a system can stay at rest, with exact ends and what gives way."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from multibody_sym.analysis.rest.causes import causes
+from multibody_sym.analysis.rest.position import Position
+from multibody_sym.analysis.rest.ranges import Ranges, RestEnd, ranges_of_rest
+from multibody_sym.answers.exact_rest import ExactEnd
+from multibody_sym.dynamics.routes import verify_formalism
+from multibody_sym.dynamics.start.examined import examined, on_numbers
+from multibody_sym.dynamics.start.start import start
+from multibody_sym.errors import ArgumentError, ModelError, at, shown, suggestion
+from multibody_sym.expressions.printer import text
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.parameters import ParameterEntry, Source
+from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.scalars.node import Node
+
+
+@dataclass(frozen=True)
+class RestBound:
+    """An end of a range of rest: its `value` (SI; None where the range has no end there), and what `gives_way` beyond.
+
+    `expression` is its closed form in the names of the model, `exact` the same with all declared numbers put in; None
+    where none was found. Nothing gives way where the range ends with the values that were looked at, or with those that
+    the parameter may have.
+    """
+
+    value: float | None
+    expression: Node | None = None
+    exact: Node | None = None
+    gives_way: tuple[str, ...] = ()
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `--json` prints."""
+        return {
+            "value": self.value,
+            "expression": None if self.expression is None else text(self.expression),
+            "exact": None if self.exact is None else text(self.exact),
+            "gives_way": list(self.gives_way),
+        }
+
+
+@dataclass(frozen=True)
+class RangeOfRest:
+    """The values of a `parameter` (of a `unit`) at which rest is possible in the declared position: `ends` of ranges.
+
+    `searched`: from where to where values were looked at, None without bound. Rest is possible: some forces that
+    contacts, ropes and friction can exert are in balance; where friction is indeterminate others may be too.
+    """
+
+    parameter: str
+    ends: tuple[tuple[RestBound, RestBound], ...]
+    searched: tuple[float | None, float | None]
+    position: Mapping[str, float] = field(default_factory=dict)
+    unit: str = ""
+    units: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def rest(self) -> list[tuple[float | None, float | None]]:
+        """The ranges as pairs of numbers (SI), ascending; None where a range has no end."""
+        return [(low.value, high.value) for low, high in self.ends]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `equilibrium --vary --json` prints."""
+        return {
+            "parameter": self.parameter,
+            "rest": [list(pair) for pair in self.rest],
+            "ends": [[low.as_json(), high.as_json()] for low, high in self.ends],
+            "searched": list(self.searched),
+            "position": dict(self.position),
+            "unit": self.unit,
+            "units": dict(self.units),
+        }
+
+
+def range_of_rest(
+    system: System,
+    vary: str,
+    *,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    formalism: str | None = None,
+) -> RangeOfRest:
+    """Return all values of the parameter `vary` at which rest is possible in the declared position, at t = 0.
+
+    Speeds of the start are left out. What depends on the parameter moves with it: positions, masses, forces,
+    coefficients. `parameters` .. `project`: what the call changes of the system (`Changes`); `formalism`: by whose
+    equations forces balance. Raises InputError, and NoSolutionError where there is no start.
+    """
+    changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    verify_formalism(formalism)
+    return _range_of_rest(changed, vary, formalism)
+
+
+@on_numbers
+def _range_of_rest(system: System, vary: str, formalism: str | None) -> RangeOfRest:
+    position = rest_position(system, formalism)
+    entry = varied(position.mechanism, vary)
+    found = ranges_of_rest(position, entry.name)
+    low, high = (None if math.isinf(x) else x for x in found.searched)
+    return RangeOfRest(
+        entry.name,
+        tuple((rest_bound(position, found, a), rest_bound(position, found, b)) for a, b in found.ranges),
+        (low, high),
+        {c.name: x for c, x in zip(position.mechanism.coordinates, position.begin.q, strict=True)},
+        "rad" if found.kind == "angle" else unit_of(entry),
+        {c.name: c.unit for c in position.mechanism.coordinates},
+    )
+
+
+def rest_position(system: System, formalism: str | None) -> Position:
+    """Return the declared position of a system, in coordinates of its joints."""
+    declared = examined(system)
+    resolved = declared.relative or declared
+    return Position(resolved, start(resolved, project=system.simulation.project), formalism)
+
+
+def varied(mechanism: Mechanism, name: object, option: str = "vary") -> ParameterEntry:
+    """Return the entry of a declared parameter. Raises InputError for another name."""
+    entries = {entry.name: entry for entry in mechanism.parameters if entry.source is Source.DECLARED}
+    with at(option):
+        if not isinstance(name, str):
+            raise ArgumentError(f"expected the name of a parameter, got {shown(name)}")
+        if name not in entries:
+            raise ModelError(f"there is no parameter {name!r}{suggestion(name, entries)}")
+    return entries[name]
+
+
+def unit_of(entry: ParameterEntry) -> str:
+    """Return the unit of a parameter in SI, empty for pure numbers and where it is not known."""
+    unit = "" if entry.dimension is None else str(entry.dimension)
+    return "" if unit == _PURE else unit
+
+
+_PURE: Final = "1"
+
+
+def rest_bound(position: Position, found: Ranges, end: RestEnd) -> RestBound:
+    """Return an end for people: in closed form where there is one, and what gives way by name."""
+    if math.isinf(end.value):
+        return RestBound(None)
+    if not (end.equal or end.limits):
+        return RestBound(end.value + 0.0)
+    exact = ExactEnd(position.mechanism, found.parameter, end)
+    motion = position.motion({found.parameter: end.value}, moves=True)
+    named = causes(position.statics, end.limits, motion)
+    return RestBound(end.value + 0.0, exact.symbolic(), exact.exact(), named)

@@ -1,0 +1,179 @@
+"""Whether linear conditions can hold together, and which few of them contradict each other where they cannot.
+
+    E x = r        G x >= 0
+
+By linear programming: the least v with |E x - r| <= v and G x >= -v, all rows scaled to like size. Where v > 0 its dual
+gives a *contradiction* (Farkas): weights y of equalities and w >= 0 of inequalities with y E + w G = 0 and y r > 0. At
+a vertex these are the fewest rows possible: one more than they have independent columns, so that the rows alone give
+the weights.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.numerics.arrays import Floats
+
+POSSIBLE: Final = 1e-9
+"""The least v, where rows are scaled to like size and r to 1, up to which conditions are taken to hold together."""
+_WEIGHTY: Final = 1e-12
+"""The part of the largest weight of a dual that is none."""
+_SCALINGS: Final = 8
+_ROUNDED: Final = 1e-12
+"""The largest entry of a column, among rows of length one, that is what rounding left of nothing."""
+_DEPENDENT: Final = 1e-10
+"""The part of the largest singular value up to which another one is none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Conditions:
+    """E x = r (`equal`, e x n; `right`, e) and G x >= 0 (`cone`, g x n)."""
+
+    equal: Floats
+    right: Floats
+    cone: Floats
+
+    def rows(self, of: Contradiction) -> Floats:
+        """Return the rows of a contradiction, equalities first (k x n)."""
+        return np.vstack([self.equal[list(of.equal)], self.cone[list(of.cone)]])
+
+    @cached_property
+    def scales(self) -> tuple[Floats, Floats, float]:
+        """Factors of rows (equalities first, then inequalities) and columns that make entries alike; size of r then."""
+        matrix = np.abs(np.vstack([self.equal, self.cone]))
+        rows, columns = np.ones(matrix.shape[0]), np.ones(matrix.shape[1])
+        for _ in range(_SCALINGS):
+            scaled = rows[:, None] * matrix * columns
+            rows /= np.sqrt(_largest(scaled, 1))
+            columns /= np.sqrt(_largest(rows[:, None] * matrix * columns, 0))
+        size = float(np.abs(rows[: len(self.right)] * self.right).max(initial=0.0))
+        return rows, columns, size or 1.0
+
+
+def _largest(matrix: Floats, axis: int) -> Floats:
+    largest = matrix.max(axis=axis, initial=0.0)
+    return np.where(largest > 0.0, largest, 1.0)
+
+
+@dataclass(frozen=True)
+class Contradiction:
+    """Rows that contradict each other: places of equalities and inequalities, and the weight of each (k)."""
+
+    equal: tuple[int, ...]
+    cone: tuple[int, ...]
+    weights: tuple[float, ...]
+
+    def weights_in(self, conditions: Conditions) -> Floats:
+        """Return the weights (k) of the same rows in other conditions, with those here as their guide for the sign.
+
+        Not a number where the rows are independent there.
+        """
+        rows = conditions.rows(self)
+        lengths = np.linalg.norm(rows, axis=1)
+        lengths = np.where(lengths > 0.0, lengths, 1.0)
+        unit = rows / lengths[:, None]
+        largest = np.abs(unit).max(axis=0, initial=0.0)
+        columns = np.where(largest > _ROUNDED, largest, 1.0)
+        values, vectors = np.linalg.svd((unit / columns).T)[1:]
+        if len(values) == len(vectors) and values[-1] > _DEPENDENT * values[0]:
+            return np.full(len(lengths), np.nan)
+        found = vectors[-1] / lengths
+        return np.asarray(found if found @ np.array(self.weights) >= 0.0 else -found)
+
+    def excess(self, conditions: Conditions) -> float:
+        """Return the least of y r and the weights of inequalities, each divided by what it is here: > 0 contradicts."""
+        weights = self.weights_in(conditions)
+        size = np.abs(weights).max()
+        count = len(self.equal)
+        value = weights[:count] @ conditions.right[list(self.equal)] / size
+        return float(min(value, *(weights[count:] / size / np.array(self.shares)), np.inf))
+
+    @property
+    def shares(self) -> tuple[float, ...]:
+        """The weights of inequalities, as parts of the largest weight."""
+        size = max(map(abs, self.weights))
+        return tuple(weight / size for weight in self.weights[len(self.equal) :])
+
+
+def contradiction(conditions: Conditions) -> Contradiction | None:
+    """Return the rows that contradict each other, None where all conditions hold together for some x."""
+    if not np.abs(conditions.right).max(initial=0.0) > 0.0:
+        return None
+    least, dual, _ = _least_violation(conditions)
+    if least <= POSSIBLE:
+        return None
+    rows = conditions.scales[0]
+    weighty = np.flatnonzero(np.abs(dual) > _WEIGHTY * np.abs(dual).max(initial=0.0))
+    count = len(conditions.right)
+    equal, cone = (tuple(int(k) for k in weighty if k < count), tuple(int(k) - count for k in weighty if k >= count))
+    return Contradiction(equal, cone, tuple((rows * dual)[weighty].tolist()))
+
+
+def nearest(conditions: Conditions) -> Floats:
+    """Return an x (n) that violates the conditions least: not at all where they hold together."""
+    if not np.abs(conditions.right).max(initial=0.0) > 0.0:
+        return np.zeros(conditions.equal.shape[1])
+    return _least_violation(conditions)[2]
+
+
+def _least_violation(conditions: Conditions) -> tuple[float, Floats, Floats]:
+    """Return v, scaled, the dual of the scaled rows, equalities first, and x."""
+    from scipy.optimize import linprog
+
+    rows, columns, size = conditions.scales
+    count, n = len(conditions.right), len(columns)
+    scaled = rows[:, None] * np.vstack([conditions.equal, conditions.cone]) * columns
+    right = np.concatenate([rows[:count] * conditions.right / size, np.zeros(len(conditions.cone))])
+    upper = np.vstack([scaled[:count], -scaled])
+    bounds = np.concatenate([right[:count], -right])
+    found = linprog(
+        np.r_[np.zeros(n), 1.0],
+        A_ub=np.hstack([upper, -np.ones((len(upper), 1))]),
+        b_ub=bounds,
+        bounds=[(None, None)] * n + [(0.0, None)],
+        method="highs-ds",
+        options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
+    )
+    if found.status != 0:
+        raise ArithmeticError(f"linear programming failed: {found.message}")
+    marginals = found.ineqlin.marginals
+    dual = -marginals[count:]
+    dual[:count] += marginals[:count]
+    return float(found.fun), dual, np.asarray(found.x[:n] * columns * size)
+
+
+def extremes(conditions: Conditions, along: Floats, low: float, scale: float) -> tuple[float, float] | None:
+    """Return the least and the largest p >= low with E x = r + p `along`, G x >= 0 for some x, None if there is none.
+
+    As good as linear programming is; infinite where p has no bound. `scale` is the size of p.
+    """
+    from scipy.optimize import linprog
+
+    with_p = Conditions(
+        np.hstack([conditions.equal, -scale * along[:, None]]),
+        conditions.right,
+        np.hstack([conditions.cone, np.zeros((len(conditions.cone), 1))]),
+    )
+    rows, columns, size = with_p.scales
+    count, n = len(conditions.right), len(columns)
+    scaled = rows[:, None] * np.vstack([with_p.equal, with_p.cone]) * columns
+    factor = scale * columns[-1] * size
+    found = []
+    for sense in (1.0, -1.0):
+        one = linprog(
+            np.r_[np.zeros(n - 1), sense],
+            A_ub=-scaled[count:],
+            b_ub=np.zeros(len(conditions.cone)),
+            A_eq=scaled[:count],
+            b_eq=rows[:count] * conditions.right / size,
+            bounds=[(None, None)] * (n - 1) + [(low / factor, None)],
+            method="highs-ds",
+        )
+        if one.status == 2:
+            return None
+        found.append(-sense * np.inf if one.status != 0 else float(one.x[-1]) * factor)
+    return found[0], found[1]

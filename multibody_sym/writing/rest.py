@@ -1,0 +1,50 @@
+"""Ranges of rest as text."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from multibody_sym.answers.range_of_rest import RangeOfRest, RestBound
+from multibody_sym.expressions.chosen_units import SI, Units
+from multibody_sym.expressions.printer import text
+
+_NOWHERE: Final = "rest is possible at no value of"
+
+
+def rest_text(found: RangeOfRest, units: Units = SI) -> str:
+    """Return the ranges for a person to read, in chosen units, each with its ends."""
+    lines = [_range(found, low, high, units) for low, high in found.ends]
+    if not lines:
+        lines = [f"{_NOWHERE} {found.parameter}"]
+    return "\n".join([*lines, *_notes(found, units)])
+
+
+def _range(found: RangeOfRest, low: RestBound, high: RestBound, units: Units) -> str:
+    name = found.parameter
+    if low.value is None and high.value is None:
+        return f"rest is possible at every value of {name}"
+    if low.value is not None and low.value == high.value:
+        return f"rest is possible at {name} = {_bound(found, low, units)}"
+    if high.value is None:
+        return f"rest is possible for {name} >= {_bound(found, low, units)}"
+    if low.value is None:
+        return f"rest is possible for {name} <= {_bound(found, high, units)}"
+    return f"rest is possible for {name} from {_bound(found, low, units)}\n  to {_bound(found, high, units)}"
+
+
+def _bound(found: RangeOfRest, bound: RestBound, units: Units) -> str:
+    """Return `formula = exact number = number unit (what gives way)`."""
+    assert bound.value is not None
+    number = units.said(bound.value, found.unit)
+    forms = [text(form) for form in (bound.expression, bound.exact) if form is not None]
+    told = " = ".join(dict.fromkeys([*forms, number]))
+    return f"{told} ({', '.join(bound.gives_way)})" if bound.gives_way else told
+
+
+def _notes(found: RangeOfRest, units: Units) -> list[str]:
+    """Return from where to where values were looked at, where that is not everywhere."""
+    low, high = found.searched
+    if low in (None, 0.0) and high is None:
+        return []
+    told = [units.said(x or 0.0, found.unit, ".6g") for x in (low, high)]
+    return [f"note: looked for from {told[0]} to {told[1]}"]

@@ -1,0 +1,263 @@
+"""Ranges of rest: ends known by hand, in numbers and in closed form, and what gives way there."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import multibody_sym as mbs
+from multibody_sym.cli.main import main
+from multibody_sym.errors import ArgumentError, InputError
+from multibody_sym.expressions.printer import text
+from multibody_sym.writing.rest import rest_text
+
+INCLINE = """\
+multibody_sym: 1
+name: incline
+gravity: [0, -g, 0]
+parameters:
+  {g: 10 m/s^2, alpha: 45 deg, mu: 0.02, m1: {value: 6 kg, positive: true}, m2: {value: 4 kg, positive: true}}
+bodies:
+  ground: {surfaces: {face: {plane: [0, 0, 0], normal: [-sin(alpha), cos(alpha), 0]}}, points: {top: [0, 0, 0]}}
+  block: {mass: m1}
+  load: {mass: m2}
+joints:
+  J: {type: point, parent: ground, child: block, initial: {q: [-2*cos(alpha), -2*sin(alpha)]}}
+  L: {type: prismatic, parent: ground, child: load, axis: -y, q: depth, initial: {q: 0.5}}
+pulleys: {P: {at: ground.top}}
+constraints: {string: {type: rope, path: [block, P, load], slack: false}}
+contacts: {c1: {between: [block, ground.face], static: mu}}
+"""
+
+BOX = """\
+multibody_sym: 1
+name: box
+gravity: [0, -g, 0]
+parameters: {g: 10, a: 0.1, mu: 0.6, b: 0.4, h: 1.0, y: 0.9, F: 1 N, m: {value: 3, positive: true}}
+bodies:
+  ground: {surfaces: {ramp: {plane: [0, 0, 0], normal: [-sin(a), cos(a), 0]}}}
+  box: {shape: {box: [b, h, 1], mass: m}, points: {hook: [b/2, y - h/2, 0]}}
+joints: {B: {type: planar, parent: ground, child: box, initial: {q: [-h/2*sin(a), h/2*cos(a), a]}}}
+forces: {pull: {type: force, on: box, at: hook, value: [F, 0, 0]}}
+contacts: {c1: {between: [box, ground.ramp], static: mu}}
+"""
+
+LADDER = """\
+multibody_sym: 1
+name: ladder
+gravity: [0, -g, 0]
+parameters: {g: 10, a: 60 deg, mu: 0.4, nu: 0.3, l: 3.0, m: {value: 12, positive: true}}
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}, wall: {plane: [0, 0, 0], normal: x}}}
+  ladder: {mass: m, com: [0, 0, 0], inertia: {Izz: m*l^2/12}, points: {foot: [-l/2, 0, 0], head: [l/2, 0, 0]}}
+joints: {B: {type: planar, parent: ground, child: ladder, initial: {q: [l/2*cos(a), l/2*sin(a), pi - a]}}}
+contacts:
+  floor: {between: [ladder.foot, ground.floor], static: mu}
+  wall: {between: [ladder.head, ground.wall], static: nu}
+"""
+
+DOUBLE = """\
+multibody_sym: 1
+name: double_incline
+gravity: [0, -g, 0]
+parameters: {g: 10, k: 1.5, mu: 0.1, m: {value: 1 kg, positive: true}, a: 45 deg, b: 30 deg}
+bodies:
+  ground:
+    points: {top: [0, 0, 0]}
+    surfaces:
+      left: {plane: [0, 0, 0], normal: [-sin(a), cos(a), 0]}
+      right: {plane: [0, 0, 0], normal: [sin(b), cos(b), 0]}
+  A: {mass: m}
+  B: {mass: k*m}
+joints:
+  JA: {type: point, parent: ground, child: A, initial: {q: [-cos(a), -sin(a)]}}
+  JB: {type: point, parent: ground, child: B, initial: {q: [cos(b), -sin(b)]}}
+pulleys: {P: {at: ground.top}}
+constraints: {string: {type: rope, path: [A, P, B], slack: false}}
+contacts: {left: {between: [A, ground.left], static: mu}, right: {between: [B, ground.right], static: mu}}
+"""
+
+SLOPE = """\
+multibody_sym: 1
+name: slope
+gravity: [0, 0, -g]
+parameters: {g: {value: 10, positive: true}, mu: 0.3, F: 2 N, a: 0.2, m: {value: 5 kg, positive: true}}
+bodies:
+  ground: {surfaces: {slope: {plane: [0, 0, 0], normal: [-sin(a), 0, cos(a)]}}}
+  block: {mass: m, inertia: {Ixx: 1, Iyy: 1, Izz: 1}}
+joints: {U: {type: free, parent: ground, child: block}}
+forces: {pull: {type: force, on: block, value: [0, F, 0]}}
+contacts: {c1: {between: [block, ground.slope], static: mu}}
+"""
+
+
+def found(file: str, vary: str, **parameters: float) -> mbs.RangeOfRest:
+    return mbs.range_of_rest(mbs.loads(file), vary, parameters=parameters)
+
+
+def test_a_block_held_by_a_load_over_a_pulley():
+    answer = found(INCLINE, "mu")
+    assert answer.rest == [(pytest.approx(1 - 2 * math.sqrt(2) / 3, rel=1e-14), None)]
+    low, high = answer.ends[0]
+    assert text(low.expression) == "(m1*sin(alpha) - m2)/(m1*cos(alpha))"
+    assert text(low.exact) == "1 - 2*sqrt(2)/3"
+    assert (low.gives_way, high.gives_way) == (("slips at c1",), ())
+
+
+def test_an_angle_has_two_ends():
+    answer = found(INCLINE, "alpha")
+    turn, slant = math.asin(4 / 6 / math.hypot(1, 0.02)), math.atan(0.02)
+    assert answer.rest == [pytest.approx((turn - slant, turn + slant), rel=1e-14)]
+    assert [text(end.expression) for end in answer.ends[0]] == [
+        "asin(m2/(m1*sqrt(mu^2 + 1))) - atan(mu)",
+        "asin(m2/(m1*sqrt(mu^2 + 1))) + atan(mu)",
+    ]
+    assert answer.unit == "rad"
+
+
+def test_masses_between_which_a_double_incline_rests():
+    answer = found(DOUBLE, "k")
+    s, r = math.sqrt(0.5), math.sqrt(3) / 2
+    wanted = 0.9 * s / (0.5 + 0.1 * r), 1.1 * s / (0.5 - 0.1 * r)
+    assert answer.rest == [pytest.approx(wanted, rel=1e-14)]
+    low, high = answer.ends[0]
+    assert text(low.expression) == "(sin(a) - mu*cos(a))/(mu*cos(b) + sin(b))"
+    assert text(high.expression) == "(mu*cos(a) + sin(a))/(sin(b) - mu*cos(b))"
+    assert low.gives_way == high.gives_way == ("slips at left", "slips at right")
+
+
+@pytest.mark.parametrize(
+    ("mu", "limit", "formula", "way"),
+    [
+        (0.6, math.atan(0.4), "atan(b/h)", "box tips about its lower edge"),
+        (0.3, math.atan(0.3), "atan(mu)", "slips at c1"),
+    ],
+)
+def test_a_box_on_a_ramp_tips_or_slips(mu, limit, formula, way):
+    answer = found(BOX.replace("forces: {pull", "outputs: {}  # forces: {pull"), "a", mu=mu)
+    assert answer.rest == [pytest.approx((-limit, limit), rel=1e-13)]
+    assert (text(answer.ends[0][1].expression), answer.ends[0][1].gives_way) == (formula, (way,))
+
+
+@pytest.mark.parametrize(
+    ("y", "mu", "limit", "formula", "way"),
+    [
+        (0.9, 0.6, 30 * 0.2 / 0.9, "b*g*m/(2*y)", "box tips about its right edge"),
+        (0.2, 0.6, 18.0, "g*m*mu", "slips at c1"),
+    ],
+)
+def test_a_box_pulled_at_a_height_tips_or_slips(y, mu, limit, formula, way):
+    answer = found(
+        BOX.replace("a: 0.1, ", "").replace("sin(a)", "0").replace("cos(a)", "1").replace("h/2*1, a]", "h/2, 0]"),
+        "F",
+        y=y,
+        mu=mu,
+    )
+    assert answer.rest == [pytest.approx((-limit, limit), rel=1e-13)]
+    assert (text(answer.ends[0][1].expression), answer.ends[0][1].gives_way) == (formula, (way,))
+
+
+def test_a_ladder_against_a_rough_wall():
+    """tan a = (1 - mu nu) / (2 mu)."""
+    answer = found(LADDER, "a")
+    assert answer.rest == [pytest.approx((math.atan((1 - 0.12) / 0.8), math.pi / 2), rel=1e-13)]
+    assert answer.ends[0][0].gives_way == ("slips at floor", "slips at wall")
+    assert text(answer.ends[0][0].exact) == "atan(1.1)"
+    least = found(LADDER, "mu")
+    assert least.rest == [(pytest.approx(1 / (0.3 + 2 * math.tan(math.pi / 3)), rel=1e-13), None)]
+    assert text(least.ends[0][0].expression) == "cos(a)/(nu*cos(a) + 2*sin(a))"
+
+
+def test_what_friction_is_no_matter_of():
+    """A ladder's mass cancels: rest at every mass, or at none."""
+    assert found(LADDER, "m").rest == [(0.0, None)]
+    assert found(LADDER, "m", mu=0.2).rest == []
+    assert "at no value of m" in rest_text(found(LADDER, "m", mu=0.2))
+
+
+def test_friction_in_space_is_a_circle():
+    answer = found(SLOPE, "F")
+    limit = 50 * math.sqrt(0.09 * math.cos(0.2) ** 2 - math.sin(0.2) ** 2)
+    assert answer.rest == [pytest.approx((-limit, limit), rel=1e-12)]
+    assert text(answer.ends[0][1].expression) == "g*m*sqrt(mu^2*cos(a)^2 - sin(a)^2)"
+    assert found(SLOPE, "mu").rest[0][0] == pytest.approx(
+        math.hypot(50 * math.sin(0.2), 2) / 50 / math.cos(0.2), rel=1e-13
+    )
+    steep = brentq(lambda a: math.hypot(50 * math.sin(a), 2) - 15 * math.cos(a), 0.1, 0.5, xtol=1e-15)
+    assert found(SLOPE, "a").rest == [pytest.approx((-steep, steep), rel=1e-12)]
+
+
+def test_an_angle_may_have_several_ranges():
+    """A load that changes with the angle holds the block where the curves of both forces cross."""
+    system = mbs.loads(INCLINE.replace("mu: 0.02", "mu: 0.1").replace("mass: m2", "mass: m2*(1 + 0.45*cos(8*alpha))"))
+    answer = mbs.range_of_rest(system, "alpha")
+
+    def slack(a: float, sense: float) -> float:
+        return 6 * (math.sin(a) + sense * 0.1 * math.cos(a)) - 4 * (1 + 0.45 * math.cos(8 * a))
+
+    rests = [a for a in np.linspace(-math.pi / 2, math.pi / 2, 20001) if slack(a, 1) >= 0 >= slack(a, -1)]
+    starts = [a for a, b in zip(rests, [-9.0, *rests], strict=False) if a - b > 1e-3]
+    assert len(answer.rest) == len(starts) == 2
+    for (low, high), start in zip(answer.rest, starts, strict=True):
+        assert low == pytest.approx(start, abs=1e-3)
+        assert min(abs(slack(low, s)) for s in (1, -1)) < 1e-12
+        assert min(abs(slack(high, s)) for s in (1, -1)) < 1e-12
+
+
+@pytest.mark.parametrize("formalism", ["newton_euler", "dalembert_lagrange", "multipliers"])
+@pytest.mark.parametrize(("file", "vary"), [(INCLINE, "m2"), (LADDER, "mu"), (BOX, "F"), (SLOPE, "F")])
+def test_bodies_cut_free_and_virtual_work_say_the_same(file, vary, formalism):
+    system = mbs.loads(file)
+    direct, routed = (mbs.range_of_rest(system, vary, formalism=name) for name in (None, formalism))
+    assert len(direct.rest) == len(routed.rest) == 1
+    assert [x or 0.0 for x in routed.rest[0]] == pytest.approx([x or 0.0 for x in direct.rest[0]], rel=1e-12)
+
+
+def test_rest_in_numbers_at_random_parameters():
+    """Inside its range a box stays, outside it does not: forces at two corners by hand, 40 parameter sets."""
+    rng, system, inside = np.random.default_rng(3), mbs.loads(BOX), 0
+    for _ in range(40):
+        b, h, mu, y, F, a = rng.uniform((0.2, 0.3, 0.1, 0.1, -20, -0.5), (1.0, 1.5, 0.9, 1.0, 20, 0.5))
+        y = y * h
+        weight = 30 * np.array([-math.sin(a), -math.cos(a)])  # along and across the ramp
+        pull = F * np.array([math.cos(a), -math.sin(a)])
+        along, across = weight + pull
+        # moment about the middle of the base, of the weight and the pull
+        moment = -(h / 2) * weight[0] + b / 2 * pull[1] - y * pull[0]
+        press = -across
+        rests = press >= 0 and abs(along) <= mu * press and abs(moment) <= press * b / 2
+        inside += rests
+        low_high = mbs.range_of_rest(system, "F", parameters={"b": b, "h": h, "mu": mu, "y": y, "a": a}).rest
+        assert any((low or -math.inf) <= F <= (high or math.inf) for low, high in low_high) == rests
+    assert 5 < inside < 35
+
+
+def test_the_command(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file = tmp_path / "incline.yaml"
+    file.write_text(INCLINE)
+    assert main(["equilibrium", str(file), "--vary", "m1", "--json"]) == 0
+    printed = capsys.readouterr()
+    answer = json.loads(printed.out)
+    wanted = [4 / (math.sqrt(0.5) * 1.02), 4 / (math.sqrt(0.5) * 0.98)]
+    assert answer["parameter"] == "m1"
+    assert answer["rest"] == [pytest.approx(wanted, rel=1e-14)]
+    assert answer["ends"][0][0]["expression"] == "m2/(mu*cos(alpha) + sin(alpha))"
+    assert answer["ends"][0][0]["gives_way"] == ["slips at c1"]
+    assert (
+        "rest is possible for m1 from m2/(mu*cos(alpha) + sin(alpha)) = 200*sqrt(2)/51 = 5.545935539 kg" in printed.err
+    )
+    assert main(["equilibrium", str(file), "--vary", "mu"]) == 0
+    assert "rest is possible for mu >= " in capsys.readouterr().out
+
+
+def test_what_cannot_be_varied_is_told() -> None:
+    system = mbs.loads(INCLINE)
+    with pytest.raises(InputError, match="there is no parameter 'm3'"):
+        mbs.range_of_rest(system, "m3")
+    with pytest.raises(ArgumentError, match="the name of a parameter"):
+        mbs.range_of_rest(system, 3)
