@@ -8,7 +8,7 @@ exceeds a number U that is read off. Their product is a whole number, hence a va
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from math import lcm, log10
 from typing import Any, Final
@@ -32,6 +32,8 @@ def decided_sign(a: Quotient, values: Mapping[Node, Node]) -> int | None:
         return 0
     if abs(a.sample) > _UNDECIDED * _size(a):
         return 1 if a.sample > 0 else -1
+    if not a.symbols <= values.keys():
+        return None
     try:
         there = _at(a, values)
     except NoClosedFormError:
@@ -50,16 +52,17 @@ def _at(a: Quotient, values: Mapping[Node, Node]) -> Quotient:
     """Return a quotient with the values of its symbols put in, in a field of numbers."""
     there = Field(_WORK)
     known = dict(zip(values, exact(there, values.values(), {}), strict=True))
-    letters: list[Quotient] = []
-    for letter in a.field.letters:
-        if letter.node is None:
-            letters.append(sqrt(_value(there, letter.square, letters)))
+    letters: dict[int, Quotient] = {}
+    for k in sorted(_used(a.field, a.above)):
+        node = a.field.letters[k].node
+        if node is None:
+            letters[k] = sqrt(_value(there, a.field.letters[k].square, letters))
         else:
-            letters += exact(there, [letter.node], known)
+            (letters[k],) = exact(there, [node], known)
     return _value(there, a.above, letters)
 
 
-def _value(field: Field, p: Poly, letters: list[Quotient]) -> Quotient:
+def _value(field: Field, p: Poly, letters: Mapping[int, Quotient]) -> Quotient:
     total = field.constant(0)
     for m, c in p.items():
         term = field.constant(int(c))
@@ -74,7 +77,7 @@ def _value(field: Field, p: Poly, letters: list[Quotient]) -> Quotient:
 
 def _is_zero(field: Field, p: Poly) -> bool:
     """Return whether a polynomial of roots and sines is zero by its bound; False also where this is not decided."""
-    degree = _degree(list(_used(field, p)))
+    degree = _degree([field.letters[k] for k in _used(field, p)])
     if degree is None:
         return False
     halves = max((sum(m) for m in p), default=0)
@@ -98,16 +101,15 @@ def _degree(letters: Sequence[Letter]) -> int | None:
     return int(2 ** (len(letters) - len(turns)) * 4 * lcm(*(x.denominator for x in known)))
 
 
-def _used(field: Field, p: Poly) -> Iterator[Letter]:
-    """Yield the letters of a polynomial and of the radicands in it, each once."""
-    waiting, seen = [p], set()
+def _used(field: Field, p: Poly) -> set[int]:
+    """Return the places of the letters of a polynomial and of the radicands in it."""
+    waiting, seen = [p], set[int]()
     while waiting:
         for m in waiting.pop():
-            for k, e in enumerate(m):
-                if e and k not in seen:
-                    seen.add(k)
-                    yield field.letters[k]
-                    waiting += [field.letters[k].square] if field.letters[k].node is None else []
+            new = {k for k, e in enumerate(m) if e} - seen
+            seen |= new
+            waiting += [field.letters[k].square for k in new if field.letters[k].node is None]
+    return seen
 
 
 def _turns(node: Node) -> Fraction | None:

@@ -74,14 +74,14 @@ def _pivot(waiting: Sequence[_Equation], least: float) -> tuple[_Equation, int] 
         for k in equation.coefficients:
             uses[k] = uses.get(k, 0) + 1
     entries = [
-        ((len(equation.coefficients) - 1) * (uses[k] - 1), a.size, i, k)
+        (a.size > 2, (len(equation.coefficients) - 1) * (uses[k] - 1), a.size, i, k)
         for i, equation in enumerate(waiting)
         for k, a in equation.coefficients.items()
         if not a.vanishes and abs(a.sample) >= least * equation.size
     ]
     if not entries:
         return None
-    _, _, i, k = min(entries)
+    _, _, _, i, k = min(entries)
     return waiting[i], k
 
 

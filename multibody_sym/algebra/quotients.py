@@ -207,7 +207,8 @@ class Field:
         above, below = self.reduced(above), self.reduced(below)
         if not above:
             return self.constant(0)
-        return Quotient(self, *self.cancelled(*self._without_roots_below(above, below)), sample)
+        above, below = self.cancelled(*self._without_roots_below(above, below))
+        return Quotient(self, *self._without_sines_below(above, below), sample)
 
     def cancelled(self, above: Poly, below: Poly) -> tuple[Poly, Poly]:
         """Return a quotient in lowest terms."""
@@ -248,4 +249,15 @@ class Field:
                 other = 2 * plain - below if plain else self.ring.gens[k]
                 self.spend(len(other) * (len(above) + len(below)))
                 above, below = self.reduced(above * other), self.reduced(below * other)
+        return above, below
+
+    def _without_sines_below(self, above: Poly, below: Poly) -> tuple[Poly, Poly]:
+        """Return a quotient without sines that divide below, and above where 1 - cos^2 is written as sin^2."""
+        for k, letter in enumerate(self.letters):
+            if letter.cosine is None or not below or not all(m[k] for m in below):
+                continue
+            form = self.replaced(above, letter.cosine, 1 - self.ring.gens[k] ** 2)
+            if all(m[k] for m in form):
+                above, below = (self.reduced(p.exquo(self.ring.gens[k])) for p in (form, below))
+                above, below = self.cancelled(above, below)
         return above, below

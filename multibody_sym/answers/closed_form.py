@@ -2,7 +2,9 @@
 
 The equations of motion are formed over Nodes with what is known of the state put in, and solved over exact quotients:
 
-    M udot - H^T lambda = f        H udot = gamma
+    M udot - C^T lambda = f        H udot + D lambda = gamma
+
+C is H where nothing slides, and D is zero but for rows that define forces.
 """
 
 from __future__ import annotations
@@ -35,10 +37,21 @@ class ClosedForms:
     udot: list[Quotient]
     multipliers: list[Quotient]
     known: dict[Node, Quotient]
+    matrix: list[list[Quotient]]
 
     def of(self, nodes: Iterable[Node]) -> list[Quotient]:
         """Return Nodes in the state's symbols and in `unknowns` as quotients; raises NoClosedFormError."""
         return exact(self.field, nodes, self.known)
+
+    def give(self, row: int) -> Quotient:
+        """Return how much multiplier a row's a = H udot - gamma takes by itself, all other rows satisfied.
+
+        That is 1 over the apparent mass that it meets, the other way round: a pivot of the equations.
+        Raises NoClosedFormError.
+        """
+        place = len(self.udot) + row
+        unit = [self.field.constant(int(k == place)) for k in range(len(self.matrix))]
+        return exact_solve(self.matrix, unit)[place]
 
 
 def unknowns(mechanism: Mechanism) -> tuple[list[Node], list[Node]]:
@@ -65,17 +78,18 @@ def _solved(
     known = {node: field.letter(node, letter) for node, letter in given.letters.items()}
     register_angles(field, [as_node(x) for x in (*(x for row in matrix for x in row), *right)], known)
     rows = [exact(field, [as_node(x) for x in (*row, r)], known) for row, r in zip(matrix, right, strict=True)]
-    solved = exact_solve([row[:-1] for row in rows], [row[-1] for row in rows]) if rows else []
+    left = [row[:-1] for row in rows]
+    solved = exact_solve(left, [row[-1] for row in rows]) if rows else []
     udot, multipliers = unknowns(mechanism)
     known.update(zip((*udot, *multipliers), solved, strict=True))
-    return ClosedForms(field, solved[: len(udot)], solved[len(udot) :], known)
+    return ClosedForms(field, solved[: len(udot)], solved[len(udot) :], known, left)
 
 
 def linear_equations(motion: Motion) -> tuple[list[list[Node]], list[Node]]:
-    """Return the matrix [[M, -H^T], [H, 0]] and the right side (f, gamma) over Nodes; M itself may be singular."""
+    """Return the matrix [[M, -C^T], [H, D]] and the right side (f, gamma) over Nodes; M itself may be singular."""
     rows = row_motions(motion)
-    upper = [[*row, *(-h.jacobian[k] for h in rows)] for k, row in enumerate(mass_matrix(motion))]
-    lower = [[*h.jacobian, *([0] * len(rows))] for h in rows]
+    upper = [[*row, *(-h.forces[k] for h in rows)] for k, row in enumerate(mass_matrix(motion))]
+    lower = [[*h.jacobian, *(h.coupling.get(k, 0) for k in range(len(rows)))] for h in rows]
     applied_forces = applied_generalized_forces(motion, applied(motion))
     velocity_terms = inverse_dynamics(motion, [0] * len(applied_forces))
     forcing = [q - c for q, c in zip(applied_forces, velocity_terms, strict=True)]

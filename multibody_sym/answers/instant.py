@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
@@ -30,13 +30,16 @@ from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import slot_state, state_of
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
+from multibody_sym.model.mechanism.one_way import Mode
 from multibody_sym.numerics.arrays import UNDEFINED
-from multibody_sym.numerics.rank import idle, least_squares
+from multibody_sym.numerics.rank import ALIKE, idle, least_squares, rank
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import Node, as_node, symbol
 from multibody_sym.scalars.rounding import EPSILON, Bounded, bounded
 from multibody_sym.scalars.traversal import leaves
 from multibody_sym.simulation.recall import formalism_name
+
+T = TypeVar("T")
 
 AGREEMENT: Final = 1e-9
 """How near a closed form must come to the number found in floats, relative to it."""
@@ -48,13 +51,29 @@ _MOST_BOUNDED: Final = 40
 _LONGEST_NUMBER: Final = 20
 
 
+@dataclass(frozen=True)
+class Decided:
+    """How the mode at the start was found.
+
+    `touching`: the elements that might act; `moving`: the friction parts that slide already; `at_limit`: the rows for
+    which two modes fit; `modes`: those that fulfil all laws, the first of which is solved; `searched`: what was looked
+    at, in words.
+    """
+
+    touching: frozenset[str] = frozenset()
+    moving: frozenset[str] = frozenset()
+    at_limit: tuple[str, ...] = ()
+    modes: tuple[Mode, ...] = ()
+    searched: str = ""
+
+
 @dataclass(frozen=True, eq=False)
 class Solved:
     """A system at its start: `numbers` over floats, `nodes` over Nodes, and `forms`, the closed forms of those Nodes.
 
     `slots` is the same over slots, nothing folded, as floats are calculated. `others` are the same instant in floats
     with other multipliers that satisfy the equations as well, where constraints depend on each other. `reasons`
-    collects why closed forms were left out.
+    collects why closed forms were left out. `decided` is how the mode was found that it is in.
     """
 
     system: System
@@ -67,6 +86,7 @@ class Solved:
     slots: Instant
     forms: ClosedForms | None
     reasons: dict[str, None] = field(default_factory=dict)
+    decided: Decided = field(default_factory=Decided)
 
     def values(self, ask: Callable[[Instant], Mapping[str, Any]], units: Mapping[str, str]) -> dict[str, Value]:
         """Return what `ask` finds at the instant, as numbers with closed forms where they agree.
@@ -132,8 +152,8 @@ class Solved:
         bounds = _solved_bounds(*linear_equations(self.slots.motion), known, np.array(found))
         return {**known, **{node: Bounded(x, b) for node, x, b in zip(places, found, bounds, strict=True)}}
 
-    def closed(self, find: Callable[[ClosedForms], Quotient]) -> Quotient | None:
-        """Return a quotient found among the closed forms, None (and the reason noted) where there is none."""
+    def closed(self, find: Callable[[ClosedForms], T]) -> T | None:
+        """Return what is found among the closed forms, None (and the reason noted) where there is none."""
         try:
             return None if self.forms is None else find(self.forms)
         except NoClosedFormError as reason:
@@ -186,7 +206,20 @@ def solved_start(system: System, formalism: str | None = None) -> Solved:
     """
     declared = examined(system)
     resolved = declared.relative or declared
-    begin = start(resolved, project=system.simulation.project)
+    return solved_in(system, resolved, start(resolved, project=system.simulation.project), formalism)
+
+
+def solved_in(
+    system: System,
+    resolved: Mechanism,
+    begin: Start,
+    formalism: str | None = None,
+    decided: Decided | None = None,
+) -> Solved:
+    """Return a system solved at a start of its mechanism, which is in a mode where something holds one way only.
+
+    Raises InputError, and NoSolutionError where there is no inertia, or constraints contradict each other.
+    """
     state = state_of(resolved, float, 0.0, begin.q, begin.u, begin.parameters)
     motion = motion_of(resolved, state)
     dynamics = FORMALISMS[formalism_name(formalism, resolved)](resolved, state)
@@ -197,14 +230,15 @@ def solved_start(system: System, formalism: str | None = None) -> Solved:
     numbers = Instant(motion, found.udot.tolist(), found.multipliers.tolist())
     others = tuple(
         Instant(motion, numbers.udot, (found.multipliers + change).tolist())
-        for change in _undetermined(np.array(dynamics.constraint_jacobian, dtype=float), found)
+        for change in _undetermined(dynamics, found)
     )
     symbolic = declared_state(resolved, begin)
     nodes = Instant(motion_of(resolved, symbolic.state), *unknowns(resolved))
     reasons: dict[str, None] = {}
     slots = Instant(motion_of(resolved, slot_state(resolved)), *unknowns(resolved))
     forms = _forms(resolved, symbolic, reasons)
-    return Solved(system, resolved, begin, numbers, others, symbolic, nodes, slots, forms, reasons)
+    facts = decided or Decided()
+    return Solved(system, resolved, begin, numbers, others, symbolic, nodes, slots, forms, reasons, facts)
 
 
 def _solved_bounds(matrix: list[list[Node]], right: list[Node], known: Mapping[Node, Bounded], x: Any) -> list[float]:
@@ -239,7 +273,8 @@ def _verify(resolved: Mechanism, dynamics: TreeDynamics, found: Accelerations) -
     """Raise NoSolutionError where rows that depend on each other only here ask for different accelerations."""
     rank, gamma = found.report[0], np.array(dynamics.constraint_forcing, dtype=float)
     jacobian = np.array(dynamics.constraint_jacobian, dtype=float).reshape(len(gamma), len(found.udot))
-    misses = np.abs(jacobian @ found.udot - gamma)
+    kinematic = np.array([row.kinematic for row in dynamics.rows], dtype=bool)
+    misses = np.abs(jacobian @ found.udot - gamma) * kinematic
     missed = float(misses.max(initial=0.0))
     if not (np.isfinite(found.udot).all() and np.isfinite(found.report).all()):
         raise NoSolutionError("the accelerations are no finite numbers: values of the model are too large or too small")
@@ -253,12 +288,18 @@ def _verify(resolved: Mechanism, dynamics: TreeDynamics, found: Accelerations) -
         )
 
 
-def _undetermined(jacobian: Any, found: Accelerations) -> Sequence[Any]:
-    """Return the changes of the multipliers that exert nothing: H^T change = 0 (rows of the left null space)."""
-    rank = int(found.report[0])
-    if rank == len(found.multipliers):
+def _undetermined(dynamics: TreeDynamics, found: Accelerations) -> Sequence[Any]:
+    """Return the changes of the multipliers that exert nothing: C^T change = 0, D change = 0, where C is H for most."""
+    friction = dynamics.friction
+    if int(found.report[0]) == len(found.multipliers):
         return []
+    jacobian = np.array(dynamics.constraint_jacobian, dtype=float)
+    if friction is not None:
+        exerted, coupling = (np.array(x, dtype=float) for x in (friction.exerts, friction.coupling))
+        jacobian = np.hstack([exerted, coupling.T])
     lengths = np.linalg.norm(jacobian, axis=1)
     lengths[lengths == 0.0] = 1.0
     size = max(1.0, float(np.abs(found.multipliers).max(initial=0.0)))
-    return [size * change / lengths for change in idle(jacobian / lengths[:, None], rank)]
+    unit = jacobian / lengths[:, None]
+    known = int(found.report[0]) if friction is None else rank(unit, ALIKE)
+    return [size * change / lengths for change in idle(unit, known)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 from multibody_sym.answers.worked.record import Worked
 from multibody_sym.expressions.chosen_units import SI, Units
@@ -13,8 +13,15 @@ from multibody_sym.expressions.printer import text
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.traversal import leaves
 
-RowKind = Literal["rope", "rod", "force", "multiplier"]
-"""What a constraint's multiplier is: a tension of a rope or rod, a force (or moment), or that of an expression."""
+RowKind = Literal["rope", "rod", "force", "multiplier", "contact", "stop", "friction"]
+"""What a constraint's multiplier is: a tension of a rope or rod, a force (or moment), or that of an expression.
+
+Contacts, stops and friction in joints have forces of several names.
+"""
+
+
+AT: Final = ("at_x", "at_y", "at_z")
+"""Where a normal force acts."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +62,18 @@ class Value:
         return {"value": number, "expression": expression, "unit": self.unit}
 
 
+@dataclass(frozen=True)
+class OtherState:
+    """A state that fulfils all laws too: the word of each element, and the accelerations (SI)."""
+
+    states: Mapping[str, str]
+    accelerations: Mapping[str, float]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `--json` prints."""
+        return {"states": dict(self.states), "accelerations": dict(self.accelerations)}
+
+
 @dataclass(frozen=True, repr=False)
 class Solution:
     """The solved instant t = 0 of a system.
@@ -67,6 +86,14 @@ class Solution:
     `kinds`). `conditions` under which all this holds; `answers` to `ask`; `notes`: what was left out, and why.
     `withheld`: components of joints' reactions without a value, as constraints do not say where their forces act, with
     the reasons. `units`: the unit of each coordinate and speed. `steps`: how a book gets there, where asked for.
+
+    What holds one way only is in the state that `states` tells, a word for each element: a contact `stick`, `slide+`,
+    `slide-` (in space `slide`, its direction along the tangents in `directions`), `closed` or `open`, a rope `taut` or
+    `slack`. `found` says the same for people. Its forces are among `reactions`: of a contact `normal` and `friction`
+    (in space `friction_1`, `friction_2`), of several corners together also `at_x`, `at_y`, `at_z`, where their normal
+    force acts. `limits`: by condition, what happens where it fails. `at_limit`: what happens a little further on, with
+    how that was decided. `needed`: the least coefficients with which what is rough enough sticks. `others`: states
+    that fulfil all laws as well; `searched`: what was looked at.
     """
 
     name: str
@@ -84,6 +111,14 @@ class Solution:
     withheld_reasons: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
     steps: Worked | None = None
+    states: Mapping[str, str] = field(default_factory=dict)
+    directions: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    found: tuple[str, ...] = ()
+    limits: Mapping[str, str] = field(default_factory=dict)
+    at_limit: Mapping[str, str] = field(default_factory=dict)
+    needed: Mapping[str, Value] = field(default_factory=dict)
+    others: tuple[OtherState, ...] = ()
+    searched: str = ""
 
     def __repr__(self) -> str:
         found = ", ".join(f"{name}: {value}" for name, value in self.accelerations.items())
@@ -102,9 +137,16 @@ class Solution:
             "assembled": _json(self.assembled),
             "shifts": dict(self.shifts),
             "accelerations": _json(self.accelerations),
-            "reactions": {name: _json(components) for name, components in self.reactions.items()},
-            "states": {},
+            "reactions": {name: _with_vectors(_json(components)) for name, components in self.reactions.items()},
+            "states": dict(self.states),
+            "directions": {name: list(direction) for name, direction in self.directions.items()},
+            "verdict": "several" if self.others else "one",
+            "others": [other.as_json() for other in self.others],
+            "searched": self.searched,
+            "at_limit": dict(self.at_limit),
+            "needed": _json(self.needed),
             "conditions": list(self.conditions),
+            "limits": dict(self.limits),
             "answers": _json(self.answers),
             "not_unique": self.not_unique,
             "withheld": {name: list(components) for name, components in self.withheld.items()},
@@ -116,3 +158,17 @@ class Solution:
 
 def _json(values: Mapping[str, Value]) -> dict[str, Any]:
     return {name: value.as_json() for name, value in values.items()}
+
+
+_VECTORS: Final = {"friction": ("friction_1", "friction_2"), "rolling": ("rolling_1", "rolling_2"), "at": AT}
+
+
+def _with_vectors(components: dict[str, Any]) -> dict[str, Any]:
+    """Return components with vectors as one object each, whose value and expression are lists."""
+    found = dict(components)
+    for name, parts in _VECTORS.items():
+        if all(part in found for part in parts):
+            each = [found.pop(part) for part in parts]
+            lists = {key: [x[key] for x in each] for key in ("value", "expression")}
+            found[name] = {**lists, "unit": each[0]["unit"]}
+    return found

@@ -9,16 +9,15 @@ from typing import Any
 from multibody_sym.analysis.slipped_wheels import slipped_wheels
 from multibody_sym.answers.instant import Solved, solved_start
 from multibody_sym.answers.questions import answered
-from multibody_sym.answers.solution import Solution, Value
-from multibody_sym.answers.validity import conditions_of
-from multibody_sym.dynamics.programs.pulleys import held_pulleys
-from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.answers.reactions import place_of, reactions_of
+from multibody_sym.answers.solution import RowKind, Solution, Value
+from multibody_sym.answers.states import state_found
+from multibody_sym.answers.validity import validity
 from multibody_sym.dynamics.start.examined import numbers_of
 from multibody_sym.model.declaration.doors import flag
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
-from multibody_sym.model.mechanism.rows import ExpressionRow, RopeRow, Row
-from multibody_sym.model.mechanism.units import REACTION_UNITS, MechanismUnits
+from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.scalars.node import as_node, symbol
@@ -46,7 +45,7 @@ def solve(
     asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
     with numbers_of(asked):
         solved = solved_start(asked, formalism)
-        found = _solution(solved)
+        found = solution_of(solved)
         if not flag("steps", steps):
             return found
         from multibody_sym.answers.worked.worked import worked
@@ -54,26 +53,25 @@ def solve(
         return replace(found, steps=worked(solved, found))
 
 
-def _solution(solved: Solved) -> Solution:
+def solution_of(solved: Solved) -> Solution:
     """Return what holds at a start that was solved."""
     resolved, begin = solved.mechanism, solved.begin
     names = acceleration_names(resolved)
     told = MechanismUnits(resolved)
     units = {name: told.accelerations[speed.name] for name, speed in zip(names, resolved.speeds, strict=True)}
     accelerations = solved.values(lambda instant: dict(zip(names, instant.udot, strict=True)), units)
-    reactions = _reactions(solved)
+    reactions = reactions_of(solved)
     answers, remarks = answered(solved)
+    valid = validity(solved, reactions)
+    state = state_found(solved)
     return Solution(
         name=resolved.name,
         coordinates=dict(zip((c.name for c in resolved.coordinates), begin.q, strict=True)),
         speeds=dict(zip((s.name for s in resolved.speeds), begin.u, strict=True)),
         accelerations=accelerations,
         reactions=reactions,
-        kinds={place[0]: row.multiplier for row in resolved.rows if (place := _place(row))[0] in reactions},
-        conditions=(
-            *conditions_of(solved, reactions),
-            *remarks,
-        ),
+        kinds=_kinds(resolved, reactions),
+        conditions=(*valid.conditions, *remarks),
         answers=answers,
         notes=(
             *slipped_wheels(resolved, begin.parameters),
@@ -84,7 +82,23 @@ def _solution(solved: Solved) -> Solution:
         withheld={name: each.components for name, each in resolved.withheld.items()},
         withheld_reasons=tuple(reasons(resolved.withheld)),
         units=told.state,
+        states=state.words,
+        directions=state.directions,
+        found=state.lines,
+        limits={condition: broken for condition, broken in valid.conditions.items() if broken},
+        at_limit=state.at_limit,
+        needed=state.needed,
+        searched=solved.decided.searched,
     )
+
+
+def _kinds(resolved: Mechanism, reactions: Mapping[str, Mapping[str, Value]]) -> dict[str, RowKind]:
+    """Return what each constraint's forces are, and those of what holds one way only."""
+    places = {place_of(row)[0]: row for row in resolved.rows}
+    found: dict[str, RowKind] = {name: row.multiplier for name, row in places.items() if name in reactions}
+    for element in resolved.one_way:
+        found |= {name: element.kind for name in (element.group, element.name) if name in reactions}
+    return found
 
 
 def _assembled(solved: Solved) -> dict[str, Value]:
@@ -111,42 +125,3 @@ def acceleration_names(resolved: Mechanism) -> list[str]:
         for q, u in body.rate_pairs:
             names[u] = resolved.coordinates[q].name
     return names
-
-
-def _reactions(solved: Solved) -> dict[str, dict[str, Value]]:
-    """Return the reactions of joints, cut ones too, and the multipliers of constraints."""
-    found: dict[str, dict[str, Value]] = {}
-    withheld, units = solved.mechanism.withheld, MechanismUnits(solved.mechanism).multipliers
-    for name in solved.mechanism.joint_names:
-
-        def of_joint(instant: Instant, name: str = name) -> Mapping[str, Any]:
-            return instant.reactions[name]
-
-        values = solved.values(of_joint, REACTION_UNITS)
-        undetermined = withheld[name].components if name in withheld else ()
-        found[name] = {c: Value(None, unit=REACTION_UNITS[c]) if c in undetermined else x for c, x in values.items()}
-    for name in held_pulleys(solved.mechanism.rows):
-        if name not in found:
-
-            def of_pulley(instant: Instant, name: str = name) -> Mapping[str, Any]:
-                return instant.pulleys[name]
-
-            found[name] = solved.values(of_pulley, REACTION_UNITS)
-    for k, row in enumerate(solved.mechanism.rows):
-        if row.name.rpartition(".")[0] in solved.mechanism.joint_names:
-            continue
-        name, component = _place(row)
-
-        def of_row(instant: Instant, component: str = component, k: int = k) -> Mapping[str, Any]:
-            return {component: instant.multipliers[k]}
-
-        unit = {component: units[row.name]}
-        found.setdefault(name, {})[component] = solved.values(of_row, unit)[component]
-    return found
-
-
-def _place(row: Row) -> tuple[str, str]:
-    """Return under which element, and as which component, a row's multiplier stands among the reactions."""
-    if isinstance(row, RopeRow):
-        return row.told
-    return row.name, "multiplier" if isinstance(row, ExpressionRow) else "tension"

@@ -1,15 +1,19 @@
-"""Under which conditions a solved start holds: inequalities of forces, and signs that formulas take for granted."""
+"""Under which conditions a solved start holds: inequalities of its mode, and signs that formulas take for granted."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Final
 
 from multibody_sym.algebra.conditions import Condition, reduced
 from multibody_sym.algebra.quotients import NoClosedFormError
 from multibody_sym.answers.closed_form import WORK
 from multibody_sym.answers.instant import AGREEMENT, Solved
+from multibody_sym.answers.mode_conditions import Inequality, inequalities, pivots, slipping
+from multibody_sym.answers.one_way import Acting
 from multibody_sym.answers.solution import Value
+from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.mechanism.mechanism import normal_forces
@@ -17,32 +21,67 @@ from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.scalars.node import quantity
 
 _ROUNDING: Final = 1e-12
+_NOT_UNIQUE: Final = 1e-8
 
 Reactions = Mapping[str, Mapping[str, Value]]
 
 
-def conditions_of(solved: Solved, reactions: Reactions) -> list[str]:
-    """Return the conditions as comparisons, as few as say all; those without a closed form name their quantity.
+@dataclass
+class Validity:
+    """Conditions as comparisons, each with what happens where it fails (empty: the formulas have other signs)."""
+
+    conditions: dict[str, str] = field(default_factory=dict)
+    closed: list[Condition] = field(default_factory=list)
+
+
+def validity(solved: Solved, reactions: Reactions) -> Validity:
+    """Return the conditions, as few as say all; those without a closed form name their quantity.
 
     Raises NoSolutionError where a rope that cannot slacken would push.
     """
-    closed: list[Condition] = []
-    named: list[str] = []
-    for name, condition in _pulls(solved, reactions):
-        if condition is None:
-            named.append(name)
+    found = Validity()
+    _verify_taut(solved, reactions)
+    for inequality, known in _inequalities(solved):
+        conditions = solved.closed(inequality.conditions) if known else None
+        if conditions is None:
+            found.conditions[inequality.told] = inequality.broken
         else:
-            closed.append(condition)
+            found.closed += conditions
     if solved.forms is not None:
-        closed += [Condition(positive, strict=True) for positive in solved.forms.field.positive]
-    return [*named, *_told(solved, closed), *_pulled_wheels(solved, reactions)]
+        found.closed += [*pivots(solved.mechanism, solved.forms), *slipping(solved)]
+        found.closed += [Condition(positive, strict=True) for positive in solved.forms.field.positive]
+    found.conditions |= _told(solved, found.closed)
+    found.conditions |= dict.fromkeys(_not_decided(solved, reactions), "")
+    found.conditions |= dict.fromkeys(_pulled_wheels(solved, reactions), "")
+    return found
 
 
-def _told(solved: Solved, conditions: list[Condition]) -> list[str]:
+def _inequalities(solved: Solved) -> Iterator[tuple[Inequality, bool]]:
+    """Yield the inequalities of forces and motions that are unique, and whether their closed forms are the numbers."""
+
+    def of(instant: Instant) -> Iterator[Inequality]:
+        return inequalities(Acting(instant), solved.decided.touching, solved.decided.moving)
+
+    numbers = [list(of(instant)) for instant in (solved.numbers, *solved.others)]
+    for k, nodes in enumerate(of(solved.nodes)):
+        values = [[float(term.data) for term in each[k].terms] for each in numbers]
+        size = max((abs(x) for x in (*values[0], *solved.numbers.multipliers)), default=0.0)
+        if all(abs(a - b) <= _NOT_UNIQUE * size for other in values[1:] for a, b in zip(values[0], other, strict=True)):
+            yield nodes, _agree(solved, nodes, values[0], size)
+
+
+def _agree(solved: Solved, inequality: Inequality, values: list[float], size: float) -> bool:
+    found = solved.closed(lambda forms: forms.of(inequality.terms))
+    return found is not None and all(
+        abs(float(a.sample) - b) <= AGREEMENT * max(abs(b), size) for a, b in zip(found, values, strict=True)
+    )
+
+
+def _told(solved: Solved, conditions: list[Condition]) -> dict[str, str]:
     """Return conditions over quotients in words; what is too long is left out with a reason."""
     if not conditions:
-        return []
-    found = []
+        return {}
+    found = {}
     conditions[0].value.field.work += WORK
     try:
         conditions = reduced(conditions)
@@ -50,39 +89,47 @@ def _told(solved: Solved, conditions: list[Condition]) -> list[str]:
         solved.reasons["a condition is too long"] = None
     for condition in conditions:
         try:
-            found.append(str(condition))
+            found[str(condition)] = condition.broken
         except NoClosedFormError:
             solved.reasons["a condition is too long"] = None
     return found
 
 
-def _pulls(solved: Solved, reactions: Reactions) -> Iterator[tuple[str, Condition | None]]:
-    """Yield for each rope what it needs to stay taut, in words and over quotients where there is a closed form."""
-    least = -_ROUNDING * max(map(abs, solved.numbers.multipliers), default=0.0)
+def _verify_taut(solved: Solved, reactions: Reactions) -> None:
+    """Raise NoSolutionError where a rope that cannot slacken would push."""
     for k, row in enumerate(solved.mechanism.rows):
-        if not isinstance(row, RopeRow):
+        if isinstance(row, RopeRow) and row.name not in _elements(solved):
+            rope, component = row.told
+            tension = reactions[rope][component].value
+            if tension is not None and tension < _least(solved):
+                raise NoSolutionError(
+                    f"rope {rope} would push with {-tension:.6g} N: as declared it cannot slacken, and a rope "
+                    "cannot push. Write slack: true, so that it may hang loose; a rod is {type: distance, ...}",
+                    where=Where(path=solved.mechanism.row_path(k)),
+                )
+
+
+def _elements(solved: Solved) -> set[str]:
+    return {row.name for element in solved.mechanism.one_way for row in element.rows}
+
+
+def _least(solved: Solved) -> float:
+    """Return the force below which it is not zero by rounding."""
+    return -_ROUNDING * max((abs(float(x)) for x in solved.numbers.multipliers), default=0.0)
+
+
+def _not_decided(solved: Solved, reactions: Reactions) -> Iterator[str]:
+    """Yield for each rope with a tension that is not unique that it may be slack."""
+    for row in solved.mechanism.rows:
+        if not isinstance(row, RopeRow) or row.name in _elements(solved):
             continue
         rope, component = row.told
-        tension = reactions[rope][component]
-        name = f"{text(quantity('tension', (row.name,)))} >= 0"
-        if tension.value is None:
-            yield f"{name} is not decided: the tension is not unique", None
-            continue
-        if tension.value < least:
-            raise NoSolutionError(
-                f"rope {rope} would push with {-tension.value:.6g} N: as declared it cannot slacken, and a rope "
-                "cannot push. Write slack: true, so that it may hang loose; a rod is {type: distance, ...}",
-                where=Where(path=solved.mechanism.row_path(k)),
-            )
-        closed = None if solved.forms is None else solved.forms.multipliers[k]
-        near = AGREEMENT * abs(tension.value) - least
-        agrees = closed is not None and abs(float(closed.sample) - tension.value) <= near
-        yield name, Condition(closed) if closed is not None and agrees else None
+        if reactions[rope][component].value is None:
+            yield f"{text(quantity('tension', (row.name,)))} >= 0 is not decided: the tension is not unique"
 
 
 def _pulled_wheels(solved: Solved, reactions: Reactions) -> list[str]:
     """Return for each rolling wheel that its plane would pull that it lifts off; what is not unique says nothing."""
-    least = -_ROUNDING * max(map(abs, solved.numbers.multipliers), default=0.0)
     forces = {name: reactions[name]["tension"] for name in normal_forces(solved.mechanism)}
-    pulled = [name for name, force in forces.items() if force.unique and (force.value or 0.0) < least]
+    pulled = [name for name, force in forces.items() if force.unique and (force.value or 0.0) < _least(solved)]
     return [f"{name} >= 0 fails: the plane would pull; in truth the wheel lifts off" for name in pulled]

@@ -138,7 +138,7 @@ def with_reactions(motion: Motion, rows: Sequence[RowMotion]) -> list[RowMotion]
         share, rubbing = motion.state.values([defining.share, defining.rubbing])
         coupling = {j: x for j, x in enumerate(part.of_rows) if x is not ZERO and not is_exactly(x, 0)}
         for friction in sliding if defining.rubbing is not ZERO else ():
-            share = share + rubbing * _friction_factors(friction, [], motion)[0]
+            share = share + rubbing * friction_factors(friction, [], motion)[0]
         if defining.rubs in names:
             coupling[names.index(defining.rubs)] = -rubbing
         beside = next((names.index(friction.beside) for friction in sliding if friction.beside), None)
@@ -273,14 +273,14 @@ def _(row: SlidingRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMo
     exerts, of_body = list(normal.forces), list(normal.of_body)
     for sliding in row.frictions:
         along = [row_motion(direction, motion, bias) for direction in sliding.rows]
-        for factor, tangent in zip(_friction_factors(sliding, along, motion), along, strict=True):
+        for factor, tangent in zip(friction_factors(sliding, along, motion), along, strict=True):
             exerts = [a + factor * b for a, b in zip(exerts, tangent.forces, strict=True)]
             pairs = zip(of_body, tangent.of_body, strict=True)
             of_body = [(add(f, scale(factor, df)), add(m, scale(factor, dm))) for (f, m), (df, dm) in pairs]
     return replace(normal, exerts=exerts, of_body=of_body)
 
 
-def _friction_factors(sliding: Sliding, along: Sequence[RowMotion], motion: Motion) -> list[S]:
+def friction_factors(sliding: Sliding, along: Sequence[RowMotion], motion: Motion) -> list[S]:
     """Return for a unit normal force the friction along each row: -mu sign(v_t), in space -mu v_t / |v_t|."""
     (coefficient,) = motion.state.values([sliding.coefficient])
     if len(sliding.rows) == 1:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Final
 
-from multibody_sym.answers.solution import RowKind, Solution, Value
+from multibody_sym.answers.solution import OtherState, RowKind, Solution, Value
 from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.writing.redundancy import grouped
@@ -13,6 +13,8 @@ from multibody_sym.writing.shifts import shifts_text
 from multibody_sym.writing.withheld import withheld_lines
 
 _ROUNDING: Final = 1e-12
+_IDLE: Final = ("open", "free")
+_STATES: Final = "the state, found by the laws of contact and friction: nobody gave directions"
 _JOINTS: Final = "reactions of joints, on the child, in the axes of the joint's frame on the parent (zeros left out)"
 
 
@@ -20,6 +22,8 @@ def solution_text(solution: Solution, units: Units = SI) -> str:
     """Return a solution for people to read, in chosen units."""
     primes = {name: "''" if name in solution.coordinates else "'" for name in solution.accelerations}
     sections: dict[str, Iterable[str]] = {
+        _STATES: [*solution.found, *(f"{how}: a little further on {x}" for x, how in solution.at_limit.items())],
+        "other states in which all laws hold": [_other(other) for other in solution.others],
         "start values that follow from the constraints": [
             f"{name} = {value.told(units)}" for name, value in solution.assembled.items()
         ],
@@ -27,6 +31,7 @@ def solution_text(solution: Solution, units: Units = SI) -> str:
             f"{name + primes[name]} = {value.told(units)}" for name, value in solution.accelerations.items()
         ],
         "tensions": _constraint_lines(solution, units, "rope"),
+        "forces of contacts, stops and friction": _one_way_lines(solution, units),
         "forces of constraints": _constraint_lines(solution, units, "rod", "force"),
         "multipliers": _constraint_lines(solution, units, "multiplier"),
         _JOINTS: _joint_lines(solution.reactions, units),
@@ -34,7 +39,7 @@ def solution_text(solution: Solution, units: Units = SI) -> str:
         "withheld, because constraints do not say where their forces act": withheld_lines(
             solution.withheld, solution.withheld_reasons
         ),
-        "conditions": solution.conditions,
+        "conditions": [_condition(solution, each) for each in solution.conditions],
         "answers": [f"{name} = {value.told(units)}" for name, value in solution.answers.items()],
         "notes": solution.notes,
     }
@@ -75,4 +80,25 @@ def _joint_lines(reactions: Mapping[str, Mapping[str, Value]], units: Units) -> 
         for name, values in reactions.items()
         for component, value in values.items()
         if component in COMPONENTS and abs(value.value or 0.0) > least
+    ]
+
+
+def _other(other: OtherState) -> str:
+    states = ", ".join(f"{name} {word}" for name, word in other.states.items())
+    moved = ", ".join(f"{name} {value:.10g}" for name, value in other.accelerations.items())
+    return f"{states}: accelerations {moved}"
+
+
+def _condition(solution: Solution, condition: str) -> str:
+    broken = solution.limits.get(condition)
+    return condition if broken is None else f"{condition}, else {broken}"
+
+
+def _one_way_lines(solution: Solution, units: Units) -> list[str]:
+    """Return the forces of contacts, stops and friction, without those of open ones."""
+    return [
+        f"{name} {component.replace('_', ' ')} = {value.told(units)}"
+        for name, kind in solution.kinds.items()
+        if kind in ("contact", "stop", "friction") and solution.states.get(name) not in _IDLE
+        for component, value in solution.reactions[name].items()
     ]

@@ -1,0 +1,170 @@
+"""Which state was found at a start: in words, with what decided it, what is at its limit, how rough is enough."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import reduce
+from operator import add
+from typing import Any, Final
+
+from multibody_sym.algebra.conditions import Condition
+from multibody_sym.algebra.exact_signs import decided_sign
+from multibody_sym.answers.instant import Solved
+from multibody_sym.answers.mode_conditions import inequalities
+from multibody_sym.answers.one_way import Acting, is_active, mode_of, slip_of
+from multibody_sym.answers.solution import Value
+from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.model.mechanism.mode_words import mode_words
+from multibody_sym.model.mechanism.one_way import ALONG_VELOCITY, STICKS, FrictionPart, OneWay
+from multibody_sym.scalars.functions import sqrt
+from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.scalars.traversal import leaves
+
+_TINY: Final = 1e-12
+
+
+@dataclass(frozen=True)
+class StateFound:
+    """The state: a word for each element, slip's directions in space, `lines` for people, `at_limit` and `needed`.
+
+    `at_limit`: elements for which another state fits as well, exactly or as far as it is decided, with what is then.
+    `needed`: the least coefficients with which parts stick that are rough `enough`.
+    """
+
+    words: Mapping[str, str]
+    directions: Mapping[str, tuple[float, ...]]
+    lines: tuple[str, ...]
+    at_limit: Mapping[str, str]
+    needed: Mapping[str, Value]
+
+
+def state_found(solved: Solved) -> StateFound:
+    """Return the state that a start was found in; empty where nothing holds one way only."""
+    mechanism = solved.mechanism
+    found = mode_words(mechanism.one_way, mode_of(mechanism))
+    needed = dict(_needed(solved))
+    acting = Acting(solved.numbers)
+    lines = tuple(line for element in mechanism.one_way for line in _lines(solved, acting, element, found, needed))
+    return StateFound(found, dict(_directions(acting)), (*lines, *_tipping(solved)), dict(_at_limit(solved)), needed)
+
+
+# --- words for people ----------------------------------------------------------------------------------------------
+
+
+def _lines(
+    solved: Solved, acting: Acting, element: OneWay, words: Mapping[str, str], needed: Mapping[str, Value]
+) -> Iterator[str]:
+    """Yield `c1 slides -: ...` for an element and its parts."""
+    acts = is_active(acting.mechanism, element)
+    rubbing = acts and any(part.name == element.name and part.name in words for part in element.frictions)
+    if not rubbing and element.name in words:
+        yield f"{element.name} is {words[element.name]}"
+    for part in element.frictions if acts else ():
+        if part.name in words:
+            yield f"{part.name} {_verb(words[part.name])}{_why(solved, acting, element, part, needed)}"
+
+
+def _verb(word: str) -> str:
+    """Return a word such as slide- as a verb: slides -."""
+    plain = word.rstrip("+-")
+    return f"{plain}s {word[len(plain) :]}".rstrip()
+
+
+def _why(solved: Solved, acting: Acting, element: OneWay, part: FrictionPart, needed: Mapping[str, Value]) -> str:
+    slip = slip_of(acting.mechanism, part)
+    if slip != STICKS:
+        moving = part.name in solved.decided.moving
+        where = "" if slip == ALONG_VELOCITY else f" {'along' if slip > 0 else 'against'} its tangent"
+        return f": it {'moves' if moving else 'starts to move'}{where}"
+    if part.enough:
+        return f": that needs a coefficient of {needed[part.name].told()} or more" if part.name in needed else ""
+    forces = [float(x) for x in acting.friction(part)]
+    (static,) = acting.instant.motion.state.values([part.static])
+    limit = float(static * acting.pressing(element, part))
+    size = sum(x * x for x in forces) ** 0.5
+    unique = all(_unique(solved, row.name) for row in part.rows)
+    unit = f" {part.rows[0].unit}" if part.rows[0].unit else ""
+    found = f"friction {size:.6g}{unit} of" if unique else "friction that is not unique,"
+    return f": {found} at most {limit:.6g}{unit}"
+
+
+def _unique(solved: Solved, row: str) -> bool:
+    values = [float(Acting(instant).multiplier(row)) for instant in (solved.numbers, *solved.others)]
+    size = max((abs(float(x)) for x in solved.numbers.multipliers), default=0.0)
+    return all(abs(x - values[0]) <= 1e-8 * size for x in values)
+
+
+def _tipping(solved: Solved) -> Iterator[str]:
+    """Yield about which corners a body tips of which others lift off."""
+    groups: dict[str, list[OneWay]] = {}
+    for element in solved.mechanism.one_way:
+        if element.name in solved.decided.touching and element.group not in ("", element.name):
+            groups.setdefault(element.group, []).append(element)
+    for name, elements in groups.items():
+        held = [x.name.removeprefix(f"{name}.") for x in elements if is_active(solved.mechanism, x)]
+        if held and len(held) < len(elements):
+            yield f"{name} tips about {', '.join(held)}"
+
+
+def _directions(acting: Acting) -> Iterator[tuple[str, tuple[float, ...]]]:
+    """Yield in which direction each part slides in space, along its two tangents."""
+    for element in acting.mechanism.one_way:
+        for part in element.frictions if is_active(acting.mechanism, element) else ():
+            if slip_of(acting.mechanism, part) == ALONG_VELOCITY:
+                given = mode_of(acting.mechanism).directions.get(part.name)
+                velocity = [float(acting.rows[row.name].phidot) for row in part.rows]
+                speed = sum(v * v for v in velocity) ** 0.5
+                yield part.name, given if given is not None else tuple(v / speed for v in velocity)
+
+
+# --- how rough is enough -------------------------------------------------------------------------------------------
+
+
+def _needed(solved: Solved) -> Iterator[tuple[str, Value]]:
+    """Yield for each part that is rough `enough` the least coefficient with which it sticks: |F| / N."""
+    for element in solved.mechanism.one_way:
+        for part in element.frictions if is_active(solved.mechanism, element) else ():
+            pressing = float(Acting(solved.numbers).pressing(element, part)) if part.enough else 0.0
+            if abs(pressing) > _TINY * max((abs(float(x)) for x in solved.numbers.multipliers), default=0.0):
+                yield part.name, _least_coefficient(solved, element, part)
+
+
+def _least_coefficient(solved: Solved, element: OneWay, part: FrictionPart) -> Value:
+    forces = [float(x) for x in Acting(solved.numbers).friction(part)]
+    sign = -1 if len(forces) == 1 and forces[0] < 0.0 else 1
+
+    def ratio(instant: Instant) -> Mapping[str, Any]:
+        acting = Acting(instant)
+        force = acting.friction(part)
+        size = sign * force[0] if len(force) == 1 else sqrt(reduce(add, (x * x for x in force)))
+        return {"": size / acting.pressing(element, part)}
+
+    return solved.values(ratio, {"": (part.rows[0].unit == "N*m" and "m") or ""})[""]
+
+
+# --- at the limit --------------------------------------------------------------------------------------------------
+
+
+def _at_limit(solved: Solved) -> Iterator[tuple[str, str]]:
+    """Yield what is at its limit, by what would happen beyond it, decided exactly where that can be done."""
+    if not solved.decided.at_limit:
+        return
+    values = exact_values(solved)
+    acting = Acting(solved.nodes)
+    for inequality in inequalities(acting, solved.decided.touching, solved.decided.moving):
+        if not set(inequality.rows) & set(solved.decided.at_limit):
+            continue
+        conditions: list[Condition] = solved.closed(inequality.conditions) or []
+        signs = [decided_sign(condition.value, values) for condition in conditions]
+        if 0 in signs:
+            yield inequality.broken, "at the limit"
+        elif None in signs or not signs:
+            yield inequality.broken, "at the limit as far as numbers tell: not decided exactly"
+
+
+def exact_values(solved: Solved) -> dict[Node, Node]:
+    """Return the exact values of the parameters that formulas name."""
+    named = {symbol(entry.name): entry.value for entry in solved.mechanism.parameters}
+    known = {node: value for node, value in named.items() if value is not None and not leaves([value], "slot")}
+    return {node: known[node] for node in solved.symbolic.letters if node in known}

@@ -1,0 +1,150 @@
+"""A start solved in a given mode: formulas, forces of contacts, states in words, conditions as books have them."""
+
+from __future__ import annotations
+
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.answers.instant import Decided, solved_in
+from multibody_sym.answers.solve import solution_of
+from multibody_sym.dynamics.start.examined import examined
+from multibody_sym.dynamics.start.start import start
+from multibody_sym.model.mechanism.modes import in_mode
+from multibody_sym.model.mechanism.one_way import Mode
+from multibody_sym.writing.solution import solution_text
+
+HEAD = "multibody_sym: 1\nname: problem\ngravity: [0, -g, 0]\n"
+
+RAMP = """
+parameters: {g: 10 m/s^2, a: 30 deg, mu: 0.8, nu: 0.5, m: 2 kg}
+bodies:
+  ground: {surfaces: {ramp: {plane: [0, 0, 0], normal: [-sin(a), cos(a), 0]}}}
+  block: {mass: m}
+joints: {J: {type: point, parent: ground, child: block}}
+contacts: {c1: {between: [block, ground.ramp], static: mu, kinetic: nu}}
+"""
+
+PULLED = """
+parameters: {g: 10 m/s^2, alpha: 30 deg, beta: 20 deg, mu: 0.1, m1: 2 kg, m2: 3 kg, F1: 30 N, F2: 5 N}
+bodies: {ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}, b1: {mass: m1}, b2: {mass: m2}}
+joints:
+  J: {type: point, parent: ground, child: b1}
+  K: {type: point, parent: ground, child: b2, initial: {q: [1 m, 0]}}
+constraints: {string: {type: rope, path: [b1, b2]}}
+forces:
+  f1: {type: force, on: b1, value: [-F1*cos(alpha), F1*sin(alpha), 0]}
+  f2: {type: force, on: b2, value: [F2*cos(beta), F2*sin(beta), 0]}
+contacts: {c1: {between: [b1, ground.floor], static: mu}, c2: {between: [b2, ground.floor], static: mu}}
+"""
+
+RIDGE = """
+parameters: {g: 10 m/s^2, a: 45 deg, b: 30 deg, mu: 0.1, m1: 1 kg, m2: 1 kg}
+bodies:
+  ground:
+    surfaces:
+      left: {plane: [0, 0, 0], normal: [-sin(a), cos(a), 0]}
+      right: {plane: [0, 0, 0], normal: [sin(b), cos(b), 0]}
+  b1: {mass: m1}
+  b2: {mass: m2}
+joints:
+  J: {type: point, parent: ground, child: b1, initial: {q: [-cos(a), -sin(a)]}}
+  K: {type: point, parent: ground, child: b2, initial: {q: [cos(b), -sin(b)]}}
+pulleys: {P: {at: ground}}
+constraints: {string: {type: rope, path: [b1, P, b2]}}
+contacts: {c1: {between: [b1, ground.left], static: mu}, c2: {between: [b2, ground.right], static: mu}}
+"""
+
+
+def solved(model: str, slips: dict[str, int], *, at_limit: tuple[str, ...] = (), opened: str = "") -> mbs.Solution:
+    """Return the solution in a mode in which all touch but what is `opened`."""
+    system = mbs.loads(HEAD + model)
+    declared = examined(system)
+    names = [element.name for element in declared.one_way]
+    mode = Mode({name: int(name != opened) for name in names}, slips)
+    mechanism = in_mode(declared, mode)
+    decided = Decided(touching=frozenset(names), at_limit=at_limit, modes=(mode,))
+    return solution_of(solved_in(system, mechanism, start(mechanism), decided=decided))
+
+
+def expression(solution: mbs.Solution, element: str, component: str) -> str | None:
+    return solution.reactions[element][component].as_json()["expression"]
+
+
+def test_two_blocks_pulled_apart_slide_to_the_left() -> None:
+    solution = solved(PULLED, {"c1": -1, "c2": -1})
+    assert solution.accelerations["J_x"].value == pytest.approx(-3.5906618162532906, rel=1e-12)
+    assert solution.reactions["string"]["tension"].value == pytest.approx(18.29943848102658, rel=1e-12)
+    assert expression(solution, "c1", "normal") == "g*m1 - F1*sin(alpha)"
+    assert expression(solution, "c2", "friction") == "mu*(g*m2 - F2*sin(beta))"
+    assert solution.limits == {
+        "g*m1 >= F1*sin(alpha)": "c1 opens",
+        "F1*cos(alpha) + F1*mu*sin(alpha) + F2*mu*sin(beta) > F2*cos(beta) + g*mu*(m1 + m2)": "c1 does not slide -",
+        "g*m2 >= F2*sin(beta)": "c2 opens",
+        "F1*m2*cos(alpha) + F2*m1*cos(beta) + F1*m2*mu*sin(alpha) >= F2*m1*mu*sin(beta)": "string slackens",
+    }
+    assert solution.conditions == tuple(solution.limits)
+    assert max(len(str(value.as_json()["expression"])) for value in solution.accelerations.values()) <= 120
+
+
+def test_two_blocks_on_a_ridge_have_formulas_without_common_factors() -> None:
+    """The equations are divided by sines on the way; no formula keeps them."""
+    solution = solved(RIDGE, {"c1": -1, "c2": -1})
+    along = "(m1*mu*cos(a) + m2*mu*cos(b) + m2*sin(b) - m1*sin(a))/(m1 + m2)"
+    assert solution.as_json()["accelerations"]["J_x"]["expression"] == f"g*cos(a)*{along}"
+    assert solution.as_json()["accelerations"]["J_y"]["expression"] == f"g*sin(a)*{along}"
+    tension = solution.reactions["string"]["tension"]
+    assert tension.value == pytest.approx(6.114993217231683, rel=1e-12)
+    assert expression(solution, "string", "tension") == "g*m1*m2*(mu*(cos(b) - cos(a)) + sin(a) + sin(b))/(m1 + m2)"
+    assert "m1*sin(a) > m1*mu*cos(a) + m2*mu*cos(b) + m2*sin(b)" in solution.conditions
+
+
+def test_what_sticks_says_how_far_it_is_from_slipping() -> None:
+    solution = solved(RAMP, {"c1": 0})
+    assert solution.limits == {"abs(sin(a)) <= mu*cos(a)": "c1 slips"}
+    assert solution_text(solution).splitlines()[:8] == [
+        "problem at t = 0",
+        "the state, found by the laws of contact and friction: nobody gave directions",
+        "  c1 sticks: friction 10 N of at most 13.8564 N",
+        "accelerations",
+        "  J_x'' = 0 m/s^2",
+        "  J_y'' = 0 m/s^2",
+        "forces of contacts, stops and friction",
+        "  c1 normal = g*m*cos(a) = 17.32050808 N",
+    ]
+    told = solution.as_json()
+    assert told["states"] == {"c1": "stick"}
+    assert told["reactions"]["c1"]["friction"] == {"value": 10.0, "expression": "g*m*sin(a)", "unit": "N"}
+
+
+def test_what_slips_from_rest_does_so_under_its_static_coefficient() -> None:
+    """Once it slides it would go on for tan a > nu; that it starts needs tan a > mu."""
+    solution = solved(RAMP.replace("a: 30 deg", "a: 40 deg"), {"c1": -1})
+    assert solution.limits == {"cos(a) >= 0": "c1 opens", "sin(a) > mu*cos(a)": "c1 sticks", **_slides(solution)}
+    assert solution.states == {"c1": "slide-"}
+
+
+def _slides(solution: mbs.Solution) -> dict[str, str]:
+    """That it goes on sliding is a condition of its own where nu may be above mu."""
+    return {"sin(a) > nu*cos(a)": "c1 does not slide -"}
+
+
+@pytest.mark.parametrize(("mu", "how"), [("1", "at the limit"), ("tan(a)", "at the limit")])
+def test_a_block_at_the_angle_of_friction_is_at_the_limit_exactly(mu: str, how: str) -> None:
+    ramp = RAMP.replace("a: 30 deg", "a: 45 deg").replace("mu: 0.8", f"mu: {mu}")
+    solution = solved(ramp, {"c1": 0}, at_limit=("c1.friction",))
+    assert solution.at_limit == {"c1 slips": how}
+    assert "  at the limit: a little further on c1 slips" in solution_text(solution).splitlines()
+
+
+def test_near_the_limit_is_not_at_it() -> None:
+    ramp = RAMP.replace("a: 30 deg", "a: 45 deg").replace("mu: 0.8", "mu: 1.0000000000000001")
+    assert solved(ramp, {"c1": 0}, at_limit=("c1.friction",)).at_limit == {}
+
+
+def test_rough_enough_says_how_much() -> None:
+    enough = RAMP.replace("static: mu, kinetic: nu", "static: enough")
+    solution = solved(enough, {"c1": 0})
+    assert solution.needed["c1"].value == pytest.approx(0.5773502691896258, rel=1e-14)
+    assert solution.as_json()["needed"]["c1"]["expression"] == "tan(a)"
+    assert solution.found == ("c1 sticks: that needs a coefficient of tan(a) = 0.5773502692 or more",)
+    assert solution.conditions == ("cos(a) >= 0",)
