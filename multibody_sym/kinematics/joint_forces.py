@@ -11,7 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from multibody_sym.kinematics.loads import applied
-from multibody_sym.kinematics.motion import BodyMass, Motion, accelerations, from_parent, pose, spread
+from multibody_sym.kinematics.motion import BodyMass, Motion, accelerations, from_parent, spread
+from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench, generalized_forces
 from multibody_sym.model.mechanism.force_rows import ReactionRow
 from multibody_sym.model.mechanism.rows import CutJoint
@@ -23,9 +24,7 @@ from multibody_sym.scalars.vectors import (
     apply_transposed,
     cross,
     dot,
-    product,
     subtract,
-    transpose,
 )
 
 Twist = tuple[Vec, Vec]
@@ -42,9 +41,9 @@ class PartOfReaction:
 
 def part_of_reaction(row: ReactionRow, motion: Motion, wrenches: Sequence[Sequence[Wrench]]) -> PartOfReaction:
     """Return the part of a reaction that a row names; `wrenches` are those of each row's unit multiplier on bodies."""
-    for index, body in enumerate(motion.mechanism.bodies):
-        if body.joint_name == row.joint:
-            return _of_tree_joint(row, motion, index, wrenches)
+    index = row.frames[1].body
+    if motion.mechanism.bodies[index].joint_name == row.joint:
+        return _of_tree_joint(row, motion, index, wrenches)
     cut = next(cut for cut in motion.mechanism.cuts if cut.name == row.joint)
     return _of_cut_joint(row, motion, cut, wrenches)
 
@@ -52,9 +51,7 @@ def part_of_reaction(row: ReactionRow, motion: Motion, wrenches: Sequence[Sequen
 def _of_tree_joint(
     row: ReactionRow, motion: Motion, index: int, wrenches: Sequence[Sequence[Wrench]]
 ) -> PartOfReaction:
-    body = motion.mechanism.bodies[index]
-    R_FB = product(transpose(pose(motion.state, body.frame_on_parent)[0]), motion.bodies[index].R_PB)
-    twists = _carried_along(motion, index, _twist(row, motion, R_FB, pose(motion.state, body.frame_on_body)[1]))
+    twists = _carried_along(motion, index, _twist(row, motion))
     momenta = [NO_WRENCH] * len(motion.bodies)
     rest: S = 0
     acting, at_rest = applied(motion).of_body, accelerations(motion, [0] * len(motion.state.u))
@@ -69,22 +66,21 @@ def _of_cut_joint(
     row: ReactionRow, motion: Motion, cut: CutJoint, wrenches: Sequence[Sequence[Wrench]]
 ) -> PartOfReaction:
     """Return a part of what the rows that stand for a joint exert on its child."""
-    frame, child = cut.frames
-    R_WF = product(motion.rotation(frame.body), pose(motion.state, frame.pose)[0])
-    R_FB = product(transpose(R_WF), motion.rotation(child.body))
-    twist = _twist(row, motion, R_FB, motion.point(child))
+    child, twist = row.frames[1], _twist(row, motion)
     of_rows: list[S] = [0] * len(wrenches)
     for k in cut.rows:
         of_rows[k] = _power(twist, wrenches[k][child.body])
     return PartOfReaction([0] * len(motion.state.u), 0, of_rows)
 
 
-def _twist(row: ReactionRow, motion: Motion, R_FB: tuple[Vec, Vec, Vec], point: Vec) -> Twist:
+def _twist(row: ReactionRow, motion: Motion) -> Twist:
     """Return the velocity of the child's origin, and its turning, at which the joint has the power f . F + m . M."""
-    force, moment = (tuple(motion.state.values(part)) for part in (row.force, row.moment))
-    turning = apply_transposed(R_FB, (moment[0], moment[1], moment[2]))
-    moving = apply_transposed(R_FB, (force[0], force[1], force[2]))
-    return subtract(moving, cross(turning, point)), turning
+    child = row.frames[1]
+    turning, moving = (
+        apply_transposed(motion.rotation(child.body), direction(motion, row.frames[0], part))
+        for part in (row.moment, row.force)
+    )
+    return subtract(moving, cross(turning, motion.point(child))), turning
 
 
 def _carried_along(motion: Motion, index: int, twist: Twist) -> dict[int, Twist]:

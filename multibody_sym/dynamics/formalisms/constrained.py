@@ -30,6 +30,8 @@ from multibody_sym.scalars.vectors import S
 SHORTEST: Final = 1e-6
 """Part of the longest row's length that scales shorter rows: what rounding has left of a row takes no force."""
 
+_NEARLY_ZERO: Final = 1e-150
+"""What forces are scaled by that vanish at the values of parameters, as friction without a coefficient."""
 _PASSES: Final = 7
 """Newton's method doubles the digits of the directions of forces with each; friction turns them by little."""
 
@@ -121,7 +123,7 @@ def _rubbing(
     """Return what `constrained` does where rows exert other forces than their own; twice, for the same reason."""
     matrix = [factors.weighted(row) for row in rows]
     exerts = [factors.weighted(row) for row in friction.exerts]
-    lengths = [_length(row) for row in exerts]
+    lengths = _lengths(exerts)
     unit = [[x / length for x in row] for row, length in zip(exerts, lengths, strict=True)]
     coupling = [[d / length for d, length in zip(row, lengths, strict=True)] for row in friction.coupling]
     size, count = len(free), len(rows)
@@ -144,11 +146,15 @@ def _rubbing(
     return Constrained(udot, multipliers, [rank - size, *rest])
 
 
-def _length(row: Sequence[S]) -> S:
-    """Return the length of what a row exerts, 1 where it exerts nothing."""
-    if all(x is ZERO or x == 0 for x in row):
-        return 1
-    return sqrt(sum(x * x for x in row))
+def _lengths(rows: Matrix) -> list[S]:
+    """Return the lengths of what rows exert, none much below the longest; 1 where a row exerts nothing at all."""
+    zero = [all(x is ZERO or (not isinstance(x, Node) and x == 0) for x in row) for row in rows]
+    found = [1 if nothing else sqrt(sum(x * x for x in row)) for nothing, row in zip(zero, rows, strict=True)]
+    exerting = [length for nothing, length in zip(zero, found, strict=True) if not nothing]
+    if not exerting:
+        return found
+    shortest = maximum(SHORTEST * reduce(maximum, exerting), _NEARLY_ZERO)
+    return [1 if nothing else maximum(length, shortest) for nothing, length in zip(zero, found, strict=True)]
 
 
 def correction(factors: MassFactors, rows: Matrix, least: Callable[[Matrix], Sequence[S]]) -> list[S]:

@@ -26,18 +26,21 @@ from multibody_sym.dynamics.laws.problem import (
     Unilateral,
 )
 from multibody_sym.kinematics.contacts import reach
-from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.points import position, velocity
 from multibody_sym.kinematics.rows import RowMotion, row_motions
+from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.contact_rows import ContactRow
-from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.model.mechanism.one_way import ACTIVE, FrictionPart, Mode, OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scalars.node import ZERO
+from multibody_sym.scalars.node import ZERO, slot
 
 TOUCHING: Final = 1e-9
 """The part of the model's size, and of its largest speed, up to which things touch, or do not move along each other."""
+_LITTLE: Final = 1e-6
+"""The part of the time that the fastest needs for the model's size over which rates are taken."""
 _OF_FALLING: Final = 1e-3
 """No speed is the largest that is below this part of that after a fall through the model's size."""
 
@@ -111,6 +114,16 @@ class OneWayRows:
         reach = sum(abs(float(h)) * size for h, size in zip(row.jacobian, sizes, strict=True))
         return part * max(reach, 0.0)
 
+    def later(self, step: float, udot: Floats) -> OneWayRows:
+        """Return the rows a little later, to first order."""
+        state = self.motion.state
+        q, u = np.array(state.q, dtype=float), np.array(state.u, dtype=float)
+        rates = np.array(coordinate_rates(self.mechanism, state.q, state.u), dtype=float)
+        parameters = [state.slots[slot("parameters", k)] for k in range(len(self.mechanism.parameters))]
+        t = float(state.slots[TIME]) + step
+        moved = state_of(self.mechanism, float, t, (q + step * rates).tolist(), (u + step * udot).tolist(), parameters)
+        return one_way_rows(self.mechanism, motion_of(self.mechanism, moved), self.scale)
+
     def standing(self, element: OneWay) -> str:
         """Return how a unilateral element stands: `open`, `inside`, or closed: `touching`, `leaving`, `closing`."""
         gap, rate = self.gap(element), self.rate(element)
@@ -144,10 +157,11 @@ class Posed:
     """The problem of the laws of a mechanism's one-way elements, and what its rows and parts are.
 
     `elements` are those that take part: touching ones and all friction in joints; `parts` their friction parts;
-    `dynamics` those of the mechanism in no mode. `names` are those of the problem's rows.
+    `dynamics` those of the mechanism in no mode, `rows` all at that state. `names` are those of the problem's rows.
     """
 
     mechanism: Mechanism
+    rows: OneWayRows
     dynamics: TreeDynamics
     problem: LawProblem
     elements: tuple[OneWay, ...]
@@ -158,6 +172,22 @@ class Posed:
     def places(self) -> dict[str, int]:
         """The place of each row by its name."""
         return {name: k for k, name in enumerate(self.names)}
+
+    def drift(self, state: LawState) -> Floats:
+        """Return the rates (m) at which what is left of the rows changes along the motion while multipliers do not.
+
+        A difference quotient between the state and one a little later; exactly zero where nothing changes.
+        """
+        step = _LITTLE * self.rows.scale.length / self.rows.scale.speed if self.rows.scale.speed else _LITTLE
+        udot = np.array(self.dynamics.bias_acceleration, dtype=float)
+        udot += np.array(self.dynamics.factors.unweighted(state.x.tolist()), dtype=float)
+        rows = self.rows.later(step, udot)
+        places = [rows.places[name] for name in self.names]
+        later = _matrices(_dynamics(self.mechanism, rows.motion), [rows.rows[k] for k in places], places)
+        now = self.problem.matrix, self.problem.exerted, self.problem.coupling, self.problem.right
+        left = [A @ (C.T @ state.z) + D @ state.z - r for A, C, D, r in (now, later)]
+        found: Floats = (left[1] - left[0]) / step
+        return found
 
     def mode(self, state: LawState) -> Mode:
         """Return the mode of a state that was found; elements that take no part are inactive."""
@@ -216,7 +246,7 @@ def posed(rows: OneWayRows, closed: Collection[str]) -> Posed:
                     laws[found[row.name]] = Friction(len(frictions), component)
                 frictions.append(_friction_law(part, element, rows, found))
     problem = LawProblem(*matrices, tuple(laws), tuple(frictions))
-    return Posed(mechanism, dynamics, problem, elements, parts, tuple(chosen))
+    return Posed(mechanism, rows, dynamics, problem, elements, parts, tuple(chosen))
 
 
 def _rubs(part: FrictionPart) -> bool:

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
+from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.kinematics.motion import coordinate_rates
 from multibody_sym.kinematics.state import arrays
 from multibody_sym.model.mechanism.mechanism import Mechanism
@@ -31,6 +32,13 @@ def index_2_programs(mechanism: Mechanism, dynamics: TreeDynamics, inputs: Progr
     multipliers (2 ns,) are (mu, lambda). `index_2_by_state`: the derivative of all four by (q, u), through the inputs
     as well, which `inputs` gives from (t, q, u, parameters). `index_2_by_multipliers`: that of qdot and udot.
     """
+    defining = next((row for row in mechanism.rows if not row.restricts), None)
+    if defining is not None:
+        raise NoSolutionError(
+            "what presses in a joint that rubs is no part of equations of index 2; choose constraints: "
+            "{projection: true} or baumgarte, and another method than ida",
+            where=Where(path=mechanism.row_path(mechanism.rows.index(defining))),
+        )
     equations = _equations(mechanism, dynamics)
     outputs = [output.name for output in equations.outputs]
     by_state = total_jacobian(equations, outputs, ("q", "u"), inputs, name="index_2_by_state")

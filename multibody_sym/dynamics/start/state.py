@@ -113,7 +113,7 @@ def state_at(
     _verify_outside(rows, standing)
     closed = [name for name, how in standing.items() if how in ("touching", "closing")]
     problem = posed(rows, closed)
-    found = search(problem) if search is not None else find(problem.problem)
+    found = search(problem) if search is not None else find(problem.problem, drift=problem.drift)
     modes = tuple(problem.mode(state) for state in found.states)
     closing = tuple(name for name, how in standing.items() if how == "closing")
     return StartState(declared, begin, modes, problem, found, closing)

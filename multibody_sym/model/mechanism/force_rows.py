@@ -17,13 +17,14 @@ class ReactionRow(Row):
 
         force . F + moment . M = share z + rubbing * (the multiplier of the row named `rubs`)
 
-    `force` and `moment` are components along the axes of the joint's frame on the parent.
+    `force` and `moment` are components along the axes of the first of `frames`, the joint's on its parent and child.
     """
 
     unit: ClassVar[str | None] = "N"
 
     name: str
     joint: str
+    frames: tuple[Marker, Marker]
     force: Point
     moment: Point
     share: Node = ONE

@@ -69,7 +69,7 @@ def _rows(element: OneWay, mode: Mode, parameters: ParameterVector) -> Iterator[
             if place in part.normals and (part.norm or pressed != INACTIVE)
         )
         yield SlidingRow(normal.name, normal, frictions) if frictions else normal
-    for part in element.frictions:
+    for part in element.frictions if element.unilateral or side != INACTIVE else ():
         if mode.slips.get(part.name, STICKS) == STICKS and (part.enough or part.static is not ZERO):
             yield from part.rows
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 from multibody_sym.errors import ModelError, at, suggestion
@@ -95,6 +95,11 @@ class References:
             on_parent = self.marker(joint.parent)
         with at("joints", name, "child"):
             return on_parent, self.marker(joint.child)
+
+    def carried_frames(self, name: str) -> tuple[Marker, Marker]:
+        """Return frame F on a joint's parent and M on what it carries: its child, or the child's massless double."""
+        on_parent, on_child = self.frames(name)
+        return on_parent, replace(on_child, body=self.doubles.get(name, on_child.body))
 
     def pair(self, references: tuple[str, ...]) -> tuple[Marker, Marker]:
         """Return the markers of both ends of something."""

@@ -172,6 +172,29 @@ def test_absolute_coordinates_have_the_same_mode() -> None:
     assert accelerations(found)[0][0] == pytest.approx((20 - 2 * 0.5 * 20 * 0.3 / 0.4) / 2, rel=1e-12)
 
 
+PUSHED = f"""\
+multibody_sym: 1
+name: pushed
+gravity: [0, -{G}, 0]
+bodies: {{b: {{mass: 2}}, ground: {{surfaces: {{floor: {{plane: [0, 0, 0], normal: y}}}}}}}}
+joints: {{J: {{type: point, parent: ground, child: b}}}}
+forces: {{push: {{type: force, on: b, value: [RATE*t + 0.3*2*{G}, 0, 0]}}}}
+contacts: {{c: {{between: [b, ground.floor], static: 0.3}}}}
+"""
+
+
+@pytest.mark.parametrize(("rate", "word"), [("1", "slide+"), ("-1", "stick"), ("0", "stick")])
+def test_what_is_at_its_limit_goes_where_its_rates_lead(rate: str, word: str) -> None:
+    found = at_start(PUSHED, RATE=rate)
+    assert found.words == {"c": word}
+    assert bool(found.found.states[0].at_limit) == (rate == "0")
+
+
+def test_a_guide_that_nothing_presses_holds_nothing() -> None:
+    found = at_start(DRAWER.replace(", length: l", ""))
+    assert accelerations(found)[0] == pytest.approx([10], rel=1e-14)
+
+
 # --- none and several ----------------------------------------------------------------------------------------------
 
 

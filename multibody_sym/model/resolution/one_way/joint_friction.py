@@ -17,6 +17,7 @@ from multibody_sym.model.declaration.joint import Joint
 from multibody_sym.model.declaration.steps import Rotate, Screw, Step, Translate
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.force_rows import ReactionRow
+from multibody_sym.model.mechanism.markers import NOWHERE
 from multibody_sym.model.mechanism.mass import ORIGIN, unit_vector
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import Row, VelocityRow
@@ -29,6 +30,7 @@ from multibody_sym.scalars.vectors import cross, scale
 
 SIDE_WORDS: Final = ("pressed", "0")
 _UP: Final[Point] = (ZERO, ZERO, ONE)
+_NOWHERE: Final = (NOWHERE, NOWHERE)
 
 
 def joint_frictions(references: References) -> Iterator[OneWay]:
@@ -51,6 +53,8 @@ def _friction(name: str, element: Friction, references: References, flat: bool) 
             f"prismatic, revolute, cylindrical, screw; {element.joint!r} is another, or prescribed"
         ).under("joint")
     normals, parts = make(name, element, joint, _rates(element.joint, references), flat)
+    frames = references.carried_frames(element.joint)
+    normals = [replace(row, frames=frames) for row in normals]
     return OneWay(
         name,
         "friction",
@@ -135,7 +139,7 @@ def _thread(
     cosine, sine = radius / size, step.lead / size
     rubbing = VelocityRow(f"{name}.friction", size * rates[0])
     axis = unit_vector(step.slides[0])
-    normal = ReactionRow(f"{name}.normal", element.joint, axis, ORIGIN, cosine, sine, rubbing.name)
+    normal = ReactionRow(f"{name}.normal", element.joint, _NOWHERE, axis, ORIGIN, cosine, sine, rubbing.name)
     return [normal], [_part(name, element, (rubbing,), range(1))]
 
 
@@ -153,7 +157,7 @@ _MAKERS: Final[dict[tuple[type[Step], ...], _Maker]] = {
 def _reactions(name: str, element: Friction, shares: Sequence[tuple[Point, Point]]) -> list[ReactionRow]:
     names = [f"{name}.normal"] if len(shares) == 1 else [f"{name}.normal{k}" for k in range(1, len(shares) + 1)]
     pairs = zip(names, shares, strict=True)
-    return [ReactionRow(row, element.joint, force, moment) for row, (force, moment) in pairs]
+    return [ReactionRow(row, element.joint, _NOWHERE, force, moment) for row, (force, moment) in pairs]
 
 
 def _part(
