@@ -41,6 +41,7 @@ from multibody_sym.dynamics.derivation.steps import (
     matrix_step,
     position_steps,
     row_steps,
+    with_letters,
 )
 from multibody_sym.dynamics.derivation.symbolic_equations import READABLE, SymbolicEquations
 from multibody_sym.dynamics.derivation.symbols import Symbols, symbols_of
@@ -276,7 +277,8 @@ def _derived(
     definitions, replaced = tidied(names.definitions, _expressions(raw), symbols.free_prefix)
     parts: Parts = _mapped(raw, lambda e: e.xreplace(replaced))
     matrices = _matrices(parts, len(symbols.speeds))
-    notation = notation_of(mechanism, symbols, [name for name, _ in definitions], names.numbers, told.labels)
+    plain = notation_of(mechanism, symbols, [name for name, _ in definitions], names.numbers, told.labels)
+    notation = with_letters(plain, mechanism, symbols, parts.bodies)
     return SymbolicEquations(
         method,
         mechanism,
@@ -324,7 +326,7 @@ def _steps(
     positions = () if names.definitions else position_steps(mechanism, symbols, names)
     terms = lagrange_steps(mechanism, symbols, notation, parts.terms) if parts.terms else ()
     energies = () if parts.bodies else energy_steps(mechanism, symbols, parts.energies, notation)
-    bodies = free_body_steps(symbols, parts.bodies, parts.rows) if parts.bodies else ()
+    bodies = free_body_steps(mechanism, symbols, parts.bodies, parts.rows, notation) if parts.bodies else ()
     exerted, coupling = _friction_matrices(parts, len(symbols.speeds))
     return (
         coordinate_step(mechanism),

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from html import escape
 from typing import Any, Final
 
 import sympy
 
 from multibody_sym.dynamics.derivation.constants import SIDES
 from multibody_sym.dynamics.derivation.notation import escaped
-from multibody_sym.dynamics.derivation.record import Equation, Step
+from multibody_sym.dynamics.derivation.record import Equation, Label, Step
 from multibody_sym.dynamics.derivation.symbolic_equations import READABLE, SymbolicEquations
 from multibody_sym.expressions.printer import text as in_model_language
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.scalars.sympy_bridge import from_sympy
+from multibody_sym.writing.documents import html_document, latex_document
+from multibody_sym.writing.html_script import HtmlScript, html_script
 from multibody_sym.writing.withheld import withheld_lines
 
 LONGEST: Final = 20_000
@@ -133,6 +136,35 @@ def _step_latex(equations: SymbolicEquations, step: Step) -> str:
     return "\n".join(part for part in (rf"\paragraph{{{escaped(step.title)}}}", body, note) if part)
 
 
+def derivation_document(equations: SymbolicEquations, *, steps: bool = False) -> str:
+    """Return the same as a whole LaTeX document."""
+    return latex_document(equations.mechanism.name, derivation_latex(equations, steps=steps))
+
+
+# --- HTML ----------------------------------------------------------------------------------------------------------
+
+
+def derivation_html(equations: SymbolicEquations, *, steps: bool = False) -> str:
+    """Return the same as a page of HTML that needs nothing beside it."""
+    if equations.operations > LONGEST:
+        return html_document(_headline(equations), f"<p>{escape(advice(equations))}</p>\n")
+    shown = [*_withheld(equations), *(equations.steps if steps else _result(equations))]
+    if equations.definitions:
+        shown.append(Step("Names", tuple(Equation(name, e) for name, e in equations.definitions)))
+    script = html_script(equations.notation)
+    return html_document(_headline(equations), "\n".join(_step_html(script, step) for step in shown) + "\n")
+
+
+def _step_html(script: HtmlScript, step: Step) -> str:
+    lines = [f"<p>{_side_html(script, e.left)} = {_side_html(script, e.right)}</p>" for e in step.equations]
+    notes = [f"<p>{escape(line)}</p>" for line in step.note.splitlines()]
+    return "\n".join([f"<h2>{escape(step.title)}</h2>", *lines, *notes])
+
+
+def _side_html(script: HtmlScript, side: Any) -> str:
+    return escape(side.text) if isinstance(side, Label) else script.shown(side)
+
+
 # --- data ----------------------------------------------------------------------------------------------------------
 
 
@@ -158,11 +190,17 @@ def derivation_data(equations: SymbolicEquations) -> dict[str, Any]:
         "definitions": {str(name): _expression(equations, e) for name, e in equations.definitions},
         "equations": [_equation(equations, e) for e in equations.equations if shown],
         "steps": [_step(equations, step) for step in equations.steps if shown],
+        "letters": {s.name: equations.notation.text(s) for s in _forces(equations)},
         "withheld": {name: list(x.components) for name, x in equations.mechanism.withheld.items()},
         "withheld_reasons": reasons(equations.mechanism.withheld),
         "operations": equations.operations,
         "units": _units(equations.mechanism),
     }
+
+
+def _forces(equations: SymbolicEquations) -> tuple[Any, ...]:
+    """Return the symbols of unknown forces: multipliers, and reactions where bodies are cut free."""
+    return (*equations.symbols.multipliers, *equations.reactions)
 
 
 def _units(mechanism: Mechanism) -> dict[str, dict[str, str]]:

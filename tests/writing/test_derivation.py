@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 from textbook import chain, hanging_mass, pendulum, top
 
+import multibody_sym as mbs
+from multibody_sym.cli.main import main
 from multibody_sym.dynamics.derive import derive
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.expressions.parser import parse
@@ -16,7 +19,15 @@ from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
 from multibody_sym.scalars.traversal import leaves
-from multibody_sym.writing.derivation import derivation_data, derivation_latex, derivation_text
+from multibody_sym.writing.derivation import (
+    derivation_data,
+    derivation_document,
+    derivation_html,
+    derivation_latex,
+    derivation_text,
+)
+
+TEXTBOOK = Path(__file__).parents[2] / "examples" / "textbook"
 
 STEPS = """\
 pendulum: Lagrange's equations of the second kind
@@ -122,3 +133,34 @@ def test_data_is_in_the_models_own_language(links: int) -> None:
     assert not leaves([parse(text) for text in data["forcing"]], "quantity")
     assert [set(e) for e in data["equations"]] == [{"text", "latex"}] * links
     assert set(data["units"]["state"].values()) == {"rad", "rad/s"}
+
+
+def test_bodies_cut_free_have_the_letters_of_books() -> None:
+    found = derive(mbs.load(TEXTBOOK / "t7_atwood.yaml"), method="newton_euler")
+    text = derivation_text(found, steps=True)
+    assert "Forces\n    T: tension of string\n\nBody left\n    m1*y1'' = T - m1*g\n" in text
+    assert "lambda" not in text.partition("Matrix form")[0]
+    assert derivation_data(found)["letters"]["lambda_string"] == "T"
+    assert r"m_{1} \ddot{y}_{1} &= T - m_{1} g" in derivation_latex(found, steps=True)
+
+
+@pytest.mark.parametrize("method", ["multipliers", "newton_euler"])
+def test_derivations_are_whole_documents(method: str) -> None:
+    found = derive(mbs.load(TEXTBOOK / "t8_blocks_in_a_row.yaml"), method=method)
+    latex = derivation_document(found, steps=True)
+    assert latex.startswith(r"\documentclass")
+    assert latex.endswith("\\end{document}\n")
+    assert latex.count("{") == latex.count("}")
+    assert latex.count(r"\begin{") == latex.count(r"\end{")
+    html = derivation_html(found, steps=True)
+    assert html.startswith("<!DOCTYPE html>")
+    assert html.count("<span") == html.count("</span>")
+    assert "<i>x</i>&Prime;<sub>1</sub>" in html
+
+
+def test_command_writes_documents(capsys: pytest.CaptureFixture[str]) -> None:
+    path = str(TEXTBOOK / "t7_atwood.yaml")
+    assert main(["derive", path, "--steps", "--format", "latex"]) == 0
+    assert capsys.readouterr().out.startswith(r"\documentclass")
+    assert main(["derive", path, "--method", "newton_euler", "--format", "html"]) == 0
+    assert "<h2>Body left</h2>" in capsys.readouterr().out

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from multibody_sym.dynamics.derivation.symbolic_equations import SymbolicEquations
 
 HELP: Final = "derive energies and equations of motion in symbols"
-_FORMATS: Final = ("text", "latex", "json")
+_FORMATS: Final = ("text", "latex", "html", "json")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -40,7 +40,7 @@ def run(options: argparse.Namespace) -> Answer:
 
 
 def _written(equations: SymbolicEquations, options: argparse.Namespace) -> str:
-    from multibody_sym.writing.derivation import derivation_latex, derivation_text
+    from multibody_sym.writing.derivation import derivation_document, derivation_html, derivation_text
 
-    write = derivation_latex if options.format == "latex" else derivation_text
-    return write(equations, steps=options.steps)
+    writers = {"text": derivation_text, "latex": derivation_document, "html": derivation_html}
+    return writers[options.format](equations, steps=options.steps)

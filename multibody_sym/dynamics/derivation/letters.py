@@ -55,6 +55,25 @@ def force_letters(
     return _apart(found, taken)
 
 
+_WORDS: Final = {
+    TENSION: "tension of", ROD: "force of rod", NORMAL: "normal force at", FRICTION: "friction at",
+    TOOTH: "force at the teeth of", MOMENT: "moment at",
+}
+"""What the letters stand for."""
+
+
+def told_forces(mechanism: Mechanism, symbols: Symbols, unknown: Collection[Any]) -> dict[Any, str]:
+    """Return what each multiplier, and each reaction among `unknown` ones, is in words."""
+    lettered = [*_of_rows(mechanism, symbols), *_of_guides(mechanism, symbols)]
+    named = {each.symbol: f"{_WORDS[each.letter]} {each.element}" for each in lettered}
+    rows = dict(zip(symbols.multipliers, mechanism.rows, strict=True))
+    joints = [(body.joint_name, c) for body in mechanism.bodies for c in COMPONENTS]
+    reactions = zip(symbols.reactions, joints, strict=True)
+    found = {s: named.get(s, f"multiplier of {row.name}") for s, row in rows.items()}
+    components = {s: f"component {c} of the reaction of {joint}" for s, (joint, c) in reactions if s in unknown}
+    return {**found, **{s: named.get(s, words) for s, words in components.items()}}
+
+
 def _numbers(kind: Sequence[Lettered], pressing: Mapping[str, str]) -> list[str]:
     """Return the numbers of the forces of one kind: friction has that of its normal force."""
     of_normals = [pressing.get(each.element, "") for each in kind]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import sympy
@@ -10,6 +11,7 @@ import sympy
 from multibody_sym.algebra.subexpressions import Subexpressions
 from multibody_sym.dynamics.derivation.free_bodies import FreeBodies
 from multibody_sym.dynamics.derivation.lagrange import Energies, LagrangeTerms, known_nodes, totals
+from multibody_sym.dynamics.derivation.letters import force_letters, told_forces
 from multibody_sym.dynamics.derivation.multipliers import RowTerms
 from multibody_sym.dynamics.derivation.notation import Notation, upright
 from multibody_sym.dynamics.derivation.record import Equation, Label, Step
@@ -173,9 +175,22 @@ def _slope(of: str, by: Any, symbols: Symbols, notation: Notation) -> Label:
 # --- bodies cut free ------------------------------------------------------------------------------------------------
 
 
-def free_body_steps(symbols: Symbols, bodies: FreeBodies, rows: Sequence[RowTerms]) -> tuple[Step, ...]:
-    """Return the balances of each body, what joints allow besides, and what the rows demand of the accelerations."""
-    steps = [
+def with_letters(notation: Notation, mechanism: Mechanism, symbols: Symbols, bodies: FreeBodies | None) -> Notation:
+    """Return a notation in which the forces on bodies that are cut free have the letters of books."""
+    if bodies is None:
+        return notation
+    letters = force_letters(mechanism, symbols, {*symbols.multipliers, *bodies.unknown})
+    return replace(notation, spelling={**notation.spelling, **letters})
+
+
+def free_body_steps(
+    mechanism: Mechanism, symbols: Symbols, bodies: FreeBodies, rows: Sequence[RowTerms], notation: Notation
+) -> tuple[Step, ...]:
+    """Return what letters stand for, the balances of each body, what joints allow besides, and what the rows demand."""
+    forces = told_forces(mechanism, symbols, bodies.unknown)
+    named = "\n".join(f"{notation.text(s)}: {words}" for s, words in forces.items())
+    steps = [Step("Forces", note=named)] if named else []
+    steps += [
         Step(f"Body {name}", balances, _NOTHING_ACTS if not balances else "")
         for name, balances in zip(bodies.names, bodies.balances, strict=True)
     ]

@@ -111,11 +111,11 @@ def test_row_that_turns_a_ball_acts_through_it() -> None:
 
 def test_cart_and_pole_as_in_a_book() -> None:
     assert str(derive(cart_pole(), "newton_euler")) == (
-        "M*x'' = F - hinge_fx\n"
-        "0 = rail_fy - M*g - hinge_fy\n"
-        "m*x'' + m*l*theta''*cos(theta) - m*l*theta'^2*sin(theta) = hinge_fx\n"
-        "m*l*theta''*sin(theta) + m*l*theta'^2*cos(theta) = hinge_fy - m*g\n"
-        "0 = -l*hinge_fx*cos(theta) - l*hinge_fy*sin(theta)"
+        "M*x'' = F - R_hinge_x\n"
+        "0 = N - M*g - R_hinge_y\n"
+        "m*x'' + m*l*theta''*cos(theta) - m*l*theta'^2*sin(theta) = R_hinge_x\n"
+        "m*l*theta''*sin(theta) + m*l*theta'^2*cos(theta) = R_hinge_y - m*g\n"
+        "0 = -l*R_hinge_x*cos(theta) - l*R_hinge_y*sin(theta)"
     )
 
 
@@ -144,7 +144,7 @@ def test_slide_along_no_axis_keeps_two_components_and_says_so() -> None:
     found = derive(system, "newton_euler")
     assert [symbol.name for symbol in found.reactions] == ["plane_fx", "plane_fy"]
     assert "Free directions" in [step.title for step in found.steps]
-    assert str(found).splitlines()[-1] == "plane_fx*cos(a) + plane_fy*sin(a) = 0"
+    assert str(found).splitlines()[-1] == "R_plane_x*cos(a) + R_plane_y*sin(a) = 0"
 
 
 def test_steps_and_data() -> None:
