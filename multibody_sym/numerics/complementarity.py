@@ -1,8 +1,9 @@
 """Linear complementarity problems by Lemke's method: w = M z + q, 0 <= w, 0 <= z, w z = 0.
 
-Ties of the ratio test are broken lexicographically, so that the method ends where rows depend on each other, which is
-normal where things rest on each other. It ends on a ray where it finds nothing; for a copositive M with the right q
-that proves that there is nothing.
+Ties of the ratio test are broken lexicographically, by rows of [B^-1 q, B^-1 p, B^-1] with a p without any pattern, so
+that the method ends where rows depend on each other, which is normal where things rest on each other. (The first two
+columns nearly always tell rows apart: q + epsilon p is not degenerate.) It ends on a ray
+where it finds nothing; for a copositive M with the right q that proves that there is nothing.
 
 Source: Cottle, Pang, Stone, The Linear Complementarity Problem (1992), 4.4, 4.9.
 """
@@ -22,6 +23,8 @@ TIED: Final = 1e-10
 """Ratios that differ by less than this part of their size are the same but for the rounding of some hundred pivots."""
 SMALL: Final = 1e-10
 """Elements of a column below this part of its largest are what pivots have left of zeros: none of them is a pivot."""
+PATTERN: Final = 7
+"""Seed of the numbers that tell rows apart."""
 
 
 @dataclass(frozen=True)
@@ -54,14 +57,15 @@ def lemke(matrix: Floats, right: Floats) -> Complementary:
 
 
 class _Tableau:
-    """B^-1 [q, E], kept as it is: the lexicographic order compares its rows. Columns are made where they enter.
+    """B^-1 [q, p, E], kept as it is: the lexicographic order compares its rows. Columns are made where they enter.
 
     Variables by number: w_0..w_n-1, z_0..z_n-1, and the artificial one, number 2 n, whose column is a vector of ones.
     """
 
     def __init__(self, matrix: Floats, right: Floats) -> None:
         self.matrix, self.size, self.pivots = matrix, len(right), 0
-        self.rows = np.asfortranarray(np.column_stack([right, np.eye(self.size)]))
+        apart = np.random.default_rng(PATTERN).uniform(1.0, 2.0, self.size)
+        self.rows = np.asfortranarray(np.column_stack([right, apart, np.eye(self.size)]))
         self.basis = np.arange(self.size)
 
     def run(self) -> tuple[bool, bool]:
@@ -93,8 +97,8 @@ class _Tableau:
 
     def _column(self, variable: int) -> Floats:
         if variable < self.size:
-            return self.rows[:, 1 + variable].copy()
-        return np.asarray(-(self.rows[:, 1:] @ self.matrix[:, variable - self.size]), dtype=float)
+            return self.rows[:, 2 + variable].copy()
+        return np.asarray(-(self.rows[:, 2:] @ self.matrix[:, variable - self.size]), dtype=float)
 
     def _first(self, column: Floats, candidates: NDArray[np.intp], sense: float) -> int:
         """Return the candidate whose row, divided by its element of the column, comes first in lexicographic order.
@@ -108,13 +112,12 @@ class _Tableau:
         if len(artificial):
             return int(artificial[0])
         candidates = candidates[near]
-        while len(candidates) > 1:
-            rows = self.rows[candidates, 1:] / (sense * column[candidates])[:, None]
-            apart = np.flatnonzero(np.ptp(rows, axis=0) > TIED * max(1.0, float(np.abs(rows).max())))
-            if not len(apart):
+        for first in range(1, self.rows.shape[1]):
+            if len(candidates) == 1:
                 break
-            values = rows[:, apart[0]]
-            candidates = candidates[values <= values.min() + 0.5 * float(np.ptp(values)) * TIED]
+            values = self.rows[candidates, first] / (sense * column[candidates])
+            least = float(values.min())
+            candidates = candidates[values <= least + TIED * max(1.0, abs(least))]
         return int(candidates[0])
 
     def _pivot(self, leaving: int, column: Floats) -> None:

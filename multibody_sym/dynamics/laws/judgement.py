@@ -10,7 +10,7 @@ import numpy as np
 
 from multibody_sym.dynamics.laws.mode_solve import Trial, active_rows
 from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS
-from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Scaled
+from multibody_sym.dynamics.laws.scaled import Modes, Part, Scaled
 from multibody_sym.numerics.arrays import EPSILON, Floats
 
 ACCEPTED: Final = 1e-10
@@ -65,18 +65,18 @@ def violations(problem: Scaled, trial: Trial) -> Iterator[Violation]:
         yield Violation("force", int(k), float(-z[k]) / (force / ACCEPTED))
     for k in unilateral[~closed & (a[unilateral] < -gap[unilateral])]:
         yield Violation("gap", int(k), float(-a[k] / (gap[k] / ACCEPTED)))
-    for part in problem.parts:
-        if trial.mu[part.number] and mode.touching(part, problem.two_sided):
-            yield from _of_part(part, trial, force, float(gap[part.rows].max()))
+    touching = problem.touching(mode.sides) & (trial.mu != 0.0)
+    sticks = touching & problem.table.rests & (mode.slips == STICKS)
+    over = problem.rubbing(z) - trial.mu * problem.pressed(z)
+    for number in np.flatnonzero(sticks & ~problem.table.enough & (over > force)):
+        yield Violation("cone", int(number), float(over[number]) / (force / ACCEPTED))
+    for number in np.flatnonzero(touching & ~sticks):
+        part = problem.parts[number]
+        yield from _of_slip(part, trial, force, float(gap[part.rows].max()))
 
 
-def _of_part(part: Part, trial: Trial, force: float, gap: float) -> Iterator[Violation]:
+def _of_slip(part: Part, trial: Trial, force: float, gap: float) -> Iterator[Violation]:
     z, a, slip = trial.z, trial.a, int(trial.mode.slips[part.number])
-    if part.rests and slip == STICKS:
-        over = float(np.linalg.norm(z[part.rows])) - trial.mu[part.number] * part.pressed(z)
-        if not part.enough and over > force:
-            yield Violation("cone", part.number, over / (force / ACCEPTED))
-        return
     if part.rests:
         along = slip * a[part.rows[0]] if not part.in_space else trial.mode.directions[part.number] @ a[part.rows]
         if along < -gap:
@@ -126,27 +126,26 @@ def labelled(problem: Scaled, trial: Trial) -> Modes:
     mode.sides[unilateral] = (trial.mode.sides[unilateral] > 0) | still[unilateral]
     force = force_tolerance(problem, trial.z, TIED)
     mode.sides[problem.both] = np.where(np.abs(trial.z[problem.both]) <= force, 0, np.sign(trial.z[problem.both]))
-    for part in problem.parts:
-        mode.slips[part.number], mode.directions[part.number] = _slip(part, mode, trial, still, problem.two_sided)
-    for part in problem.parts:
-        mode.sides[part.rows] = (
-            part.rests and mode.slips[part.number] == STICKS and mode.touching(part, problem.two_sided)
-        )
+    touching = problem.touching(mode.sides)
+    stands = touching & problem.table.rests & (trial.mode.slips == STICKS) & problem.touching(trial.mode.sides)
+    stands |= touching & problem.table.rests & still[problem.table.first] & still[problem.table.last]
+    mode.slips[:], mode.directions[:] = STICKS, 0.0
+    for number in np.flatnonzero(touching & ~(stands & (trial.mu != 0.0))):
+        part = problem.parts[number]
+        mode.slips[number], mode.directions[number] = _slip(part, trial, stands=bool(stands[number]))
+    sticks = touching & problem.table.rests & (mode.slips == STICKS)
+    mode.sides[problem.table.first] = mode.sides[problem.table.last] = sticks
     return mode
 
 
-def _slip(part: Part, mode: Modes, trial: Trial, still: Flags, both: Flags) -> tuple[int, Floats]:
+def _slip(part: Part, trial: Trial, *, stands: bool) -> tuple[int, Floats]:
     """Return how a part slips, and its direction from rest in space; what is smooth never sticks."""
     nowhere = np.zeros(2)
-    if not mode.touching(part, both):
+    if part.enough and part.rests:
         return STICKS, nowhere
     if not part.rests:
         return (IN_SPACE, nowhere) if part.in_space else (int(np.sign(part.velocity[0])), nowhere)
-    a, smooth = trial.a[part.rows], not trial.mu[part.number]
-    stuck = trial.mode.slips[part.number] == STICKS and trial.mode.touching(part, both)
-    stands = bool(still[part.rows].all()) or (stuck and not smooth)
-    if part.enough or (stands and not smooth):
-        return STICKS, nowhere
+    a = trial.a[part.rows]
     if part.in_space:
         return IN_SPACE, np.array([1.0, 0.0]) if stands else a / np.linalg.norm(a)
     return (1 if stands or a[0] > 0 else -1), nowhere

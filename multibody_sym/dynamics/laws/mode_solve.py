@@ -147,15 +147,10 @@ def _at_angles(mode: Modes, turning: list[Part], angles: Floats) -> Modes:
 
 def sticking(problem: Scaled, mode: Modes, mu: Floats) -> Flags:
     """Return (m) which friction rows restrict motion: those of parts that touch and stick."""
+    table = problem.table
     stuck = np.zeros(problem.count, dtype=bool)
-    for part in problem.parts:
-        if (
-            part.rests
-            and mode.slips[part.number] == STICKS
-            and mu[part.number]
-            and mode.touching(part, problem.two_sided)
-        ):
-            stuck[part.rows] = True
+    parts = table.rests & (mode.slips == STICKS) & (mu != 0.0) & problem.touching(mode.sides)
+    stuck[table.first[parts]] = stuck[table.last[parts]] = True
     return stuck
 
 
@@ -173,10 +168,9 @@ def _forces(problem: Scaled, mode: Modes, mu: Floats, free: Places, pressing: di
     S[free, np.arange(len(free))] = 1.0
     place = np.full(problem.count, -1)
     place[free] = np.arange(len(free))
-    for part in problem.parts:
-        slip = mode.slips[part.number]
-        if (part.rests and slip == STICKS) or not mu[part.number]:
-            continue
+    slides = (mu != 0.0) & (~problem.table.rests | (mode.slips != STICKS)) & problem.touching(mode.sides)
+    for number in np.flatnonzero(slides):
+        part, slip = problem.parts[number], int(mode.slips[number])
         if part.norm:
             weights = part.base * pressing.get(part.number, np.zeros(len(part.normals)))
         else:

@@ -111,8 +111,8 @@ class LawState:
     `kinetic` are the parts that have their kinetic coefficient: what slides, and what slips from rest under its static
     one. `not_unique` are the rows whose z may have other values beside the same x; `at_limit` the rows (of a part its
     first one) where two modes fit and rates do not tell them apart either, or were not asked for: there the mode says
-    stick before slide, closed before open, taut before slack. `carrying` are the rows that carry z here: where forces
-    are not unique they are found again from it.
+    stick before slide, closed before open, taut before slack. `carrying` is the mode of a
+    basic solution, in which what carries nothing is open and what is at its limit slides: z is found again from it.
     """
 
     mode: LawMode
@@ -122,7 +122,7 @@ class LawState:
     kinetic: frozenset[int] = frozenset()
     not_unique: tuple[int, ...] = ()
     at_limit: tuple[int, ...] = ()
-    carrying: tuple[int, ...] = ()
+    carrying: LawMode | None = None
 
 
 Verdict = Literal["one", "none", "several"]

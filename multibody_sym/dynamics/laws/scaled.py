@@ -35,7 +35,7 @@ class Part:
     norm: bool
     enough: bool
 
-    @property
+    @cached_property
     def rests(self) -> bool:
         return not self.velocity.any()
 
@@ -44,7 +44,7 @@ class Part:
         """The direction of its velocity, zeros at rest."""
         return self.velocity / (float(np.linalg.norm(self.velocity)) or 1.0)
 
-    @property
+    @cached_property
     def in_space(self) -> bool:
         return len(self.rows) > 1
 
@@ -52,6 +52,20 @@ class Part:
         """Return N."""
         loads = self.base * z[self.normals]
         return float(np.linalg.norm(loads)) if self.norm else float(np.abs(loads).sum())
+
+
+@dataclass(frozen=True)
+class PartTable:
+    """Rows of all parts (`first` and `last`, the same on a line), and their normals with `base`, from `starts` on."""
+
+    first: Places
+    last: Places
+    normals: Places
+    starts: Places
+    base: Floats
+    rests: Flags
+    enough: Flags
+    norm: Flags
 
 
 @dataclass(frozen=True)
@@ -84,6 +98,43 @@ class Scaled:
         flags = np.zeros(self.count, dtype=bool)
         flags[self.both] = True
         return flags
+
+    @cached_property
+    def table(self) -> PartTable:
+        """All parts at once."""
+        starts = np.cumsum([0, *(len(p.normals) for p in self.parts)])[:-1]
+        return PartTable(
+            np.array([p.rows[0] for p in self.parts], dtype=np.intp),
+            np.array([p.rows[-1] for p in self.parts], dtype=np.intp),
+            np.concatenate([np.zeros(0, dtype=np.intp), *(p.normals for p in self.parts)]),
+            starts.astype(np.intp),
+            np.concatenate([np.zeros(0), *(p.base for p in self.parts)]),
+            np.array([p.rests for p in self.parts], dtype=bool),
+            np.array([p.enough for p in self.parts], dtype=bool),
+            np.array([p.norm for p in self.parts], dtype=bool),
+        )
+
+    def touching(self, sides: Places) -> Flags:
+        """Return (p) which parts anything presses: a closed contact, or a joint's reaction."""
+        normals, table = self.table.normals, self.table
+        if not len(table.first):
+            return np.zeros(0, dtype=bool)
+        pressing = self.two_sided[normals] | (sides[normals] > 0)
+        return np.asarray(np.logical_or.reduceat(pressing, table.starts), dtype=bool)
+
+    def pressed(self, z: Floats) -> Floats:
+        """Return N (p) of all parts."""
+        table = self.table
+        if not len(table.first):
+            return np.zeros(0)
+        loads = np.abs(table.base * z[table.normals])
+        lengths = np.sqrt(np.add.reduceat(loads * loads, table.starts))
+        return np.where(table.norm, lengths, np.add.reduceat(loads, table.starts))
+
+    def rubbing(self, z: Floats) -> Floats:
+        """Return (p) how large the friction of all parts is."""
+        first, last = self.table.first, self.table.last
+        return np.where(first == last, np.abs(z[first]), np.hypot(z[first], z[last]))
 
     @cached_property
     def norms(self) -> Floats:
@@ -153,7 +204,3 @@ class Modes:
 
     def copy(self) -> Modes:
         return Modes(self.sides.copy(), self.slips.copy(), self.directions.copy())
-
-    def touching(self, part: Part, both: Flags) -> bool:
-        """Return whether anything presses the part: a closed contact, or a joint's reaction (`both`, m)."""
-        return bool((both[part.normals] | (self.sides[part.normals] > 0)).any())

@@ -8,7 +8,7 @@ import numpy as np
 
 from multibody_sym.dynamics.laws.judgement import labelled, slipping
 from multibody_sym.dynamics.laws.mode_solve import Trial, solve_mode
-from multibody_sym.dynamics.laws.problem import Drift, Found, LawMode, LawProblem, LawState, Verdict
+from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS, Drift, Found, LawMode, LawProblem, LawState, Verdict
 from multibody_sym.dynamics.laws.scaled import Flags, Modes, Scaled, scaled
 from multibody_sym.dynamics.laws.states import Near, States, same
 from multibody_sym.dynamics.laws.ties import rate_problem, tied, with_rates
@@ -31,7 +31,7 @@ def find(
     slip. `drift` gives rates, which decide where two modes fit at the limit.
     """
     search = _Search(scaled(problem), every, drift)
-    ends = search.run(_near(search.problem, previous))
+    ends = search.run(_begin(search.problem, previous))
     told = tuple(search.told(end) for end in ends)
     free = np.flatnonzero(np.any([end.labels.moving for end in ends], axis=0)) if ends else ()
     verdict: Verdict = "none" if not told else "one" if len(told) == 1 and not len(free) else "several"
@@ -63,9 +63,9 @@ class _Search:
         self.exact = every or drift is not None
         self.states = States(problem, every)
 
-    def run(self, near: Near | None) -> list[_End]:
+    def run(self, near: list[Near]) -> list[_End]:
         """Return the states, from those with static coefficients on to those in which no more parts slip."""
-        waiting: list[tuple[frozenset[int], Near | None]] = [(frozenset(), near)]
+        waiting: list[tuple[frozenset[int], list[Near]]] = [(frozenset(), near)]
         begun, ends = set[frozenset[int]](), list[_End]()
         while waiting:
             kinetic, near = waiting.pop(0)
@@ -77,7 +77,7 @@ class _Search:
                 slips = slipping(self.problem, labels.mode)
                 new = {k for k in slips - kinetic if self.problem.parts[k].kinetic != self.problem.parts[k].static}
                 if new:
-                    waiting.append((kinetic | new, Near(labels.mode)))
+                    waiting.append((kinetic | new, [Near(trial.mode), Near(labels.mode)]))
                 else:
                     self._end(ends, _End(trial, labels, kinetic | slips))
         return ends
@@ -107,7 +107,7 @@ class _Search:
             return _Labels(mode, limit.rows(self.problem), unsure, moving)
         state = self._state(trial, mode, kinetic)
         rates = rate_problem(self.problem, trial, mode, limit, self.drift(state) / self.problem.lengths)
-        ends = _Search(rates.problem, every=True).run(None)
+        ends = _Search(rates.problem, every=True).run([])
         if len(ends) != 1:
             return _Labels(mode, limit.rows(self.problem), unsure, moving)
         (end,) = ends
@@ -118,8 +118,6 @@ class _Search:
 
     def told(self, end: _End) -> LawState:
         state = self._state(end.trial, end.labels.mode, end.kinetic)
-        carrying = np.zeros(self.problem.count, dtype=bool)
-        carrying[end.trial.columns] = end.trial.z[end.trial.columns] != 0.0
         return LawState(
             state.mode,
             state.x,
@@ -128,14 +126,12 @@ class _Search:
             end.kinetic,
             tuple(int(k) for k in np.flatnonzero(end.labels.unsure)),
             end.labels.at_limit,
-            tuple(int(k) for k in np.flatnonzero(carrying)),
+            _told(end.trial.mode),
         )
 
     def _state(self, trial: Trial, mode: Modes, kinetic: frozenset[int]) -> LawState:
         """Return a state in the units of the problem."""
-        directions = tuple((float(d[0]), float(d[1])) if d.any() else None for d in mode.directions)
-        told = LawMode(tuple(int(k) for k in mode.sides), tuple(int(k) for k in mode.slips), directions)
-        return LawState(told, trial.x, trial.z / self.problem.sizes, trial.a * self.problem.lengths, kinetic)
+        return LawState(_told(mode), trial.x, trial.z / self.problem.sizes, trial.a * self.problem.lengths, kinetic)
 
     def words(self, verdict: Verdict) -> str:
         """Return what was searched."""
@@ -148,19 +144,22 @@ class _Search:
         return found.get(verdict, "several states found, others not searched")
 
 
-def _near(problem: Scaled, previous: LawState | LawMode | None) -> Near | None:
+def _told(mode: Modes) -> LawMode:
+    directions = tuple((float(d[0]), float(d[1])) if d.any() else None for d in mode.directions)
+    return LawMode(tuple(int(k) for k in mode.sides), tuple(int(k) for k in mode.slips), directions)
+
+
+def _begin(problem: Scaled, previous: LawState | LawMode | None) -> list[Near]:
     """Return where to begin."""
+    if isinstance(previous, LawState):
+        return [*_begin(problem, previous.carrying), *_begin(problem, previous.mode)]
     if previous is None:
-        return None
-    mode = previous.mode if isinstance(previous, LawState) else previous
-    sides, slips = np.array(mode.sides, dtype=np.intp), np.array(mode.slips, dtype=np.intp)
-    directions = np.array([d or (0.0, 0.0) for d in mode.directions], dtype=float).reshape(len(slips), 2)
+        return []
+    sides, slips = np.array(previous.sides, dtype=np.intp), np.array(previous.slips, dtype=np.intp)
+    directions = np.array([d or (0.0, 0.0) for d in previous.directions], dtype=float).reshape(len(slips), 2)
     for part in problem.parts:
         if not part.rests:
-            slips[part.number] = 2 if part.in_space else int(np.sign(part.velocity[0]))
-    carrying = None
-    if isinstance(previous, LawState):
-        carrying = np.zeros(problem.count, dtype=bool)
-        carrying[list(previous.carrying)] = True
-        carrying[problem.kinematic] = carrying[problem.defining] = True
-    return Near(Modes(sides, slips, directions), carrying)
+            slips[part.number] = IN_SPACE if part.in_space else int(np.sign(part.velocity[0]))
+        elif part.in_space and slips[part.number] and not directions[part.number].any():
+            slips[part.number] = STICKS
+    return [Near(Modes(sides, slips, directions))]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 from typing import Final
@@ -28,10 +28,11 @@ PASSES: Final = 30
 
 @dataclass(frozen=True)
 class Near:
-    """A mode that may hold, and the rows (m) that carry force in it."""
+    """A mode that may hold, the rows (m) that carry force in it, and how many flips are worth a try."""
 
     mode: Modes
     carrying: Flags | None = None
+    flips: int = FLIPS
 
 
 class States:
@@ -45,10 +46,11 @@ class States:
     def small(self) -> Reduced:
         return reduced(self.problem)
 
-    def at(self, mu: Floats, near: Near | None) -> list[Trial]:
+    def at(self, mu: Floats, near: list[Near]) -> list[Trial]:
         """Return the distinct states with these coefficients, or one of them."""
         found = list[Trial]()
-        one = self._locally(mu, near) if near is not None else None
+        modes = [replace(place, flips=0) for place in near[:-1]] + near[-1:]
+        one = next((trial for place in modes if (trial := self._locally(mu, place)) is not None), None)
         contradicts = False
         if one is None:
             one, contradicts = self._proposed(mu)
@@ -117,7 +119,7 @@ class States:
     def _locally(self, mu: Floats, near: Near) -> Trial | None:
         """Return a state in a mode, or in one that few flips lead to."""
         mode, carrying, seen = near.mode, near.carrying, set[bytes]()
-        for _ in range(FLIPS + 1):
+        for _ in range(near.flips + 1):
             trial = solve_mode(self.problem, mode, mu, carrying)
             if fulfils(self.problem, trial):
                 return trial
@@ -126,7 +128,7 @@ class States:
                 if fulfils(self.problem, trial):
                     return trial
             broken = sorted(violations(self.problem, trial), key=lambda v: -v.by) if np.isfinite(trial.z).all() else []
-            if trial.idle.shape[1] and holds_equations(self.problem, trial):
+            if near.flips and trial.idle.shape[1] and holds_equations(self.problem, trial):
                 other = admissible(self.problem, trial)
                 if other is not None and fulfils(self.problem, other):
                     return other

@@ -42,16 +42,13 @@ def tied(problem: Scaled, trial: Trial, mode: Modes, unsure: Flags) -> Ties:
     gap = gap_tolerance(problem, trial.x, trial.z, TIED)
     closed = problem.unilateral[mode.sides[problem.unilateral] > 0]
     still = (np.abs(trial.z[closed]) <= force) & (np.abs(trial.a[closed]) <= gap[closed]) & ~unsure[closed]
-    stuck, parts = sticking(problem, mode, trial.mu), list[int]()
-    for part in problem.parts:
-        own = np.concatenate([part.rows, part.normals])
-        if not stuck[part.rows[0]] or part.enough or unsure[own].any():
-            continue
-        bound = trial.mu[part.number] * part.pressed(trial.z)
-        size = float(np.linalg.norm(trial.z[part.rows]))
-        if bound > force and abs(size - bound) <= 10.0 * TIED * max(size, bound) + force:
-            parts.append(part.number)
-    return Ties(tuple(int(k) for k in closed[still]), tuple(parts))
+    table = problem.table
+    stuck = sticking(problem, mode, trial.mu)[table.first] & ~table.enough & ~unsure[table.first] & ~unsure[table.last]
+    bound, size = trial.mu * problem.pressed(trial.z), problem.rubbing(trial.z)
+    limit = np.abs(size - bound) <= 10.0 * TIED * np.maximum(size, bound) + force
+    parts = np.flatnonzero(stuck & (bound > force) & limit)
+    known = [int(k) for k in parts if not unsure[problem.parts[k].normals].any()]
+    return Ties(tuple(int(k) for k in closed[still]), tuple(known))
 
 
 @dataclass(frozen=True)
@@ -101,7 +98,7 @@ class _Rates:
         """Let a part slide with its normals, hold it, or leave its friction to be found."""
         z, slip = self.trial.z, int(self.mode.slips[part.number])
         mu = self.trial.mu[part.number]
-        if not mu or not self.mode.touching(part, self.problem.two_sided):
+        if not mu or not self.problem.touching(self.mode.sides)[part.number]:
             return
         if slip != STICKS:
             moving = part.moving if not part.rests else self._begun(part, slip)

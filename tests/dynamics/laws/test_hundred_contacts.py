@@ -1,0 +1,42 @@
+"""A wall of bricks, and a row of blocks with strings: 100 contact points in one state, by its inequalities."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from laws import broken, train, wall
+
+from multibody_sym.dynamics.laws.problem import LawProblem
+from multibody_sym.dynamics.laws.search import find
+
+CASES = [(wall, 5.0, 0), (wall, 14.0, 2), (train, 70.0, 0), (train, 101.0, 0), (train, 200.0, 100)]
+
+
+@pytest.mark.parametrize(("make", "load", "slipping"), CASES)
+def test_a_state_of_a_hundred_contacts(make: Callable[[float], LawProblem], load: float, slipping: int) -> None:
+    found = find(make(load))
+    assert (len(found.states), found.proved) == (1, False)
+    (state,) = found.states
+    assert broken(make(load), state) < 1e-10
+    assert sum(slip != 0 for slip in state.mode.slips) == slipping
+    near = find(make(load * 1.0001), state, every=False).states[0]
+    assert broken(make(load * 1.0001), near) < 1e-10
+    assert near.mode.slips == state.mode.slips
+
+
+def test_a_row_of_blocks_moves_when_all_of_them_slip() -> None:
+    """50 blocks of 1 kg hold 50 * 0.3 * 9.81 N = 147.15 N; then they have the kinetic coefficient 0.24."""
+    asked = train(147.15 * (1 + 1e-9))
+    (state,) = find(asked).states
+    udot = state.x[::3] + np.append(np.zeros(49), 147.15 * (1 + 1e-9))
+    assert udot == pytest.approx(np.full(50, 147.15 / 50 - 0.24 * 9.81), rel=1e-6)
+    assert not find(train(147.15 * (1 - 1e-9))).states[0].mode.slips[99]
+
+
+def test_tensions_between_blocks_that_all_rest_are_not_told() -> None:
+    (state,) = find(train(20.0)).states
+    strings = range(200, 249)
+    assert set(strings) <= set(state.not_unique)
+    assert all(state.mode.sides[k] for k in strings), "taut before slack"
