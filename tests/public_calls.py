@@ -121,7 +121,7 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
     "Stabilisation": {"baumgarte": {"alpha": 1}, "projection": None, "index_2": None},
     "Surface": {
         "sphere": 1, "disc": None, "axis": "z", "centre": [0, 0, 0], "plane": None, "normal": "z", "between": None,
-        "segment": None, "point": None, "inside": False,
+        "segment": None, "point": None, "inside": False, "revolution": None,
     },
     "Table": {"table": [[0, 0], [1, 1]], "of": "t", "interpolation": "linear", "dimension": "N"},
     "Torque": {"value": 1, "joint": "A", "freedom": "x", "on": None, "frame": "b"},

@@ -17,10 +17,23 @@ from functools import singledispatch
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import acceleration, position, velocity
 from multibody_sym.kinematics.relative import angular_acceleration, angular_velocity, direction
-from multibody_sym.model.mechanism.contact_rows import ContactRow, Face, Flat, Rim, Round, Skin
+from multibody_sym.model.mechanism.contact_rows import LOCAL, ContactRow, Face, Flat, Level, Rim, Round, Skin
 from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.mass import IDENTITY
 from multibody_sym.scalars.functions import sqrt
-from multibody_sym.scalars.vectors import S, Vec, add, cross, dot, negate, scale, subtract
+from multibody_sym.scalars.vectors import (
+    S,
+    Vec,
+    add,
+    apply,
+    combination,
+    cross,
+    dot,
+    negate,
+    scale,
+    subtract,
+    symmetric,
+)
 
 _X: Vec = (1, 0, 0)
 _Z: Vec = (0, 0, 1)
@@ -65,7 +78,7 @@ class _Facing:
 
 def touch(skins: tuple[Skin, Skin], motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Touch:
     """Return where and how two skins touch; `bias` holds the bodies' accelerations for udot = 0."""
-    if isinstance(skins[0], Flat):
+    if isinstance(skins[0], (Flat, Level)):
         found = _centre_on((skins[1], skins[0]), motion, bias)
         return replace(
             found,
@@ -124,6 +137,23 @@ def _(skin: Round, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) ->
     n = scale(sense / length, apart)
     across = subtract(apart_rate, scale(dot(n, apart_rate), n))
     return _Facing(Direction(n, scale(sense / length, across)), sense * length - _radius(skin, motion))
+
+
+@_facing.register
+def _(skin: Level, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
+    """The height F/|grad F| is the distance near the surface, and its rate along n there."""
+    w = angular_velocity(motion, skin.place.body)
+    axes = [direction(motion, skin.place, axis) for axis in IDENTITY]
+    carried = subtract(apart_rate, cross(w, apart))
+    local = [dot(axis, apart) for axis in axes]
+    known = dict(zip(LOCAL, local, strict=True))
+    function, gx, gy, gz, *second = motion.state.values([skin.function, *skin.gradient, *skin.second], known)
+    size = sqrt(gx * gx + gy * gy + gz * gz)
+    n = scale(1 / size, (gx, gy, gz))
+    bending = apply(symmetric(second), [dot(axis, carried) for axis in axes])
+    turning = scale(1 / size, subtract(bending, scale(dot(n, bending), n)))
+    normal = combination(axes, n)
+    return _Facing(Direction(normal, add(cross(w, normal), combination(axes, turning))), function / size)
 
 
 @singledispatch

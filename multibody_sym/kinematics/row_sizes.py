@@ -20,9 +20,10 @@ from multibody_sym.kinematics.motion import BodyMotion, Motion, coordinate_rates
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import RowMotion
-from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Rim, Round, Skin
+from multibody_sym.model.mechanism.contact_rows import LOCAL, ContactRow, Flat, Level, Rim, Round, Skin
 from multibody_sym.model.mechanism.force_rows import ReactionRow
 from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.mass import IDENTITY
 from multibody_sym.model.mechanism.mechanism import TIME
 from multibody_sym.model.mechanism.rows import (
     AngleRow,
@@ -159,8 +160,20 @@ def _turning(row: ContactRow, motion: Motion, first: Terms, second: Terms) -> tu
     if flats:
         return flats[0].W, (first.W + second.W) * max(_steepness(row, motion), 1.0)
     length = float(span(motion, (row.skins[0].place, row.skins[1].place))[0])
-    turning = first.W + second.W + (first.V + second.V) / length
+    bending = max(1 / length, *(_bending(skin, motion, row) for skin in row.skins))
+    turning = first.W + second.W + (first.V + second.V + (first.W + second.W) * length) * bending
     return turning, turning
+
+
+def _bending(skin: Skin, motion: Motion, row: ContactRow) -> float:
+    """Return how much the normal of a smooth surface turns along a metre, at most, where a row's point is."""
+    if not isinstance(skin, Level):
+        return 0.0
+    point = row.skins[0] if row.skins[1] is skin else row.skins[1]
+    apart = subtract(position(motion, point.place), position(motion, skin.place))
+    known = {leaf: dot(direction(motion, skin.place, axis), apart) for leaf, axis in zip(LOCAL, IDENTITY, strict=True)}
+    gx, gy, gz, *second = motion.state.values([*skin.gradient, *skin.second], known)
+    return 2.0 * hypot(*second) / hypot(gx, gy, gz)
 
 
 def _steepness(row: ContactRow, motion: Motion) -> float:

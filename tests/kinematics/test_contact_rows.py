@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import sympy
 from exact import Exact
 from mechanisms import Case
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.kinematics.contacts import reach
-from multibody_sym.kinematics.motion import coordinate_rates
+from multibody_sym.kinematics.motion import coordinate_rates, motion_of
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.row_sizes import row_terms
 from multibody_sym.kinematics.rows import row_motions
+from multibody_sym.kinematics.state import state_of
 from multibody_sym.kinematics.wrenches import generalized_forces
 from multibody_sym.model.mechanism.contact_rows import Flat, Rim, TurningRow
 from multibody_sym.model.mechanism.markers import Marker
@@ -30,6 +32,7 @@ PLANE = {
     "ball": {"sphere": 0.2, "centre": [-0.1, 0.2, 0]},
     "drum": {"disc": 2.5, "centre": [0.1, 0, 0], "inside": True},
     "corner": {"point": [0.2, -0.3, 0]},
+    "track": {"revolution": "0.4*s^2 - 0.3*s^3 + 0.1", "centre": [0.2, 0.1, 0], "axis": [0.6, 0.8, 0]},
 }
 SPACE = {
     "face": {"plane": [0.1, -0.2, 0.3], "normal": [0.6, 0.0, 0.8]},
@@ -37,6 +40,8 @@ SPACE = {
     "ball": {"sphere": 0.2, "centre": [-0.1, 0.2, 0.3]},
     "bowl": {"sphere": 2.5, "centre": [0.1, 0, 0.2], "inside": True},
     "corner": {"point": [0.2, -0.3, 0.1]},
+    "vase": {"revolution": "0.4*s^2 - 0.3*s^3 + 0.1", "centre": [0.2, 0.1, 0.3], "axis": "y"},
+    "cone": {"revolution": "0.7*s", "centre": [0.2, 0.1, 0.3], "axis": [0.6, 0, 0.8]},
 }
 FLAT_PAIRS = [
     ("corner", "face"), ("face", "corner"), ("rim", "face"), ("face", "ball"), ("rim", "rim"), ("ball", "corner"),
@@ -46,6 +51,7 @@ SPACE_PAIRS = [
     ("corner", "face"), ("face", "corner"), ("rim", "face"), ("face", "rim"), ("ball", "face"), ("ball", "ball"),
     ("corner", "ball"), ("ball", "bowl"), ("bowl", "corner"),
 ]
+SMOOTH = [("corner", "track", True), ("track", "corner", True), ("corner", "vase", False), ("cone", "corner", False)]
 PAIRS = [(*pair, True) for pair in FLAT_PAIRS] + [(*pair, False) for pair in SPACE_PAIRS]
 
 
@@ -56,7 +62,7 @@ def case(first: str, second: str, flat: bool) -> Case:
     body = mbs.Body(mass=1, inertia=moments, surfaces=surfaces)
     joint = mbs.Planar if flat else mbs.Free
     hinge = mbs.Revolute("cart", "b", axis="z") if flat else mbs.Spherical("cart", "b")
-    round_ones = {first, second} - {"corner", "face"}
+    round_ones = {first, second} - {"corner", "face", "track", "vase", "cone"}
     system = mbs.System(
         "pair",
         bodies={"a": body, "cart": mbs.Body(mass=1, inertia=moments), "b": body},
@@ -82,10 +88,27 @@ def some_state(found: Case, seed: int) -> tuple[float, list[float], list[float]]
     return 0.0, [float(x) for x in q], [float(x) for x in u]
 
 
-@pytest.mark.parametrize(("first", "second", "flat"), PAIRS)
+def on_surface(found: Case, state: tuple[float, list[float], list[float]]) -> tuple[float, list[float], list[float]]:
+    """Return a state in which the first body is moved onto the second: what touches a smooth surface is a point."""
+    t, q, u = state
+    for _ in range(50):
+        motion = found.motion(t, q, u)
+        row = row_motions(motion)[0]
+        if abs(row.phi) < 1e-14:
+            break
+        n = np.array(motion.rotation(0)) @ np.array(row.of_body[0][0])
+        places = found.mechanism.bodies[0].q
+        for k in range(2 if len(places) == 3 else 3):
+            q = [x - row.phi * n[k] if i == places[k] else x for i, x in enumerate(q)]
+    return t, q, u
+
+
+@pytest.mark.parametrize(("first", "second", "flat"), [*PAIRS, *SMOOTH])
 def test_rows_against_the_derivatives_of_gap_and_slip(first: str, second: str, flat: bool) -> None:
     found = case(first, second, flat)
     state = some_state(found, 3)
+    if (first, second, flat) in SMOOTH:
+        state = on_surface(found, state)
     exact = Exact(found)
     symbolic = row_motions(exact.motion)
     numbers = row_motions(found.motion(*state))
@@ -101,7 +124,7 @@ def test_rows_against_the_derivatives_of_gap_and_slip(first: str, second: str, f
         assert row.gamma == pytest.approx(gamma, rel=1e-9, abs=1e-11)
 
 
-@pytest.mark.parametrize(("first", "second", "flat"), PAIRS)
+@pytest.mark.parametrize(("first", "second", "flat"), [*PAIRS, *SMOOTH])
 def test_h_is_the_power_of_the_wrenches_and_terms_bound_gamma(first: str, second: str, flat: bool) -> None:
     found = case(first, second, flat)
     motion = found.motion(*some_state(found, 5))
@@ -203,3 +226,37 @@ def test_a_point_beyond_the_end_of_a_face_is_out_of_reach() -> None:
     row = resolved.one_way[0].normals[0]
     assert reach(row, here.motion(0.0, [1.5, 0.0], [0.0, 0.0])) == pytest.approx([2.5, 0.5])
     assert reach(row, here.motion(0.0, [-1.25, 7.0], [0.0, 0.0])) == pytest.approx([-0.25, 3.25])
+
+
+def test_a_bead_on_a_parabola_and_in_a_bowl() -> None:
+    """On y = k x^2 the normal is (-2 k x, 1)/sqrt(1 + 4 k^2 x^2), and n . a = 2 k v_x^2 / sqrt(..)."""
+    ground = mbs.Body(surfaces={"bowl": mbs.Surface(revolution="0.5*k*s^2", axis="y")})
+    for dimension, joint in ((2, "xy"), (3, "xyz")):
+        system = mbs.System(
+            "bead",
+            bodies={"ground": ground, "p": mbs.Body(1)},
+            parameters={"k": 3},
+            joints={"J": mbs.PointJoint("ground", "p", axes=joint)},
+            contacts={"c": mbs.Contact(["p", "ground.bowl"], static=0.1)},
+        )
+        assert mbs.loads(mbs.dumps(system)) == system
+        stuck = in_mode(mechanism(system), Mode({"c": 1}))
+        found = Case(0, system, stuck, parameter_values(stuck, {}))
+        (normal, *_) = row_motions(found.motion(0.0, [0.4, 0.24, 0.0][:dimension], [0.7, 0.84, 0.0][:dimension]))
+        size = np.hypot(1.2, 1.0)
+        assert normal.phi == pytest.approx(0.0, abs=1e-15)
+        assert normal.phidot == pytest.approx(0.0, abs=1e-15)
+        np.testing.assert_allclose(normal.jacobian, [-1.2 / size, 1 / size, 0.0][:dimension], atol=1e-15)
+        assert normal.gamma == pytest.approx(3 * 0.49 / size, rel=1e-13)
+
+
+@pytest.mark.parametrize(("first", "second", "flat"), [PAIRS[2], PAIRS[7], PAIRS[14], SMOOTH[0]])
+def test_rows_over_sympy_are_those_over_floats(first: str, second: str, flat: bool) -> None:
+    found = case(first, second, flat)
+    t, q, u = some_state(found, 13)
+    given = ([sympy.Float(x, 20) for x in part] for part in (q, u, found.parameters))
+    state = state_of(found.mechanism, sympy.Expr, sympy.Integer(0), *given)
+    numbers = row_motions(found.motion(t, q, u))
+    for over, row in zip(row_motions(motion_of(found.mechanism, state)), numbers, strict=True):
+        assert float(over.gamma) == pytest.approx(row.gamma, rel=1e-11, abs=1e-11)
+        assert [float(x) for x in over.jacobian] == pytest.approx(row.jacobian, abs=1e-12)

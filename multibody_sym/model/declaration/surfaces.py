@@ -3,20 +3,45 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 from multibody_sym.errors import ModelError
+from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.fields import Element, ListOf, holds
-from multibody_sym.model.declaration.values import Direction, Flag, Point, Scalar, Vector
-from multibody_sym.scalars.node import Node
+from multibody_sym.model.declaration.values import Direction, Flag, Point, Scalar, Vector, scalar
+from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.node import Node, quantity, symbol
 
-_KINDS: Final = ("sphere", "disc", "plane", "segment", "point")
+_KINDS: Final = ("sphere", "disc", "plane", "segment", "point", "revolution")
+FROM_AXIS: Final = quantity("distance from the axis", ())
+"""What stands for `s` in profiles: no parameter, though one may have that name."""
+_S: Final = symbol("s")
+
+
+@dataclass(frozen=True)
+class ProfileField:
+    """A height along an axis as an expression of parameters and of `s`, the distance from the axis."""
+
+    unit: str = "m"
+
+    def accept(self, value: Any) -> Node:
+        return _exchanged(scalar(value, self.unit), _S, FROM_AXIS)
+
+    def tree(self, value: Node) -> str:
+        return text(_exchanged(value, FROM_AXIS, _S))
+
+
+def _exchanged(node: Node, old: Node, new: Node) -> Node:
+    found: Node = evaluate([node], lambda leaf: new if leaf is old else leaf)[0]
+    return found
 
 
 @dataclass(frozen=True, kw_only=True)
 class Surface(Element):
     """A surface of a body, in body axes: a ball, the sharp rim of a disc about `axis`, a plane, a segment, a point.
 
+    `revolution`, such as `0.5*s^2`, is the height along `axis` over `centre` of a surface that is round about the axis,
+    at the distance s from it; points lie on it. In a plane model s is the way along x if the axis is y, of any sign.
     Balls and discs have their centre at `centre`; what touches them `inside` is in a bowl or a drum. A plane goes
     through a place and has a `normal`, which points away from the body; in a plane model it may end at the two places
     `between`. A segment, a thin bar, leads from place to place.
@@ -32,10 +57,11 @@ class Surface(Element):
     segment: tuple[Point, ...] | None = holds(ListOf(Vector("m"), 2, 2), None)
     point: Point | None = holds(Vector("m"), None)
     inside: bool = holds(Flag(), False)
+    revolution: Node | None = holds(ProfileField(), None)
 
     @property
     def kind(self) -> str:
-        """Which of the kinds it is: sphere, disc, plane, segment or point."""
+        """Which of the kinds it is: sphere, disc, plane, segment, point or revolution."""
         return next(kind for kind in _KINDS if getattr(self, kind) is not None)
 
     @property
@@ -47,8 +73,8 @@ class Surface(Element):
 
     def verify(self) -> None:
         if sum(getattr(self, kind) is not None for kind in _KINDS) != 1:
-            wanted = "sphere: radius, disc: radius, plane: [x, y, z], segment: [p, q], point: [x, y, z]"
-            raise ModelError(f"a surface is one of {wanted}")
+            places = "plane: [x, y, z], segment: [p, q], point: [x, y, z]"
+            raise ModelError(f"a surface is one of sphere: radius, disc: radius, {places}, revolution: height")
         if self.inside and self.sphere is None and self.disc is None:
             raise ModelError("a sphere or a disc may be touched from inside, nothing else").under("inside")
         if self.between is not None and self.plane is None:

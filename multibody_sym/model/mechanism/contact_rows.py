@@ -1,19 +1,19 @@
 """Rows of contacts: what of two bodies touches, and along which directions they push, rub and roll.
 
 Every contact is one of a centre with a radius (zero: a point; hollow: a drum, a bowl) or the rim of a disc with a
-plane, a centre with a radius or a bar. How they move is in `kinematics/contacts.py`.
+plane, a centre with a radius or, if it is a point, a smooth surface. How they move is in `kinematics/contacts.py`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import ClassVar, Final, Literal
 
 from multibody_sym.model.declaration.steps import is_upright
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.rows import Multiplier, WithoutLine
-from multibody_sym.scalars.node import ZERO, Node
+from multibody_sym.scalars.node import ZERO, Node, slot
 
 
 @dataclass(frozen=True)
@@ -57,6 +57,22 @@ class Flat(Skin):
     normal: Point
     ends: tuple[Marker, Marker] | None = None
     beside: tuple[Face, ...] = ()
+
+
+LOCAL: Final = (slot("local", 0), slot("local", 1), slot("local", 2))
+"""What stands for the coordinates of a point in a body's axes, from a place of it."""
+
+
+@dataclass(frozen=True)
+class Level(Skin):
+    """A smooth surface where a `function` of the `LOCAL` coordinates is zero; it is positive outside, in m.
+
+    With its `gradient`, and its second derivatives xx, yy, zz, xy, xz, yz.
+    """
+
+    function: Node
+    gradient: Point
+    second: tuple[Node, ...]
 
 
 ContactDirection = Literal["normal", "t1", "t2", "roll1", "roll2"]

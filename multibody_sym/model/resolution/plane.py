@@ -75,6 +75,8 @@ def _vectors(body: Body) -> Iterator[Point]:
         yield from (*(surface.between or ()), *(surface.segment or ()))
         if surface.point is not None:
             yield surface.point
+        if surface.revolution is not None:
+            yield surface.axis
     if body.motion is not None:
         yield body.motion.x, body.motion.y, body.motion.z
 

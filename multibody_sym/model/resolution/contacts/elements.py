@@ -17,6 +17,7 @@ from multibody_sym.model.mechanism.contact_rows import (
     ContactDirection,
     ContactRow,
     Flat,
+    Level,
     Rim,
     Round,
     Skin,
@@ -255,6 +256,8 @@ def _is_point(skin: Skin) -> bool:
 def _may_touch(a: Skin, b: Skin) -> bool:
     """Return whether two skins have a normal between them, and one place where they touch."""
     flats, hollow = (isinstance(a, Flat), isinstance(b, Flat)), [isinstance(x, Round) and x.inside for x in (a, b)]
+    if isinstance(a, Level) or isinstance(b, Level):
+        return _is_point(a) or _is_point(b)
     if any(flats):
         return not all(flats) and not any(hollow)
     if isinstance(a, Rim) or isinstance(b, Rim):
@@ -271,6 +274,8 @@ def _cannot_touch(a: Skin, b: Skin, both: str) -> ModelError:
         )
     if isinstance(a, Rim) or isinstance(b, Rim):
         return ModelError(f"{both}: in space the rim of a disc touches planes only; name a plane, or give it a sphere")
+    if isinstance(a, Level) or isinstance(b, Level):
+        return ModelError(f"{both}: points lie on a surface of revolution, nothing else does; name a point")
     if _is_point(a) and _is_point(b):
         return ModelError(
             f"{both} are points, and between points there is no normal; give one of them a surface, such as "

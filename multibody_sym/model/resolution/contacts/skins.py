@@ -13,14 +13,15 @@ from typing import Final
 from multibody_sym.errors import ModelError, suggestion
 from multibody_sym.model.declaration.bodies import Body, Shape
 from multibody_sym.model.declaration.steps import is_upright
-from multibody_sym.model.declaration.surfaces import Surface
+from multibody_sym.model.declaration.surfaces import FROM_AXIS, Surface
 from multibody_sym.model.declaration.values import Point
-from multibody_sym.model.mechanism.contact_rows import Face, Flat, Rim, Round, Skin
+from multibody_sym.model.mechanism.contact_rows import LOCAL, Face, Flat, Level, Rim, Round, Skin
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import ORIGIN, OWN_POINTS, Pose, unit_vector
 from multibody_sym.model.resolution.references import BARE, References
 from multibody_sym.model.resolution.spanning_tree import body_part
-from multibody_sym.scalars.functions import sqrt
+from multibody_sym.scalars.derivatives import derivative
+from multibody_sym.scalars.functions import evaluate, sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, negate
 from multibody_sym.scalars.vectors import add, cross, dot, scale, subtract
 from multibody_sym.scalars.vectors import negate as opposite
@@ -100,12 +101,28 @@ def _of_surface(place: _Place, surface: Surface) -> Solid:
     if surface.point is not None:
         return Solid((("", Round(place.at(surface.point))),))
     centre = place.at(surface.centre)
+    if surface.revolution is not None:
+        return Solid((("", _level(centre, surface.revolution, unit_vector(surface.axis), flat=place.flat)),))
     if surface.sphere is not None or place.flat:
         return Solid((("", Round(centre, surface.radius, surface.inside)),))
     if surface.inside:
         message = "is a rim, which in space has no inside; a bowl is {sphere: r, inside: true}"
         raise ModelError(f"{place.name} {message}")
     return Solid((("", Rim(centre, surface.radius, unit_vector(surface.axis))),))
+
+
+def _level(centre: Marker, profile: Node, axis: Point, *, flat: bool) -> Level:
+    """Return the surface of a profile about an axis: the height over it of the LOCAL coordinates is zero there."""
+    height, square = dot(axis, LOCAL), dot(LOCAL, LOCAL)
+    across = [x for x, a in zip(LOCAL, axis, strict=True) if a is ZERO]
+    away = sqrt(dot((*across, ZERO), (*across, ZERO)) if len(across) == 2 else square - height**2)
+    if flat:
+        away = dot(cross(axis, _Z), LOCAL)
+    function: Node = height - evaluate([profile], lambda leaf: away if leaf is FROM_AXIS else leaf)[0]
+    gx, gy, gz = (derivative(function, x) for x in LOCAL)
+    x, y, z = LOCAL
+    second = [derivative(g, leaf) for g, leaf in ((gx, x), (gy, y), (gz, z), (gx, y), (gx, z), (gy, z))]
+    return Level(centre, function, (gx, gy, gz), tuple(second))
 
 
 def _plane(place: _Place, through: Point, normal: Point, between: tuple[Point, ...] | None) -> Solid:
