@@ -15,6 +15,7 @@ from multibody_sym.answers.one_way import Acting, is_active, rubs, slip_of
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.expressions.printer import text
 from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.rows import coefficients
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import in_mode
 from multibody_sym.model.mechanism.one_way import ALONG_VELOCITY, STICKS, FrictionPart, OneWay
@@ -104,8 +105,7 @@ def _friction(acting: Acting, element: OneWay, part: FrictionPart, moves: bool) 
 
 
 def _sticking(acting: Acting, element: OneWay, part: FrictionPart, rows: tuple[str, ...]) -> Inequality:
-    state = acting.instant.motion.state
-    (static,) = state.values([part.static])
+    (static,) = coefficients(acting.instant.motion, part.rows, [part.static])
     limit = static * acting.pressing(element, part)
     forces = acting.friction(part)
     told = f"abs(friction({part.name})) <= static*normal({element.name})"

@@ -46,7 +46,7 @@ def _of_joints(solved: Solved) -> dict[str, Components]:
 def _of_pulleys(solved: Solved) -> dict[str, Components]:
     """Return what holds massless pulleys that stand under no joint."""
     found: dict[str, Components] = {}
-    for name in held_pulleys(solved.mechanism.rows):
+    for name in held_pulleys(solved.mechanism):
 
         def of_pulley(instant: Instant, name: str = name) -> Mapping[str, Any]:
             return instant.pulleys[name]
@@ -90,8 +90,21 @@ def _of_one_way(solved: Solved) -> dict[str, Components]:
         def of_element(instant: Instant, element: OneWay = element) -> Mapping[str, Any]:
             return _forces(Acting(instant), element)
 
-        found[element.name] = solved.values(of_element, _units(solved.mechanism, element))
+        rope = element.normals[0] if element.kind == "rope" else None
+        if isinstance(rope, RopeRow):
+            found.setdefault(rope.told[0], {}).update(_of_rope(solved, rope))
+        else:
+            found[element.name] = solved.values(of_element, _units(solved.mechanism, element))
     return found
+
+
+def _of_rope(solved: Solved, rope: RopeRow) -> Components:
+    """Return the tensions of a run of rope that may slacken, two where it rubs on a wheel."""
+
+    def of_rope(instant: Instant) -> Mapping[str, Any]:
+        return dict(zip(rope.components, (instant.tensions[name] for name in rope.asked), strict=True))
+
+    return solved.values(of_rope, dict.fromkeys(rope.components, "N"))
 
 
 def _forces(acting: Acting, element: OneWay) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from multibody_sym.answers.mode_conditions import inequalities
 from multibody_sym.answers.one_way import Acting, is_active, mode_of, slip_of
 from multibody_sym.answers.solution import Value
 from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.kinematics.rows import coefficients
 from multibody_sym.model.mechanism.mode_words import mode_words
 from multibody_sym.model.mechanism.one_way import ALONG_VELOCITY, STICKS, FrictionPart, OneWay
 from multibody_sym.scalars.functions import sqrt
@@ -80,7 +81,7 @@ def _why(solved: Solved, acting: Acting, element: OneWay, part: FrictionPart, ne
     if part.enough:
         return f": that needs a coefficient of {needed[part.name].told()} or more" if part.name in needed else ""
     forces = [float(x) for x in acting.friction(part)]
-    (static,) = acting.instant.motion.state.values([part.static])
+    (static,) = coefficients(acting.instant.motion, part.rows, [part.static])
     limit = float(static * acting.pressing(element, part))
     size = sum(x * x for x in forces) ** 0.5
     unique = all(_unique(solved, row.name) for row in part.rows)

@@ -86,6 +86,11 @@ def sides(motion: Motion, path: Sequence[Bend]) -> list[S | None]:
     return [None if wheel is None else wheel.side for wheel in wheels]
 
 
+def wheel_at(motion: Motion, path: Sequence[Bend], k: int) -> Wheel | None:
+    """Return the wheel at bend k, None for a point."""
+    return _wheel(motion, path, [position(motion, bend.at) for bend in path], k)
+
+
 def _wheel(motion: Motion, path: Sequence[Bend], centres: Sequence[Vec], k: int) -> Wheel | None:
     """Return the wheel at bend k, None for a point; its centre is inside the bend where no side is given.
 
@@ -146,6 +151,16 @@ def _wrapped(motion: Motion, wheel: Wheel, before: Segment, after: Segment) -> S
         exact = (angle for x, y, angle in known if is_exactly(across, x) and is_exactly(along, y))
         return next(exact, quarter + atan2(-along, across))
     return quarter + atan2(-along, across)
+
+
+def wrap_angle(motion: Motion, row: RopeRow, k: int) -> S:
+    """Return around how much of the wheel at bend k a rope lies, full turns included; 0 at a point."""
+    pieces, _ = segments(motion, row.path, row.straight)
+    wheel = wheel_at(motion, row.path, k)
+    if wheel is None:
+        return 0
+    (turns,) = motion.state.values([2 * row.path[k].turns * PI])
+    return _wrapped(motion, wheel, pieces[k - 1], pieces[k]) + turns
 
 
 # --- what is wound on a wheel ---------------------------------------------------------------------------------------

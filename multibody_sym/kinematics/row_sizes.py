@@ -25,6 +25,7 @@ from multibody_sym.model.mechanism.force_rows import ReactionRow
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import IDENTITY
 from multibody_sym.model.mechanism.mechanism import TIME
+from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.model.mechanism.rows import (
     AngleRow,
     DistanceRow,
@@ -128,6 +129,14 @@ def _(row: RopeRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     radii = map(abs, motion.state.values([bend.radius for bend in gripped]))
     rims = [bodies[bend.at.body].turning * float(radius) for bend, radius in zip(gripped, radii, strict=True)]
     return _of_expression(motion, row.length, holonomic=True) + pieces + sum(rims)
+
+
+@_terms.register
+def _(row: RopeSlipRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+    bend = row.rope.path[row.bend]
+    radius = abs(float(motion.state.values([bend.radius])[0]))
+    rim = bodies[bend.at.body].turning * radius if bend.at.body >= 0 else 0.0
+    return _terms(row.rope, motion, bodies) + rim
 
 
 def _stretching(motion: Motion, bodies: Sequence[Terms], ends: Sequence[Marker]) -> float:

@@ -20,7 +20,7 @@ from multibody_sym.kinematics.joint_forces import part_of_reaction
 from multibody_sym.kinematics.motion import Motion, accelerations, coordinate_rates
 from multibody_sym.kinematics.points import acceleration, position, velocity
 from multibody_sym.kinematics.relative import angular_acceleration, angular_velocity, direction, seen
-from multibody_sym.kinematics.ropes import Segment, segments
+from multibody_sym.kinematics.ropes import Segment, segments, wheel_at, wrap_angle
 from multibody_sym.kinematics.wrenches import (
     Wrench,
     Wrenches,
@@ -32,6 +32,7 @@ from multibody_sym.kinematics.wrenches import (
 from multibody_sym.model.mechanism.contact_rows import ContactRow, TurningRow
 from multibody_sym.model.mechanism.force_rows import ReactionRow
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
+from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.model.mechanism.rows import (
     AngleRow,
     DistanceRow,
@@ -179,10 +180,42 @@ def _(row: RopeRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotio
     return _tension(motion, parts, row.length, length, bias)
 
 
+@row_motion.register
+def _(row: RopeSlipRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+    parts, _ = segments(motion, row.rope.path, row.rope.straight)
+    wheel, k = wheel_at(motion, row.rope.path, row.bend), row.bend
+    parts[k - 1] = replace(parts[k - 1], grips=(parts[k - 1].grips[0], wheel))
+    parts[k] = replace(parts[k], grips=(wheel, parts[k].grips[1]))
+    (half,) = motion.state.values([ONE / 2])
+    pull = _pull(motion, parts, [half if i < k else -half for i in range(len(parts))], bias)
+    jacobian = generalized_forces(motion, pull.of_body)
+    return RowMotion(None, -pull.stretching, jacobian, pull.stretching_rate, pull.of_body)
+
+
 def _tension(
     motion: Motion, parts: Sequence[Segment], wanted: Node, length: S, bias: Sequence[tuple[Vec, Vec]]
 ) -> RowMotion:
-    """Return the row phi = wanted - length of straight segments under one tension.
+    """Return the row phi = wanted - length of straight segments under one tension."""
+    pull, given = _pull(motion, parts, [1] * len(parts), bias), _along_motion(motion, wanted)
+    jacobian = [a + b for a, b in zip(given.jacobian, generalized_forces(motion, pull.of_body), strict=True)]
+    return RowMotion(
+        given.phi - length, given.phidot - pull.stretching, jacobian, given.gamma + pull.stretching_rate, pull.of_body
+    )
+
+
+@dataclass(frozen=True)
+class _Pull:
+    """Segments under tensions: the sum of tension times d(length)/dt, of that times d^2(length)/dt^2, and wrenches."""
+
+    stretching: S
+    stretching_rate: S
+    of_body: list[Wrench]
+
+
+def _pull(
+    motion: Motion, parts: Sequence[Segment], tensions: Sequence[S], bias: Sequence[tuple[Vec, Vec]]
+) -> _Pull:
+    """Return what tensions in straight segments do.
 
     d(length)/dt = sum n . dv;  d^2(length)/dt^2 = sum n . da + (dv^2 - (n . dv)^2) / segment. On a wheel that turns
     with the rope, r omega and r alpha about its axis are added: forces act at the rim.
@@ -190,29 +223,25 @@ def _tension(
     wrenches = Wrenches(len(motion.bodies))
     stretching: S = 0
     stretching_rate: S = 0
-    for part in parts:
+    for part, tension in zip(parts, tensions, strict=True):
         dv = subtract(velocity(motion, part.ends[1]), velocity(motion, part.ends[0]))
         da = subtract(acceleration(motion, part.ends[1], bias), acceleration(motion, part.ends[0], bias))
         along = dot(part.direction, dv)
-        stretching = stretching + along
-        stretching_rate = stretching_rate + dot(part.direction, da)
+        rate, further = along, dot(part.direction, da)
         if not part.steady:
-            stretching_rate = stretching_rate + (dot(dv, dv) - along * along) / part.length
-        for end, factor in enumerate((-1, 1)):
-            wheel, marker = part.grips[end], part.ends[end]
+            further = further + (dot(dv, dv) - along * along) / part.length
+        for end, sense in enumerate((-1, 1)):
+            wheel, marker, force = part.grips[end], part.ends[end], scale(-sense * tension, part.direction)
             if wheel is None:
-                add_force(wrenches, motion, marker, scale(-factor, part.direction))
+                add_force(wrenches, motion, marker, force)
                 continue
-            spin = dot(wheel.axis, angular_velocity(motion, marker.body))
+            rate = rate + sense * wheel.radius * dot(wheel.axis, angular_velocity(motion, marker.body))
             spinning = dot(wheel.axis, angular_acceleration(motion, marker.body, bias))
-            stretching = stretching + factor * wheel.radius * spin
-            stretching_rate = stretching_rate + factor * wheel.radius * spinning
-            add_force_at(wrenches, motion, marker.body, part.touches(motion, end), scale(-factor, part.direction))
-    given = _along_motion(motion, wanted)
-    jacobian = [a + b for a, b in zip(given.jacobian, generalized_forces(motion, wrenches.of_body), strict=True)]
-    return RowMotion(
-        given.phi - length, given.phidot - stretching, jacobian, given.gamma + stretching_rate, wrenches.of_body
-    )
+            further = further + sense * wheel.radius * spinning
+            add_force_at(wrenches, motion, marker.body, part.touches(motion, end), force)
+        stretching = stretching + tension * rate
+        stretching_rate = stretching_rate + tension * further
+    return _Pull(stretching, stretching_rate, wrenches.of_body)
 
 
 @row_motion.register
@@ -280,9 +309,17 @@ def _(row: SlidingRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMo
     return replace(normal, exerts=exerts, of_body=of_body)
 
 
+def coefficients(motion: Motion, rows: Sequence[Row], declared: Sequence[Node]) -> list[S]:
+    """Return coefficients of friction along rows; of a rope over a rough wheel those at its present wrap."""
+    slipping = rows[0]
+    if not isinstance(slipping, RopeSlipRow):
+        return motion.state.values(declared)
+    return motion.state.values(declared, {slipping.wrap: wrap_angle(motion, slipping.rope, slipping.bend)})
+
+
 def friction_factors(sliding: Sliding, along: Sequence[RowMotion], motion: Motion) -> list[S]:
     """Return for a unit normal force the friction along each row: -mu sign(v_t), in space -mu v_t / |v_t|."""
-    (coefficient,) = motion.state.values([sliding.coefficient])
+    (coefficient,) = coefficients(motion, sliding.rows, [sliding.coefficient])
     if len(sliding.rows) == 1:
         return [-sliding.sense * coefficient]
     velocity = [tangent.phidot for tangent in along]

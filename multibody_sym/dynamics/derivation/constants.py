@@ -17,7 +17,7 @@ from multibody_sym.model.declaration.system import with_expressions
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
 from multibody_sym.model.mechanism.parameters import ARRAY
-from multibody_sym.model.mechanism.start_constants import Measure, RopeLength, TangentAngle, TangentDirection
+from multibody_sym.model.mechanism.start_constants import Measure, RopeLength, TangentAngle, TangentDirection, WrapAngle
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node, slot
 from multibody_sym.scalars.traversal import leaves
@@ -90,6 +90,8 @@ def _value(value: float, measure: Measure) -> Label:
 def _meaning(mechanism: Mechanism, measure: Measure) -> str:
     if isinstance(measure, RopeLength):
         return f"how long {measure.row} is at the start" + (", less what turned wheels have wound" * measure.winds)
+    if isinstance(measure, WrapAngle):
+        return f"around how much of its wheel the rope of {measure.row} lies at the start"
     if isinstance(measure, TangentDirection):
         return f"at what angle {measure.row} meets its wheel at the start"
     name_of = {leaf: name for name, leaf in mechanism.symbols.items()}

@@ -28,7 +28,7 @@ from multibody_sym.dynamics.laws.problem import (
 from multibody_sym.kinematics.contacts import reach
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.points import position, velocity
-from multibody_sym.kinematics.rows import RowMotion, row_motions
+from multibody_sym.kinematics.rows import RowMotion, coefficients, row_motions
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.contact_rows import ContactRow
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
@@ -254,7 +254,7 @@ def _rubs(part: FrictionPart) -> bool:
 
 
 def _friction_law(part: FrictionPart, element: OneWay, rows: OneWayRows, found: dict[str, int]) -> FrictionLaw:
-    static, kinetic = (float(x) for x in rows.motion.state.values([part.static, part.kinetic]))
+    static, kinetic = (float(x) for x in coefficients(rows.motion, part.rows, [part.static, part.kinetic]))
     moving = rows.of(part.rows)
     velocity = tuple(float(row.phidot) for row in moving)
     allowed = max(rows.allowed_speed(row) for row in moving)

@@ -4,34 +4,48 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from multibody_sym.dynamics.programs.tensions import ropes, tensions
 from multibody_sym.kinematics.motion import Motion
-from multibody_sym.kinematics.ropes import segments
-from multibody_sym.model.mechanism.mechanism import COMPONENTS
+from multibody_sym.kinematics.ropes import segments, wheel_at
+from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
 from multibody_sym.model.mechanism.rows import RopeRow
-from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, apply_transposed, scale, subtract
+from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, apply_transposed, scale, subtract
 
 
 def pulley_reactions(motion: Motion, multipliers: Sequence[S]) -> Mapping[str, dict[str, S]]:
-    """Return for each massless pulley with a rope fx .. mz on it, about its centre, in the axes of what carries it."""
-    found: dict[str, Vec] = {}
+    """Return for each massless pulley with a rope fx .. mz on it, about its centre, in the axes of what carries it.
+
+    The moment is what a drum that stands still takes of the rope's friction.
+    """
+    found: dict[str, tuple[Vec, Vec]] = {}
     bodies: dict[str, int] = {}
-    for row, tension in zip(motion.mechanism.rows, multipliers, strict=True):
-        if not isinstance(row, RopeRow) or not any(bend.pulley for bend in row.path[1:-1]):
-            continue
-        pieces, _ = segments(motion, row.path, row.straight)
-        for bend, before, after in zip(row.path[1:-1], pieces[:-1], pieces[1:], strict=True):
-            if bend.pulley:
-                held = scale(tension, subtract(before.direction, after.direction))
-                known = found.get(bend.pulley, ZERO_VECTOR)
-                found[bend.pulley] = (known[0] + held[0], known[1] + held[1], known[2] + held[2])
-                bodies[bend.pulley] = bend.at.body
-    return {
-        name: dict(zip(COMPONENTS, (*apply_transposed(motion.rotation(bodies[name]), force), 0, 0, 0), strict=True))
-        for name, force in found.items()
-    }
+    for row in ropes(motion.mechanism):
+        own = [k for k, bend in enumerate(row.path[1:-1], 1) if bend.pulley and bend.massless]
+        pulls = _along_path(row, tensions(motion, multipliers, row)) if own else []
+        pieces = segments(motion, row.path, row.straight)[0] if own else []
+        for k in own:
+            name, before, after = row.path[k].pulley, pulls[k - 1], pulls[k]
+            force = subtract(scale(before, pieces[k - 1].direction), scale(after, pieces[k].direction))
+            wheel = wheel_at(motion, row.path, k) if before is not after else None
+            moment = ZERO_VECTOR if wheel is None else scale((before - after) * wheel.radius, wheel.axis)
+            known = found.get(name, (ZERO_VECTOR, ZERO_VECTOR))
+            found[name] = add(known[0], force), add(known[1], moment)
+            bodies[name] = row.path[k].at.body
+    return {name: _components(motion, bodies[name], *wrench) for name, wrench in found.items()}
 
 
-def held_pulleys(rows: Sequence[object]) -> tuple[str, ...]:
+def _along_path(row: RopeRow, pulls: Sequence[S]) -> list[S]:
+    """Return the tension of each piece."""
+    rough = next((k for k, bend in enumerate(row.path) if bend.rough), 0) if len(pulls) > 1 else 0
+    return [pulls[-1] if k >= rough else pulls[0] for k in range(len(row.path) - 1)]
+
+
+def _components(motion: Motion, body: int, force: Vec, moment: Vec) -> dict[str, S]:
+    F, M = (apply_transposed(motion.rotation(body), v) for v in (force, moment))
+    return dict(zip(COMPONENTS, (*F, *M), strict=True))
+
+
+def held_pulleys(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the massless pulleys that ropes run over."""
-    ropes = [row for row in rows if isinstance(row, RopeRow)]
-    return tuple(dict.fromkeys(bend.pulley for row in ropes for bend in row.path[1:-1] if bend.pulley))
+    bends = (bend for row in ropes(mechanism) for bend in row.path[1:-1])
+    return tuple(dict.fromkeys(bend.pulley for bend in bends if bend.pulley and bend.massless))

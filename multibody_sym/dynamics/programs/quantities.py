@@ -13,6 +13,7 @@ from typing import Final
 
 from multibody_sym.dynamics.programs.pulleys import pulley_reactions
 from multibody_sym.dynamics.programs.reactions import reactions
+from multibody_sym.dynamics.programs.tensions import tensions_by_name
 from multibody_sym.kinematics import points
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.loads import span, span_rate
@@ -59,6 +60,11 @@ class Instant:
     def pulleys(self) -> Mapping[str, dict[str, S]]:
         """The reactions of all massless pulleys that ropes run over."""
         return pulley_reactions(self.motion, self.multipliers)
+
+    @cached_property
+    def tensions(self) -> Mapping[str, S]:
+        """All tensions of ropes, by what they are asked by."""
+        return tensions_by_name(self.motion, self.multipliers)
 
 
 def quantities(
@@ -176,6 +182,10 @@ def _reaction(instant: Instant, joint: str, component: str) -> S:
     return instant.pulleys[joint][component] if joint in instant.pulleys else 0
 
 
+def _tension(instant: Instant, name: str) -> S:
+    return instant.tensions[name] if name in instant.tensions else _multiplier(instant, name)
+
+
 def _multiplier(instant: Instant, name: str) -> S:
     rows = {row.name: k for k, row in enumerate(instant.motion.mechanism.rows)}
     return instant.multipliers[rows[name]]
@@ -240,7 +250,7 @@ _QUANTITIES: Final[dict[str, Callable[..., S]]] = {
     "span": _span,
     "span_rate": _span_rate,
     "reaction": _reaction,
-    "tension": _multiplier,
+    "tension": _tension,
     "multiplier": _multiplier,
     "total_energy": _total,
     "kinetic_energy": _kinetic,

@@ -11,13 +11,14 @@ import numpy as np
 from multibody_sym.dynamics.constraints.closing import Rows
 from multibody_sym.errors import ModelError, at
 from multibody_sym.kinematics.motion import Motion
-from multibody_sym.kinematics.ropes import segments, tangent_direction
+from multibody_sym.kinematics.ropes import segments, tangent_direction, wrap_angle
 from multibody_sym.kinematics.surface_angles import tangent_angle, tangent_components
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.mass import IDENTITY
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.model.mechanism.rows import RopeRow
-from multibody_sym.model.mechanism.start_constants import Measure, RopeLength, TangentAngle, TangentDirection
+from multibody_sym.model.mechanism.start_constants import Measure, RopeLength, TangentAngle, TangentDirection, WrapAngle
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 
 _PARALLEL: Final = 1e-9
@@ -36,7 +37,8 @@ def with_constants(mechanism: Mechanism, parameters: Sequence[float], q: Floats)
     """
     measures = [(place, entry.measure) for place, entry in enumerate(mechanism.parameters) if entry.measure]
     found = list(parameters)
-    for kinds in ((TangentAngle, TangentDirection), (RopeLength,)):  # what is wound counts from the tangent's direction
+    # lengths come last: what is wound counts from the direction of the tangent
+    for kinds in ((TangentAngle, TangentDirection, WrapAngle), (RopeLength,)):
         asked = [(place, measure) for place, measure in measures if isinstance(measure, kinds)]
         if asked:
             with valued():
@@ -55,9 +57,11 @@ def seen_axis(motion: Motion, measure: TangentAngle) -> Point:
 def _measured(motion: Motion, measure: Measure) -> float:
     if isinstance(measure, TangentAngle):
         return float(tangent_angle(motion, measure, seen_axis(motion, measure))) + 0.0  # no -0
-    slackening = [(row, element.path) for element in motion.mechanism.one_way for row in element.normals]
+    slackening = [(row, element.path) for element in motion.mechanism.one_way for row in element.rows]
     taut = [(row, motion.mechanism.row_path(k)) for k, row in enumerate(motion.mechanism.rows)]
-    row, path = next((row, path) for row, path in (*taut, *slackening) if row.name == measure.row)
+    row, path = next((row, path) for row, path in (*slackening, *taut) if row.name == measure.row)
+    if isinstance(row, RopeSlipRow):
+        return float(wrap_angle(motion, row.rope, row.bend))
     assert isinstance(row, RopeRow)
     with at(*path):
         if isinstance(measure, TangentDirection):

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final
 
 from multibody_sym.errors import ModelError
-from multibody_sym.model.declaration.contacts import Coefficient, CoefficientField, Contact
+from multibody_sym.expressions.printer import text
+from multibody_sym.model.declaration.contacts import Coefficient, CoefficientField, Contact, verify_coefficients
 from multibody_sym.model.declaration.fields import Element, ListOf, MapOf, Names, OneOf, OneOrMap, Record, holds
 from multibody_sym.model.declaration.values import Choice, Count, Direction, Flag, Point, Scalar, Text
 from multibody_sym.scalars.node import Node
@@ -208,19 +209,66 @@ CONSTRAINTS: Final = OneOf(
 
 
 @dataclass(frozen=True)
+class Roughness(Element):
+    """Coefficients of friction of a rope on a drum; one that is left out is the other."""
+
+    static: Node | None = holds(Scalar(""), None)
+    kinetic: Node | None = holds(Scalar(""), None)
+
+    def verify(self) -> None:
+        if self.static is None and self.kinetic is None:
+            raise ModelError("give static, kinetic or both")
+        for name in ("static", "kinetic"):
+            value = getattr(self, name)
+            if value is not None and value.shadow is not None and value.shadow < 0:
+                raise ModelError(f"{text(value)} is negative; nothing rubs less than not at all").under(name)
+        verify_coefficients(self.sticking.shadow, self.sliding.shadow)
+
+    @property
+    def sticking(self) -> Node:
+        """The coefficient at rest."""
+        return self.static if self.static is not None else self.sliding
+
+    @property
+    def sliding(self) -> Node:
+        """The coefficient of what slips."""
+        found = self.kinetic if self.kinetic is not None else self.static
+        assert found is not None
+        return found
+
+
+@dataclass(frozen=True)
+class RoughnessField:
+    """Both coefficients, or one number for both."""
+
+    def accept(self, value: Any) -> Roughness:
+        if isinstance(value, (Mapping, Roughness)):
+            found = Record(Roughness).accept(value)
+            assert isinstance(found, Roughness)
+            return found
+        return Roughness(static=value)
+
+    def tree(self, value: Roughness) -> Any:
+        return text(value.sticking) if value.kinetic is None else Record(Roughness).tree(value)
+
+
+@dataclass(frozen=True)
 class Pulley(Element):
     """A pulley on the paths of ropes: at a point, massless and frictionless, or on a `body` that turns with the rope.
 
     At a point it may be without a radius: the rope bends at the point itself. With a radius the rope lies in the plane
     normal to `axis` (of the body that carries it, or is it) and wraps the side on which the pulley's centre is inside
     the bend. On a `body`, or a point of it, at the centre, the rope grips: it turns the wheel by what its tensions
-    differ, and acts on it where it touches.
+    differ, and acts on it where it touches. With `rough` coefficients of friction (one, or `static` and `kinetic`) it
+    slips where one tension is more than exp(coefficient * wrap) times the other; at a point that is a drum which stands
+    still.
     """
 
     at: str | None = holds(Text(), None)
     radius: Node = holds(Scalar("m"), 0)
     axis: Point = holds(Direction(), "z")
     body: str | None = holds(Text(), None)
+    rough: Roughness | None = holds(RoughnessField(), None)
 
     def verify(self) -> None:
         if self.at is None and self.body is None:
@@ -231,8 +279,20 @@ class Pulley(Element):
             raise ModelError("at is a massless pulley's place, body a wheel that turns; give one of them").under("body")
         if self.body is not None and self.radius.shadow == 0:
             raise ModelError("a wheel that turns with its rope needs its radius").under("radius")
+        if self.rough is not None and self.radius.shadow == 0:
+            raise ModelError("a rope rubs on a drum around which it lies; give its radius").under("radius")
+
+    @property
+    def turns(self) -> bool:
+        """Whether it is a body that turns, so that ropes may wind on it."""
+        return self.body is not None
 
     @property
     def grips(self) -> bool:
-        """Whether it turns with its rope."""
-        return self.body is not None
+        """Whether it always turns with a rope that runs over it."""
+        return self.body is not None and self.rough is None
+
+    @property
+    def is_held(self) -> bool:
+        """Whether it stands at a point, which holds it."""
+        return self.body is None

@@ -31,7 +31,7 @@ class Bend:
 
     The rope turns about the axis to the left (`side` 1) or to the right (-1); where that is not given (None) it does so
     that the centre is inside the bend between two neighbours. At the end of a run it may `grip` the wheel. It lies
-    around it by full `turns` more.
+    around it by full `turns` more. A pulley at a point is `massless`; over a `rough` one the rope may slip.
     """
 
     at: Marker
@@ -42,3 +42,5 @@ class Bend:
     beside: tuple[Marker, Marker] | None = None
     grip: Grip | None = None
     turns: int = 0
+    massless: bool = True
+    rough: bool = False

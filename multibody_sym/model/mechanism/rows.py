@@ -187,7 +187,8 @@ class RopeRow(Row):
 
     A rope that grips wheels has a row for each run between them, number `run` of `rope` (0: it is all of it). What is
     wound on a wheel at an end of its path counts to the path's length. `straight` are the directions (world) of pieces
-    that keep theirs, as far as they were found.
+    that keep theirs, as far as they were found. One that rubs on a rough wheel is one run before it and one behind, and
+    the multiplier the mean of both tensions; `rubs` is the name of the row of its slip.
     """
 
     unit: ClassVar[str | None] = "N"
@@ -198,6 +199,7 @@ class RopeRow(Row):
     rope: str = ""
     run: int = 0
     straight: tuple[Point | None, ...] = ()
+    rubs: str = ""
 
     @property
     def multiplier(self) -> Multiplier:
@@ -233,8 +235,19 @@ class RopeRow(Row):
 
     @property
     def told(self) -> tuple[str, str]:
-        """The declared rope, and what its tension in this run is called among its reactions."""
-        return (self.rope or self.name, f"tension{self.run}") if self.run else (self.name, "tension")
+        """The declared rope, and what its tension in this run, its first one, is called among its reactions."""
+        return self.rope or self.name, self.components[0]
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """What each tension of this row is called among the rope's reactions."""
+        numbers = range(self.run, self.run + 1 + bool(self.rubs))
+        return tuple(f"tension{k}" for k in numbers) if self.run else ("tension",)
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """What each tension of this row is asked by: the rope's name, or that with a number."""
+        return tuple(f"{self.told[0]}.{self.run + k}" if self.run else self.name for k in range(len(self.components)))
 
     @property
     def winds(self) -> bool:

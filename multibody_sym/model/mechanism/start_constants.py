@@ -31,6 +31,14 @@ class TangentDirection:
 
 
 @dataclass(frozen=True)
+class WrapAngle:
+    """Around how much of a rough wheel a rope lies, full turns included; `row` is that of its slip."""
+
+    row: str
+    unit: ClassVar[str] = "rad"
+
+
+@dataclass(frozen=True)
 class TangentAngle:
     """By how much the tangent t1 of a plane on a body that turns leads `across` about `normal` (plane's body's axes).
 
@@ -44,4 +52,4 @@ class TangentAngle:
     unit: ClassVar[str] = "rad"
 
 
-Measure = RopeLength | TangentDirection | TangentAngle
+Measure = RopeLength | TangentDirection | WrapAngle | TangentAngle

@@ -18,7 +18,7 @@ from multibody_sym.model.declaration.values import AXES, dimension_of_unit
 from multibody_sym.model.mechanism.mass import GROUND, OWN_POINTS
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, Coordinate, Speed
 from multibody_sym.model.resolution.references import BARE
-from multibody_sym.model.resolution.ropes.runs import run_names
+from multibody_sym.model.resolution.ropes.runs import run_names, tension_names
 from multibody_sym.model.resolution.spanning_tree import coordinate_names, ground_moves, speed_names
 from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.scalars.traversal import leaves
@@ -155,15 +155,20 @@ def _vocabulary(system: System) -> dict[str, list[str]]:
         name: run_names(system, name) if isinstance(element, Rope) else row_names(name, element)
         for name, element in system.constraints.items()
     }
+    pulling = {name for name, element in system.constraints.items() if isinstance(element, (Rope, Distance))}
+    tensions = {
+        name: tension_names(system, name) if isinstance(element, Rope) else rows[name]
+        for name, element in system.constraints.items()
+    }
     return {
         "point": [*bodies, *(f"{name}.{p}" for name, b in bodies.items() for p in (*b.points, *b.frames, *OWN_POINTS))],
         "body": list(bodies),
         "joint": [
             *system.joints,
             *([GROUND] if ground_moves(system.bodies) else ()),
-            *(name for name, pulley in system.pulleys.items() if not pulley.grips),
+            *(name for name, pulley in system.pulleys.items() if pulley.is_held),
         ],
-        "rope": [x for name, c in system.constraints.items() if isinstance(c, (Rope, Distance)) for x in rows[name]],
+        "rope": [x for name, names in tensions.items() if name in pulling for x in names],
         "constraint": [x for names in rows.values() for x in names],
         "axis": list(AXES),
         "component": list(COMPONENTS),

@@ -4,29 +4,48 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from multibody_sym.errors import at
 from multibody_sym.model.declaration.constraints import Rope
-from multibody_sym.model.mechanism.one_way import OneWay
-from multibody_sym.model.mechanism.rows import Row
+from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
+from multibody_sym.model.mechanism.rows import RopeRow, Row
 from multibody_sym.model.resolution.contacts.elements import contacts
 from multibody_sym.model.resolution.one_way.joint_friction import joint_frictions
 from multibody_sym.model.resolution.one_way.stops import stops
 from multibody_sym.model.resolution.references import References
+from multibody_sym.model.resolution.ropes.runs import rope_slips
+from multibody_sym.scalars.functions import exp
+from multibody_sym.scalars.node import ZERO, Node, as_node
 
 ROPE_WORDS = ("taut", "slack")
 
 
 def slackening(references: References) -> frozenset[str]:
-    """Return the constraints that hold one way only: ropes that may slacken."""
-    constraints = references.system.constraints.items()
-    return frozenset(name for name, element in constraints if isinstance(element, Rope) and element.slack)
+    """Return the constraints that hold one way only: ropes that may slacken, as those may that rub on wheels."""
+    ropes = {name: x for name, x in references.system.constraints.items() if isinstance(x, Rope)}
+    rough = {name for name, pulley in references.system.pulleys.items() if pulley.rough is not None}
+    return frozenset(name for name, rope in ropes.items() if rope.slack or rough.intersection(rope.route[1:-1]))
 
 
 def one_way_elements(references: References, slack: Sequence[Row]) -> tuple[OneWay, ...]:
     """Return all one-way elements; `slack` are the rows of the ropes that may slacken."""
-    return (*contacts(references), *_ropes(slack), *stops(references), *joint_frictions(references))
+    return (*contacts(references), *_ropes(references, slack), *stops(references), *joint_frictions(references))
 
 
-def _ropes(rows: Sequence[Row]) -> Iterator[OneWay]:
+def _ropes(references: References, rows: Sequence[Row]) -> Iterator[OneWay]:
     for row in rows:
         name = row.name.partition(".")[0]
-        yield OneWay(row.name, "rope", ("constraints", name), (row,), words=ROPE_WORDS, group=name)
+        with at("constraints", name):
+            slips = list(rope_slips(references, row)) if isinstance(row, RopeRow) else []
+        parts = tuple(
+            FrictionPart(part, (slip,), _capstan(rough.sticking, slip.wrap), _capstan(rough.sliding, slip.wrap), wrap=0)
+            for part, slip, rough in slips
+        )
+        yield OneWay(row.name, "rope", ("constraints", name), (row,), frictions=parts, words=ROPE_WORDS, group=name)
+
+
+def _capstan(coefficient: Node, wrap: Node) -> Node:
+    """Return the friction on a wheel over the mean of both tensions: 2 tanh(mu wrap / 2), as T1 = T2 exp(mu wrap)."""
+    if coefficient is ZERO:
+        return ZERO
+    ratio = as_node(exp(coefficient * wrap))
+    return 2 * (ratio - 1) / (ratio + 1)

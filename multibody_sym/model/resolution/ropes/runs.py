@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from multibody_sym.errors import ModelError, at, suggestion
-from multibody_sym.model.declaration.constraints import Pulley, Rope
+from multibody_sym.model.declaration.constraints import Pulley, Rope, Roughness
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.rope_path import Bend
+from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.model.mechanism.rows import RopeRow
-from multibody_sym.model.mechanism.start_constants import Measure, RopeLength, TangentDirection
+from multibody_sym.model.mechanism.start_constants import Measure, RopeLength, TangentDirection, WrapAngle
 from multibody_sym.model.resolution.references import References
 from multibody_sym.scalars.node import ONE, ZERO, Node, negate
 
@@ -24,14 +25,25 @@ def run_names(system: System, name: str) -> list[str]:
     return [name] if count == 1 else [f"{name}.{k}" for k in range(1, count + 1)]
 
 
+def tension_names(system: System, name: str) -> list[str]:
+    """Return what each tension of a rope is asked by: its name, or with numbers between wheels on which it rubs too."""
+    rope = system.constraints[name]
+    assert isinstance(rope, Rope)
+    over = [system.pulleys[step] for step in rope.route[1:-1] if step in system.pulleys]
+    count = 1 + sum(pulley.grips or pulley.rough is not None for pulley in over)
+    return [name] if count == 1 else [f"{name}.{k}" for k in range(1, count + 1)]
+
+
 def rope_measures(references: References, name: str, rope: Rope) -> Iterator[tuple[str, Measure]]:
     """Yield what the start measures of a rope, by the names under which rows ask for it."""
     for row, run in zip(run_names(references.system, name), _runs(references, rope), strict=True):
-        grips = [end for end, place in ((0, run[0]), (1, run[-1])) if place.pulley and place.pulley.grips]
+        grips = [end for end, place in ((0, run[0]), (1, run[-1])) if place.pulley and place.pulley.turns]
         if grips or rope.length is None:
             yield row, RopeLength(row, winds=bool(grips))
         for end in grips:
             yield _of_end(row, end), TangentDirection(row, end)
+        for place in _rough(run):
+            yield f"{row}.{place.step}", WrapAngle(f"{row}.{place.step}")
 
 
 def rope_rows(references: References, name: str, rope: Rope) -> list[RopeRow]:
@@ -39,18 +51,49 @@ def rope_rows(references: References, name: str, rope: Rope) -> list[RopeRow]:
     names, runs = run_names(references.system, name), _runs(references, rope)
     _verify_length(rope, len(runs), [*runs[0], *runs[-1]])
     made = []
-    for number, (row, run) in enumerate(zip(names, runs, strict=True), 1):
+    number = 1
+    for row, run in zip(names, runs, strict=True):
         path = [replace(place.bend, grip=None) for place in run]
         for end, k in ((0, 0), (1, -1)):
             pulley = run[k].pulley
-            if pulley is not None and pulley.grips:
+            if pulley is not None and pulley.turns:
                 grip = run[k].bend.grip
                 assert grip is not None
                 path[k] = replace(path[k], grip=replace(grip, start=references.constants[_of_end(row, end)].slot))
         length = references.constants[row].slot if row in references.constants else rope.length
         assert length is not None
-        made.append(RopeRow(row, tuple(path), length, name, number if len(runs) > 1 else 0))
+        several = len(tension_names(references.system, name)) > 1
+        rough = _rough(run)
+        rubs = f"{row}.{rough[0].step}" if rough else ""
+        made.append(RopeRow(row, tuple(path), length, name, number if several else 0, rubs=rubs))
+        number += 1 + bool(rough)
     return made
+
+
+def rope_slips(references: References, row: RopeRow) -> Iterator[tuple[str, RopeSlipRow, Roughness]]:
+    """Yield the wheels on which a run of rope rubs: what their friction is called, the row of the slip, and how rough.
+
+    Raises ModelError where there are two.
+    """
+    pulleys = references.system.pulleys
+    rough = [k for k, bend in enumerate(row.path[1:-1], 1) if bend.rough]
+    if len(rough) > 1:
+        first, second = (row.path[k].pulley for k in rough[:2])
+        raise ModelError(
+            f"it rubs on {first} and on {second}: between two rough wheels it needs one that turns with it, or a body"
+        ).under("path")
+    for k in rough:
+        pulley = row.path[k].pulley
+        slip, roughness = f"{row.name}.{pulley}", pulleys[pulley].rough
+        assert roughness is not None
+        ropes = (element for element in references.system.constraints.values() if isinstance(element, Rope))
+        alone = sum(pulley in element.route for element in ropes) == 1
+        wrap = references.constants[slip].slot
+        yield (pulley if alone else slip), RopeSlipRow(slip, row, k, wrap), roughness
+
+
+def _rough(run: Sequence[_Place]) -> list[_Place]:
+    return [place for place in run[1:-1] if place.pulley is not None and place.pulley.rough is not None]
 
 
 def _of_end(row: str, end: int) -> str:
@@ -58,7 +101,7 @@ def _of_end(row: str, end: int) -> str:
 
 
 def _verify_length(rope: Rope, runs: int, ends: Sequence[_Place]) -> None:
-    if rope.length is not None and (runs > 1 or any(p.pulley and p.pulley.grips for p in ends)):
+    if rope.length is not None and (runs > 1 or any(p.pulley and p.pulley.turns for p in ends)):
         raise ModelError(
             "what lies on wheels that turn counts to no length that could be given: leave length out, and place the "
             "bodies by their initial positions"
@@ -123,11 +166,11 @@ def _verify_route(rope: Rope, pulleys: Mapping[str, Pulley]) -> None:
         with at("wind", k):
             if drum not in pulleys:
                 raise ModelError(f"no pulley is called {drum!r}{suggestion(drum, pulleys)}")
-            if not pulleys[drum].grips:
+            if not pulleys[drum].turns:
                 raise ModelError(f"{drum} stands at a point and turns nothing; a drum is a pulley with body and radius")
             if drum in route[1:-1]:
                 raise ModelError(f"{drum} stands between the ends of the path; a rope winds on a drum at its end")
-    belt = route[0] == route[-1] and route[0] in pulleys and pulleys[route[0]].grips
+    belt = route[0] == route[-1] and route[0] in pulleys and pulleys[route[0]].turns
     for k in (0, len(route) - 1):
         if route[k] in pulleys and not belt and route[k] not in rope.wind:
             with at("path", k):

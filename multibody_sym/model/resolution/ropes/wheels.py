@@ -26,6 +26,7 @@ def pulley_bends(references: References) -> dict[str, Bend]:
         with at("pulleys", name, "at" if pulley.body is None else "body"):
             centre = references.marker(pulley.at or pulley.body or "")
             bend = Bend(centre, pulley.radius, unit_vector(pulley.axis), name)
+            bend = replace(bend, massless=pulley.is_held, rough=pulley.rough is not None)
             made[name] = bend if pulley.body is None else replace(bend, grip=grip_of(references.bodies, bend))
     return made
 
