@@ -17,12 +17,14 @@ from multibody_sym.answers.closed_form import ClosedForms, closed_forms, linear_
 from multibody_sym.answers.solution import Value
 from multibody_sym.answers.symbolic_start import declared_state
 from multibody_sym.answers.symbolic_state import SymbolicState
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.dynamics.formalisms.forward_dynamics import Accelerations, forward_dynamics
 from multibody_sym.dynamics.programs.quantities import Instant, quantities
 from multibody_sym.dynamics.routes import FORMALISMS
-from multibody_sym.dynamics.start.examined import blame_numbers, examined
-from multibody_sym.dynamics.start.start import Start, start
+from multibody_sym.dynamics.start.examined import blame_numbers
+from multibody_sym.dynamics.start.start import Start
+from multibody_sym.dynamics.start.state import StartState, examined_state
 from multibody_sym.errors import ExpressionError, NoSolutionError, Where
 from multibody_sym.expressions.parser import parse
 from multibody_sym.expressions.printer import text
@@ -56,14 +58,15 @@ class Decided:
     """How the mode at the start was found.
 
     `touching`: the elements that might act; `moving`: the friction parts that slide already; `at_limit`: the rows for
-    which two modes fit; `modes`: those that fulfil all laws, the first of which is solved; `searched`: what was looked
-    at, in words.
+    which two modes fit; `others`: the modes that fulfil all laws beside the one that is solved, with their udot;
+    `verdict`: one or several; `searched`: what was looked at, in words.
     """
 
     touching: frozenset[str] = frozenset()
     moving: frozenset[str] = frozenset()
     at_limit: tuple[str, ...] = ()
-    modes: tuple[Mode, ...] = ()
+    others: tuple[tuple[Mode, tuple[float, ...]], ...] = ()
+    verdict: str = "one"
     searched: str = ""
 
 
@@ -202,11 +205,35 @@ class Solved:
 def solved_start(system: System, formalism: str | None = None) -> Solved:
     """Return the system solved at its start, the numbers by a formalism, in coordinates of its joints.
 
-    Raises InputError, and NoSolutionError where there is no start, no inertia, or constraints contradict each other.
+    What holds one way only is in the first mode that fulfils all laws. Raises InputError, and NoSolutionError where
+    there is no start, no mode, no inertia, or constraints contradict each other.
     """
-    declared = examined(system)
-    resolved = declared.relative or declared
-    return solved_in(system, resolved, start(resolved, project=system.simulation.project), formalism)
+    state = examined_state(system)
+    mechanism, begin = state.in_joints
+    return solved_in(system, mechanism, begin, formalism, _decided(state))
+
+
+def _decided(state: StartState) -> Decided:
+    """Return how the mode at the start was found."""
+    posed, found = state.posed, state.found
+    if posed is None or found is None:
+        return Decided()
+    pairs = zip(posed.parts, posed.problem.parts, strict=True)
+    return Decided(
+        touching=frozenset(element.name for element in posed.elements),
+        moving=frozenset(part.name for part, law in pairs if not law.rests),
+        at_limit=tuple(posed.names[k] for k in found.states[0].at_limit),
+        others=tuple((mode, _udot(state, mode)) for mode in state.modes[1:]),
+        verdict=found.verdict,
+        searched=found.searched,
+    )
+
+
+def _udot(state: StartState, mode: Mode) -> tuple[float, ...]:
+    """Return the accelerations at the start in another mode."""
+    mechanism, begin = replace(state, modes=(mode,)).in_joints
+    dynamics = composite_body(mechanism, state_of(mechanism, float, 0.0, begin.q, begin.u, begin.parameters))
+    return tuple(forward_dynamics(dynamics).udot.tolist())
 
 
 def solved_in(

@@ -92,8 +92,8 @@ class Solution:
     `slack`. `found` says the same for people. Its forces are among `reactions`: of a contact `normal` and `friction`
     (in space `friction_1`, `friction_2`), of several corners together also `at_x`, `at_y`, `at_z`, where their normal
     force acts. `limits`: by condition, what happens where it fails. `at_limit`: what happens a little further on, with
-    how that was decided. `needed`: the least coefficients with which what is rough enough sticks. `others`: states
-    that fulfil all laws as well; `searched`: what was looked at.
+    how that was decided. `needed`: the least coefficients with which what is rough enough sticks. `verdict`: `one`, or
+    `several` where the laws leave more than one motion, among which `others`; `searched`: what was looked at.
     """
 
     name: str
@@ -118,6 +118,7 @@ class Solution:
     at_limit: Mapping[str, str] = field(default_factory=dict)
     needed: Mapping[str, Value] = field(default_factory=dict)
     others: tuple[OtherState, ...] = ()
+    verdict: str = "one"
     searched: str = ""
 
     def __repr__(self) -> str:
@@ -140,7 +141,7 @@ class Solution:
             "reactions": {name: _with_vectors(_json(components)) for name, components in self.reactions.items()},
             "states": dict(self.states),
             "directions": {name: list(direction) for name, direction in self.directions.items()},
-            "verdict": "several" if self.others else "one",
+            "verdict": self.verdict,
             "others": [other.as_json() for other in self.others],
             "searched": self.searched,
             "at_limit": dict(self.at_limit),

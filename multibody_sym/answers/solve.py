@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,13 +10,14 @@ from multibody_sym.analysis.slipped_wheels import slipped_wheels
 from multibody_sym.answers.instant import Solved, solved_start
 from multibody_sym.answers.questions import answered
 from multibody_sym.answers.reactions import place_of, reactions_of
-from multibody_sym.answers.solution import RowKind, Solution, Value
+from multibody_sym.answers.solution import OtherState, RowKind, Solution, Value
 from multibody_sym.answers.states import state_found
 from multibody_sym.answers.validity import validity
 from multibody_sym.dynamics.start.examined import numbers_of
 from multibody_sym.model.declaration.doors import flag
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
+from multibody_sym.model.mechanism.mode_words import mode_words
 from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.force_places import reasons
@@ -88,8 +89,17 @@ def solution_of(solved: Solved) -> Solution:
         limits={condition: broken for condition, broken in valid.conditions.items() if broken},
         at_limit=state.at_limit,
         needed=state.needed,
+        others=_others(solved, names),
+        verdict=solved.decided.verdict,
         searched=solved.decided.searched,
     )
+
+
+def _others(solved: Solved, names: Sequence[str]) -> tuple[OtherState, ...]:
+    """Return the states beside the one that was solved, accelerations by these names."""
+    elements = solved.mechanism.one_way
+    pairs = solved.decided.others
+    return tuple(OtherState(mode_words(elements, mode), dict(zip(names, udot, strict=True))) for mode, udot in pairs)
 
 
 def _kinds(resolved: Mechanism, reactions: Mapping[str, Mapping[str, Value]]) -> dict[str, RowKind]:

@@ -13,6 +13,7 @@ from multibody_sym.writing.shifts import shifts_text
 from multibody_sym.writing.withheld import withheld_lines
 
 _ROUNDING: Final = 1e-12
+_SEVERAL: Final = "the laws leave several motions: this is one of them, and nothing says which one happens"
 _IDLE: Final = ("open", "free")
 _STATES: Final = "the state, found by the laws of contact and friction: nobody gave directions"
 _JOINTS: Final = "reactions of joints, on the child, in the axes of the joint's frame on the parent (zeros left out)"
@@ -23,7 +24,7 @@ def solution_text(solution: Solution, units: Units = SI) -> str:
     primes = {name: "''" if name in solution.coordinates else "'" for name in solution.accelerations}
     sections: dict[str, Iterable[str]] = {
         _STATES: [*solution.found, *(f"{how}: a little further on {x}" for x, how in solution.at_limit.items())],
-        "other states in which all laws hold": [_other(other) for other in solution.others],
+        _SEVERAL: _several(solution),
         "start values that follow from the constraints": [
             f"{name} = {value.told(units)}" for name, value in solution.assembled.items()
         ],
@@ -81,6 +82,13 @@ def _joint_lines(reactions: Mapping[str, Mapping[str, Value]], units: Units) -> 
         for component, value in values.items()
         if component in COMPONENTS and abs(value.value or 0.0) > least
     ]
+
+
+def _several(solution: Solution) -> list[str]:
+    """Return that there are several motions, and those beside the one that is told."""
+    if solution.verdict != "several":
+        return []
+    return [f"searched: {solution.searched}", *(f"another: {_other(other)}" for other in solution.others)]
 
 
 def _other(other: OtherState) -> str:

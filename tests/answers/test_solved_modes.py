@@ -62,7 +62,7 @@ def solved(model: str, slips: dict[str, int], *, at_limit: tuple[str, ...] = (),
     names = [element.name for element in declared.one_way]
     mode = Mode({name: int(name != opened) for name in names}, slips)
     mechanism = in_mode(declared, mode)
-    decided = Decided(touching=frozenset(names), at_limit=at_limit, modes=(mode,))
+    decided = Decided(touching=frozenset(names), at_limit=at_limit)
     return solution_of(solved_in(system, mechanism, start(mechanism), decided=decided))
 
 

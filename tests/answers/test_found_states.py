@@ -1,0 +1,72 @@
+"""`solve` finds the state of what holds one way only, from files that say nothing of directions; none, and several."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from test_solved_modes import HEAD, PULLED, RAMP, RIDGE
+
+import multibody_sym as mbs
+from multibody_sym.cli.main import main
+from multibody_sym.writing.solution import solution_text
+
+ROD = """
+parameters: {g: 9.81, mu: 2, theta: 1.3, w: 0, v: -8, m: 1 kg, l: 1 m}
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+  rod: {mass: m, inertia: {Izz: m*l^2/3}, com: [l, 0, 0], points: {end: [0, 0, 0]}}
+joints: {J: {type: planar, parent: ground, child: rod, q: [x, y, phi], initial: {q: [0, 0, theta], u: [v, 0, w]}}}
+contacts: {c: {between: [rod.end, ground.floor], static: mu}}
+"""
+
+
+def solve(model: str, **parameters: float) -> mbs.Solution:
+    return mbs.solve(mbs.loads(HEAD + model), parameters)
+
+
+def test_nobody_gives_directions() -> None:
+    pulled, ridge = solve(PULLED), solve(RIDGE)
+    assert pulled.states == {"c1": "slide-", "c2": "slide-"}
+    assert ridge.states == {"c1": "slide-", "c2": "slide-"}
+    assert pulled.accelerations["K_x"].value == pytest.approx(-3.5906618162532906, rel=1e-12)
+    assert ridge.reactions["string"]["tension"].value == pytest.approx(6.114993217231683, rel=1e-12)
+    right = solve(PULLED, F1=5, F2=30)
+    assert right.states == {"c1": "slide+", "c2": "slide+"}
+    assert solve(PULLED, F1=6).states == {"c1": "stick", "c2": "stick"}
+
+
+def test_a_state_is_that_of_two_coefficients() -> None:
+    """Between them a block that rests stays, and one that moves goes on."""
+    assert solve(RAMP, a=0.6).states == {"c1": "stick"}
+    moving = RAMP.replace("child: block}", "child: block, initial: {u: [-cos(a), -sin(a)]}}")
+    assert solve(moving, a=0.6).states == {"c1": "slide-"}
+    assert solve(RAMP, a=0.7).states == {"c1": "slide-"}
+
+
+def test_painleve_s_rod_that_has_no_state(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "rod.yaml"
+    file.write_text(HEAD + ROD)
+    assert main(["solve", str(file), "--json"]) == 3
+    error = json.loads(capsys.readouterr().out)["error"]
+    assert error["code"] == "no_solution"
+    assert "contact and friction together: all 2 modes" in error["message"]
+
+
+def test_painleve_s_rod_that_has_several() -> None:
+    solution = solve(ROD, theta=0.9, w=-4)
+    assert solution.verdict == "several"
+    assert [solution.states, *(other.states for other in solution.others)] == [{"c": "open"}, {"c": "slide-"}]
+    (other,) = solution.others
+    assert other.accelerations["y"] == pytest.approx(0.0, abs=1e-12)
+    told = solution_text(solution)
+    assert "the laws leave several motions: this is one of them, and nothing says which one happens" in told
+    assert "  another: c slide-: accelerations x " in told
+
+
+def test_the_paradox_is_a_condition() -> None:
+    """N is positive over an apparent mass that is, and the paradox begins where that vanishes, for mu = 4/3."""
+    solution = solve(ROD, theta=0.15, w=2)
+    assert solution.conditions[1] == "3*cos(theta)^2 + 1 > 3*mu*cos(theta)*sin(theta)"
+    assert solution.limits[solution.conditions[0]] == "c opens"
