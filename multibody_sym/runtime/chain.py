@@ -15,12 +15,13 @@ from multibody_sym.runtime.problem import Begun, Event, Loop, Problem, Progress,
 
 @dataclass(frozen=True)
 class Leg:
-    """A part of a run in one problem: samples number `first` up to `end`, in time up to `until`."""
+    """A part of a run in one problem: samples number `first` up to `end`, in time up to `until`, by so many `steps`."""
 
     problem: Problem
     first: int
     end: int
     until: float
+    steps: int = 0
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,8 @@ def chain(onward: Onward, legs: list[Leg]) -> Loop:
             latest = done
             for progress in loop_for(problem)(problem, samples):
                 latest = _joined(done, progress, problem)
-                legs[-1] = replace(legs[-1], end=latest.written, until=latest.time)
+                steps = progress.statistics.steps
+                legs[-1] = replace(legs[-1], end=latest.written, until=latest.time, steps=steps)
                 if _switched(progress, problem) is None:
                     yield latest
             index = _switched(progress, problem)

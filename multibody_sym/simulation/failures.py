@@ -73,8 +73,8 @@ def failure_message(run: Trajectory, failure: RunFailure) -> str:
     if failure.status is Status.STEP_LIMIT:
         advice = "a jump in a force (sign, where) keeps steps short; else ask for less accuracy or a shorter time"
         return f"the run took its largest number of steps and got no further than t = {failure.time:.6g} s: {advice}"
-    if failure.status is Status.SINGULAR:
-        return _singular(run, failure.time)
+    if failure.status in (Status.NO_MODE, Status.SINGULAR):
+        return _singular(run, failure.time) if failure.status is Status.SINGULAR else f"{_trouble(run)} {when}"
     assert failure.status in _BROKEN
     found = _contradiction(run, failure.time)
     if found is not None:
@@ -181,3 +181,7 @@ def _sizes(rows: Rows, done: Integration) -> Floats:
 
 def _missed(rows: Rows, done: Integration, k: int) -> Missed | None:
     return replace(rows, t=float(done.t[k])).missed(done.q[k])
+
+
+def _trouble(run: Trajectory) -> str:
+    return "" if run.modes is None else run.modes.trouble

@@ -24,8 +24,10 @@ def figure_of(samples: Samples, units: Units = SI) -> Any:
     """Return a matplotlib figure in chosen units.
 
     It has an axis for each unit among coordinates and speeds, for each among the outputs and for those without one.
+    What begins to stick, slide, open or close is marked.
     """
     panels, times = _panels(samples, units), samples.t / units.size("s")
+    marks = samples.changes
     with _plain_style():
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
@@ -36,9 +38,14 @@ def figure_of(samples: Samples, units: Units = SI) -> Any:
         for axis, (label, curves) in zip(axes, panels.items(), strict=True):
             for name, values in list(curves.items())[:_MOST_CURVES]:
                 axis.plot(times, values, label=_literal(name), linewidth=1.2)
+            for event in marks:
+                axis.axvline(event["t"] / units.size("s"), color="0.6", linewidth=0.6, linestyle=":", zorder=0)
             axis.set_ylabel(_literal(label))
             axis.grid(visible=True, alpha=0.3)
             axis.legend(loc="upper right", fontsize="small")
+        for event in marks[:_MOST_CURVES]:
+            told, place = _literal(f"{event['element']} {event['kind']}"), event["t"] / units.size("s")
+            axes[0].text(place, 1.0, told, transform=axes[0].get_xaxis_transform(), rotation=90, fontsize=6, va="top")
         axes[0].set_title(_literal(samples.ready.mechanism.name))
         axes[-1].set_xlabel(f"t in {units.of('s')}")
     return figure

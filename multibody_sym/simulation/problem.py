@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.dynamics.programs.switching import switchings
 from multibody_sym.dynamics.start.smooth_motions import verify_motions
 from multibody_sym.dynamics.start.start import verify_regular_start
 from multibody_sym.errors import ModelError, at
@@ -42,6 +43,7 @@ def problem_of(ready: Runnable, settings: RunSettings) -> Problem:
         verify_motions(ready.system, _start_values(ready), settings.t_end)
     verify_regular_start(ready.mechanism, ready.start)
     mechanism, constrained = ready.mechanism, bool(ready.mechanism.rows)
+    margins = (0.0,) * len(switchings(mechanism))
     problem = Problem(
         compiled=ready.compiled,
         method=settings.method,
@@ -58,7 +60,10 @@ def problem_of(ready: Runnable, settings: RunSettings) -> Problem:
         project=constrained and settings.project,
         max_steps=_MOST_STEPS,
         independent=float(ready.mechanism.parameters.independent_rows(ready.start.parameters)),
-        terminal=(True,) * len(mechanism.stops) + (False,) * (len(mechanism.kinks) + len(mechanism.fades)),
+        terminal=(True,) * len(mechanism.stops)
+        + (False,) * (len(mechanism.kinks) + len(mechanism.fades))
+        + (True,) * len(margins),
+        margins=margins,
         pairs=_pairing(ready.mechanism),
     )
     if not constrained or settings.baumgarte is None:

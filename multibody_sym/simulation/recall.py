@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from multibody_sym.dynamics.routes import FORMALISMS, cheapest, verify_formalism
 from multibody_sym.model.mechanism.mechanism import Coordinate, Limit, Mechanism, Speed
+from multibody_sym.model.mechanism.one_way import Mode
 from multibody_sym.model.mechanism.parameters import ParameterEntry
 from multibody_sym.runtime import loading
 from multibody_sym.runtime.cache import digest
@@ -25,6 +26,7 @@ _NUMBERS: Final[Mapping[type, frozenset[str]]] = {
     Coordinate: frozenset({"initial", "given", "known"}),
     Speed: frozenset({"initial", "given", "known"}),
     Limit: frozenset({"lower", "upper", "velocity"}),
+    Mode: frozenset({"directions"}),
 }
 """What no Program follows from: a title, what is handed over as numbers and its unit, what is looked at after a run."""
 
@@ -60,6 +62,21 @@ def compiled(
     made = loading.load(derived.as_mapping(), native=native, backend=backend)
     loading.remember(key, made, {})
     return replace(made, remake=again)
+
+
+def compiled_laws(mechanism: Mechanism, *, native: bool = False, backend: Backend | None = None) -> Compiled:
+    """Return the Programs `inputs` and `laws` of a mechanism in no mode, ready to be called; recalled likewise."""
+    key = structure_key(mechanism, "laws")
+    recalled = loading.recall(key, native=native, backend=backend)
+    if recalled is not None:
+        return recalled.compiled
+    from multibody_sym.dynamics.programs.law_rows import law_program
+    from multibody_sym.dynamics.programs.system import inputs_program
+
+    derived = {"inputs": inputs_program(mechanism), "laws": law_program(mechanism)}
+    made = loading.load(derived, native=native, backend=backend)
+    loading.remember(key, made, {})
+    return made
 
 
 def structure_key(mechanism: Mechanism, formalism: str, form: Form = "explicit") -> str:

@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
-from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.errors import InputError, ModelError, suggestion
 from multibody_sym.expressions.chosen_units import Units, chosen_units
 from multibody_sym.formats.tables import Table
-from multibody_sym.kinematics.motion import motion_of
-from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.kinematics.state import arrays, slot_state
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
+from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.program.statements import Array
-from multibody_sym.program.trace import Trace
-from multibody_sym.runtime.loading import Backend, Compiled, load
+from multibody_sym.simulation.parts import Part
 from multibody_sym.simulation.runnable import Runnable
 
 
@@ -30,6 +25,7 @@ from multibody_sym.simulation.runnable import Runnable
 class Samples:
     """A motion at times t (m,): coordinates q (m, nq) and speeds u (m, nu) of a system with `parameters` (np,).
 
+    A run in modes has `parts`, each with Programs of its own.
     `samples["theta"]` is a coordinate, a speed, an input or a declared output by name, (m,).
     """
 
@@ -38,6 +34,7 @@ class Samples:
     t: Floats
     q: Floats
     u: Floats
+    parts: tuple[Part, ...] = field(default=(), kw_only=True)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -64,6 +61,11 @@ class Samples:
         raise InputError(f"nothing in this run is called {name!r}{suggestion(name, known)}")
 
     @property
+    def changes(self) -> list[dict[str, Any]]:
+        """What began to stick, slide, open or close in a run; samples alone tell of none."""
+        return []
+
+    @property
     def coordinates(self) -> Mapping[str, Floats]:
         """Each coordinate (m,) by name."""
         return dict(zip((c.name for c in self.ready.mechanism.coordinates), self.q.T, strict=True))
@@ -76,7 +78,7 @@ class Samples:
     @cached_property
     def inputs(self) -> Mapping[str, Floats]:
         """Each input (m,) by name."""
-        return dict(zip(self.ready.mechanism.inputs, self._arguments[4].T, strict=True))
+        return dict(zip(self.ready.mechanism.inputs, self._of_all(lambda part: part.arguments[4]).T, strict=True))
 
     @cached_property
     def outputs(self) -> Mapping[str, Floats]:
@@ -91,6 +93,10 @@ class Samples:
         return self._energies[0]
 
     @cached_property
+    def _energies(self) -> tuple[Floats, ...]:
+        return self._evaluated("energy")
+
+    @cached_property
     def potential_energy(self) -> Floats:
         """V (m,) in J: of weights and springs."""
         return self._energies[1]
@@ -103,12 +109,14 @@ class Samples:
     @cached_property
     def accelerations(self) -> Mapping[str, Floats]:
         """The rate of each speed (m,), by the speed's name."""
-        return dict(zip((s.name for s in self.ready.mechanism.speeds), self._derivative[1].T, strict=True))
+        names = (s.name for s in self.ready.mechanism.speeds)
+        return dict(zip(names, self._of_all(lambda part: part.derivative[1]).T, strict=True))
 
     @cached_property
     def multipliers(self) -> Mapping[str, Floats]:
-        """The multiplier of each constraint (m,) by name: a rope's or rod's tension."""
-        return dict(zip((row.name for row in self.ready.mechanism.rows), self._derivative[2].T, strict=True))
+        """The multiplier of each constraint (m,) by name: a rope's or rod's tension; zero where it does not hold."""
+        names = dict.fromkeys(row.name for part in self._parts for row in part.mechanism.rows)
+        return {name: self._of_all(partial(Part.multiplier, name=name)) for name in names}
 
     @cached_property
     def reactions(self) -> Mapping[str, Mapping[str, Floats]]:
@@ -117,8 +125,7 @@ class Samples:
         About the joint's point on the child, in the axes of the joint's frame on the parent; components along free
         directions are those of motors and springs in the joint. What is `withheld` is nan.
         """
-        program = reaction_program(self.ready.mechanism, self.ready.compiled.likewise)
-        (values,) = program.map("reactions", *self._arguments, self._derivative[1], self._derivative[2])
+        values = self._of_all(lambda part: part.reactions)
         names = self.ready.mechanism.joint_names
         for joint, components in self.withheld.items():
             values[:, names.index(joint), [COMPONENTS.index(c) for c in components]] = np.nan
@@ -154,46 +161,20 @@ class Samples:
     # --- evaluated over all samples -------------------------------------------------------------------------------
 
     @cached_property
-    def _arguments(self) -> tuple[Floats, ...]:
-        """What every Program takes: t, q, u, parameters, inputs, modes."""
-        given = (self.t, self.q, self.u, self.parameters)
-        if len(self.t) == 0:
-            return (*given, np.empty((0, len(self.ready.mechanism.inputs))), np.empty(0))
-        (inputs,) = self.ready.compiled.map("inputs", *given)
-        return (*given, inputs, np.empty(0))
+    def _parts(self) -> Sequence[Part]:
+        own = self.ready.mechanism, self.ready.compiled, self.parameters
+        return self.parts or (Part(*own, self.t, self.q, self.u),)
 
-    @cached_property
-    def _derivative(self) -> tuple[Floats, ...]:
-        return self._evaluated("state_derivative")
-
-    @cached_property
-    def _energies(self) -> tuple[Floats, ...]:
-        return self._evaluated("energy")
+    def _of_all(self, of_part: Callable[[Part], Floats]) -> Floats:
+        """Return what the parts have, one after the other."""
+        return np.concatenate([of_part(part) for part in self._parts])
 
     @cached_property
     def tensions(self) -> Mapping[str, Floats]:
         """The tension of each rope (m,) by name; negative where it would have to push."""
-        rows = self.ready.mechanism.rows
-        ropes = {row.name: k for k, row in enumerate(rows) if isinstance(row, RopeRow)}
-        if not ropes:
-            return {}
-        multipliers = self._derivative[2]
-        return {name: multipliers[:, k] for name, k in ropes.items()}
+        rows = {row.name: row for part in self._parts for row in part.mechanism.rows}
+        ropes = [name for name, row in rows.items() if isinstance(row, RopeRow)]
+        return {name: self.multipliers[name] for name in ropes}
 
     def _evaluated(self, name: str) -> tuple[Floats, ...]:
-        return self.ready.compiled.map(name, *self._arguments)
-
-
-def reaction_program(mechanism: Mechanism, backend: Backend | None) -> Compiled:
-    """Return `reactions`: (t, q, u, parameters, inputs, modes, udot (nu), multipliers (ns)) -> values (joints, 6).
-
-    The joints are those of the tree, then the cut ones (`Mechanism.joint_names`).
-    """
-    unknown = (Array("udot", (len(mechanism.speeds),)), Array("multipliers", (len(mechanism.rows),)))
-    trace = Trace("reactions", (*arrays(mechanism), *unknown))
-    motion = motion_of(mechanism, slot_state(mechanism))
-    found = reactions(motion, trace["udot"], row_motions(motion), trace["multipliers"])
-    names = mechanism.joint_names
-    values = [found[name][component] for name in names for component in COMPONENTS]
-    program = trace.finish({"values": ((len(names), len(COMPONENTS)), values)})
-    return load({"reactions": program}, backend=backend)
+        return tuple(map(np.concatenate, zip(*(part.evaluated(name) for part in self._parts), strict=True)))

@@ -17,6 +17,7 @@ from multibody_sym.runtime.integration import Integration, integrate
 from multibody_sym.runtime.loading import Backend
 from multibody_sym.runtime.problem import Chunk, Event, Problem, Progress, Statistics
 from multibody_sym.simulation.failures import FailedRunError, failure_message, until_departure
+from multibody_sym.simulation.one_way.chained import OneWayRun, one_way_run
 from multibody_sym.simulation.problem import problem_of, settings_of
 from multibody_sym.simulation.runnable import Runnable, runnable
 from multibody_sym.simulation.samples import Samples
@@ -63,19 +64,34 @@ def simulate(
     asked = with_settings(changed, {**settings, "constraints": named})
     ready = runnable(asked, formalism, native=native, backend=backend)
     problem = problem_of(ready, settings_of(ready))
+    modes = one_way_run(ready, problem, native=native, backend=backend)
+    return _run(ready, problem if modes is None else modes.begin(), modes, on_progress)
+
+
+def _run(
+    ready: Runnable,
+    problem: Problem,
+    modes: OneWayRun | None,
+    on_progress: Callable[[Samples, float], None] | None,
+) -> Trajectory:
+    """Return the motion, from mode to mode where some holds one way only."""
 
     def report(chunk: Chunk) -> None:
         if on_progress is not None:
-            new = Samples(ready, problem.parameters, chunk.t, chunk.q, chunk.u)
+            parts = () if modes is None else modes.parts(chunk.t, chunk.q, chunk.u, chunk.first)
+            new = Samples(ready, problem.parameters, chunk.t, chunk.q, chunk.u, parts=parts)
             on_progress(new, chunk.time / problem.t_end)
 
-    loop = None if held_at_start(problem) is None else end_at_once
+    loop = None if modes is None else modes.loop
+    if held_at_start(problem) is not None:
+        loop = end_at_once
     done = integrate(problem, on_chunk=report, loop=loop)
-    return _trajectory(ready, problem, until_departure(ready.mechanism, problem, done))
+    return _trajectory(ready, problem, until_departure(ready.mechanism, problem, done), modes)
 
 
-def _trajectory(ready: Runnable, problem: Problem, done: Integration) -> Trajectory:
-    trajectory = Trajectory(ready, problem.parameters, done.t, done.q, done.u, problem, done)
+def _trajectory(ready: Runnable, problem: Problem, done: Integration, modes: OneWayRun | None) -> Trajectory:
+    parts = () if modes is None else modes.parts(done.t, done.q, done.u)
+    trajectory = Trajectory(ready, problem.parameters, done.t, done.q, done.u, problem, done, parts=parts, modes=modes)
     if done.failure is None or done.failure.status is Status.INTERRUPTED:
         return trajectory
     raise FailedRunError(failure_message(trajectory, done.failure), trajectory)
@@ -87,8 +103,9 @@ def held_at_start(problem: Problem) -> int | None:
         return None
     state = (problem.t0, problem.q0, problem.u0, problem.parameters)
     inputs = problem.compiled["inputs"](*state)[0] if problem.inputs else np.empty(0)
-    (values,) = problem.compiled["events"](*state, inputs, problem.modes)
-    holding = np.flatnonzero((values > 0.0) & np.array(problem.terminal))
+    stops = slice(len(problem.terminal) - len(problem.margins))
+    values = problem.compiled["events"](*state, inputs, problem.modes)[0][stops]
+    holding = np.flatnonzero((values > 0.0) & np.array(problem.terminal[stops], dtype=bool))
     return int(holding[0]) if len(holding) else None
 
 

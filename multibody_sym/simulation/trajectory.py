@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -30,6 +30,8 @@ from multibody_sym.simulation.oddities import (
     pulling_wheels,
     pushing_ropes,
 )
+from multibody_sym.simulation.one_way.account import FrictionWork
+from multibody_sym.simulation.one_way.chained import OneWayRun
 from multibody_sym.simulation.samples import Samples
 
 
@@ -42,6 +44,7 @@ class Trajectory(Samples):
 
     problem: Problem
     integration: Integration
+    modes: OneWayRun | None = field(default=None, kw_only=True)
 
     def __repr__(self) -> str:
         return f"<Trajectory of {self.ready.mechanism.name}: {len(self)} samples to t = {self.t_final:g} s>"
@@ -80,11 +83,27 @@ class Trajectory(Samples):
         found += [{"t": t, "kind": "singular position", "element": "constraints"} for t in self.integration.singular]
         found += [*pushing_ropes(self), *outputs_without_value(self)]
         found += [event for event in pulling_wheels(self) if event["element"] not in self.redundancy.not_unique]
+        found += self.changes
         accuracy = accuracy_of(self.problem.step, self.problem.rtol, self.problem.atol)
         found += growing_energy(self, accuracy)
         pairs = self.problem.pairs.plain if self.problem.pairs else ()
         found += coordinates_too_far(self, pairs, self.integration.statistics.mean_step, accuracy)
         return sorted(found, key=lambda event: float(event["t"]))
+
+    @property
+    def changes(self) -> list[dict[str, Any]]:
+        """What began to stick, slide, open or close, in the order of time: `t`, `kind` and `element` of each."""
+        return [] if self.modes is None else self.modes.events
+
+    @property
+    def friction_work(self) -> Mapping[str, FrictionWork]:
+        """The work of friction in J by contact or joint friction, on all bodies and on each."""
+        return {} if self.modes is None else self.modes.friction_work
+
+    @property
+    def impact_losses(self) -> Mapping[str, float]:
+        """The kinetic energy in J that impacts took, by what closed."""
+        return {} if self.modes is None else self.modes.lost
 
     @property
     def final(self) -> dict[str, Any]:
@@ -158,6 +177,8 @@ class Trajectory(Samples):
             "events": self.events,
             "final": self.final,
             "drift": {name: x if math.isfinite(x) else None for name, x in self.drift.items()},
+            "friction_work": {name: asdict(work) for name, work in self.friction_work.items()},
+            "impact_losses": dict(self.impact_losses),
             "withheld": {name: list(components) for name, components in self.withheld.items()},
             "withheld_reasons": self.withheld_reasons,
             "redundancy": {**asdict(found), "rows": rows},
@@ -166,9 +187,7 @@ class Trajectory(Samples):
             "interrupted": self.interrupted,
         }
 
-    def plot(
-        self, path: str | os.PathLike[str] | None = None, units: str | Sequence[str] | Units | None = None
-    ) -> Any:
+    def plot(self, path: str | os.PathLike[str] | None = None, units: str | Sequence[str] | Units | None = None) -> Any:
         """Return a matplotlib figure of coordinates, speeds and outputs over time, written to `path` if one is given.
 
         It is in SI units but for those chosen, such as `units="mm,deg"`.

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Final
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
 
 import numpy as np
 
@@ -77,7 +77,8 @@ def _energy(run: Trajectory, units: Units) -> list[str]:
         return []
     drives = ", ".join(run.ready.mechanism.drives)
     told = f"it changed by at most {units.said(run.drift['energy'], 'J', '.2g')}"
-    acting = working(run.ready.mechanism)
+    rubbing = [name for name, work in run.friction_work.items() if work.total < 0.0]
+    acting = list(dict.fromkeys((*working(run.ready.mechanism), *rubbing, *run.impact_losses)))
     if acting:
         more = f" and {len(acting) - _MOST_NAMED} more" if len(acting) > _MOST_NAMED else ""
         told += f", the work of {', '.join(acting[:_MOST_NAMED])}{more} included"
@@ -85,7 +86,19 @@ def _energy(run: Trajectory, units: Units) -> list[str]:
         told = f"prescribed motion ({drives}) does work, so that its change tells nothing about the integration"
     rounding = _ROUNDING * float(np.nanmax(np.abs(run.kinetic_energy), initial=0.0))
     begin = 0.0 if abs(run.energy[0]) <= rounding else float(run.energy[0])
-    return [f"total energy {units.said(begin, 'J', '.6g')} at the start; {told}"]
+    return [f"total energy {units.said(begin, 'J', '.6g')} at the start; {told}", *_taken(run, units)]
+
+
+def _taken(run: Trajectory, units: Units) -> list[str]:
+    """Return what friction and impacts took."""
+    lines = []
+    for name, work in run.friction_work.items():
+        if work.total or work.bodies:
+            shares = [f"{units.said(x, 'J', '.6g')} on {body}" for body, x in work.bodies.items()]
+            told = f" ({', '.join(shares)})" if len(shares) > 1 else ""
+            lines.append(f"  work of friction at {name}: {units.said(work.total, 'J', '.6g')}{told}")
+    lines += [f"  impact of {name} took {units.said(x, 'J', '.6g')}" for name, x in run.impact_losses.items()]
+    return [*lines[:_MOST], f"  ... {len(lines) - _MOST} more"] if len(lines) > _MOST else lines
 
 
 def _constraints(run: Trajectory) -> list[str]:
@@ -111,9 +124,17 @@ def _withheld(run: Trajectory) -> list[str]:
 
 
 def _events(run: Trajectory, units: Units) -> list[str]:
-    told = [event for event in run.events if event != run.stop and event["kind"] != _SINGULAR]
+    changes = run.changes
+    told = [x for x in run.events if x != run.stop and x["kind"] != _SINGULAR and x not in changes]
     warnings = [_warning(event["kind"], event["element"], _time(event["t"], units)) for event in told]
-    return [*_singular(run, units), *warnings]
+    return [*_changes(changes, units), *_singular(run, units), *warnings]
+
+
+def _changes(changes: Sequence[Mapping[str, Any]], units: Units) -> list[str]:
+    """Return what began to stick, slide, open or close, and when."""
+    told = [f"  t = {units.said(event['t'], 's', '.10g')}: {event['element']} {event['kind']}" for event in changes]
+    more = [f"  ... {len(told) - _MOST} more"] if len(told) > _MOST else []
+    return ["changes of what holds one way only:", *told[:_MOST], *more] if told else []
 
 
 def _singular(run: Trajectory, units: Units) -> list[str]:

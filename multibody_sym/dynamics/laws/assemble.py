@@ -153,16 +153,14 @@ def one_way_rows(mechanism: Mechanism, motion: Motion, scale: Scale | None = Non
 
 
 @dataclass(frozen=True, eq=False)
-class Posed:
+class PosedLaws:
     """The problem of the laws of a mechanism's one-way elements, and what its rows and parts are.
 
-    `elements` are those that take part: touching ones and all friction in joints; `parts` their friction parts;
-    `dynamics` those of the mechanism in no mode, `rows` all at that state. `names` are those of the problem's rows.
+    `elements` are those that take part: touching ones and all friction in joints; `parts` their friction parts.
+    `names` are those of the problem's rows.
     """
 
     mechanism: Mechanism
-    rows: OneWayRows
-    dynamics: TreeDynamics
     problem: LawProblem
     elements: tuple[OneWay, ...]
     parts: tuple[FrictionPart, ...]
@@ -172,22 +170,6 @@ class Posed:
     def places(self) -> dict[str, int]:
         """The place of each row by its name."""
         return {name: k for k, name in enumerate(self.names)}
-
-    def drift(self, state: LawState) -> Floats:
-        """Return the rates (m) at which what is left of the rows changes along the motion while multipliers do not.
-
-        A difference quotient between the state and one a little later; exactly zero where nothing changes.
-        """
-        step = _LITTLE * self.rows.scale.length / self.rows.scale.speed if self.rows.scale.speed else _LITTLE
-        udot = np.array(self.dynamics.bias_acceleration, dtype=float)
-        udot += np.array(self.dynamics.factors.unweighted(state.x.tolist()), dtype=float)
-        rows = self.rows.later(step, udot)
-        places = [rows.places[name] for name in self.names]
-        later = _matrices(_dynamics(self.mechanism, rows.motion), [rows.rows[k] for k in places], places)
-        now = self.problem.matrix, self.problem.exerted, self.problem.coupling, self.problem.right
-        left = [A @ (C.T @ state.z) + D @ state.z - r for A, C, D, r in (now, later)]
-        found: Floats = (left[1] - left[0]) / step
-        return found
 
     def mode(self, state: LawState) -> Mode:
         """Return the mode of a state that was found; elements that take no part are inactive."""
@@ -222,6 +204,30 @@ class Posed:
         return LawMode(tuple(sides), slips, tuple(mode.directions.get(part.name) for part in self.parts))
 
 
+@dataclass(frozen=True, eq=False)
+class Posed(PosedLaws):
+    """The same with the `dynamics` of the mechanism in no mode and all its `rows` at that state."""
+
+    dynamics: TreeDynamics
+    rows: OneWayRows
+
+    def drift(self, state: LawState) -> Floats:
+        """Return the rates (m) at which what is left of the rows changes along the motion while multipliers do not.
+
+        A difference quotient between the state and one a little later; exactly zero where nothing changes.
+        """
+        step = _LITTLE * self.rows.scale.length / self.rows.scale.speed if self.rows.scale.speed else _LITTLE
+        udot = np.array(self.dynamics.bias_acceleration, dtype=float)
+        udot += np.array(self.dynamics.factors.unweighted(state.x.tolist()), dtype=float)
+        rows = self.rows.later(step, udot)
+        places = [rows.places[name] for name in self.names]
+        later = _matrices(_dynamics(self.mechanism, rows.motion), [rows.rows[k] for k in places], places)
+        now = self.problem.matrix, self.problem.exerted, self.problem.coupling, self.problem.right
+        left = [A @ (C.T @ state.z) + D @ state.z - r for A, C, D, r in (now, later)]
+        found: Floats = (left[1] - left[0]) / step
+        return found
+
+
 def posed(rows: OneWayRows, closed: Collection[str]) -> Posed:
     """Return the problem in which the unilateral elements named `closed` may act, and friction in joints always."""
     mechanism = rows.mechanism
@@ -246,7 +252,7 @@ def posed(rows: OneWayRows, closed: Collection[str]) -> Posed:
                     laws[found[row.name]] = Friction(len(frictions), component)
                 frictions.append(_friction_law(part, element, rows, found))
     problem = LawProblem(*matrices, tuple(laws), tuple(frictions))
-    return Posed(mechanism, rows, dynamics, problem, elements, parts, tuple(chosen))
+    return Posed(mechanism, problem, elements, parts, tuple(chosen), dynamics, rows)
 
 
 def _rubs(part: FrictionPart) -> bool:

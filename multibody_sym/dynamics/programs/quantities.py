@@ -13,6 +13,7 @@ from typing import Final
 
 from multibody_sym.dynamics.programs.pulleys import pulley_reactions
 from multibody_sym.dynamics.programs.reactions import reactions
+from multibody_sym.dynamics.programs.switching import SwitchingValues, switchings
 from multibody_sym.dynamics.programs.tensions import tensions_by_name
 from multibody_sym.kinematics import points
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
@@ -28,7 +29,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import evaluate, sqrt
-from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.node import Node, as_node
 from multibody_sym.scalars.traversal import leaves
 from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, apply, cross, dot, scale, subtract
 
@@ -67,9 +68,7 @@ class Instant:
         return tensions_by_name(self.motion, self.multipliers)
 
 
-def quantities(
-    motion: Motion, udot: Sequence[S], multipliers: Sequence[S], asked: Iterable[Node]
-) -> dict[Node, S]:
+def quantities(motion: Motion, udot: Sequence[S], multipliers: Sequence[S], asked: Iterable[Node]) -> dict[Node, S]:
     """Return the values of `quantity` leaves over the motion's scalar; their names were verified with the model."""
     instant = Instant(motion, udot, multipliers)
     return {leaf: _QUANTITIES[leaf.data[0]](instant, *leaf.data[1]) for leaf in asked}
@@ -104,15 +103,19 @@ def answered(trace: Trace, sources: Sources, declared: Sequence[Node]) -> list[N
 
 
 def events(mechanism: Mechanism, sources: Sources) -> Program | None:
-    """Return (t, q, u, ...) -> values: stops, then kinks and fades; None where there are none.
+    """Return (t, q, u, ...) -> values: stops, then kinks and fades, then those of a mode; None where there are none.
 
-    A stop's value becomes positive where its condition holds; a kink's or a fade's value changes its sign.
+    A stop's value becomes positive where its condition holds, a mode's where it ends; a kink's or a fade's value
+    changes its sign.
     """
-    asked = [*mechanism.stops.values(), *mechanism.kinks, *mechanism.fades]
-    if not asked:
+    asked, switching = [*mechanism.stops.values(), *mechanism.kinks, *mechanism.fades], switchings(mechanism)
+    if not asked and not switching:
         return None
     trace = Trace("events", arrays(mechanism))
     values = answered(trace, sources, asked)
+    if switching:
+        _, _, multipliers, _ = trace.call(sources.state_derivative, [trace[a.name] for a in trace.inputs])
+        values += [as_node(x) for x in SwitchingValues(sources.motion(trace), multipliers).of(switching)]
     return trace.finish({"values": ((len(values),), values)})
 
 

@@ -1,0 +1,95 @@
+"""The Program of what one-way laws ask at an instant: all rows, whether they act or not, in weighted coordinates.
+
+With M = G^T G: A = H G^-1, C = (what a unit multiplier exerts) G^-1, D what rows that define a force have of others,
+r = gamma - H M^-1 f; and what decides which rows take part: gaps, rates, ways to edges, coefficients.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import reduce
+from typing import Final
+
+from multibody_sym.dynamics.formalisms.block_ldl import block_ldl
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.massless import massless_speeds
+from multibody_sym.kinematics.contacts import reach
+from multibody_sym.kinematics.energy import kinetic_energy
+from multibody_sym.kinematics.motion import Motion, motion_of
+from multibody_sym.kinematics.rows import row_motions
+from multibody_sym.kinematics.state import arrays, slot_state
+from multibody_sym.model.mechanism.contact_rows import ContactRow
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
+from multibody_sym.model.mechanism.rows import Row
+from multibody_sym.program.program import Program
+from multibody_sym.program.trace import Trace
+from multibody_sym.scalars.functions import minimum
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node
+from multibody_sym.scalars.vectors import S
+
+_ENDLESS: Final = as_node(1e300)
+
+
+def every_row(mechanism: Mechanism) -> tuple[Row, ...]:
+    """Return a mechanism's rows and those of its one-way elements after them."""
+    return (*mechanism.rows, *(row for element in mechanism.one_way for row in element.rows))
+
+
+def friction_parts(mechanism: Mechanism) -> tuple[tuple[OneWay, FrictionPart], ...]:
+    """Return the friction parts that rub, with their elements."""
+    pairs = ((element, part) for element in mechanism.one_way for part in element.frictions)
+    return tuple((x, part) for x, part in pairs if part.enough or not (part.static is part.kinetic is ZERO))
+
+
+def law_program(mechanism: Mechanism) -> Program:
+    """Return (t, q, u, ...) -> what laws ask of a mechanism in no mode.
+
+    `phi`, `phidot` (m; zero where a row has none), `jacobian` H, `matrix` A, `exerted` C (m, n), `coupling` D (m, m),
+    `right` r (m) of every row; `coefficients` (parts, 2: static, kinetic), `bounces` and `reaches` (elements: the
+    restitution, and how far the next end of a face is); `inverse` G^-1 (n, n), `free` M^-1 f (n), `energy` (J).
+    """
+    trace = Trace("laws", arrays(mechanism))
+    state = slot_state(mechanism)
+    every = replace(mechanism, rows=every_row(mechanism))
+    whole = replace(motion_of(mechanism, state), mechanism=every)
+    rows, size = row_motions(whole), len(mechanism.speeds)
+    dynamics = (composite_body if massless_speeds(mechanism) else block_ldl)(mechanism, state)
+    weighted, free, count = dynamics.factors.weighted, dynamics.bias_acceleration, len(rows)
+    units = [[ONE if k == j else ZERO for k in range(size)] for j in range(size)]
+    columns = [dynamics.factors.unweighted(unit) for unit in units]
+    right = [row.gamma - sum(h * x for h, x in zip(row.jacobian, free, strict=True)) for row in rows]
+    parts = [part for _, part in friction_parts(mechanism)]
+    elements = mechanism.one_way
+
+    def block(values: Sequence[Sequence[S]], width: int) -> tuple[tuple[int, int], list[Node]]:
+        return (len(values), width), [as_node(x) for row in values for x in row]
+
+    def column(values: Sequence[S]) -> tuple[tuple[int], list[Node]]:
+        return (len(values),), [as_node(x) for x in values]
+
+    return trace.finish(
+        {
+            "phi": column([row.phi if row.holonomic else ZERO for row in rows]),
+            "phidot": column([row.phidot if row.kinematic else ZERO for row in rows]),
+            "jacobian": block([row.jacobian for row in rows], size),
+            "matrix": block([weighted(row.jacobian) for row in rows], size),
+            "exerted": block([weighted(row.forces) for row in rows], size),
+            "coupling": block([[row.coupling.get(k, ZERO) for k in range(count)] for row in rows], count),
+            "right": column(right),
+            "coefficients": block([[part.static, part.kinetic] for part in parts], 2),
+            "bounces": column([element.restitution for element in elements]),
+            "reaches": column([_reach(element, whole) for element in elements]),
+            "inverse": block([[columns[j][k] for j in range(size)] for k in range(size)], size),
+            "free": column(free),
+            "energy": ((), [as_node(kinetic_energy(whole))]),
+        }
+    )
+
+
+def _reach(element: OneWay, motion: Motion) -> S:
+    """Return how far what may touch is inside the end of a face, negative beyond it."""
+    row = element.normals[0] if element.normals else None
+    ways = reach(row, motion) if isinstance(row, ContactRow) else []
+    return reduce(minimum, ways) if ways else _ENDLESS

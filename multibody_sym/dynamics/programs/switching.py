@@ -1,0 +1,152 @@
+"""Switching functions of a mode: what becomes positive where the mode ends.
+
+    what ends                                    function
+    an open contact, a slack rope closes         -gap, over a face that ends
+    a closed contact, a taut rope opens          -(normal force, tension)
+    a reaction that presses changes its side     -side * reaction
+    a closed contact gets past an edge           -(way to the edge)
+    what sticks slips                            |l_t| - static * N
+    what slides stops, in a line                 -sense * v_t
+    what slides stops, in space                  -|v_t|
+
+Those of forces come first: forces may change where nothing moves, so that they keep steps short.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, reduce
+from typing import Literal
+
+from multibody_sym.kinematics.contacts import reach
+from multibody_sym.kinematics.motion import Motion, accelerations
+from multibody_sym.kinematics.rows import RowMotion, row_motion
+from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Skin
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, OneWay
+from multibody_sym.model.mechanism.rows import Row
+from multibody_sym.scalars.functions import absolute, minimum, sqrt
+from multibody_sym.scalars.node import ZERO
+from multibody_sym.scalars.vectors import S, Vec
+
+Ends = Literal["closes", "opens", "leaves", "turns", "slips", "stops", "stops in space"]
+
+
+@dataclass(frozen=True)
+class Switching:
+    """A switching function: what ends, of which element, and of which of its friction parts or normals."""
+
+    ends: Ends
+    element: OneWay
+    part: FrictionPart | None = None
+    normal: int = 0
+
+    @property
+    def limits(self) -> bool:
+        """Whether it is one of forces."""
+        return self.ends in ("opens", "turns", "slips")
+
+
+def switchings(mechanism: Mechanism) -> tuple[Switching, ...]:
+    """Return the switching functions of a mechanism in a mode, those of forces first; none without a mode."""
+    if mechanism.mode is None:
+        return ()
+    found = [one for element in mechanism.one_way for one in _of(mechanism, element)]
+    return tuple(sorted(found, key=lambda one: not one.limits))
+
+
+def _of(mechanism: Mechanism, element: OneWay) -> Iterator[Switching]:
+    assert mechanism.mode is not None
+    sides, slips = mechanism.mode.sides, mechanism.mode.slips
+    if element.unilateral:
+        active = sides.get(element.name, INACTIVE) != INACTIVE
+        yield Switching("opens" if active else "closes", element)
+        if not active:
+            return
+        if isinstance(element.normals[0], ContactRow) and any(_ends(skin) for skin in element.normals[0].skins):
+            yield Switching("leaves", element)
+    rubbing = [part for part in element.frictions if part.static is not ZERO or part.enough]
+    for k, normal in enumerate(element.normals):
+        pressed = [part for part in rubbing if k in part.normals and not part.norm and not part.enough]
+        if not element.unilateral and pressed and side_of(mechanism, element, normal) != INACTIVE:
+            yield Switching("turns", element, normal=k)
+    for part in rubbing:
+        if slips.get(part.name, STICKS) != STICKS:
+            yield Switching("stops" if len(part.rows) == 1 else "stops in space", element, part)
+        elif not part.enough:
+            yield Switching("slips", element, part)
+
+
+def _ends(skin: Skin) -> bool:
+    return isinstance(skin, Flat) and skin.ends is not None
+
+
+def side_of(mechanism: Mechanism, element: OneWay, normal: Row) -> int:
+    """Return the side of one normal of an element in the mode of a mechanism."""
+    assert mechanism.mode is not None
+    name = element.name if len(element.normals) == 1 else normal.name
+    return mechanism.mode.sides.get(name, INACTIVE)
+
+
+@dataclass(frozen=True)
+class SwitchingValues:
+    """Switching functions over a scalar, from the motion and the multipliers of a mechanism in a mode."""
+
+    motion: Motion
+    multipliers: Sequence[S]
+
+    @cached_property
+    def by_name(self) -> Mapping[str, S]:
+        """The multiplier of each row by its name."""
+        return {row.name: z for row, z in zip(self.motion.mechanism.rows, self.multipliers, strict=True)}
+
+    @cached_property
+    def _bias(self) -> Sequence[tuple[Vec, Vec]]:
+        return accelerations(self.motion, [0] * len(self.motion.state.u))
+
+    def of(self, functions: Sequence[Switching]) -> list[S]:
+        """Return the values of switching functions."""
+        return [self._value(one) for one in functions]
+
+    def row(self, row: Row) -> RowMotion:
+        """Return how a row moves, whether it acts or not."""
+        return row_motion(row, self.motion, self._bias)
+
+    def _value(self, one: Switching) -> S:
+        mechanism, element, normal = self.motion.mechanism, one.element, one.element.normals
+        assert mechanism.mode is not None
+        if one.ends == "closes":
+            return reduce(minimum, self._reach(normal[0]), -self.row(normal[0]).phi)
+        if one.ends == "leaves":
+            return -reduce(minimum, self._reach(normal[0]))
+        if one.ends == "opens":
+            return -self.by_name[normal[0].name]
+        if one.ends == "turns":
+            return -side_of(mechanism, element, normal[one.normal]) * self.by_name[normal[one.normal].name]
+        assert one.part is not None
+        if one.ends == "slips":
+            (static,) = self.motion.state.values([one.part.static])
+            limit = static * self.pressing(element, one.part)
+            return length([self.by_name[row.name] for row in one.part.rows]) - limit
+        speeds = [self.row(row).phidot for row in one.part.rows]
+        return -mechanism.mode.slips[one.part.name] * speeds[0] if one.ends == "stops" else -length(speeds)
+
+    def pressing(self, element: OneWay, part: FrictionPart) -> S:
+        """Return the normal force that presses at a part of an element."""
+        normals = [element.normals[k] for k in part.normals]
+        forces = [self.by_name[row.name] for row in normals]
+        if part.norm:
+            return length(forces)
+        if element.unilateral:
+            return sum(forces)
+        sides = [side_of(self.motion.mechanism, element, row) for row in normals]
+        return sum(side * force if side else absolute(force) for side, force in zip(sides, forces, strict=True))
+
+    def _reach(self, row: Row) -> list[S]:
+        return reach(row, self.motion) if isinstance(row, ContactRow) else []
+
+
+def length(values: Sequence[S]) -> S:
+    """Return the size of a number or the length of a vector."""
+    return absolute(values[0]) if len(values) == 1 else sqrt(sum(x * x for x in values))

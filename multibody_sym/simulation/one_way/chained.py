@@ -1,0 +1,195 @@
+"""The run of a mechanism of which some holds one way only: from switch to switch, with what happened at each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.dynamics.laws.assemble import Scale, scale_of
+from multibody_sym.errors import NoSolutionError
+from multibody_sym.integrators.flow import Status
+from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.mode_words import mode_words
+from multibody_sym.model.mechanism.one_way import INACTIVE, Mode
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.runtime.chain import Leg, Switch, chain
+from multibody_sym.runtime.loading import Backend, Compiled
+from multibody_sym.runtime.problem import Loop, Problem, RunFailure
+from multibody_sym.simulation.one_way.account import FrictionWork, friction_work
+from multibody_sym.simulation.one_way.decision import Decided, decided
+from multibody_sym.simulation.one_way.facts import Laws
+from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of
+from multibody_sym.simulation.parts import Part
+from multibody_sym.simulation.recall import compiled, compiled_laws
+from multibody_sym.simulation.runnable import Runnable
+from multibody_sym.simulation.settings import form_of
+
+SEVERAL: Final = "several states"
+_AT_ONCE: Final = 1e-3
+"""The part of a mean step within which a return to a mode is no motion."""
+_RETURNS: Final = 2
+_KEPT: Final = 1e4
+"""How much further a mode that is kept may be beyond what ends it: 1e-8 of the forces."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """What a switch changed: at a time, the state of an element, or of a part of it; and what an impact took (J)."""
+
+    time: float
+    element: str
+    word: str
+    before: str
+    struck: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """A part of a run in one mode: the Programs, how it began and the state that was found there."""
+
+    program: ModeProgram
+    problem: Problem
+    decided: Decided
+    mode: Mode
+
+    @property
+    def words(self) -> dict[str, str]:
+        """The state of each one-way element."""
+        return mode_words(self.program.mechanism.one_way, self.mode)
+
+
+@dataclass
+class OneWayRun:
+    """A run under way, by `laws`; `make` compiles a mechanism in a mode, `template` is the run's problem.
+
+    `changes` are what switches did in the order of time, `stretches` the modes, `lost` what impacts took (J), by
+    element. `trouble` says why a run could not go on.
+    """
+
+    laws: Laws
+    make: Callable[[Mechanism], Compiled]
+    template: Problem
+    changes: list[Change] = field(default_factory=list)
+    stretches: list[Stretch] = field(default_factory=list)
+    lost: dict[str, float] = field(default_factory=dict)
+    trouble: str = ""
+    legs: list[Leg] = field(default_factory=list)
+    _scale: Scale = Scale(1.0, 1.0)
+    _usual: dict[tuple[Key, int], Mode] = field(default_factory=dict)
+    _recent: list[tuple[float, Key]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.modes = Modes(self.laws.mechanism, self.make, self.template)
+
+    def begin(self) -> Problem:
+        """Return the run in the mode in which it begins. Raises NoSolutionError where there is none."""
+        t, q, u = self.template.start, self.template.q0, self.template.u0
+        mechanism = self.laws.mechanism
+        given = t, q.tolist(), u.tolist(), self.laws.parameters.tolist()
+        self._scale = scale_of(motion_of(mechanism, state_of(mechanism, float, *given)))
+        found = self._entered(decided(self.laws.at(t, q, u, self._scale), (), None), None)
+        if isinstance(found, RunFailure):
+            raise NoSolutionError(f"{self.trouble} at the start")
+        return found
+
+    @property
+    def loop(self) -> Loop:
+        """The loop that goes from mode to mode."""
+        return chain(self.onward, self.legs)
+
+    @cached_property
+    def friction_work(self) -> dict[str, FrictionWork]:
+        """The work of friction (J) at each part, once the run is done."""
+        programs = (stretch.program for stretch in self.stretches)
+        return friction_work(list(zip(programs, self.legs, strict=False)), self.laws.mechanism)
+
+    @property
+    def events(self) -> list[dict[str, Any]]:
+        """What switches changed, as `Trajectory.events` tells it."""
+        return [{"t": each.time, "kind": each.word, "element": each.element} for each in self.changes]
+
+    def parts(self, t: Floats, q: Floats, u: Floats, first: int = 0) -> tuple[Part, ...]:
+        """Return samples, which begin with number `first` of the run, by the modes they are in."""
+        found: list[Part] = []
+        for leg, stretch in zip(self.legs, self.stretches, strict=False):
+            own = slice(max(leg.first - first, 0), max(leg.end - first, 0))
+            if len(t[own]) or not found:
+                program, values = stretch.program, stretch.problem.parameters
+                found.append(Part(program.mechanism, program.compiled, values, t[own], q[own], u[own]))
+        return tuple(found)
+
+    def onward(self, problem: Problem, switch: Switch) -> Problem | RunFailure:
+        """Return the run in the mode that follows at a switch, or why there is none."""
+        now, mechanism, nq = self.stretches[-1], self.laws.mechanism, len(self.laws.mechanism.coordinates)
+        q, u = switch.x[:nq], switch.x[nq:]
+        self._scale = _larger(self._scale, u, self.laws.slides)
+        cause = now.program.switchings[switch.index]
+        active = [x.name for x in mechanism.one_way if x.unilateral and now.mode.sides.get(x.name, INACTIVE)]
+        closed = [name for name in active if not (cause.ends == "leaves" and name == cause.element.name)]
+        closed += [cause.element.name] if cause.ends == "closes" else []
+        usual = key_of(now.mode), switch.index
+        facts = self.laws.at(switch.begun.time, q, u, self._scale)
+        found = decided(facts, closed, now.mode, self._usual.get(usual))
+        if found.mode is not None:
+            self._usual[usual] = found.mode
+        return self._entered(found, switch)
+
+    def _entered(self, found: Decided, switch: Switch | None) -> Problem | RunFailure:
+        """Return the run in the mode that was found, noting what has changed."""
+        t = found.facts.t
+        if found.mode is None:
+            self.trouble = f"no state of what holds one way only fulfils its laws ({found.found.searched})"
+            return RunFailure(Status.NO_MODE, t, None)
+        problem, program = self.modes.problem(found, None if switch is None else switch.begun)
+        if switch is not None and self._chatters(t, key_of(found.mode)):
+            problem = replace(problem, margins=tuple(_KEPT * margin for margin in problem.margins))
+        self._note(t, found, Stretch(program, problem, found, found.mode))
+        return problem
+
+    def _chatters(self, time: float, key: Key) -> bool:
+        """Tell whether the run has come back to a mode more than once without time going on."""
+        soon = _AT_ONCE * self.template.t_end / 200.0
+        self._recent = [(t, k) for t, k in self._recent if time - t <= soon]
+        returns = sum(k == key for _, k in self._recent)
+        self._recent.append((time, key))
+        return returns >= _RETURNS
+
+    def _note(self, time: float, found: Decided, stretch: Stretch) -> None:
+        if found.found.verdict == "several":
+            self.changes.append(Change(time, self.laws.mechanism.one_way[0].name, SEVERAL, ""))
+        before = self.stretches[-1].words if self.stretches else {}
+        self.stretches.append(stretch)
+        for name in found.struck:
+            self.lost[name] = self.lost.get(name, 0.0) + found.lost / len(found.struck)
+        for name, word in stretch.words.items():
+            if before and before.get(name) != word:
+                self.changes.append(Change(time, name, word, before.get(name, ""), name in found.struck))
+
+
+def _larger(scale: Scale, u: Floats, slides: Floats) -> Scale:
+    """Return a run's size and speed, with the largest of the speeds now."""
+    fastest = np.abs(u) * (slides + (1.0 - slides) * scale.length)
+    return Scale(scale.length, max(scale.speed, float(fastest.max(initial=0.0))))
+
+
+def one_way_run(
+    ready: Runnable, template: Problem, *, native: bool = False, backend: Backend | None = None
+) -> OneWayRun | None:
+    """Return the run of a system of which some holds one way only, None where all holds both ways."""
+    declared = ready.state.declared
+    if not declared.one_way:
+        return None
+
+    def make(entered: Mechanism) -> Compiled:
+        form = form_of(ready.system.simulation, constrained=bool(entered.rows))
+        return compiled(entered, ready.formalism, form, native=native, backend=backend)
+
+    places = [ready.mechanism.parameters.places[entry.name] for entry in declared.parameters]
+    laws = Laws(declared, compiled_laws(declared, native=native, backend=backend), ready.parameters[places])
+    return OneWayRun(laws, make, replace(template, project=True))

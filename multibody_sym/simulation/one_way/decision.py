@@ -1,0 +1,179 @@
+"""What happens at a switch: positions, impacts, speeds, and the state that follows, each by the laws of what holds."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.dynamics.laws.assemble import PosedLaws
+from multibody_sym.dynamics.laws.problem import Found, LawState
+from multibody_sym.dynamics.laws.search import find
+from multibody_sym.kinematics.motion import coordinate_rates
+from multibody_sym.model.mechanism.one_way import Mode, OneWay
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.simulation.one_way.facts import Facts, posed
+
+_ROUNDING: Final = 1e-15
+"""The part of the model's size, and of its largest speed, that is not put back."""
+_INDEPENDENT: Final = 1e-9
+_SOON: Final = (1e-7, 1e-5, 1e-3)
+"""Parts of the time in which the fastest passes the model's size: so soon it shows how forces at a limit change."""
+_RESTS: Final = 1e-9
+"""The time (s) left to bounce below which a contact rests."""
+
+
+@dataclass(frozen=True, eq=False)
+class Decided:
+    """How a run goes on from an instant: with the coordinates and speeds of `facts`, in a mode.
+
+    `found` are the states that are possible, of which `state` was taken, None if there is none; `struck` what closed
+    by an impact; `lost` the kinetic energy (J) that impacts took.
+    """
+
+    facts: Facts
+    mode: Mode | None
+    state: LawState | None
+    found: Found
+    posed: PosedLaws
+    struck: tuple[str, ...] = ()
+    lost: float = 0.0
+
+
+def decided(facts: Facts, closed: Collection[str], previous: Mode | None, guess: Mode | None = None) -> Decided:
+    """Return how a run goes on from an instant at which the unilateral elements named `closed` touch.
+
+    Others that touch there count as well. Several events at once are one. `previous` is the mode it was in, `guess`
+    one to look at first.
+    """
+    touching = _touching(facts, closed)
+    facts = _moved(facts, q=_onto_rows(facts, touching))
+    struck, before = tuple(x.name for x in _closing(facts, touching)), float(facts.known["energy"])
+    if struck:
+        facts = _moved(facts, u=_struck(facts, touching))
+        touching = [x.name for x in _named(facts, touching) if facts.standing(x) != "leaving"]
+    lost = before - float(facts.known["energy"]) if struck else 0.0
+    facts = _moved(facts, u=_at_rest(facts, touching))
+    problem = posed(facts, touching)
+    found = _found(problem, guess or previous)
+    state = found.states[0] if found.states else None
+    if state is not None and previous is not None and _same(problem.mode(state), previous):
+        state = _ahead(facts, problem, touching, state)
+    mode = None if state is None else problem.mode(state)
+    return Decided(facts, mode, state, found, problem, struck, lost)
+
+
+def _moved(facts: Facts, *, q: Floats | None = None, u: Floats | None = None) -> Facts:
+    """Return what holds at other coordinates or speeds; the same where they are None."""
+    if q is None and u is None:
+        return facts
+    there = facts.q if q is None else q, facts.u if u is None else u
+    return facts.laws.at(facts.t, *there, facts.scale)
+
+
+def _found(problem: PosedLaws, previous: Mode | None) -> Found:
+    """Return the states that are possible: all at the start of a run, later the one next to its mode."""
+    return find(problem.problem, None if previous is None else problem.law_mode(previous), every=previous is None)
+
+
+def _ahead(facts: Facts, problem: PosedLaws, touching: Collection[str], state: LawState) -> LawState:
+    """Return the state in which a run goes on that is at the limit of its mode: the one that is found soon after it.
+
+    It is the same where nothing else is found; on the way there the forces of the mode go on to change.
+    """
+    udot = facts.known["free"] + facts.speeds(state.x)
+    mechanism = facts.laws.mechanism
+    rates = np.array(coordinate_rates(mechanism, facts.q.tolist(), facts.u.tolist()), dtype=float)
+    for soon in (part * facts.scale.length / facts.scale.speed for part in _SOON):
+        later = facts.laws.at(facts.t + soon, facts.q + soon * rates, facts.u + soon * udot, facts.scale)
+        found = _found(posed(later, touching), problem.mode(state)).states
+        if found and found[0].mode != state.mode:
+            return found[0]
+    return state
+
+
+def _same(mode: Mode, other: Mode) -> bool:
+    return {**mode.sides} == {**other.sides} and {**mode.slips} == {**other.slips}
+
+
+def _touching(facts: Facts, closed: Collection[str]) -> list[str]:
+    """Return the unilateral elements that touch: those named, unless they leave, and those that stand so."""
+    found = []
+    for element in facts.laws.mechanism.one_way:
+        if element.unilateral:
+            standing = facts.standing(element)
+            if standing in ("touching", "closing") or (element.name in closed and standing != "leaving"):
+                found.append(element.name)
+    return found
+
+
+def _named(facts: Facts, names: Collection[str]) -> list[OneWay]:
+    return [element for element in facts.laws.mechanism.one_way if element.name in names]
+
+
+def _closing(facts: Facts, touching: Collection[str]) -> list[OneWay]:
+    """Return what closes with a speed."""
+    return [x for x in _named(facts, touching) if facts.rate(x) < -facts.allowed_speed(x.normals[0])]
+
+
+# --- moves ------------------------------------------------------------------------------------------------------------
+
+
+def _least(matrix: Floats, wanted: Floats) -> Floats:
+    """Return the x of least norm with matrix x = wanted, as far as dependent rows allow."""
+    return np.asarray(np.linalg.lstsq(matrix, wanted, rcond=_INDEPENDENT)[0], dtype=float)
+
+
+def _kept(facts: Facts, touching: Collection[str]) -> list[int]:
+    """Return the places of the rows that hold: constraints and the normals of what touches."""
+    mechanism = facts.laws.mechanism
+    return [facts.place(row) for row in (*mechanism.rows, *(x.normals[0] for x in _named(facts, touching)))]
+
+
+def _onto_rows(facts: Facts, touching: Collection[str]) -> Floats | None:
+    """Return the coordinates put onto closed gaps, taut ropes and constraints; None if they are there."""
+    places = _kept(facts, touching)
+    phi = facts.known["phi"][places]
+    if not np.abs(phi).max(initial=0.0) > _ROUNDING * facts.scale.length:
+        return None
+    there = np.flatnonzero(phi)
+    change = facts.speeds(_least(facts.known["matrix"][places][there], -phi[there])).tolist()
+    moved: Floats = facts.q + np.array(coordinate_rates(facts.laws.mechanism, facts.q.tolist(), change), dtype=float)
+    return moved
+
+
+def _struck(facts: Facts, touching: Collection[str]) -> Floats | None:
+    """Return the speeds after what closes has struck, by the laws for impulses; e = 0 where it does not bounce."""
+    problem = posed(facts, touching)
+    speeds = facts.known["phidot"][[facts.laws.places[name] for name in problem.names]]
+    right = -speeds
+    for element in _closing(facts, touching):
+        place = problem.places[element.normals[0].name]
+        right[place] -= _restitution(facts, element) * speeds[place]
+    parts = tuple(replace(part, velocity=(0.0,) * len(part.rows)) for part in problem.problem.parts)
+    found = find(replace(problem.problem, right=right, parts=parts), every=False)
+    return facts.u + facts.speeds(found.states[0].x) if found.states else None
+
+
+def _restitution(facts: Facts, element: OneWay) -> float:
+    """Return the coefficient with which an element bounces; 0 where it would come to rest within the next moment."""
+    e = float(facts.known["bounces"][facts.laws.elements[element.name]])
+    if not 0.0 < e < 1.0:
+        return e
+    falling = abs(float(facts.known["jacobian"][facts.place(element.normals[0])] @ facts.known["free"]))
+    rebound = e * abs(facts.rate(element))
+    return 0.0 if 2.0 * rebound < _RESTS * falling * (1.0 - e) else e
+
+
+def _at_rest(facts: Facts, touching: Collection[str]) -> Floats | None:
+    """Return the speeds with what touches and does not slide at rest in its rows to the last bit; None if it is."""
+    problem = posed(facts, touching)
+    places = _kept(facts, touching)
+    laws = zip(problem.parts, problem.problem.parts, strict=True)
+    places += [facts.place(row) for part, law in laws if law.rests for row in part.rows]
+    speeds = facts.known["phidot"][places]
+    if not np.abs(speeds).max(initial=0.0) > _ROUNDING * facts.scale.speed:
+        return None
+    return facts.u + facts.speeds(_least(facts.known["matrix"][places], -speeds))

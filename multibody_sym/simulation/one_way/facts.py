@@ -1,0 +1,166 @@
+"""What laws ask at an instant of a run, in numbers, and the problems that these pose."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from multibody_sym.dynamics.laws.assemble import TOUCHING, PosedLaws, Scale
+from multibody_sym.dynamics.laws.problem import Equality, Friction, FrictionLaw, Law, LawProblem, Unilateral
+from multibody_sym.dynamics.programs.law_rows import every_row, friction_parts
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.one_way import OneWay
+from multibody_sym.model.mechanism.rows import Row
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.runtime.loading import Compiled
+
+
+@dataclass(frozen=True, eq=False)
+class Laws:
+    """The laws of a mechanism in no mode: the Program `laws` compiled, and the parameters (np,)."""
+
+    mechanism: Mechanism
+    compiled: Compiled
+    parameters: Floats
+
+    @cached_property
+    def places(self) -> dict[str, int]:
+        """The place of each row by its name."""
+        return {row.name: k for k, row in enumerate(every_row(self.mechanism))}
+
+    @cached_property
+    def turning(self) -> frozenset[str]:
+        """The stops whose gap is an angle."""
+        units = {coordinate.joint: coordinate.unit for coordinate in self.mechanism.coordinates}
+        stops = (x for x in self.mechanism.one_way if x.kind == "stop")
+        return frozenset(x.name for x in stops if units.get(x.group) == "rad")
+
+    @cached_property
+    def slides(self) -> Floats:
+        """Of each speed (nu,) 1 where it is in m/s, else 0."""
+        return np.array([float(speed.unit == "m/s") for speed in self.mechanism.speeds])
+
+    @cached_property
+    def elements(self) -> dict[str, int]:
+        """The number of each element by its name."""
+        return {element.name: k for k, element in enumerate(self.mechanism.one_way)}
+
+    @cached_property
+    def parts(self) -> dict[str, int]:
+        """The number of each friction part that rubs by its name."""
+        return {part.name: k for k, (_, part) in enumerate(friction_parts(self.mechanism))}
+
+    def at(self, t: float, q: Floats, u: Floats, scale: Scale) -> Facts:
+        """Return the numbers at an instant."""
+        known = t, q, u, self.parameters
+        inputs = self.compiled["inputs"](*known)[0] if self.mechanism.inputs else np.zeros(0)
+        function = self.compiled["laws"]
+        names = [name for name, _ in function.signature.outputs]
+        return Facts(self, t, q, u, scale, dict(zip(names, function(*known, inputs, np.zeros(0)), strict=True)))
+
+
+@dataclass(frozen=True, eq=False)
+class Facts:
+    """The outputs of `law_program` at time t, coordinates q and speeds u; `scale` is that of the run."""
+
+    laws: Laws
+    t: float
+    q: Floats
+    u: Floats
+    scale: Scale
+    known: dict[str, Floats]
+
+    def place(self, row: Row) -> int:
+        """Return the place of a row."""
+        return self.laws.places[row.name]
+
+    def gap(self, element: OneWay) -> float:
+        """Return phi of an element that holds one way only."""
+        return float(self.known["phi"][self.place(element.normals[0])])
+
+    def rate(self, element: OneWay) -> float:
+        """Return the speed at which an element opens."""
+        return float(self.known["phidot"][self.place(element.normals[0])])
+
+    def allowed_gap(self, element: OneWay, part: float = TOUCHING) -> float:
+        """Return the gap up to which an element counts as closed."""
+        return part * (1.0 if element.name in self.laws.turning else self.scale.length)
+
+    def allowed_speed(self, row: Row, part: float = TOUCHING) -> float:
+        """Return the speed along a row up to which it counts as being at rest."""
+        slides = self.laws.slides
+        sizes = slides * self.scale.speed + (1.0 - slides) * self.scale.turning
+        return part * float(np.abs(self.known["jacobian"][self.place(row)]) @ sizes)
+
+    def standing(self, element: OneWay) -> str:
+        """Return how a unilateral element stands: `open`, `inside`, or closed: `touching`, `leaving`, `closing`."""
+        gap, rate = self.gap(element), self.rate(element)
+        allowed = self.allowed_gap(element)
+        if gap > allowed or self.known["reaches"][self.laws.elements[element.name]] < -allowed:
+            return "open"
+        if gap < -allowed:
+            return "inside"
+        slow = abs(rate) <= self.allowed_speed(element.normals[0])
+        return "touching" if slow else "leaving" if rate > 0.0 else "closing"
+
+    def speeds(self, x: Floats) -> Floats:
+        """Return the change of the speeds (nu,) that weighted coordinates x (n,) stand for."""
+        changed: Floats = self.known["inverse"] @ x
+        return changed
+
+
+def posed(facts: Facts, closed: Collection[str]) -> PosedLaws:
+    """Return the problem in which the unilateral elements named `closed` may act, and friction in joints always."""
+    laws = facts.laws
+    elements = tuple(x for x in laws.mechanism.one_way if x.name in closed or not x.unilateral)
+    parts = tuple(part for x in elements for part in x.frictions if part.name in laws.parts)
+    names = [row.name for row in laws.mechanism.rows]
+    for element in elements:
+        names += [row.name for row in element.normals]
+        names += [row.name for part in element.frictions if part.name in laws.parts for row in part.rows]
+    places = np.array([laws.places[name] for name in names], dtype=int)
+    known, found = facts.known, {name: k for k, name in enumerate(names)}
+    rules, frictions = _laws(facts, elements, found)
+    problem = LawProblem(
+        known["matrix"][places],
+        known["exerted"][places],
+        known["coupling"][np.ix_(places, places)],
+        known["right"][places],
+        rules,
+        frictions,
+    )
+    return PosedLaws(laws.mechanism, problem, elements, parts, tuple(names))
+
+
+def _laws(
+    facts: Facts, elements: Sequence[OneWay], found: dict[str, int]
+) -> tuple[tuple[Law, ...], tuple[FrictionLaw, ...]]:
+    laws: list[Law] = [Equality() for _ in found]
+    frictions: list[FrictionLaw] = []
+    for element in elements:
+        if element.unilateral:
+            laws[found[element.normals[0].name]] = Unilateral()
+        for part in element.frictions:
+            number = facts.laws.parts.get(part.name)
+            if number is None:
+                continue
+            for component, row in enumerate(part.rows):
+                laws[found[row.name]] = Friction(len(frictions), component)
+            static, kinetic = facts.known["coefficients"][number].tolist()
+            velocity = [float(facts.known["phidot"][facts.place(row)]) for row in part.rows]
+            rests = float(np.linalg.norm(velocity)) <= max(facts.allowed_speed(row) for row in part.rows)
+            frictions.append(
+                FrictionLaw(
+                    tuple(found[row.name] for row in part.rows),
+                    tuple(found[element.normals[k].name] for k in part.normals),
+                    static,
+                    kinetic,
+                    (0.0,) * len(velocity) if rests else tuple(velocity),
+                    part.norm,
+                    part.enough,
+                )
+            )
+    return tuple(laws), tuple(frictions)

@@ -1,0 +1,131 @@
+"""A mode of a run as a problem to integrate: each mode is made and compiled once, however often a run comes back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.dynamics.laws.assemble import PosedLaws
+from multibody_sym.dynamics.laws.problem import LawState
+from multibody_sym.dynamics.programs.switching import Switching, switchings
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.modes import in_mode
+from multibody_sym.model.mechanism.one_way import Mode
+from multibody_sym.model.mechanism.parameters import INDEPENDENT
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import ROUNDED, rank
+from multibody_sym.runtime.loading import Compiled
+from multibody_sym.runtime.problem import Begun, Problem
+from multibody_sym.simulation.one_way.decision import Decided
+from multibody_sym.simulation.one_way.facts import Facts
+from multibody_sym.simulation.one_way.held import held_speeds
+
+_FORCES: Final = 2e-13
+"""The part of the largest force by which a switching function of forces may be beyond zero."""
+_SPEEDS: Final = 1e-13
+_GAPS: Final = 1e-14
+"""And of the speeds along its rows, and of the model's size."""
+_AT_REST: Final = 1e-9
+"""The part of a speed along two rows below which what slides in space has stopped."""
+
+Key = tuple[tuple[tuple[str, int], ...], ...]
+
+
+def key_of(mode: Mode) -> Key:
+    """Return what tells modes apart: not the directions of slip in space, which are numbers of a run."""
+    starts = tuple((name, 1) for name in sorted(mode.directions))
+    return tuple(sorted(mode.sides.items())), tuple(sorted(mode.slips.items())), starts
+
+
+@dataclass(frozen=True, eq=False)
+class ModeProgram:
+    """A mechanism in a mode, its Programs and switching functions."""
+
+    mechanism: Mechanism
+    compiled: Compiled
+    switchings: tuple[Switching, ...]
+
+
+class Modes:
+    """The modes that a run of a mechanism has been in; `make` compiles, `template` is the run's problem."""
+
+    def __init__(self, mechanism: Mechanism, make: Callable[[Mechanism], Compiled], template: Problem) -> None:
+        self.mechanism = mechanism
+        self.template = template
+        self._make = make
+        self._known: dict[Key, ModeProgram] = {}
+
+    def program(self, mode: Mode, at: Facts) -> ModeProgram:
+        """Return the Programs of a mode; which speeds it holds shows at the first instant at which a run is in it."""
+        key = key_of(mode)
+        if key not in self._known:
+            entered = in_mode(self.mechanism, mode)
+            values = self.parameters(entered, at.laws.parameters, mode, 0)
+            held = held_speeds(entered, values, at.t, at.q)
+            entered = replace(entered, held=held)
+            self._known[key] = ModeProgram(entered, self._make(entered), switchings(entered))
+        return self._known[key]
+
+    def parameters(self, entered: Mechanism, values: Floats, mode: Mode, independent: int) -> Floats:
+        """Return the parameters (np,) of a mechanism in a mode, by those of the mechanism in none."""
+        base = self.mechanism.parameters.places
+        directions = iter([x for direction in mode.directions.values() for x in direction])
+        found = []
+        for entry in entered.parameters:
+            if entry.name == INDEPENDENT:
+                found.append(float(independent))
+            elif entry.name in base:
+                found.append(float(values[base[entry.name]]))
+            else:
+                found.append(next(directions) if entry.name.startswith("direction of ") else 0.0)
+        return np.array(found)
+
+    def problem(self, decided: Decided, begun: Begun | None) -> tuple[Problem, ModeProgram]:
+        """Return the run from an instant on in the mode that was found."""
+        at, mode, state = decided.facts, decided.mode, decided.state
+        assert mode is not None
+        assert state is not None
+        program = self.program(mode, at)
+        entered = program.mechanism
+        independent = independent_rows(entered, decided.posed)
+        values = self.parameters(entered, at.laws.parameters, mode, independent)
+        count = len(program.switchings)
+        own = self.template.terminal[: len(entered.stops) + len(entered.kinks) + len(entered.fades)]
+        u = at.u.copy()
+        u[list(entered.held)] = 0.0
+        problem = replace(
+            self.template,
+            compiled=program.compiled,
+            q0=at.q,
+            u0=u,
+            parameters=values,
+            project=bool(entered.rows) and self.template.project,
+            independent=float(independent),
+            terminal=own + (True,) * count,
+            margins=tuple(_margin(one, at, state) for one in program.switchings),
+            limiting=sum(one.limits for one in program.switchings),
+            begun=begun,
+        )
+        return problem, program
+
+
+def independent_rows(entered: Mechanism, posed: PosedLaws) -> int:
+    """Return how many rows of a mechanism in a mode are independent, as its laws have them."""
+    places = [posed.places[row.name] for row in entered.rows]
+    matrix = np.hstack([posed.problem.matrix[places], posed.problem.coupling[places]])
+    return int(rank(matrix, ROUNDED)) if places else 0
+
+
+def _margin(one: Switching, at: Facts, state: LawState) -> float:
+    """Return by how much a switching function may exceed zero: what rounding may make of nothing."""
+    if one.limits:
+        return _FORCES * float(np.abs(state.z).max(initial=0.0))
+    if one.ends in ("closes", "leaves"):
+        return at.allowed_gap(one.element, _GAPS)
+    assert one.part is not None
+    if one.ends == "stops":
+        return at.allowed_speed(one.part.rows[0], _SPEEDS)
+    return -max(at.allowed_speed(row, _AT_REST) for row in one.part.rows)

@@ -1,0 +1,81 @@
+"""Samples of one mechanism: what its Programs say at each. A run in modes has several such parts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from multibody_sym.dynamics.programs.reactions import reactions
+from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.rows import row_motions
+from multibody_sym.kinematics.state import arrays, slot_state
+from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.program.statements import Array
+from multibody_sym.program.trace import Trace
+from multibody_sym.runtime.loading import Backend, Compiled, load
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Samples at times t (m,), with q (m, nq) and u (m, nu), of a mechanism with `parameters` (np,)."""
+
+    mechanism: Mechanism
+    compiled: Compiled
+    parameters: Floats
+    t: Floats
+    q: Floats
+    u: Floats
+
+    @cached_property
+    def arguments(self) -> tuple[Floats, ...]:
+        """What every Program takes: t, q, u, parameters, inputs, modes."""
+        given = (self.t, self.q, self.u, self.parameters)
+        if len(self.t) == 0:
+            return (*given, np.empty((0, len(self.mechanism.inputs))), np.empty(0))
+        (inputs,) = self.compiled.map("inputs", *given)
+        return (*given, inputs, np.empty(0))
+
+    def evaluated(self, program: str) -> tuple[Floats, ...]:
+        """Return what a Program says at each sample."""
+        return self.compiled.map(program, *self.arguments)
+
+    @cached_property
+    def derivative(self) -> tuple[Floats, ...]:
+        """Rates of coordinates and speeds, multipliers and the solve's report."""
+        return self.evaluated("state_derivative")
+
+    @cached_property
+    def multipliers(self) -> Mapping[str, Floats]:
+        """The multiplier of each row by name (m,)."""
+        return dict(zip((row.name for row in self.mechanism.rows), self.derivative[2].T, strict=True))
+
+    def multiplier(self, name: str) -> Floats:
+        """Return the multiplier of a row (m,); zero where the mechanism has no such row."""
+        known = self.multipliers
+        return known[name] if name in known else np.zeros(len(self.t))
+
+    @cached_property
+    def reactions(self) -> Floats:
+        """What each joint exerts on its child (m, joints, 6)."""
+        program = reaction_program(self.mechanism, self.compiled.likewise)
+        (values,) = program.map("reactions", *self.arguments, self.derivative[1], self.derivative[2])
+        return values
+
+
+def reaction_program(mechanism: Mechanism, backend: Backend | None) -> Compiled:
+    """Return `reactions`: (t, q, u, parameters, inputs, modes, udot (nu), multipliers (ns)) -> values (joints, 6).
+
+    The joints are those of the tree, then the cut ones (`Mechanism.joint_names`).
+    """
+    unknown = (Array("udot", (len(mechanism.speeds),)), Array("multipliers", (len(mechanism.rows),)))
+    trace = Trace("reactions", (*arrays(mechanism), *unknown))
+    motion = motion_of(mechanism, slot_state(mechanism))
+    found = reactions(motion, trace["udot"], row_motions(motion), trace["multipliers"])
+    names = mechanism.joint_names
+    values = [found[name][component] for name in names for component in COMPONENTS]
+    program = trace.finish({"values": ((len(names), len(COMPONENTS)), values)})
+    return load({"reactions": program}, backend=backend)

@@ -1,0 +1,207 @@
+"""Runs of what holds one way only, from switch to switch: times and states against closed forms."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.errors import NoSolutionError
+
+G = 9.81
+HEAD = "multibody_sym: 1\nname: case\ngravity: [0, -9.81, 0]\n"
+EXACT = {"rtol": 1e-12, "atol": 1e-13}
+
+
+def simulated(text, **options):
+    return mbs.simulate(mbs.loads(HEAD + text), **options)
+
+
+def told(run):
+    return [(event["element"], event["kind"]) for event in run.events]
+
+
+def times(run, *kinds):
+    return [event["t"] for event in run.events if not kinds or event["kind"] in kinds]
+
+
+def thrown(mu, alpha=0.4, more=""):
+    return f"""
+parameters: {{a: {alpha}, mu: {mu}}}
+bodies:
+  block: {{mass: 2}}
+  ground: {{surfaces: {{face: {{plane: [0, 0, 0], normal: [-sin(a), cos(a), 0]}}}}}}
+joints:
+  free: {{type: point, parent: ground, child: block, q: [x, y], initial: {{u: ["5*cos(a)", "5*sin(a)"]}}}}
+contacts:
+  c1: {{between: [block, ground.face], static: mu, kinetic: mu}}
+{more}"""
+
+
+def test_a_block_thrown_up_an_incline_comes_back():
+    run = simulated(thrown(0.25), t_end=3.0, **EXACT)
+    up = G * (math.sin(0.4) + 0.25 * math.cos(0.4))
+    down = G * (math.sin(0.4) - 0.25 * math.cos(0.4))
+    assert told(run) == [("c1", "slide-")]
+    assert times(run) == pytest.approx([5 / up], rel=1e-12)
+    along = run["x"] * math.cos(0.4) + run["y"] * math.sin(0.4)
+    turn = 5 / up
+    wanted = np.where(run.t < turn, 5 * run.t - up / 2 * run.t**2, 12.5 / up - down / 2 * (run.t - turn) ** 2)
+    np.testing.assert_allclose(along, wanted, atol=1e-10)
+    np.testing.assert_allclose(run.t, np.arange(1001) * 0.003, rtol=1e-15)
+
+
+@pytest.mark.parametrize("t_end", [1e3, 1e6])
+def test_a_block_that_stops_on_an_incline_stays_to_the_last_bit(t_end):
+    run = simulated(thrown(0.6), t_end=t_end, samples=101)
+    stop = 5 / (G * (math.sin(0.4) + 0.6 * math.cos(0.4)))
+    assert told(run) == [("c1", "stick")]
+    assert times(run) == pytest.approx([stop], rel=1e-9)
+    after = run.t > stop
+    assert np.ptp(run["x"][after]) == np.ptp(run["y"][after]) == 0.0
+    assert (run["u_x"][after] == 0.0).all()
+    assert run["x"][-1] == pytest.approx(2.5 * stop * math.cos(0.4), rel=1e-8)
+
+
+def test_both_backends_take_the_same_way():
+    first, other = (simulated(thrown(0.25), t_end=1.0, samples=11, backend=name) for name in ("c", "python"))
+    assert times(first) == pytest.approx(times(other), rel=1e-14)
+    np.testing.assert_allclose(first.q, other.q, rtol=1e-12)
+    assert first.statistics["steps"] == other.statistics["steps"]
+
+
+def test_block_on_block_under_a_growing_force():
+    """The lower one slides when the force is mu2 (m + M) g, the upper one slips when it is (mu1 + mu2) (m + M) g."""
+    text = """
+parameters: {m: 1.5, M: 4, mu1: 0.4, mu2: 0.15}
+bodies:
+  block: {mass: m}
+  plank: {mass: M, surfaces: {top: {plane: [0, 0, 0], normal: y}}}
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+joints:
+  a: {type: point, parent: ground, child: block, q: [x, y]}
+  b: {type: point, parent: ground, child: plank, q: [X, Y]}
+forces:
+  F: {type: force, on: plank, value: [7*t, 0, 0]}
+contacts:
+  c1: {between: [block, plank.top], static: mu1, kinetic: mu1}
+  c2: {between: [plank, ground.floor], static: mu2, kinetic: mu2}
+"""
+    run = simulated(text, t_end=6.0, **EXACT)
+    slides, slips = 0.15 * 5.5 * G / 7, 0.55 * 5.5 * G / 7
+    assert told(run) == [("c2", "slide+"), ("c1", "slide-")]
+    assert times(run) == pytest.approx([slides, slips], rel=1e-9)
+    late = run.t[-1] - slips
+    speed = 7 * (slips - slides) ** 2 / 2 / 5.5
+    assert run["u_x"][-1] == pytest.approx(speed + 0.4 * G * late, rel=1e-9)
+    assert (run["x"][run.t < slides] == 0.0).all()
+
+
+BELT = """
+parameters: {m: 1.5, k: 40, v: 0.3, mus: 0.5, muk: 0.3}
+bodies:
+  block: {mass: m}
+  belt: {mass: 1, surfaces: {top: {plane: [0, 0, 0], normal: y}}}
+joints:
+  free: {type: point, parent: ground, child: block, q: [x, y], initial: {u: [v, 0]}}
+  run: {type: prismatic, parent: ground, child: belt, axis: x}
+constraints:
+  drive: {type: motion, joint: run, value: v*t}
+forces:
+  spring: {type: force, on: block, value: [-k*x, 0, 0]}
+contacts:
+  c1: {between: [block, belt.top], static: mus, kinetic: muk}
+"""
+
+
+def test_a_mass_on_a_belt_sticks_and_slips_for_fifty_periods():
+    m, k, v, static, kinetic = 1.5, 40, 0.3, 0.5, 0.3
+    w, A = math.sqrt(k / m), (static - kinetic) * m * G / k
+    slip, stick = 2 / w * (math.pi - math.atan(A * w / v)), 2 * A / v
+    first = static * m * G / k / v
+    run = simulated(BELT, t_end=50 * (slip + stick) + first, rtol=1e-11, atol=1e-12)
+    begins = first + np.arange(50) * (slip + stick)
+    assert times(run, "slide-")[:50] == pytest.approx(begins, rel=1e-9)
+    assert times(run, "stick") == pytest.approx(begins + slip, rel=1e-9)
+
+
+def test_a_ball_slides_into_rolling():
+    text = """
+parameters: {r: 0.1, mu: 0.2}
+bodies:
+  ball: {mass: 1.5, inertia: {Izz: 2/5*1.5*r^2}, surfaces: {skin: {disc: r, axis: z}}}
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+joints:
+  free: {type: planar, parent: ground, child: ball, q: [x, y, th], initial: {q: [0, r, 0], u: [3, 0, 0]}}
+contacts:
+  c1: {between: [ball.skin, ground.floor], static: mu, kinetic: mu}
+"""
+    run = simulated(text, t_end=2.0, **EXACT)
+    assert told(run) == [("c1", "stick")]
+    assert times(run) == pytest.approx([2 * 3 / (7 * 0.2 * G)], rel=1e-12)
+    assert run["u_x"][-1] == pytest.approx(3 * 5 / 7, rel=1e-12)
+    assert run["u_th"][-1] == pytest.approx(-3 * 5 / 7 / 0.1, rel=1e-12)
+    assert (run["y"] == 0.1).all()
+
+
+def test_a_rope_goes_slack_and_taut_again():
+    """A bob on a string: slack where v^2 = g y, then a parabola until it is at the length again; the rope takes v_n."""
+    text = """
+bodies:
+  bob: {mass: 1.5}
+joints:
+  free: {type: point, parent: ground, child: bob, q: [x, y], initial: {q: [0, -1], u: [5.5, 0]}}
+constraints:
+  string: {type: rope, path: [ground, bob], length: 1, slack: true}
+"""
+    run = simulated(text, t_end=1.3, **EXACT)
+    assert told(run) == [("string", "slack"), ("string", "taut")]
+    y = (5.5**2 - 2 * G) / (3 * G)
+    x, speed = math.sqrt(1 - y * y), math.sqrt(G * y)
+    vx, vy = -speed * y, speed * x
+    slack, taut = times(run)
+    # |(x, y) + v s - g s^2/2|^2 = 1 has the root 0 three times: g^2/4 s + g.v = 0 is left over
+    assert taut - slack == pytest.approx(4 * vy / G, rel=1e-9)
+    s = 4 * vy / G
+    place, before = np.array([x + vx * s, y + vy * s - G / 2 * s * s]), np.array([vx, vy - G * s])
+    tangent = np.array([-place[1], place[0]])
+    after = simulated(text, t_end=taut + 1e-6, samples=2, **EXACT).u[-1]
+    np.testing.assert_allclose(after, tangent * (tangent @ before), atol=2e-5)
+    assert run.energy[-1] == pytest.approx(0.75 * (tangent @ before) ** 2 + 1.5 * G * place[1], rel=1e-9)
+    assert (run.tensions["string"][(run.t > slack) & (run.t < taut)] == 0.0).all()
+
+
+ROD = """
+parameters: {{mu: 2}}
+bodies:
+  rod: {{mass: 1, inertia: {{Izz: 1/3}}, points: {{end: [-1, 0, 0]}}}}
+  ground: {{surfaces: {{floor: {{plane: [0, 0, 0], normal: y}}}}}}
+joints:
+  free:
+    type: planar
+    parent: ground
+    child: rod
+    q: [x, y, th]
+    initial: {{q: [0, "sin({0})", {0}], u: ["-({1})*sin({0}) + {2}", "({1})*cos({0})", {1}]}}
+contacts:
+  c1: {{between: [rod.end, ground.floor], static: mu, kinetic: mu}}
+"""
+
+
+def test_painleves_rod_slips_the_other_way_where_it_can_neither_slide_on_nor_stick():
+    run = simulated(ROD.format(0.15, 2, -8), t_end=0.331, **EXACT)
+    assert told(run) == [("c1", "slide+")]
+    assert times(run) == pytest.approx([0.330004627001], rel=1e-11)
+
+
+def test_painleves_rod_without_a_state_is_told():
+    with pytest.raises(NoSolutionError, match="fulfils the laws of contact and friction together"):
+        simulated(ROD.format(1.3, 0, -8), t_end=0.1)
+
+
+def test_of_several_states_the_run_takes_one_and_says_so():
+    run = simulated(ROD.format(0.9, -4, -8), t_end=0.01)
+    assert run.events[0]["kind"] == "several states"
+    assert run.events[0]["t"] == 0.0
