@@ -326,6 +326,8 @@ def friction_factors(sliding: Sliding, along: Sequence[RowMotion], motion: Motio
     if sliding.starts is not None:
         velocity = [v + _AT_REST * d for v, d in zip(velocity, motion.state.values(sliding.starts), strict=True)]
     speed = sqrt(sum(v * v for v in velocity))
+    if isinstance(speed, float) and speed == 0.0:  # at rest without a direction to slide in: nothing leads anywhere yet
+        return [0.0] * len(velocity)
     return [-coefficient * v / speed for v in velocity]
 
 

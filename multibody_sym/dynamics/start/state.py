@@ -183,7 +183,7 @@ def _is_near(rows: OneWayRows, element: OneWay) -> bool:
     """Return whether an element closes where its start is put right by a little; stops stand where they stand."""
     if not element.unilateral or element.open or element.kind == "stop":
         return False
-    return abs(rows.gap(element)) <= rows.allowed_gap(element, NEAR)
+    return abs(rows.gap(element)) <= rows.allowed_gap(element, NEAR) and rows.reaches(element)
 
 
 def _closing(base: Mechanism, near: Sequence[OneWay]) -> Mechanism:

@@ -1,0 +1,108 @@
+"""Whole models with contacts find their state at the start, from files that say nothing of directions."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.routes import FORMALISMS
+from multibody_sym.dynamics.start.state import StartState, state_at
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.resolution.resolve import mechanism
+
+G = 10.0
+FLOOR = "ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}"
+
+
+def begun(text: str) -> StartState:
+    return state_at(mechanism(mbs.loads(f"multibody_sym: 1\nname: m\ngravity: [0, -10, 0]\n{text}")))
+
+
+def numbers(found: StartState) -> dict[str, float]:
+    """Return udot by speeds' names and multipliers by rows' names."""
+    chosen, begin = found.mechanism, found.start
+    state = state_of(chosen, float, 0.0, begin.q, begin.u, begin.parameters)
+    solved = forward_dynamics(FORMALISMS["composite_body"](chosen, state))
+    names = [*(s.name for s in chosen.speeds), *(row.name for row in chosen.rows)]
+    return dict(zip(names, map(float, [*solved.udot, *solved.multipliers]), strict=True))
+
+
+def closed(found: StartState) -> dict[str, str]:
+    return {name: word for name, word in found.words.items() if word != "open"}
+
+
+@pytest.mark.parametrize(
+    ("place", "force", "words"),
+    [
+        ("top", 1.9, {"c.corner1": "stick", "c.corner2": "stick"}),
+        ("top", 2.1, {"c.corner2": "stick"}),  # 1 m F > 0.2 m * 10 N: it tips about its right edge
+        ("origin", 2.9, {"c.corner1": "stick", "c.corner2": "stick"}),
+        ("origin", 3.1, {"c.corner1": "slide+", "c.corner2": "slide+"}),
+        ("origin", -3.1, {"c.corner1": "slide-", "c.corner2": "slide-"}),
+    ],
+)
+def test_a_pushed_box_stands_tips_or_slides(place: str, force: float, words: dict[str, str]) -> None:
+    found = begun(f"""\
+bodies:
+  {FLOOR}
+  box: {{shape: {{box: [0.4, 1, 1], mass: 1}}, points: {{top: [-0.2, 0.5, 0]}}}}
+joints: {{J: {{type: planar, parent: ground, child: box, initial: {{q: [0, 0.5, 0]}}}}}}
+forces: {{push: {{type: force, on: box, at: {place}, value: [{force}, 0, 0]}}}}
+contacts: {{c: {{between: [box, ground.floor], static: 0.3}}}}
+""")
+    assert closed(found) == words
+
+
+def test_a_box_beside_a_table_does_not_touch_its_level() -> None:
+    found = begun("""\
+bodies:
+  ground: {surfaces: {table: {plane: [0, 0, 0], normal: y, between: [[-1, 0, 0], [0, 0, 0]]}}}
+  box: {shape: {box: [0.4, 0.2, 1], mass: 1}}
+joints: {J: {type: planar, parent: ground, child: box, initial: {q: [0.1, 0.1, 0]}}}
+contacts: {c: {between: [box, ground.table], static: 0.3}}
+""")
+    assert set(closed(found)) == {"c.bottom.end2"}  # its centre is beyond the edge, about which it tips
+    assert numbers(found)["u_J_theta"] < -1.0
+
+
+def test_a_ball_in_space_begins_to_slide_from_speed_and_from_rest() -> None:
+    text = """\
+bodies: {%s, ball: {shape: {sphere: 0.5, mass: 2}}}
+joints: {J: {type: free, parent: ground, child: ball, initial: {q: [0, 0.5, 0, 1, 0, 0, 0], u: [%s, 0, 0, 0]}}}
+forces: {push: {type: force, on: ball, value: [%s]}}
+contacts: {c: {between: [ball, ground.floor], static: 0.3}}
+"""
+    found = begun(text % (FLOOR, "3, 0, 4", "0, 0, 0"))
+    assert closed(found) == {"c": "slide"}
+    assert [numbers(found)[f"u_J_{x}"] for x in "xz"] == pytest.approx([-1.8, -2.4], rel=1e-9)
+    pushed = begun(text % (FLOOR, "0, 0, 0", "24, 0, 32"))  # rolling would need 2/7 of 40 N: more than 6 N
+    assert closed(pushed) == {"c": "slide"}
+    assert [numbers(pushed)[f"u_J_{x}"] for x in "xz"] == pytest.approx([0.6 * 17, 0.8 * 17], rel=1e-9)
+
+
+def test_a_ladder_rests_or_slides() -> None:
+    """It rests if tan(theta) >= (1 - mu_f mu_w)/(2 mu_f)."""
+    for mu, rests in ((0.36, True), (0.29, False)):
+        limit = math.atan((1 - mu * 0.2) / (2 * mu))
+        found = begun(f"""\
+parameters: {{a: 0.95, mu: {mu}}}
+bodies:
+  ground: {{surfaces: {{floor: {{plane: [0, 0, 0], normal: y}}, wall: {{plane: [0, 0, 0], normal: x}}}}}}
+  ladder: {{shape: {{rod: 4, mass: 6}}}}
+joints: {{J: {{type: planar, parent: ground, child: ladder, initial: {{q: [4*cos(a), 0, pi - a]}}}}}}
+contacts: {{f: {{between: [ladder, ground.floor], static: mu}}, w: {{between: [ladder, ground.wall], static: 0.2}}}}
+""")
+        assert (limit < 0.95) is rests
+        assert (abs(numbers(found)["u_J_theta"]) < 1e-12) is rests
+
+
+def test_what_starts_inside_is_told() -> None:
+    with pytest.raises(mbs.ModelError, match=r"contacts.c: block starts 0.002 m inside ground.floor; move it out"):
+        begun(f"""\
+bodies: {{{FLOOR}, block: {{mass: 1}}}}
+joints: {{J: {{type: point, parent: ground, child: block, initial: {{q: [0, -0.002]}}}}}}
+contacts: {{c: {{between: [block, ground.floor], static: 0.3}}}}
+""")
