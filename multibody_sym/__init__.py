@@ -75,6 +75,7 @@ if TYPE_CHECKING:
     from multibody_sym.model.declaration.settings import Ask as Ask
     from multibody_sym.model.declaration.settings import Baumgarte as Baumgarte
     from multibody_sym.model.declaration.settings import Settings as Settings
+    from multibody_sym.model.declaration.settings import SmoothFriction as SmoothFriction
     from multibody_sym.model.declaration.settings import Stabilisation as Stabilisation
     from multibody_sym.model.declaration.surfaces import Surface as Surface
     from multibody_sym.model.declaration.system import System as System
@@ -132,7 +133,7 @@ _NAMES = {
     "model.declaration.joints": "Custom Cylindrical Direct Fixed Free Planar PointJoint Prismatic Revolute Screw "
     "Spherical Universal",
     "model.declaration.parameters": "Parameter",
-    "model.declaration.settings": "Ask Baumgarte Settings Stabilisation",
+    "model.declaration.settings": "Ask Baumgarte Settings SmoothFriction Stabilisation",
     "model.declaration.surfaces": "Surface",
     "model.declaration.system": "System parameters t variable",
     "model.declaration.tables": "Table",

@@ -113,9 +113,10 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
     "Screw": {**_STATE, "motion": None, "axis": "x", "pitch": 1},
     "Settings": {
         "t_end": 1, "step": None, "rtol": 1e-6, "atol": 1e-6, "method": "rk4", "samples": 3, "coordinates": "relative",
-        "constraints": {"projection": True}, "project": False, "multipliers": "basic",
+        "constraints": {"projection": True}, "project": False, "multipliers": "basic", "friction": None,
     },
     "Shape": {"kind": "rod", "sizes": [1], "mass": 1},
+    "SmoothFriction": {"regularised": 1e-3},
     "Spherical": {**_MOVES, "angles": "xyz"},
     "SpringDamper": {"stiffness": 1, **_ENDS, "joint": None, "freedom": None, "damping": 1, "length": 1},
     "Stabilisation": {"baumgarte": {"alpha": 1}, "projection": None, "index_2": None},

@@ -14,8 +14,8 @@ import numpy as np
 from multibody_sym.analysis.reference import Reference, dalembert
 from multibody_sym.dynamics.formalisms.equations import Formalism
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.kinematics.joint_forces import along_reactions
 from multibody_sym.kinematics.motion import motion_of
-from multibody_sym.kinematics.rows import along_reactions
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import EPSILON, Floats

@@ -20,9 +20,10 @@ from multibody_sym.dynamics.formalisms.forward_dynamics import Accelerations
 from multibody_sym.dynamics.formalisms.inverse_dynamics import joint_wrenches
 from multibody_sym.dynamics.programs.reactions import acting
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy, split
+from multibody_sym.kinematics.joint_forces import along_reactions
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
-from multibody_sym.kinematics.rows import along_reactions, row_motions
+from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State, slot_state
 from multibody_sym.kinematics.wrenches import Wrench, generalized_forces
 from multibody_sym.model.declaration.values import AXES

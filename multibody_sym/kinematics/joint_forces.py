@@ -7,8 +7,9 @@ virtual motion in which they move as one rigid body: the joint's point along f, 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import BodyMass, Motion, accelerations, from_parent, spread
@@ -16,6 +17,7 @@ from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench, generalized_forces
 from multibody_sym.model.mechanism.force_rows import ReactionRow
 from multibody_sym.model.mechanism.rows import CutJoint
+from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.vectors import (
     S,
     Vec,
@@ -28,6 +30,8 @@ from multibody_sym.scalars.vectors import (
 )
 
 Twist = tuple[Vec, Vec]
+_NEARLY_ZERO: Final = 1e-300
+"""The square of a force that has no direction."""
 
 
 @dataclass(frozen=True)
@@ -110,3 +114,15 @@ def _inertia(motion: Motion, index: int, a: Vec, alpha: Vec) -> Wrench:
 
 def _power(twist: Twist, wrench: Wrench) -> S:
     return dot(twist[0], wrench[0]) + dot(twist[1], wrench[1])
+
+
+def along_reactions(
+    forces: Sequence[Sequence[S]], beside: Mapping[int, int], multipliers: Sequence[S]
+) -> list[list[S]]:
+    """Return what rows exert (s x nu), those that go `beside` others times their part of the vectors' direction."""
+    found = [list(row) for row in forces]
+    for k, other in beside.items():
+        x, y = multipliers[k], multipliers[other]
+        part = x / sqrt(x * x + y * y + _NEARLY_ZERO)
+        found[k] = [part * f for f in found[k]]
+    return found

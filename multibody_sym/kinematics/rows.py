@@ -58,10 +58,6 @@ _AT_REST: Final = 1e-12
 """The speed (m/s) up to which what slips from rest keeps the direction in which it starts."""
 
 
-_NEARLY_ZERO: Final = 1e-300
-"""The square of a force that has no direction."""
-
-
 @dataclass(frozen=True)
 class RowMotion:
     """One row at a state: phi, phidot, the row H_j (nu), gamma, and the wrenches of a unit multiplier on the bodies.
@@ -114,18 +110,6 @@ def row_motions(motion: Motion) -> list[RowMotion]:
     return with_reactions(motion, found)
 
 
-def along_reactions(
-    forces: Sequence[Sequence[S]], beside: Mapping[int, int], multipliers: Sequence[S]
-) -> list[list[S]]:
-    """Return what rows exert (s x nu), those that go `beside` others times their part of the vectors' direction."""
-    found = [list(row) for row in forces]
-    for k, other in beside.items():
-        x, y = multipliers[k], multipliers[other]
-        part = x / sqrt(x * x + y * y + _NEARLY_ZERO)
-        found[k] = [part * f for f in found[k]]
-    return found
-
-
 def with_reactions(motion: Motion, rows: Sequence[RowMotion]) -> list[RowMotion]:
     """Return the rows with those that define parts of reactions filled in, which depend on all others."""
     found, wrenches = list(rows), [row.of_body for row in rows]
@@ -139,7 +123,8 @@ def with_reactions(motion: Motion, rows: Sequence[RowMotion]) -> list[RowMotion]
         share, rubbing = motion.state.values([defining.share, defining.rubbing])
         coupling = {j: x for j, x in enumerate(part.of_rows) if x is not ZERO and not is_exactly(x, 0)}
         for friction in sliding if defining.rubbing is not ZERO else ():
-            share = share + rubbing * friction_factors(friction, [], motion)[0]
+            along = [row_motion(direction, motion, ()) for direction in friction.rows]
+            share = share + rubbing * friction_factors(friction, along, motion)[0]
         if defining.rubs in names:
             coupling[names.index(defining.rubs)] = -rubbing
         beside = next((names.index(friction.beside) for friction in sliding if friction.beside), None)
@@ -320,9 +305,13 @@ def coefficients(motion: Motion, rows: Sequence[Row], declared: Sequence[Node]) 
 def friction_factors(sliding: Sliding, along: Sequence[RowMotion], motion: Motion) -> list[S]:
     """Return for a unit normal force the friction along each row: -mu sign(v_t), in space -mu v_t / |v_t|."""
     (coefficient,) = coefficients(motion, sliding.rows, [sliding.coefficient])
+    velocity = [tangent.phidot for tangent in along]
+    if sliding.regularised is not None:
+        (least,) = motion.state.values([sliding.regularised])
+        speed = sqrt(sum(v * v for v in velocity) + least * least)
+        return [-coefficient * v / speed for v in velocity]
     if len(sliding.rows) == 1:
         return [-sliding.sense * coefficient]
-    velocity = [tangent.phidot for tangent in along]
     if sliding.starts is not None:
         velocity = [v + _AT_REST * d for v, d in zip(velocity, motion.state.values(sliding.starts), strict=True)]
     speed = sqrt(sum(v * v for v in velocity))

@@ -22,7 +22,7 @@ from functools import reduce
 from typing import Final, Protocol
 
 from multibody_sym.dynamics.formalisms.equations import Friction, MassFactors
-from multibody_sym.kinematics.rows import along_reactions
+from multibody_sym.kinematics.joint_forces import along_reactions
 from multibody_sym.scalars.functions import maximum, sqrt
 from multibody_sym.scalars.node import ZERO, Node
 from multibody_sym.scalars.vectors import S
@@ -120,18 +120,23 @@ def _along_reactions(
 def _rubbing(
     factors: MassFactors, free: list[S], rows: Matrix, wanted: Sequence[S], friction: Friction, solve: Solver
 ) -> Constrained:
-    """Return what `constrained` does where rows exert other forces than their own; twice, for the same reason."""
+    """Return what `constrained` does where rows exert other forces than their own; twice, for the same reason.
+
+    Multipliers are sought times the lengths of what they exert, and so are the rows that define them.
+    """
     matrix = [factors.weighted(row) for row in rows]
     exerts = [factors.weighted(row) for row in friction.exerts]
     lengths = _lengths(exerts)
     unit = [[x / length for x in row] for row, length in zip(exerts, lengths, strict=True)]
     coupling = [[d / length for d, length in zip(row, lengths, strict=True)] for row in friction.coupling]
     size, count = len(free), len(rows)
-    upper = [[*a, *d] for a, d in zip(matrix, coupling, strict=True)]
+    sizes = [length if any(map(_acts, d)) else 1 for d, length in zip(friction.coupling, lengths, strict=True)]
+    upper = [[x * s for x in (*a, *d)] for s, a, d in zip(sizes, matrix, coupling, strict=True)]
     lower = [[*(1 if i == k else 0 for k in range(size)), *(-c[i] for c in unit)] for i in range(size)]
 
     def solved(missing: Sequence[S], unbalanced: Sequence[S]) -> tuple[list[S], list[S], Iterable[S]]:
-        found = solve([*upper, *lower], [*missing, *unbalanced], size + count, beside=size)
+        scaled = [x * s for x, s in zip(missing, sizes, strict=True)]
+        found = solve([*upper, *lower], [*scaled, *unbalanced], size + count, beside=size)
         both = list(found.solution)
         return both[:size], both[size:], found.report
 
@@ -146,9 +151,14 @@ def _rubbing(
     return Constrained(udot, multipliers, [rank - size, *rest])
 
 
+def _acts(x: S) -> bool:
+    """Return whether a number is not zero; an expression may be."""
+    return x is not ZERO if isinstance(x, Node) else bool(x != 0)
+
+
 def _lengths(rows: Matrix) -> list[S]:
     """Return the lengths of what rows exert, none much below the longest; 1 where a row exerts nothing at all."""
-    zero = [all(x is ZERO or (not isinstance(x, Node) and x == 0) for x in row) for row in rows]
+    zero = [not any(map(_acts, row)) for row in rows]
     found = [1 if nothing else sqrt(sum(x * x for x in row)) for nothing, row in zip(zero, rows, strict=True)]
     exerting = [length for nothing, length in zip(zero, found, strict=True) if not nothing]
     if not exerting:

@@ -263,8 +263,13 @@ def _friction_law(part: FrictionPart, element: OneWay, rows: OneWayRows, found: 
     static, kinetic = (float(x) for x in coefficients(rows.motion, part.rows, [part.static, part.kinetic]))
     moving = rows.of(part.rows)
     velocity = tuple(float(row.phidot) for row in moving)
+    speed = float(np.hypot.reduce(np.array(velocity)))
     allowed = max(rows.allowed_speed(row) for row in moving)
-    rests = float(np.hypot.reduce(np.array(velocity))) <= allowed
+    if part.regularised is not None:
+        least = float(rows.motion.state.values([part.regularised])[0])
+        static = kinetic = kinetic * speed / float(np.hypot(speed, least))
+        allowed = 0.0
+    rests = speed <= allowed
     return FrictionLaw(
         tuple(found[row.name] for row in part.rows),
         tuple(found[element.normals[k].name] for k in part.normals),
@@ -272,7 +277,7 @@ def _friction_law(part: FrictionPart, element: OneWay, rows: OneWayRows, found: 
         kinetic,
         (0.0,) * len(velocity) if rests else velocity,
         part.norm,
-        part.enough,
+        part.enough and part.regularised is None,
     )
 
 

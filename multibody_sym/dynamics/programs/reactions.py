@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from multibody_sym.dynamics.formalisms.inverse_dynamics import joint_wrenches
+from multibody_sym.kinematics.joint_forces import along_reactions
 from multibody_sym.kinematics.loads import add_drive, applied
 from multibody_sym.kinematics.motion import Motion, pose
 from multibody_sym.kinematics.rows import RowMotion, tooth_wrenches
 from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench
-from multibody_sym.model.mechanism.mechanism import COMPONENTS
+from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
 from multibody_sym.model.mechanism.rows import CutJoint
 from multibody_sym.scalars.vectors import (
     S,
@@ -50,7 +51,7 @@ def _cut_reaction(
 ) -> tuple[S, ...]:
     """Return what a cut joint exerts on its child, about the joint's point, in the parent's joint frame."""
     frame, point = cut.frames
-    force, moment = _driven(motion, cut, multipliers)
+    force, moment = _driven(motion, cut, rows, multipliers)
     for k in cut.rows:
         on_child = rows[k].of_body[point.body]
         force = add(force, scale(multipliers[k], on_child[0]))
@@ -65,15 +66,20 @@ def _cut_reaction(
     return (*in_frame[0], *in_frame[1])
 
 
-def _driven(motion: Motion, cut: CutJoint, multipliers: Sequence[S]) -> Wrench:
+def _driven(motion: Motion, cut: CutJoint, rows: Sequence[RowMotion], multipliers: Sequence[S]) -> Wrench:
     """Return what loads and rows exert on the child along a cut joint's freedoms (body axes, about its origin).
 
     The child is carried freely from ground, so that its generalised forces are a force and a moment.
     """
     loads = [load for load in motion.mechanism.loads if getattr(load, "joint", None) == cut.name]
-    if not loads and not cut.drives:
+    one_way = _one_way_in(motion.mechanism, cut.name)
+    if not loads and not cut.drives and not one_way:
         return NO_WRENCH
     of_speed = applied(motion, loads, weight=False).of_speed
+    beside = {k: other for k in one_way if (other := rows[k].beside) is not None}
+    exerted = along_reactions([row.forces for row in rows], beside, multipliers) if one_way else []
+    for k in one_way:
+        of_speed = [q + multipliers[k] * x for q, x in zip(of_speed, exerted[k], strict=True)]
     for drive, factor in zip(cut.drives, motion.state.values([drive.factor for drive in cut.drives]), strict=True):
         add_drive(motion, drive.rate, multipliers[drive.row] * factor, of_speed)
     index = cut.frames[1].body
@@ -82,6 +88,12 @@ def _driven(motion: Motion, cut: CutJoint, multipliers: Sequence[S]) -> Wrench:
     along, about = (Q[:3], Q[3:]) if child.quaternions else ((*Q[:2], 0), (0, 0, Q[2]))
     force = apply_transposed(motion.bodies[index].R_PB, along)
     return force, add(about, cross(motion.masses[index].com, force))
+
+
+def _one_way_in(mechanism: Mechanism, joint: str) -> list[int]:
+    """Return the rows by which stops and friction act along and about the freedoms of a joint, in the present mode."""
+    names = {row.name for element in mechanism.one_way if element.joint == joint for row in element.rows}
+    return [k for k, row in enumerate(mechanism.rows) if row.name in names]
 
 
 def acting(motion: Motion, rows: Sequence[RowMotion], multipliers: Sequence[S]) -> list[Wrench]:

@@ -94,6 +94,20 @@ class Stabilisation(Element):
             raise ModelError(f"choose {' or '.join(names)}, not {'both' if len(names) == 2 else 'all of them'}")
 
 
+@dataclass(frozen=True, kw_only=True)
+class SmoothFriction(Element):
+    """Friction made smooth: below the speed `regularised` (m/s, or rad/s where things turn) it fades, and all creeps.
+
+    What would stick moves so fast that friction, mu N v / sqrt(v^2 + e^2), is as large as it takes.
+    """
+
+    regularised: Node = holds(Scalar("m/s"))
+
+    def verify(self) -> None:
+        if self.regularised.shadow is not None and not self.regularised.shadow > 0.0:
+            raise ModelError("it is a speed greater than zero").under("regularised")
+
+
 MULTIPLIERS: Final = ("basic", "minimum_norm")
 """Those of redundant rows are zero; or those of all rows, times the rows' lengths, have the least norm."""
 
@@ -108,6 +122,7 @@ class Settings(Element):
     `coordinates` are those of joints from body to body, or of each body, which every joint restricts.
     `project` lets every start value change, known ones too, as little as constraints need.
     `multipliers` says which are taken where rows are redundant and others serve equally well.
+    `friction` makes dry friction smooth, which it is not otherwise.
     """
 
     t_end: Node = holds(Scalar("s"), 10)
@@ -120,3 +135,4 @@ class Settings(Element):
     constraints: Stabilisation | None = holds(Record(Stabilisation), None)
     project: bool = holds(Flag(), False)
     multipliers: str = holds(Choice(MULTIPLIERS), MULTIPLIERS[0])
+    friction: SmoothFriction | None = holds(Record(SmoothFriction), None)

@@ -58,7 +58,7 @@ def _rows(element: OneWay, mode: Mode, parameters: ParameterVector) -> Iterator[
     side = mode.sides.get(element.name, INACTIVE)
     if side == INACTIVE and element.unilateral:
         return
-    sliding = [part for part in element.frictions if mode.slips.get(part.name, STICKS) != STICKS]
+    sliding = [part for part in element.frictions if _slides(part, mode)]
     for place, normal in enumerate(element.normals):
         pressed = side if len(element.normals) == 1 else mode.sides.get(normal.name, side)
         frictions = tuple(
@@ -70,8 +70,12 @@ def _rows(element: OneWay, mode: Mode, parameters: ParameterVector) -> Iterator[
         )
         yield SlidingRow(normal.name, normal, frictions) if frictions else normal
     for part in element.frictions if element.unilateral or side != INACTIVE else ():
-        if mode.slips.get(part.name, STICKS) == STICKS and (part.enough or part.static is not ZERO):
+        if not _slides(part, mode) and (part.enough or part.static is not ZERO):
             yield from part.rows
+
+
+def _slides(part: FrictionPart, mode: Mode) -> bool:
+    return part.regularised is not None or mode.slips.get(part.name, STICKS) != STICKS
 
 
 def _by_length(element: OneWay, part: FrictionPart, place: int, sliding: Sliding) -> Sliding:
@@ -82,8 +86,10 @@ def _by_length(element: OneWay, part: FrictionPart, place: int, sliding: Sliding
 
 def _sliding(part: FrictionPart, mode: Mode, parameters: ParameterVector, side: int) -> Sliding:
     """Return how a part slides; a reaction that presses on the negative side rubs by its size."""
-    slip = mode.slips[part.name]
     coefficient: Node = part.kinetic if side > 0 else negate(part.kinetic)
+    if part.regularised is not None:
+        return Sliding(part.rows, coefficient, 1, part.wrap, regularised=part.regularised)
+    slip = mode.slips[part.name]
     starts = None
     if slip == ALONG_VELOCITY and part.name in mode.directions:
         starts = (parameters.slot(_direction_name(part.name, 0)), parameters.slot(_direction_name(part.name, 1)))

@@ -31,6 +31,7 @@ class FrictionPart:
     never slips. N is the sum of the sizes of the multipliers of `normals`, places among those of its element, or with
     `norm` their length as a vector. With `wrap` it is a rope over a rough wheel: the coefficients are
     tanh(mu phi / 2), phi being the angle over which the rope of that row is in touch there, and N the mean tension.
+    `regularised` by a speed e it is -kinetic N v / sqrt(v^2 + e^2), never sticks, and creeps where it would.
     """
 
     name: str
@@ -41,6 +42,7 @@ class FrictionPart:
     normals: tuple[int, ...] = (0,)
     norm: bool = False
     wrap: int | None = None
+    regularised: Node | None = None
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,8 @@ class OneWay:
 
     `unilateral`: its one normal row has a multiplier >= 0 and restricts motion while it is active. Otherwise `normals`
     define components of a joint's reaction, of either sign. `words` tell whether it is active or not; `path` is where
-    the model declares it; parts of one declared element share a `group`. `open`: it does not touch at the start.
+    the model declares it; parts of one declared element share a `group`. `open`: it does not touch at
+    the start. `joint`: the one in which a stop holds, or friction rubs.
     """
 
     name: str
@@ -62,6 +65,7 @@ class OneWay:
     words: tuple[str, str] = ("closed", "open")
     group: str = ""
     open: bool = False
+    joint: str = ""
 
     @property
     def rows(self) -> Iterator[Row]:

@@ -16,7 +16,8 @@ class Sliding:
 
     `coefficient` times the normal force acts. `starts` is where to it slides in space from rest (a unit vector).
     With `wrap` the coefficient is tanh(coefficient phi / 2), phi being the wrap of that row's rope. With the multiplier
-    of the row named `beside` that of the sliding row makes a vector, whose length presses.
+    of the row named `beside` that of the sliding row makes a vector, whose length presses. `regularised` by a speed e
+    the force is along -v / sqrt(v^2 + e^2).
     """
 
     rows: tuple[Row, ...]
@@ -25,6 +26,7 @@ class Sliding:
     wrap: int | None = None
     starts: tuple[Node, Node] | None = None
     beside: str = ""
+    regularised: Node | None = None
 
 
 @dataclass(frozen=True)

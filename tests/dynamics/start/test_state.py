@@ -222,3 +222,12 @@ def test_every_command_is_of_the_mode_at_the_start() -> None:
     run = mbs.simulate(system, t_end=0.5)
     down = G * (0.5 - 0.3 * math.cos(math.pi / 6))
     assert run["J_x"][-1] == pytest.approx(1 - down * math.cos(math.pi / 6) / 8, rel=1e-9)
+
+
+def test_a_joint_s_reaction_holds_its_friction_and_stop_in_any_coordinates() -> None:
+    stopped = DRAWER.replace("q: x}", "q: x, limits: {upper: 0}}").replace("20, 0, 0", "20, -8, 0")
+    for text, drive in ((DRAWER, -2 * 0.5 * 20 * 0.3 / 0.4), (stopped, -20)):
+        for coordinates in ("relative", "absolute"):
+            asked = f"{text}outputs: {{fx: 'reaction(J, fx)'}}\nsimulation: {{coordinates: {coordinates}}}\n"
+            run = mbs.simulate(mbs.loads(asked), t_end=1e-6, samples=2)
+            assert run["fx"][0] == pytest.approx(drive, rel=1e-12)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from multibody_sym.errors import at
 from multibody_sym.model.declaration.constraints import Rope
@@ -28,7 +29,17 @@ def slackening(references: References) -> frozenset[str]:
 
 def one_way_elements(references: References, slack: Sequence[Row]) -> tuple[OneWay, ...]:
     """Return all one-way elements; `slack` are the rows of the ropes that may slacken."""
-    return (*contacts(references), *_ropes(references, slack), *stops(references), *joint_frictions(references))
+    found = (*contacts(references), *_ropes(references, slack), *stops(references), *joint_frictions(references))
+    smooth = references.system.simulation.friction
+    return found if smooth is None else tuple(_smoothed(element, smooth.regularised) for element in found)
+
+
+def _smoothed(element: OneWay, speed: Node) -> OneWay:
+    """Return an element whose friction is smooth below a speed, if it does not have one of its own."""
+    parts = tuple(
+        replace(part, regularised=speed) if part.regularised is None else part for part in element.frictions
+    )
+    return replace(element, frictions=parts)
 
 
 def _ropes(references: References, rows: Sequence[Row]) -> Iterator[OneWay]:

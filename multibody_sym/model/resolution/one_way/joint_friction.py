@@ -64,6 +64,7 @@ def _friction(name: str, element: Friction, references: References, flat: bool) 
         frictions=tuple(parts),
         words=SIDE_WORDS,
         group=name,
+        joint=element.joint,
     )
 
 
@@ -170,7 +171,9 @@ def _part(
     static = static if static is not None else kinetic
     assert static is not None
     assert kinetic is not None
-    return FrictionPart(name, rows, arm * static, arm * kinetic, enough, tuple(normals), norm)
+    return FrictionPart(
+        name, rows, arm * static, arm * kinetic, enough, tuple(normals), norm, regularised=element.regularised
+    )
 
 
 def _radius(element: Friction, advice: str) -> Node:

@@ -37,4 +37,5 @@ def _stop(joint: str, side: str, gap: Node, limits: Limits) -> OneWay:
         restitution=limits.restitution,
         words=(side, FREE),
         group=joint,
+        joint=joint,
     )
