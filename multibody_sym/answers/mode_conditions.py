@@ -163,7 +163,7 @@ def _groups(acting: Acting) -> Iterator[Inequality]:
 def _sticking_together(
     acting: Acting, name: str, elements: Sequence[OneWay], parts: Sequence[FrictionPart]
 ) -> Inequality:
-    statics = acting.instant.motion.state.values([part.static for part in parts])
+    statics = [coefficients(acting.instant.motion, part.rows, [part.static])[0] for part in parts]
     pairs = zip(statics, elements, parts, strict=True)
     limit = sum((static * acting.pressing(element, part) for static, element, part in pairs), 0)
     force = sum((acting.friction(part)[0] for part in parts), 0)

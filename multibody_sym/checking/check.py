@@ -140,7 +140,7 @@ def _with_dynamics(
     instants = [instant_of(resolved, rates, state, x) for state, x in zip(states, found, strict=True)]
     residuals = theorems(instants)
     multipliers = dict(zip((row.name for row in resolved.rows), found[0].multipliers.tolist(), strict=True))
-    pulled = _pulling(resolved, multipliers, rank.not_unique)
+    pulled = [*_pushing(resolved, multipliers, rank.not_unique), *_pulling(resolved, multipliers, rank.not_unique)]
     if not all(map(math.isfinite, (*ratios.values(), *residuals.values()))):
         blame_numbers(system)
     agreed = agrees(resolved, ratios) and all(x <= NEGLIGIBLE for x in residuals.values())
@@ -161,7 +161,7 @@ def _with_dynamics(
         shift=begin.shift,
         agrees=agreed,
         failure=failure,
-        hints=(*declared, *_hints(resolved, begin, states, multipliers), *pulled, *_not_compared(resolved)),
+        hints=(*declared, *_hints(resolved, begin, states), *pulled, *_not_compared(resolved)),
         withheld={name: each.components for name, each in resolved.withheld.items()},
         withheld_reasons=tuple(reasons(resolved.withheld)),
         doubles=rank.doubles,
@@ -191,11 +191,11 @@ def _not_compared(resolved: Mechanism) -> list[str]:
 # --- hints ---------------------------------------------------------------------------------------------------------
 
 
-def _hints(resolved: Mechanism, begin: Start, states: Sequence[State], multipliers: Mapping[str, float]) -> list[str]:
+def _hints(resolved: Mechanism, begin: Start, states: Sequence[State]) -> list[str]:
     """Return what the mechanism and its start suggest was not meant."""
     physical = [*_gravity_hint(resolved, states[0]), *_hole_hints(resolved)]
-    tensions, wheels = _pushing(resolved, multipliers), slipped_wheels(resolved, begin.parameters)
-    return [*physical, *_start_hints(resolved, begin, states), *tensions, *wheels]
+    wheels = slipped_wheels(resolved, begin.parameters)
+    return [*physical, *_start_hints(resolved, begin, states), *wheels]
 
 
 def _declared_hints(system: System, end: str) -> list[str]:
@@ -277,12 +277,12 @@ def _limit_hints(resolved: Mechanism, begin: Start, state: State) -> list[str]:
     return [f"joint {at.joint} starts beyond its {at.limit} limit, {at.bound:g} {at.unit}" for at in crossed]
 
 
-def _pushing(resolved: Mechanism, multipliers: Mapping[str, float]) -> list[str]:
-    """Return the ropes that would have to push at the start."""
+def _pushing(resolved: Mechanism, multipliers: Mapping[str, float], not_unique: Sequence[str]) -> list[str]:
+    """Return the ropes that would have to push at the start, as far as their tensions are unique."""
     return [
         f"rope {row.name} would have to push with {-multipliers[row.name]:.6g} N at the start: it goes slack"
         for row in resolved.rows
-        if isinstance(row, RopeRow) and multipliers[row.name] < 0.0
+        if isinstance(row, RopeRow) and multipliers[row.name] < 0.0 and row.name not in not_unique
     ]
 
 

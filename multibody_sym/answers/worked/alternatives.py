@@ -13,7 +13,7 @@ from typing import Final
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.worked.equations import Equations, with_parameters
 from multibody_sym.answers.worked.exactly import Linear, linear
-from multibody_sym.kinematics.rows import RowMotion, row_motion
+from multibody_sym.kinematics.rows import RowMotion, coefficients, row_motion
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import in_mode
 from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, OneWay
@@ -133,7 +133,8 @@ def _too_much(other: Equations, part: Part, slips: Mapping[str, int]) -> Refuted
     names = [row.name for row in other.mechanism.rows]
     friction = other.symbols.multipliers[names.index(part.friction.rows[0].name)]
     normals = [other.normal(names.index(part.element.normals[k].name)) for k in part.friction.normals]
-    (coefficient,) = other.exactly.quotients(other.actions.motion.state.values([part.friction.static]))
+    static = coefficients(other.actions.motion, part.friction.rows, [part.friction.static])
+    (coefficient,) = other.exactly.quotients(static)
     left = Linear({friction: other.exactly.constant(1)}, coefficient * 0)
     value, limit = other.result(left), coefficient * 0
     for normal in map(other.result, normals):

@@ -13,7 +13,7 @@ from multibody_sym.answers.worked.equations import Equations
 from multibody_sym.answers.worked.exactly import shown
 from multibody_sym.answers.worked.record import Formula, Line, Quantity, Sentence, WorkedStep
 from multibody_sym.dynamics.derivation.notation import Notation
-from multibody_sym.kinematics.rows import row_motion
+from multibody_sym.kinematics.rows import coefficients, row_motion
 from multibody_sym.model.mechanism.contact_rows import ContactRow
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.scalars.node import ZERO, as_node
@@ -69,7 +69,8 @@ class _Rejected:
         row = part.friction.rows[0].name
         further = [each.symbol for each in equations.actions.further if each.element == part.element.name]
         friction = equations.symbols.multipliers[names.index(row)] if row in names else further[0]
-        (coefficient,) = equations.exactly.quotients(equations.actions.motion.state.values([part.friction.static]))
+        static = coefficients(equations.actions.motion, part.friction.rows, [part.friction.static])
+        (coefficient,) = equations.exactly.quotients(static)
         normals = [equations.normal(names.index(part.element.normals[k].name)) for k in part.friction.normals]
         sizes = [shown(equations.exactly, normal) for normal in normals]
         return friction, equations.exactly.written(coefficient) * sympy.Add(*sizes)

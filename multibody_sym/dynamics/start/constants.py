@@ -11,7 +11,7 @@ import numpy as np
 from multibody_sym.dynamics.constraints.closing import Rows
 from multibody_sym.errors import ModelError, at
 from multibody_sym.kinematics.motion import Motion
-from multibody_sym.kinematics.ropes import segments, tangent_direction, wrap_angle
+from multibody_sym.kinematics.ropes import segments, sides, tangent_direction, wrap_angle
 from multibody_sym.kinematics.surface_angles import tangent_angle, tangent_components
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.mass import IDENTITY
@@ -60,13 +60,28 @@ def _measured(motion: Motion, measure: Measure) -> float:
     slackening = [(row, element.path) for element in motion.mechanism.one_way for row in element.rows]
     taut = [(row, motion.mechanism.row_path(k)) for k, row in enumerate(motion.mechanism.rows)]
     row, path = next((row, path) for row, path in (*slackening, *taut) if row.name == measure.row)
-    if isinstance(row, RopeSlipRow):
-        return float(wrap_angle(motion, row.rope, row.bend))
-    assert isinstance(row, RopeRow)
     with at(*path):
+        if isinstance(row, RopeSlipRow):
+            _verify_side(motion, row.rope, row.bend)
+            return float(wrap_angle(motion, row.rope, row.bend))
+        assert isinstance(row, RopeRow)
         if isinstance(measure, TangentDirection):
+            _verify_side(motion, row, -measure.end)
             return float(tangent_direction(motion, row, measure.end)) + 0.0
         return float(segments(motion, row.path)[1])
+
+
+def _verify_side(motion: Motion, rope: RopeRow, bend: int) -> None:
+    """Raise ModelError where nothing tells on which side of a wheel a rope runs, with both readings."""
+    if sides(motion, rope.path)[bend] != 0:
+        return
+    name = rope.path[bend].pulley
+    with at("path"):
+        raise ModelError(
+            f"what comes before pulley {name} on the path and what comes behind lie in one line with its centre, so "
+            f'that no bend tells on which side the rope runs: wrap: {{{name}: "+"}} leads it counter-clockwise about '
+            f'the axis, wrap: {{{name}: "-"}} clockwise'
+        )
 
 
 @contextmanager
