@@ -18,7 +18,7 @@ from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
 from multibody_sym.algebra.solving.roots import roots
 from multibody_sym.analysis.rest.position import Position
 from multibody_sym.analysis.rest.ranges import RestEnd
-from multibody_sym.analysis.rest.statics import Balance, Limit, Statics, statics
+from multibody_sym.analysis.rest.statics import Balance, Curve, Statics, statics
 from multibody_sym.analysis.rest.touching import out_of_touch
 from multibody_sym.answers.symbolic_start import declared_state
 from multibody_sym.answers.symbolic_state import SymbolicState
@@ -139,28 +139,27 @@ class ExactEnd:
         self, field: Field, known: dict[Node, Quotient], balance: Balance, equal: Sequence[int]
     ) -> list[Quotient]:
         """Return what must vanish for some forces to balance at the limits."""
-        circles = [limit for limit in self.end.limits if limit.along is not None]
-        limits = [] if circles else balance.limits
+        curves = [limit.curve for limit in self.end.limits if limit.curve is not None]
+        limits = [] if curves else balance.limits
         matrix = [*(balance.equal[k] for k in equal), *limits]
         right = [*(balance.right[k] for k in equal), *([0] * len(limits))]
         nodes = [[as_node(x) for x in (*row, r)] for row, r in zip(matrix, right, strict=True)]
         register_angles(field, [x for row in nodes for x in row], known)
         rows = [exact(field, row, known) for row in nodes]
-        if not circles:
+        if not curves:
             return conditions_left([row[:-1] for row in rows], [row[-1] for row in rows])
         forces = exact_solve([row[:-1] for row in rows], [row[-1] for row in rows])
-        return [self._on_circle(field, known, forces, circles[0])] if len(self.end.limits) == 1 else []
+        return [self._on_curve(field, known, forces, curves[0])] if len(self.end.limits) == 1 else []
 
-    def _on_circle(self, field: Field, known: dict[Node, Quotient], forces: list[Quotient], limit: Limit) -> Quotient:
-        """Return t1^2 + t2^2 - (mu N)^2."""
-        whole = self._whole
-        across = whole.circles[limit.part]
-        pressing = field.constant(0)
-        for k, factor in limit.terms:
-            if k not in across:
-                inside = as_node(evaluate([factor], self._balance[0].state.slots)[0])
-                pressing = pressing + exact(field, [inside], known)[0] * forces[k]
-        return forces[across[0]] * forces[across[0]] + forces[across[1]] * forces[across[1]] - pressing * pressing
+    def _on_curve(self, field: Field, known: dict[Node, Quotient], forces: list[Quotient], curve: Curve) -> Quotient:
+        """Return t . t - coefficient^2 N . N."""
+        inside = as_node(evaluate([curve.coefficient], self._balance[0].state.slots)[0])
+        coefficient = exact(field, [inside], known)[0]
+        rubbing, pressing = (
+            sum((forces[k] * forces[k] for k in places), field.constant(0))
+            for places in (curve.rubbing, curve.pressing)
+        )
+        return rubbing - coefficient * coefficient * pressing
 
     def _fits(self, root: Node, sample: dict[Node, float]) -> bool:
         """Return whether a root is the end, and what is printed of it too."""

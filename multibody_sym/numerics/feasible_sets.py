@@ -96,24 +96,32 @@ class _Search:
             yield Interval(low, End(low.value, b.against) if high is None or _is_one(low.value, high.value) else high)
 
     def edge(self, look: _Looked, goal: float) -> End:
-        """Return the end between a value that is not possible and a goal that is."""
-        return self.reached(look, goal) or self.halved(look, goal)
+        """Return the end between a value that is not possible and a goal that is, if only just."""
+        end, last = self.walked(look, goal)
+        if end is not None:
+            return end
+        there = self.conditions(goal)
+        if last.against is not None and there is not None and last.against.excess(there) >= 0.0:
+            return End(goal, last.against)
+        return self.halved(look, goal)
 
     def reached(self, look: _Looked, goal: float) -> End | None:
         """Return the first possible value on the way from one that is not to the goal; None if none is met."""
+        return self.walked(look, goal)[0]
+
+    def walked(self, look: _Looked, goal: float) -> tuple[End | None, _Looked]:
+        """Return the same, and the last value on the way that is not possible."""
         for _ in range(_MOST):
-            if look.against is None:
-                break
-            value = self.lapses(look, goal)
+            value = None if look.against is None else self.lapses(look, goal)
             if value is None:
                 break
             there = self.look(value)
             if there.possible:
-                return End(value, look.against)
+                return End(value, look.against), look
             look = self.look(value + _ASIDE * (goal - value)) if value == look.value else there
             if look.possible:  # what contradicts at one value only
-                return self.halved(there, look.value)
-        return None
+                return self.halved(there, look.value), there
+        return None, look
 
     def lapses(self, look: _Looked, goal: float) -> float | None:
         """Return the value at which what contradicts at one value ceases to do so; None if it does up to the goal."""

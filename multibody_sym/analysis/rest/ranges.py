@@ -11,7 +11,7 @@ from typing import Final, Literal
 import numpy as np
 
 from multibody_sym.analysis.rest.position import Position
-from multibody_sym.analysis.rest.statics import Choice, Direction, Limit
+from multibody_sym.analysis.rest.statics import Choice, Curve, Direction, Limit
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.feasibility import Conditions, contradiction, extremes, nearest
 from multibody_sym.numerics.feasible_sets import ConditionsAt, End, Interval, feasible_set
@@ -98,7 +98,7 @@ class _Search:
         if kind == "other" and self.value > 0.0:
             low = 0.0  # a length, a ratio: what is declared positive by its value is looked for among such
         searched = (-pi, pi) if kind == "angle" else (max(low, -_FARTHEST * self.size), _FARTHEST * self.size)
-        ranges = [found for choice in choices for found in self.of_choice(choice, kind, searched)]
+        ranges = [found for choice in choices for found in self.widened(choice, kind, searched)]
         told = (low, inf) if kind in ("none", "coefficient", "load") else searched
         ranges = [each for each in ranges if not (low == each[0].value == each[1].value == 0.0)]  # no load, or no body
         return Ranges(self.name, kind, tuple(united(ranges)), told)
@@ -157,6 +157,47 @@ class _Search:
 
     # --- search -------------------------------------------------------------------------------------------------
 
+    def widened(self, choice: Choice, kind: Kind, searched: tuple[float, float]) -> list[Range]:
+        """Return the ranges for a choice, widened at each end by turning directions that press into those of forces."""
+        found = self.of_choice(choice, kind, searched)
+        if not choice.directions:
+            return found
+        return [
+            (self.moved(pair[0], pair[1].value, searched), self.moved(pair[1], pair[0].value, searched))
+            for pair in found
+        ]
+
+    def moved(self, end: RestEnd, inside: float, searched: tuple[float, float]) -> RestEnd:
+        """Return an end with directions turned until it stays where it is; `inside` is the other end of its range."""
+        for _ in range(_CUTS):
+            choice = self.turned(end)
+            if choice is None:
+                break
+            limits = self.position.statics.limits(choice)
+            step = 0.5 * max(min(abs(end.value - inside), 1e3 * self.size), 1e-3 * self.size)
+            beyond = end.value + (step if end.value > inside else -step)
+            beyond = min(max(beyond, searched[0]), searched[1])
+            found = feasible_set(self.at(limits), [end.value, 0.5 * (end.value + beyond), beyond])
+            ends = [_rest_end(x.high if beyond > end.value else x.low, limits, choice) for x in found]
+            farther = [x for x in ends if x.limits and (x.value - end.value) * (beyond - end.value) > 0.0]
+            if not farther or abs(farther[0].value - end.value) <= _SETTLED * abs(end.value):
+                break
+            end = farther[0]
+        return end
+
+    def turned(self, end: RestEnd) -> Choice | None:
+        """Return the choice with the directions of the forces at an end; None where nothing curved gives way there."""
+        curves = [x.curve for x in end.limits if x.curve is not None and x.curve.pressing[0] in end.choice.directions]
+        conditions = self.at(self.position.statics.limits(end.choice))(end.value) if curves else None
+        if conditions is None:
+            return None
+        forces, directions = nearest(conditions), dict(end.choice.directions)
+        for curve in curves:
+            x, y = (float(forces[k]) for k in curve.pressing)
+            if hypot(x, y) > 0.0:
+                directions[curve.pressing[0]] = (x / hypot(x, y), y / hypot(x, y))
+        return Choice(end.choice.sides, directions)
+
     def of_choice(self, choice: Choice, kind: Kind, searched: tuple[float, float]) -> list[Range]:
         """Return the ranges for one choice of what presses, circles cut again until their ends stay where they are."""
         cuts = dict(self.position.statics.cuts)
@@ -206,15 +247,17 @@ class _Search:
     def pressed(self, end: RestEnd, limits: Sequence[Limit]) -> Iterator[tuple[str, Direction]]:
         """Yield the directions in which circles are pressed upon at an end: by forces, and in what contradicts."""
         weights: dict[str, Direction] = {}
+        curves: dict[str, Curve] = {}
         for limit, weight in zip(end.limits, end.shares, strict=True):
-            if limit.along is not None:
+            if limit.along is not None and limit.curve is not None:
                 x, y = weights.get(limit.part, (0.0, 0.0))
                 weights[limit.part] = (x + weight * limit.along[0], y + weight * limit.along[1])
+                curves[limit.part] = limit.curve
         conditions = self.at(limits)(end.value) if weights else None
         if conditions is not None:
             forces = nearest(conditions)
-            for part in weights:
-                x, y = (float(forces[k]) for k in self.position.statics.circles[part])
+            for part, curve in curves.items():
+                x, y = (float(forces[k]) for k in curve.rubbing)
                 yield part, (x, y)
         yield from weights.items()
 
@@ -249,7 +292,7 @@ class _Search:
         if found is None:
             return []
         least, most = found
-        aside = 1e-3 * max(self.size, *(abs(x) for x in found if abs(x) < inf))
+        aside = 1e-3 * max([self.size, *(abs(x) for x in found if abs(x) < inf)])
         first = max(bound, least - aside) if least > -inf else min(most, 0.0) - self.size
         last = most + aside if most < inf else max(least, 0.0) + self.size
         inner = 0.5 * (max(first, least) + min(last, most))

@@ -36,11 +36,20 @@ Cuts = Mapping[str, tuple[Direction, ...]]
 
 
 @dataclass(frozen=True)
+class Curve:
+    """The curved limit that cuts stand for: t . t <= coefficient^2 N . N, t and N being multipliers by number."""
+
+    rubbing: tuple[int, ...]
+    coefficient: Node
+    pressing: tuple[int, ...]
+
+
+@dataclass(frozen=True)
 class Limit:
     """The sum of factors times multipliers (by number) that is >= 0 at rest, and what happens to what beyond it.
 
     `part` is the friction part or the element, `group` the declared element that it belongs to; `along` the direction
-    in which a circle of friction is cut.
+    in which a circle of friction is cut. `curve` is what the limit is a tangent of.
     """
 
     way: Way
@@ -48,6 +57,7 @@ class Limit:
     part: str
     terms: tuple[tuple[int, Node], ...]
     along: Direction | None = None
+    curve: Curve | None = None
 
 
 @dataclass(frozen=True)
@@ -81,12 +91,6 @@ class Statics:
     def place(self, row: Row) -> int:
         """Return the number of a row."""
         return self.places[id(row)]
-
-    @property
-    def circles(self) -> Mapping[str, tuple[int, ...]]:
-        """The rows of each friction part in space."""
-        parts = [part for element in self.mechanism.one_way for part in element.frictions]
-        return {part.name: tuple(map(self.place, part.rows)) for part in parts if len(part.rows) == 2}
 
     # --- limits -------------------------------------------------------------------------------------------------
 
@@ -122,11 +126,14 @@ class Statics:
         """Yield mu N - d . t >= 0, d being both ways of a line or the directions in which a circle is cut."""
         normals = [(k, multiply(part.static, factor)) for k, factor in self._pressing(element, part, choice)]
         rows = [self.place(row) for row in part.rows]
+        pressing = tuple(self.place(element.normals[k]) for k in part.normals)
+        curved = len(rows) == 2 or (part.norm and len(pressing) > 1)
+        curve = Curve(tuple(rows), part.static, pressing) if curved else None
         ways: Sequence[Direction] = ((1, 0), (-1, 0)) if len(rows) == 1 else cuts[part.name]
         for way in ways:
             against = tuple((k, negate(as_node(x))) for k, x in zip(rows, way, strict=False) if x)
             along = way if len(rows) == 2 else None
-            yield Limit("slips", element.group or element.name, part.name, (*normals, *against), along)
+            yield Limit("slips", element.group or element.name, part.name, (*normals, *against), along, curve)
 
     def _pressing(self, element: OneWay, part: FrictionPart, choice: Choice) -> Iterator[tuple[int, Node]]:
         """Yield the multipliers that make the normal force of friction, each with its factor."""

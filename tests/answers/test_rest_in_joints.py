@@ -1,0 +1,134 @@
+"""Ranges of rest with friction in joints: what jams, locks itself or holds a lever, to limits known by hand."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from scipy.optimize import brentq
+
+import multibody_sym as mbs
+from multibody_sym.expressions.printer import text
+
+HEAD = "multibody_sym: 1\nname: joint\n"
+
+BRACKET = (
+    HEAD
+    + """\
+gravity: [0, -g, 0]
+parameters: {g: {value: 10, positive: true}, mu: 0.3, d: 0.5, l: 0.1, m: {value: 3 kg, positive: true}}
+bodies: {bracket: {mass: m, com: [d, 0, 0], inertia: {Izz: 0.1}}}
+joints: {column: {type: prismatic, parent: ground, child: bracket, axis: y}}
+forces: {rub: {type: friction, joint: column, static: mu, length: l}}
+"""
+)
+
+DRAWER = (
+    HEAD
+    + """\
+parameters: {F: 5 N, e: 0.3, mu: 0.4, l: 0.4}
+bodies: {drawer: {mass: 2 kg, inertia: {Izz: 0.1}, points: {handle: [l/2, e, 0]}}}
+joints: {guide: {type: prismatic, parent: ground, child: drawer, axis: x}}
+forces:
+  rub: {type: friction, joint: guide, static: mu, length: l}
+  pull: {type: force, on: drawer, at: handle, value: [F, 0, 0]}
+"""
+)
+
+LEVER = (
+    HEAD
+    + """\
+gravity: [0, -g, 0]
+parameters:
+  {g: {value: 10, positive: true}, r: 0.02, mu: 0.5, a: 0.3, b: 0.4, m: {value: 1 kg, positive: true}, k: 0.75, H: 3 N}
+bodies: {lever: {mass: m, com: [-a, 0, 0], inertia: {Izz: 0.1}, points: {end: [b, 0, 0]}}}
+joints: {hinge: {type: revolute, parent: ground, child: lever, axis: z}}
+forces:
+  rub: {type: friction, joint: hinge, static: mu, radius: r}
+  load: {type: force, on: lever, at: end, value: [H, -k*m*g, 0]}
+"""
+)
+
+SCREW = (
+    HEAD
+    + """\
+gravity: [0, 0, -g]
+parameters:
+  {g: {value: 10, positive: true}, r: 0.02, mu: 0.15, lead: 0.002, m: {value: 100 kg, positive: true}, T: 0 N*m}
+bodies: {jack: {mass: m, inertia: {Ixx: 1, Iyy: 1, Izz: 1}}}
+joints: {thread: {type: screw, parent: ground, child: jack, axis: z, pitch: lead}}
+forces: {rub: {type: friction, joint: thread, static: mu, radius: r}, turn: {type: torque, joint: thread, value: T}}
+"""
+)
+
+GUIDE = (
+    HEAD
+    + """\
+gravity: [0, -g, 0]
+parameters: {g: {value: 10, positive: true}, a: 10 deg, mu: 0.3, m: {value: 3 kg, positive: true}}
+bodies: {ground: {frames: {f: {rotate: [{axis: z, angle: a}]}}}, slider: {mass: m}}
+joints: {guide: {type: prismatic, parent: ground.f, child: slider, axis: x}}
+forces: {rub: {type: friction, joint: guide, static: mu}}
+"""
+)
+
+
+def found(file: str, vary: str, **parameters: float) -> mbs.RangeOfRest:
+    return mbs.range_of_rest(mbs.loads(file), vary, parameters=parameters)
+
+
+def test_a_bracket_holds_where_its_load_hangs_far_enough_out():
+    """Pads at a distance l: d >= l / (2 mu), on either side of the column, whatever the load."""
+    answer = found(BRACKET, "d")
+    limit = 0.1 / 0.6
+    assert answer.rest == [(None, pytest.approx(-limit, rel=1e-13)), (pytest.approx(limit, rel=1e-13), None)]
+    assert [text(x.expression) for x in (answer.ends[0][1], answer.ends[1][0])] == ["-l/(2*mu)", "l/(2*mu)"]
+    assert answer.ends[1][0].gives_way == ("slips at rub",)
+    assert found(BRACKET, "m").rest == [(0.0, None)]
+    assert found(BRACKET, "m", d=0.16).rest == []
+    assert found(BRACKET, "mu").rest == [(pytest.approx(0.1, rel=1e-13), None)]
+
+
+def test_a_drawer_jams_however_hard_it_is_pulled():
+    answer = found(DRAWER, "e")
+    assert answer.rest == [(None, pytest.approx(-0.5, rel=1e-13)), (pytest.approx(0.5, rel=1e-13), None)]
+    assert text(answer.ends[1][0].expression) == "l/(2*mu)"
+    assert found(DRAWER, "F", e=0.6).rest == [(None, None)]
+    assert found(DRAWER, "F", e=0.4).rest == [(0.0, 0.0)]
+
+
+def unbalanced(k: float, H: float, sense: float) -> float:
+    """Return the moment about the journal less what its own reaction lets friction hold: mu r |F|."""
+    return 10 * (0.3 - 0.4 * k) - sense * 0.5 * 0.02 * math.hypot(H, 10 * (1 + k))
+
+
+def test_a_journal_rubs_with_the_length_of_its_reaction():
+    answer = found(LEVER, "k")
+    wanted = [
+        brentq(unbalanced, *ends, args=(3, sense), xtol=1e-15) for ends, sense in (((0.5, 0.75), 1), ((0.75, 0.9), -1))
+    ]
+    assert answer.rest == [pytest.approx(wanted, rel=1e-12)]
+    assert all(end.expression is not None for end in answer.ends[0])
+    side = math.sqrt((10 * (0.3 - 0.28) / 0.01) ** 2 - 17**2)
+    two = found(LEVER, "H", k=0.7)
+    assert two.rest == [(None, pytest.approx(-side, rel=1e-12)), (pytest.approx(side, rel=1e-12), None)]
+    least = found(LEVER, "mu", k=0.7)
+    assert least.rest == [(pytest.approx(0.2 / 0.02 / math.hypot(3, 17), rel=1e-12), None)]
+    assert text(least.ends[0][0].exact) == "5*sqrt(298)/149"
+
+
+def test_a_screw_locks_itself():
+    """mu >= tan(lead angle); the moments that lower and lift a load are Q r tan(a -+ rho)."""
+    lead_angle, rho = math.atan(0.002 / (2 * math.pi * 0.02)), math.atan(0.15)
+    assert found(SCREW, "mu").rest == [(pytest.approx(math.tan(lead_angle), rel=1e-12), None)]
+    moments = [1000 * 0.02 * math.tan(lead_angle + sense * rho) for sense in (-1, 1)]
+    assert found(SCREW, "T").rest == [pytest.approx(moments, rel=1e-12)]
+
+
+def test_a_guide_presses_on_either_side():
+    angles = found(GUIDE, "a").rest
+    limit = math.atan(0.3)
+    assert [x for pair in angles for x in pair] == pytest.approx(
+        [-math.pi, limit - math.pi, -limit, limit, math.pi - limit, math.pi], rel=1e-13
+    )
+    assert text(found(GUIDE, "mu").ends[0][0].expression) == "tan(a)"
