@@ -102,7 +102,7 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
     "Plane": {"through": "p", "normal": "x"},
     "PointInPlane": {"point": "p", "plane": {"through": "p", "normal": "x"}},
     "PointOnLine": {"point": "p", "line": {"through": "p", "direction": "x"}},
-    "PointJoint": {**_STATE, "q": None, "initial": None, "motion": None, "axes": "xy"},
+    "PointJoint": {**_MOVES, "axes": "xy"},
     "PrescribedMotion": {"joint": "A", "value": mbs.t},
     "Prismatic": {**_STATE, "q": ["x"], "motion": None, "axis": "x"},
     "Pull": {**_ENDS, "value": 1},

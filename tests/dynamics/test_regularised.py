@@ -58,3 +58,10 @@ def test_in_space_it_is_against_the_velocity() -> None:
 def test_what_would_stick_creeps(text: str) -> None:
     run = mbs.simulate(mbs.loads(text.replace("SPEED", "0")), t_end=0.1, samples=3)
     assert next(iter(run.speeds.values()))[-1] == pytest.approx(CREEP, rel=1e-6)
+
+
+def test_no_mode_changes_where_friction_is_smooth() -> None:
+    """Thrown up a slope it comes back without an event: its friction turns round by itself."""
+    run = mbs.simulate(mbs.loads(INCLINE.replace("SPEED", "-0.5")), t_end=0.3, samples=31)
+    assert not run.events
+    assert min(run["J_x"]) < run["J_x"][-1]

@@ -71,7 +71,7 @@ def _of(mechanism: Mechanism, element: OneWay) -> Iterator[Switching]:
         pressed = [part for part in rubbing if k in part.normals and not part.norm and not part.enough]
         if not element.unilateral and pressed and side_of(mechanism, element, normal) != INACTIVE:
             yield Switching("turns", element, normal=k)
-    for part in rubbing:
+    for part in (part for part in rubbing if part.regularised is None):
         if slips.get(part.name, STICKS) != STICKS:
             yield Switching("stops" if len(part.rows) == 1 else "stops in space", element, part)
         elif not part.enough:
