@@ -6,12 +6,12 @@ import subprocess
 import sys
 
 import pytest
-from twins import FILES, from_file, from_python
+from twins import FILES, TWINS, from_file, from_python
 
 import multibody_sym as mbs
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("name", TWINS)
 def test_file_and_python_declare_the_same_system(name: str) -> None:
     assert from_file(name) == from_python(name)
     assert from_file(name).name == name
