@@ -1,4 +1,4 @@
-"""Rows that define a force, in place of restricting motion: what a joint's reaction presses with."""
+"""Rows of friction in joints: those that define what a reaction presses with, and those along which it rubs."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.markers import Marker
-from multibody_sym.model.mechanism.rows import Multiplier, Row
+from multibody_sym.model.mechanism.rows import Multiplier, Row, VelocityRow
 from multibody_sym.scalars.node import ONE, ZERO, Node
 
 
@@ -66,3 +66,17 @@ class ReactionRow(Row):
     @property
     def radii(self) -> tuple[Node, ...]:
         return ()
+
+
+@dataclass(frozen=True)
+class RubbingRow(VelocityRow):
+    """What rubs in a joint sticks: a speed (m/s) is zero; the multiplier is the force of friction."""
+
+    unit: ClassVar[str | None] = "N"
+
+
+@dataclass(frozen=True)
+class BrakingRow(VelocityRow):
+    """The same for what turns: an angular velocity is zero; the multiplier is the moment of friction."""
+
+    unit: ClassVar[str | None] = "N*m"

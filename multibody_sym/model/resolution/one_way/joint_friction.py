@@ -16,11 +16,11 @@ from multibody_sym.model.declaration.forces import Friction
 from multibody_sym.model.declaration.joint import Joint
 from multibody_sym.model.declaration.steps import Rotate, Screw, Step, Translate
 from multibody_sym.model.declaration.values import Point
-from multibody_sym.model.mechanism.force_rows import ReactionRow
+from multibody_sym.model.mechanism.force_rows import BrakingRow, ReactionRow, RubbingRow
 from multibody_sym.model.mechanism.markers import NOWHERE
 from multibody_sym.model.mechanism.mass import ORIGIN, unit_vector
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
-from multibody_sym.model.mechanism.rows import Row, VelocityRow
+from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.resolution.cuts import normals_of
 from multibody_sym.model.resolution.plane import in_plane
 from multibody_sym.model.resolution.references import References
@@ -86,7 +86,7 @@ def _guide(
     _without(element, "radius", "a slider has none; give the length over which its pads are apart, or nothing")
     axis = unit_vector(joint.moves[0].slides[0])
     across = _across(axis, flat)
-    rubbing = VelocityRow(f"{name}.friction", rates[0])
+    rubbing = RubbingRow(f"{name}.friction", rates[0])
     if element.length is None:
         normals = _reactions(name, element, [(n, ORIGIN) for n in across])
         return normals, [_part(name, element, (rubbing,), range(len(normals)), norm=len(normals) > 1)]
@@ -115,7 +115,7 @@ def _journal(
     _without(element, "length", "a hinge has none; give the radius of its journal")
     radius = _radius(element, "a hinge rubs on a journal: give its radius")
     normals = _reactions(name, element, [(n, ORIGIN) for n in normals_of(unit_vector(joint.moves[0].turns[0]))])
-    return normals, [_part(name, element, (VelocityRow(f"{name}.friction", rates[0]),), range(2), radius, norm=True)]
+    return normals, [_part(name, element, (BrakingRow(f"{name}.friction", rates[0]),), range(2), radius, norm=True)]
 
 
 def _sleeve(
@@ -123,9 +123,9 @@ def _sleeve(
 ) -> tuple[list[ReactionRow], list[FrictionPart]]:
     _without(element, "length", "pads are for sliders; give a radius, with which it rubs about its axis as well")
     normals = _reactions(name, element, [(n, ORIGIN) for n in normals_of(unit_vector(joint.moves[0].slides[0]))])
-    rows: tuple[Row, ...] = (VelocityRow(f"{name}.along", rates[0]),)
+    rows: tuple[Row, ...] = (RubbingRow(f"{name}.along", rates[0]),)
     if element.radius is not None:
-        rows += (VelocityRow(f"{name}.about", element.radius * rates[1]),)
+        rows += (RubbingRow(f"{name}.about", element.radius * rates[1]),)
     return normals, [_part(name, element, rows, range(2), norm=True)]
 
 
@@ -138,7 +138,7 @@ def _thread(
     assert isinstance(step, Screw)
     size = sqrt(radius**2 + step.lead**2)
     cosine, sine = radius / size, step.lead / size
-    rubbing = VelocityRow(f"{name}.friction", size * rates[0])
+    rubbing = RubbingRow(f"{name}.friction", size * rates[0])
     axis = unit_vector(step.slides[0])
     normal = ReactionRow(f"{name}.normal", element.joint, _NOWHERE, axis, ORIGIN, cosine, sine, rubbing.name)
     return [normal], [_part(name, element, (rubbing,), range(1))]
