@@ -19,6 +19,7 @@ from multibody_sym.scalars.traversal import postorder
 
 _HIGHEST_MULTIPLE: Final = 12
 _LONGEST_FACTORED: Final = 60
+_ON_TURN: Final = PRECISE.mpf(10) ** -40
 
 
 # --- signs ---------------------------------------------------------------------------------------------------------
@@ -317,8 +318,24 @@ def _power(a: Quotient, b: Quotient) -> Quotient:
     return _opaque("pow", a, b)
 
 
+def _part_of_turn(op: str, *arguments: Quotient) -> Quotient | None:
+    """Return an angle such as atan2(1, 0) that is a multiple of pi / 12, by its exact sine and cosine; else None."""
+    field = arguments[0].field
+    parts = 12 * _PRECISE_OPERATIONS[op](*(a.sample for a in arguments)) / PRECISE.pi
+    if isinstance(parts, PRECISE.mpc) or abs(parts - PRECISE.nint(parts)) > _ON_TURN:
+        return None
+    angle = field.letter(PI, field.letters[0]) * field.constant(Fraction(int(PRECISE.nint(parts)), 12))
+    sine, cosine = sine_and_cosine(angle)
+    y, x = arguments[0], arguments[-1] if op == "atan2" else field.constant(1)
+    apart = {"asin": y - sine, "acos": y - cosine}.get(op, y * cosine - x * sine)
+    return angle if apart.is_zero else None
+
+
 def _opaque(op: str, *arguments: Quotient) -> Quotient:
     """Return a letter for a function's value."""
+    known = _part_of_turn(op, *arguments) if op in ("asin", "acos", "atan", "atan2") else None
+    if known is not None:
+        return known
     node = BUILD[op](*(book_form(a) for a in arguments))
     sample = _PRECISE_OPERATIONS[op](*(a.sample for a in arguments))
     if isinstance(sample, PRECISE.mpc):

@@ -132,3 +132,55 @@ def test_a_guide_presses_on_either_side():
         [-math.pi, limit - math.pi, -limit, limit, math.pi - limit, math.pi], rel=1e-13
     )
     assert text(found(GUIDE, "mu").ends[0][0].expression) == "tan(a)"
+
+
+CAPSTAN = (
+    HEAD
+    + """\
+gravity: [0, -g, 0]
+parameters: {g: 10, mu: 0.3, m1: {value: 2 kg, positive: true}, m2: {value: 4 kg, positive: true}, R: 0.2}
+bodies: {ground: {points: {pa: [-R, -1, 0], pb: [R, -1, 0]}}, a: {mass: m1}, b: {mass: m2}}
+joints:
+  A: {type: prismatic, parent: ground.pa, child: a, axis: y, q: ya}
+  B: {type: prismatic, parent: ground.pb, child: b, axis: y, q: yb}
+pulleys: {P: {at: ground, radius: R, rough: mu}}
+constraints: {rope: {type: rope, path: [a, P, b]}}
+"""
+)
+
+BAND = (
+    HEAD
+    + """\
+parameters: {mu: 0.3, F: 100, R: 0.2, T: 0}
+bodies:
+  ground: {points: {hub: [0, 0, 0], pin: [0.2, -1, 0], fulcrum: [-0.6, -1, 0]}}
+  drum: {shape: {disc: R, mass: 50}}
+  lever: {mass: 0.5, inertia: {Izz: 0.1}, points: {band: [0.4, 0, 0], end: [1.2, 0, 0]}}
+joints:
+  axle: {type: revolute, parent: ground.hub, child: drum}
+  lever: {type: revolute, parent: ground.fulcrum, child: lever}
+pulleys: {drum: {body: drum, radius: R, rough: mu}}
+constraints: {band: {type: rope, path: [lever.band, drum, ground.pin]}}
+forces:
+  hand: {type: force, on: lever, at: end, value: [0, -F, 0]}
+  turn: {type: torque, joint: axle, value: T}
+"""
+)
+
+
+def test_a_rope_over_a_rough_drum_holds_by_euler_and_eytelwein():
+    least = found(CAPSTAN, "mu")
+    assert least.rest == [(pytest.approx(math.log(2) / math.pi, rel=1e-13), None)]
+    assert [text(x) for x in (least.ends[0][0].expression, least.ends[0][0].exact)] == ["log(m2/m1)/pi", "log(2)/pi"]
+    assert least.ends[0][0].gives_way == ("slips at P",)
+    masses = found(CAPSTAN, "m1")
+    assert masses.rest == [pytest.approx([4 * math.exp(sense * 0.3 * math.pi) for sense in (-1, 1)], rel=1e-13)]
+
+
+def test_a_band_brakes_more_one_way_than_the_other():
+    """The lever pulls with 300 N on one end: the other has between exp(-mu pi) and exp(mu pi) times that."""
+    answer = found(BAND, "T")
+    wanted = sorted(0.2 * 300 * (math.exp(sense * 0.3 * math.pi) - 1) for sense in (-1, 1))
+    assert answer.rest == [pytest.approx(wanted, rel=1e-12)]
+    assert [end.gives_way for end in answer.ends[0]] == [("slips at drum",), ("slips at drum",)]
+    assert found(BAND, "F", T=50).rest == [(pytest.approx(50 / 0.6 / (math.exp(0.3 * math.pi) - 1), rel=1e-12), None)]

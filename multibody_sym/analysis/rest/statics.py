@@ -17,9 +17,11 @@ from typing import Final, Literal
 from multibody_sym.dynamics.formalisms.inverse_dynamics import inverse_dynamics
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.ropes import wrap_angle
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
+from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.scalars.node import ONE, Node, as_node, multiply, negate
 from multibody_sym.scalars.vectors import S
@@ -174,7 +176,9 @@ class Statics:
             if not row.kinematic:
                 equal.append([row.coupling.get(k, 0) for k in range(len(rows))])
                 right.append(row.gamma)
-        factors = iter(motion.state.values([factor for limit in limits for _, factor in limit.terms]))
+        factors = iter(
+            motion.state.values([factor for limit in limits for _, factor in limit.terms], self.wraps(motion))
+        )
         cone = []
         for limit in limits:
             line: list[S] = [0] * len(rows)
@@ -182,6 +186,11 @@ class Statics:
                 line[k] = line[k] + factor
             cone.append(line)
         return Balance(equal, right, cone)
+
+    def wraps(self, motion: Motion) -> dict[Node, S]:
+        """Return the angles over which ropes are in touch with rough wheels, by what stands for them."""
+        slips = [row for row in self.mechanism.rows if isinstance(row, RopeSlipRow)]
+        return {row.wrap: wrap_angle(motion, row.rope, row.bend) for row in slips}
 
 
 def around(count: int) -> tuple[Direction, ...]:
