@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
+from test_worked_steps import steps, verify
 
 import multibody_sym as mbs
 from multibody_sym.answers.symbolic_start import declared_state
@@ -15,6 +17,7 @@ from multibody_sym.dynamics.start.examined import examined
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.model.mechanism.modes import in_mode
 from multibody_sym.model.mechanism.one_way import Mode
+from multibody_sym.writing.worked import worked_text
 
 HEAD = "multibody_sym: 1\nname: problem\ngravity: [0, -g, 0]\n"
 
@@ -135,3 +138,98 @@ def test_two_blocks_slide_together_and_one_of_them_does_not_stick() -> None:
 def test_a_state_that_is_wrong_is_not_confirmed() -> None:
     found = wrong(TABLE, Mode({"c1": 1}, {"c1": -1}))
     assert {tuple(each.slips.values()) for each in found} == {(0,)}
+
+
+# --- the state that solve finds --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("model", [TABLE, TABLE.replace("mu: 0.2", "mu: 0.8"), INCLINE, RIDGE])
+def test_printed_equations_hold_with_friction(model: str) -> None:
+    verify(steps(mbs.loads(model)))
+
+
+def test_steps_of_a_block_on_an_incline_reject_the_direction_that_a_book_assumed() -> None:
+    text = worked_text(steps(mbs.loads(INCLINE)))
+    assert "F: friction of rub, along (cos(alpha), sin(alpha))" in text
+    assert "(1) along s: m1*s'' = T - m1*g*sin(alpha) + F" in text
+    assert "(5) rub: F = mu*N" in text
+    rejected = text.partition("Other assumption 1\n")[2]
+    assert rejected.startswith("    Assume that rub slides so that s grows")
+    assert "m1*sin(alpha))/(m1 + m2) = -0.3274935009 m/s^2\n    and not > 0" in rejected
+    assert "abs(F) = g*(m1*sin(alpha) - m2) = 2.426406871 N" in rejected
+    assert "mu*abs(N) = m1*g*mu*cos(alpha) = 0.8485281374 N" in rejected
+
+
+def test_friction_has_the_number_of_its_normal_force() -> None:
+    text = worked_text(steps(mbs.loads(RIDGE)))
+    assert "c1: F1 = mu*N1" in text
+    assert "c2: F2 = mu*N2" in text
+
+
+JOURNAL = (
+    HEAD
+    + """
+parameters: {g: 10 m/s^2, m: 2 kg, l: 0.5 m, r: 1 cm, mu: 0.3}
+bodies: {rod: {shape: {rod: l, mass: m}}}
+joints: {hinge: {type: revolute, parent: ground, child: rod, axis: z, q: phi, initial: {q: 20 deg, u: 3}}}
+forces: {rub: {type: friction, joint: hinge, kinetic: mu, radius: r}}
+"""
+)
+
+
+def test_a_journal_rubs_by_the_length_of_its_reaction() -> None:
+    worked = steps(mbs.loads(JOURNAL))
+    verify(worked)
+    text = worked_text(worked)
+    assert "rub: M = r*mu*sqrt(R_hinge_x^2 + R_hinge_y^2)" in text
+    assert re.search(r"M = 0\.0156\d* N\*m", text)
+    at_rest = worked_text(steps(mbs.loads(JOURNAL.replace("q: 20 deg, u: 3", "q: 0"))))
+    assert "rub: M = r*mu*R_hinge_y" in at_rest
+
+
+PADS = (
+    HEAD
+    + """
+parameters: {l: 0.4 m, d: 0.3 m, F: 10 N, mu: 0.5, g: 10}
+bodies: {drawer: {mass: 3 kg, points: {knob: [0, -d, 0]}}}
+joints: {guide: {type: prismatic, parent: ground, child: drawer, axis: x, q: s}}
+forces:
+  pull: {type: force, on: drawer, at: knob, value: [F, 30 N, 0]}
+  rub: {type: friction, joint: guide, kinetic: mu, length: l}
+"""
+)
+
+
+def test_pads_press_by_force_and_moment() -> None:
+    worked = steps(mbs.loads(PADS))
+    verify(worked)
+    laws = next(step for step in worked.steps if step.title == "Laws of forces")
+    assert len(laws.lines) == 3
+
+
+HEAVY = (
+    HEAD
+    + """
+parameters: {g: 10 m/s^2, m1: 1 kg, m2: 2 kg, M: 4 kg, R: 0.1 m}
+bodies:
+  ground: {points: {axle: [0, 2 m, 0], left: [-R, 0, 0], right: [R, 0, 0]}}
+  wheel: {shape: {disc: R, mass: M}}
+  left: {mass: m1}
+  right: {mass: m2}
+joints:
+  axle: {type: revolute, parent: ground.axle, child: wheel, axis: z, q: phi}
+  line1: {type: prismatic, parent: ground.left, child: left, axis: y, q: y1}
+  line2: {type: prismatic, parent: ground.right, child: right, axis: y, q: y2}
+pulleys: {pulley: {body: wheel, radius: R}}
+constraints: {string: {type: rope, path: [left, pulley, right]}}
+"""
+)
+
+
+def test_a_wheel_with_mass_has_two_tensions() -> None:
+    worked = steps(mbs.loads(HEAVY))
+    verify(worked)
+    text = worked_text(worked)
+    assert "up: 0 = R_axle_y - M*g - T1 - T2" in text
+    assert "moments: M*R^2*phi''/2 = R*T1 - R*T2" in text
+    assert "R_axle_y = (3*(m1 + m2)*M + 8*m1*m2 + M^2)*g/(2*m1 + 2*m2 + M) = 68 N" in text

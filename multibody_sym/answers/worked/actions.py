@@ -9,7 +9,7 @@ from typing import Any
 
 import sympy
 
-from multibody_sym.dynamics.derivation.letters import FRICTION, Lettered
+from multibody_sym.dynamics.derivation.letters import FRICTION, MOMENT, Lettered, force_unit, row_elements
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.kinematics.loads import Applied, applied, exert, span, span_rate
 from multibody_sym.kinematics.motion import Motion, accelerations, pose
@@ -62,24 +62,35 @@ class Law:
     value: S = 0
 
 
+@dataclass(frozen=True)
+class Length:
+    """Friction that the length of a vector presses: `symbol` = `factor` times the length of the `normals`."""
+
+    element: str
+    symbol: Any
+    factor: S
+    normals: tuple[Any, Any]
+
+
 class Actions:
     """All that acts on the bodies of a motion over Nodes.
 
-    `of_body`: by body; `laws` of friction that slides and of springs; `further` symbols with their letters; `drives`:
-    what rows exert in joints, without wrenches; `of_speed` the same of loads; `contacts` the closed ones with the
-    wrenches of their normal forces.
+    `of_body`: by body; `laws` of friction that slides and of springs, `lengths` where a vector's length presses;
+    `further` symbols with their letters; `drives`: what rows exert in joints, without wrenches; `of_speed` the same of
+    loads; `contacts` the closed ones with the wrenches of their normal forces.
     """
 
     def __init__(self, motion: Motion, symbols: Symbols) -> None:
         self.motion, self.symbols = motion, symbols
         self.of_body: list[list[Action]] = [[] for _ in motion.bodies]
         self.laws: list[Law] = []
+        self.lengths: list[Length] = []
         self.further: list[Lettered] = []
         self.rows = row_motions(motion)
         self._in_joints: list[tuple[Any, Sequence[S]]] = []
         self.contacts: list[tuple[str, Sequence[Wrench]]] = []
         one_way = motion.mechanism.one_way
-        self._elements = {row.name: each.name for each in one_way for row in each.rows}
+        self._elements = row_elements(motion.mechanism)
         self._touching = {row.name for each in one_way if each.kind == "contact" for row in each.normals}
         self._rubbing: dict[str, Law] = {}
         self.bias = accelerations(motion, [0] * len(motion.state.u))
@@ -199,11 +210,18 @@ class Actions:
         factors = friction_factors(sliding, along, self.motion)
         (size,) = [-sliding.sense * factors[0]] if len(along) == 1 else self.motion.state.values([sliding.coefficient])
         if name in self._rubbing:
-            self._rubbing[name].right.append((normal, size))
+            if not sliding.beside:
+                self._rubbing[name].right.append((normal, size))
             return
-        s = self._further(FRICTION, name)
+        unit = force_unit(sliding.rows[0], self.motion.mechanism)
+        s = self._further(MOMENT if unit == "N*m" else FRICTION, name)
         self._rubbing[name] = Law(self.element(name), [(s, 1)], [(normal, size)])
-        self.laws.append(self._rubbing[name])
+        if sliding.beside:
+            places = [row.name for row in self.motion.mechanism.rows]
+            other = self.symbols.multipliers[places.index(sliding.beside)]
+            self.lengths.append(Length(self.element(name), s, size, (normal, other)))
+        else:
+            self.laws.append(self._rubbing[name])
         if len(along) == 1:
             against = [_scaled(wrench, -sliding.sense) for wrench in along[0].of_body]
             self._add_unit(s, "friction", self.element(name), against, [-sliding.sense * x for x in along[0].forces])

@@ -134,7 +134,10 @@ class CutFree:
                     along = _dot(unit, force.moment if part else force.vector)
                     s = force.action.symbol
                     right = right.plus(Linear({}, along) if s is None else linear([(s, along)], along * 0))
-                yield Equality(left, right, "body", axis.name, about_turning=bool(part))
+                turned = left.vanishes and all(
+                    a.sample < 0 for a in (*right.terms.values(), right.rest) if not a.is_zero
+                )
+                yield Equality(left, right.times(-1) if turned else right, "body", axis.name, about_turning=bool(part))
 
     def _inertia(self, index: int, reference: Vec) -> tuple[dict[Any, Any], Any]:
         """Return for each acceleration, and for none, the rates of momentum and of its moment about a point (world)."""

@@ -9,7 +9,7 @@ from typing import Any
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.symbolic_state import SymbolicState
-from multibody_sym.answers.worked.actions import Actions
+from multibody_sym.answers.worked.actions import Actions, Length
 from multibody_sym.answers.worked.bodies import CutFree
 from multibody_sym.answers.worked.directions import Directions
 from multibody_sym.answers.worked.elimination import Elimination, arranged
@@ -37,12 +37,42 @@ class Equations:
         self._aliases: dict[Any, Linear] = {}
         laws = self._without_aliases(list(self._laws()))
         self.cut = CutFree(self.actions, self.exactly, self.words, laws)
-        self.laws = [e.changed(lambda form: form.with_all(self.cut.known)) for e in laws]
         self.relations = list(self._relations())
+        self.lengths = [length for length in self.actions.lengths if len(self.pressing(length)) > 1]
+        self._signs: dict[Any, int] = {}
+        self._given = [e.changed(lambda form: form.with_all(self.cut.known)) for e in laws]
+        self._solve()
+        wrong = {x: -1 for x, law in self._of_one() if not self.reason and self.result(law).sample < 0}
+        if wrong:
+            self._signs = wrong
+            self._solve()
+
+    def _solve(self) -> None:
+        """Number the equations and eliminate."""
+        one = self.exactly.constant(1)
+        self.laws = list(self._given)
+        for x, law in self._of_one():
+            self.laws.append(Equality(Linear({x: one}, one * 0), law, "law", (self.actions.told[x],)))
         for number, e in enumerate(self.all, 1):
             e.tag = number
         self.elimination = Elimination(self.exactly, self.symbols.accelerations)
         self.reason = self._eliminated()
+
+    def pressing(self, length: Length) -> list[Linear]:
+        """Return the components that do not vanish of a vector whose length presses."""
+        places = [self.symbols.multipliers.index(s) for s in length.normals]
+        found = [self.normal(place).with_all(self.cut.known) for place in places]
+        return [form for form in found if not form.vanishes]
+
+    def _of_one(self) -> Iterator[tuple[Any, Linear]]:
+        """Yield friction that one component alone presses, with its law for the sign that this has."""
+        for length in self.actions.lengths:
+            components = self.pressing(length)
+            if len(components) < 2:
+                (factor,) = self.exactly.quotients([length.factor])
+                zero = Linear({}, factor * 0)
+                sign = self._signs.get(length.symbol, 1)
+                yield length.symbol, components[0].times(factor * sign) if components else zero
 
     @property
     def all(self) -> list[Equality]:
@@ -86,6 +116,8 @@ class Equations:
         """Eliminate, and return why this was left out."""
         if self.exactly.numbers:
             return "formulas would be too long to be read; what is given stands in the equations as numbers"
+        if self.lengths:
+            return "the length of a vector presses, which is not linear"
         self.exactly.renew()
         try:
             self.elimination.run(self.all)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 from multibody_sym.answers.instant import Solved
@@ -10,6 +10,8 @@ from multibody_sym.answers.worked.record import Formula, Line, Quantity, Sentenc
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.units import DIMENSIONLESS
+from multibody_sym.model.declaration.steps import Step
+from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.mechanism import TreeBody
 from multibody_sym.model.mechanism.parameters import Source
 from multibody_sym.model.mechanism.units import MechanismUnits
@@ -35,7 +37,8 @@ def _coordinates(solved: Solved, symbols: Symbols, body: TreeBody) -> Iterator[L
     if body.is_double:
         return
     least = _AT_REST * max(map(abs, (1.0, *begin.u)))
-    counted = {k: words for free in body.free_steps for k, words in _counted(free.step, free.q)}
+    units = [coordinate.unit for coordinate in mechanism.coordinates]
+    counted = {k: words for free in body.free_steps for k, words in _counted(free.step, free.q, units)}
     for q, u in body.rate_pairs:
         rate = Quantity(float(begin.u[u]), mechanism.speeds[u].unit)
         how = ("at rest",) if abs(rate.number) <= least else ("moving with ", rate)
@@ -45,14 +48,16 @@ def _coordinates(solved: Solved, symbols: Symbols, body: TreeBody) -> Iterator[L
         )
 
 
-def _counted(step: object, places: tuple[int, ...]) -> Iterator[tuple[int, str]]:
-    slides, turns = getattr(step, "slides", ()), getattr(step, "turns", ())
-    axes = [f"way along {_axis(axis)} of" for axis in slides] or [f"angle about {_axis(axis)} of" for axis in turns]
-    yield from zip(places, axes, strict=False)
+def _counted(step: Step, places: Sequence[int], units: Sequence[str]) -> Iterator[tuple[int, str]]:
+    """Yield what each coordinate of a step counts; that of a screw is its angle."""
+    turning = [f"angle about {_axis(axis)} of" for axis in step.turns]
+    sliding = [f"way along {_axis(axis)} of" for axis in step.slides]
+    words = turning if places and units[places[0]] == "rad" else sliding
+    yield from zip(places, words, strict=False)
 
 
-def _axis(axis: tuple[object, ...]) -> str:
-    texts = [text(x) for x in axis]  # type: ignore[arg-type]
+def _axis(axis: Point) -> str:
+    texts = [text(x) for x in axis]
     plain = {("1", "0", "0"): "x", ("0", "1", "0"): "y", ("0", "0", "1"): "z"}
     back = {("-1", "0", "0"): "-x", ("0", "-1", "0"): "-y", ("0", "0", "-1"): "-z"}
     key = (texts[0], texts[1], texts[2])

@@ -41,17 +41,17 @@ class _Rejected:
         if found.limit is None:
             ways = (f"{name} slides {self._way(self.parts[name], slip)}" for name, slip in found.slips.items())
             yield Sentence((f"Assume that {' and '.join(ways)}, and friction acts against that. Then",))
-            unit = {self.units.get(x, "") for x in found.left.terms}
-            yield self._formula(found, shown(found.equations.exactly, found.left), found.value, unit.pop())
+            unit = min((self.units.get(x, "") for x in found.left.terms), key=lambda unit: (unit != "m/s^2", unit))
+            yield self._formula(found, shown(found.equations.exactly, found.left), found.value, unit)
             sign = ">" if found.slips[found.part.friction.name] > 0 else "<"
             yield Sentence((f"and not {sign} 0, as was assumed: a contradiction.",))
             return
         friction, normals = self._symbols(found.part)
-        unit = {self.units.get(friction, "")}
+        unit = self.units.get(friction, "")
         yield Sentence((f"Assume that {' and '.join(found.slips)} stick{'s' if len(found.slips) == 1 else ''}. Then",))
-        yield self._formula(found, sympy.Abs(friction), found.value, next(iter(unit)))
+        yield self._formula(found, sympy.Abs(friction), found.value, unit)
         yield Sentence(("is needed, and no more is there than",))
-        yield self._formula(found, normals, found.limit, next(iter(unit)))
+        yield self._formula(found, normals, found.limit, unit)
         yield Sentence(("a contradiction.",))
 
     def _formula(self, found: Refuted, left: Any, value: Quotient, unit: str) -> Formula:
@@ -67,12 +67,13 @@ class _Rejected:
         equations = self.equations
         names = [row.name for row in equations.mechanism.rows]
         row = part.friction.rows[0].name
-        further = [each.symbol for each in equations.actions.further if each.element == part.element.name]
+        further = [each.symbol for each in equations.actions.further if each.element == part.friction.name]
         friction = equations.symbols.multipliers[names.index(row)] if row in names else further[0]
         static = coefficients(equations.actions.motion, part.friction.rows, [part.friction.static])
         (coefficient,) = equations.exactly.quotients(static)
         normals = [equations.normal(names.index(part.element.normals[k].name)) for k in part.friction.normals]
         sizes = [shown(equations.exactly, normal) for normal in normals]
+        sizes = sizes if part.element.unilateral else [sympy.Abs(size) for size in sizes]
         return friction, equations.exactly.written(coefficient) * sympy.Add(*sizes)
 
     def _way(self, part: Part, slip: int) -> str:
@@ -82,7 +83,9 @@ class _Rejected:
         if not isinstance(row, ContactRow):
             moving = [k for k, x in enumerate(moved.jacobian) if as_node(x) is not ZERO]
             names = [coordinate_of(equations.mechanism, k) for k in moving]
-            return f"so that {' and '.join(names)} {'grows' if slip > 0 else 'falls'}"
+            if len(names) > 1:
+                return "forward" if slip > 0 else "backward"
+            return f"so that {names[0]} {'grows' if slip > 0 else 'falls'}"
         first, second = (skin.place.body for skin in row.skins)
         index, sign = (first, slip) if first >= 0 else (second, -slip)
         world = apply(equations.actions.motion.rotation(index), moved.of_body[index][0])

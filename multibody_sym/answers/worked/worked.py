@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
@@ -22,7 +23,7 @@ from multibody_sym.answers.worked.exactly import Equality, Linear, shown
 from multibody_sym.answers.worked.given import given_lines
 from multibody_sym.answers.worked.record import Formula, Line, Quantity, Sentence, Words, Worked, WorkedStep
 from multibody_sym.answers.worked.rejected import rejected
-from multibody_sym.dynamics.derivation.letters import force_letters, guide_normal, row_letter
+from multibody_sym.dynamics.derivation.letters import MOMENT, TENSION, force_letters, guide_normal, row_letter
 from multibody_sym.dynamics.derivation.notation import MULTIPLIER, Notation, notation_of
 from multibody_sym.dynamics.derive import labels_of
 from multibody_sym.kinematics.state import state_of
@@ -44,6 +45,7 @@ _WORDS: Final = {
     "S": "force of rod",
     "N": "normal force at",
     "F": "friction at",
+    "M": "friction at",
 }
 
 
@@ -100,6 +102,9 @@ class _Work:
         for e in self.equations.laws:
             s = next(iter(e.left.terms))
             found[s] = _value(e.right.plus(e.left.without(s), -1), found) / float(e.left.terms[s].sample)
+        for length in self.equations.lengths:
+            sizes = [_value(form, found) for form in self.equations.pressing(length)]
+            found[length.symbol] = float(self.exactly.quotients([length.factor])[0].sample) * math.hypot(*sizes)
         return found
 
     def _own(self, index: int) -> tuple[Any, ...]:
@@ -114,7 +119,7 @@ class _Work:
         found.update((s, told.multipliers[row.name]) for s, row in rows)
         for index in range(len(self.mechanism.bodies)):
             found.update((s, REACTION_UNITS[c]) for s, c in zip(self._own(index), COMPONENTS, strict=True))
-        found.update((each.symbol, "N") for each in self.actions.further)
+        found.update((each.symbol, "N*m" if each.letter == MOMENT else "N") for each in self.actions.further)
         return found
 
     # --- steps -----------------------------------------------------------------------------------------------------
@@ -124,16 +129,31 @@ class _Work:
         self.exactly.renew()
         steps = [
             WorkedStep("Given", tuple(given_lines(self.solved, self.symbols))),
+            WorkedStep("State", tuple(Sentence((line,)) for line in self.solution.found)),
             *(WorkedStep(f"{body.name}, cut free", tuple(self._body(body))) for body in self.cut.bodies),
             WorkedStep("Free directions of joints", tuple(self._formula(e) for e in self.cut.free)),
             WorkedStep("Relations between accelerations", tuple(self._formula(e) for e in self.equations.relations)),
-            WorkedStep("Laws of forces", tuple(self._formula(e) for e in self.equations.laws)),
+            WorkedStep("Laws of forces", (*map(self._formula, self.equations.laws), *self._lengths())),
             WorkedStep("Elimination", tuple(self._elimination())),
             WorkedStep("Result", tuple(self._result())),
-            WorkedStep("Conditions", tuple(Sentence((line,)) for line in self.solution.conditions)),
+            WorkedStep("Conditions", tuple(Sentence((line,)) for line in self._conditions())),
             *rejected(self.equations, self.notation, self._units),
         ]
         return Worked(self.mechanism.name, tuple(s for s in steps if s.lines), self.notation, self.values)
+
+    def _lengths(self) -> Iterator[Line]:
+        """Yield the laws of friction that the length of a vector presses."""
+        for length in self.equations.lengths:
+            squares = [shown(self.exactly, form) ** 2 for form in self.equations.pressing(length)]
+            (factor,) = self.exactly.quotients([length.factor])
+            sides = length.symbol, self.exactly.written(factor) * sympy.sqrt(sympy.Add(*squares))
+            yield Formula(sides, before=(length.element,))
+
+    def _conditions(self) -> Iterator[str]:
+        """Yield the conditions, with what happens where they fail."""
+        for condition in self.solution.conditions:
+            broken = self.solution.limits.get(condition)
+            yield f"{condition} (else {broken})" if broken else condition
 
     def _formula(self, e: Equality) -> Formula:
         return Formula(e.sides(self.exactly), tag=e.tag, before=tuple(e.about))
@@ -181,13 +201,16 @@ class _Work:
 
     def _named(self, action: Action) -> str:
         """Return what acts in words."""
-        letter = "" if action.symbol is None else self.notation.text(action.symbol)[:1]
-        word = (
-            _WORDS.get(letter)
-            if action.kind in ("row", "reaction", "counter") and action.symbol in self._lettered
-            else None
-        )
-        return f"{word or _WORDS[action.kind]} {action.element}".strip()
+        of_symbol = action.kind in ("row", "reaction", "counter") and action.symbol in self._lettered
+        letter = self.notation.text(action.symbol)[:1] if of_symbol else ""
+        word = _WORDS.get(letter, _WORDS[action.kind])
+        mean = letter == TENSION and action.element in self._rough
+        return f"{'mean ' if mean else ''}{word} {action.element}".strip()
+
+    @cached_property
+    def _rough(self) -> set[str]:
+        """The ropes that rub on wheels: their tensions differ from the mean by half the friction."""
+        return {each.name for each in self.mechanism.one_way if each.kind == "rope" and each.frictions}
 
     def _short(self, direction: Words, action: Action) -> Words:
         """Return a direction, that of a joint's axis by its name where its components are long."""
@@ -199,8 +222,11 @@ class _Work:
 
     def _elimination(self) -> Iterator[Line]:
         if self.reason:
-            count = len(self.equations.all)
-            yield Sentence((f"{count} linear equations for {len(self.unknowns)} unknowns, solved in numbers:",))
+            count, kind = (
+                len(self.equations.all) + len(self.equations.lengths),
+                "" if self.equations.lengths else "linear ",
+            )
+            yield Sentence((f"{count} {kind}equations for {len(self.unknowns)} unknowns, solved in numbers:",))
             yield Sentence((self.reason,))
             return
         for found in self.elimination.steps:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from multibody_sym.dynamics.derivation.record import Label
@@ -13,6 +13,7 @@ from multibody_sym.model.declaration.steps import is_flat
 from multibody_sym.model.mechanism.contact_rows import ContactRow, TurningRow
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism, TreeBody
 from multibody_sym.model.mechanism.rows import AngleRow, DistanceRow, GearRow, PositionRow, RopeRow, Row
+from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.scalars.node import ZERO
 
 TENSION, ROD, NORMAL, FRICTION, TOOTH, MOMENT = "T", "S", "N", "F", "Z", "M"
@@ -50,7 +51,8 @@ def force_letters(
         numbers = _numbers(kind, pressing)
         found.update(_numbered(kind, numbers, taken))
         if letter == NORMAL:
-            pressing = {each.element: number for each, number in zip(kind, numbers, strict=True)}
+            elements = [each.element for each in kind]
+            pressing = {name: k for name, k in zip(elements, numbers, strict=True) if elements.count(name) == 1}
     found.update((s, label) for s, label in _of_joints(mechanism, symbols).items() if s in used and s not in found)
     return _apart(found, taken)
 
@@ -118,12 +120,19 @@ def _apart(found: Mapping[Any, Label], taken: Collection[str]) -> dict[Any, Labe
 
 
 def _of_rows(mechanism: Mechanism, symbols: Symbols) -> Iterable[Lettered]:
-    elements = {row.name: each.name for each in mechanism.one_way for row in each.rows}
+    elements = row_elements(mechanism)
     for row, s in zip(mechanism.rows, symbols.multipliers, strict=True):
         letter = row_letter(row, mechanism)
         if letter:
             name = row.told[0] if isinstance(row, RopeRow) else elements.get(row.name, row.name)
             yield Lettered(s, letter, name)
+
+
+def row_elements(mechanism: Mechanism) -> dict[str, str]:
+    """Return for each row of what holds one way only the name of the element, or of the part of it that rubs."""
+    found = {row.name: each.name for each in mechanism.one_way for row in each.normals}
+    parts = (part for each in mechanism.one_way for part in each.frictions)
+    return {**found, **{row.name: part.name for part in parts for row in part.rows}}
 
 
 def row_letter(row: Row, mechanism: Mechanism) -> str:
@@ -134,11 +143,16 @@ def row_letter(row: Row, mechanism: Mechanism) -> str:
         return NORMAL if row.is_holonomic else FRICTION
     for element in mechanism.one_way:
         if any(row.name == friction.name for part in element.frictions for friction in part.rows):
-            return FRICTION
+            return MOMENT if force_unit(row, mechanism) == "N*m" else FRICTION
         if any(row.name == normal.name for normal in element.normals):
             return TENSION if element.kind == "rope" else NORMAL
     kinds: dict[type[Row], str] = {RopeRow: TENSION, DistanceRow: ROD, GearRow: TOOTH}
     return next((letter for kind, letter in kinds.items() if isinstance(row, kind)), "")
+
+
+def force_unit(row: Row, mechanism: Mechanism) -> str:
+    """Return the unit of a row's multiplier, whether the row is among the mechanism's or not."""
+    return MechanismUnits(replace(mechanism, rows=(row,))).multipliers[row.name]
 
 
 def _of_guides(mechanism: Mechanism, symbols: Symbols) -> Iterable[Lettered]:
