@@ -35,7 +35,7 @@ def solved(expression: str, low: float, high: float) -> tuple[float, list[str], 
     ("expression", "low", "high", "form"),
     [
         ("a*x - b*c", 0.0, 5.0, "b*c/a"),
-        ("x^2 + a*x - b", 0.0, 5.0, "(sqrt(4*b + a^2) - a)/2"),
+        ("x^2 + a*x - b", 0.0, 5.0, "(sqrt(a^2 + 4*b) - a)/2"),
         ("sin(x) - a*cos(x)", 0.0, 1.5, "atan(a)"),
         ("sin(x) - a*cos(x)", 3.0, 4.5, "atan(a) + pi"),
         ("b*sin(x) + a*cos(x) - c", -1.0, 1.0, "asin(c/sqrt(a^2 + b^2)) - atan(a/b)"),
