@@ -12,9 +12,9 @@ from sympy.ntheory import factorint
 
 from multibody_sym.algebra.book_form import book_form, trigonometric_forms
 from multibody_sym.algebra.factors import Poly, factored
-from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, known_angle
 from multibody_sym.scalars.elementary import BUILD
-from multibody_sym.scalars.node import PI, TWO, Node, multiply
+from multibody_sym.scalars.node import PI, TWO, ZERO, Node, multiply
 from multibody_sym.scalars.traversal import postorder
 
 _HIGHEST_MULTIPLE: Final = 12
@@ -345,6 +345,21 @@ def _opaque(op: str, *arguments: Quotient) -> Quotient:
     return arguments[0].field.letter(node, Letter(node, sample, op == "exp"))
 
 
+def _direction(y: Quotient, x: Quotient) -> Quotient:
+    """Return atan2(y, x): along an axis right angles, or the angle of which these are sine and cosine."""
+    field = y.field
+    if y.is_zero and not x.is_zero:
+        return exact(field, [PI if sign(x) < 0 else ZERO], {})[0]
+    if x.is_zero and not y.is_zero:
+        return exact(field, [PI / 2], {})[0] * sign(y)
+    angle = known_angle(y, x)
+    if angle is None:
+        return _opaque("atan2", y, x)
+    letters = {x.node: x for x in field.letters if x.node is not None and not x.node.args}
+    found, turn = exact(field, [angle, 2 * PI], {node: field.letter(node, x) for node, x in letters.items()})
+    return found + turn * int(PRECISE.nint((PRECISE.atan2(y.sample, x.sample) - found.sample) / turn.sample))
+
+
 def _tangent(a: Quotient) -> Quotient:
     s, c = sine_and_cosine(a)
     return s / c
@@ -365,6 +380,7 @@ _PRECISE_OPERATIONS: Final[dict[str, Callable[..., Any]]] = {
 
 _OPERATIONS: Final[dict[str, Callable[..., Quotient]]] = {
     **{op: partial(_opaque, op) for op in _PRECISE_OPERATIONS},
+    "atan2": _direction,
     "neg": lambda a: -a,
     "add": lambda a, b: a + b,
     "mul": lambda a, b: a * b,

@@ -18,7 +18,7 @@ from sympy.polys.orderings import lex
 from sympy.polys.rings import PolyRing
 
 from multibody_sym.algebra.factors import Poly
-from multibody_sym.scalars.node import PI, Node
+from multibody_sym.scalars.node import PI, Node, negate
 from multibody_sym.scalars.traversal import leaves
 
 PRECISE: Final = MPContext()
@@ -261,3 +261,45 @@ class Field:
                 above, below = (self.reduced(p.exquo(self.ring.gens[k])) for p in (form, below))
                 above, below = self.cancelled(above, below)
         return above, below
+
+
+# --- angles that are known by their sine and cosine --------------------------------------------------------------
+
+_QUARTERS: Final = {
+    ("sin", 1, "cos", 1): (1, 0),
+    ("sin", -1, "cos", 1): (-1, 0),
+    ("sin", 1, "cos", -1): (-1, 2),
+    ("sin", -1, "cos", -1): (1, 2),
+    ("cos", 1, "sin", 1): (-1, 1),
+    ("cos", 1, "sin", -1): (1, 1),
+    ("cos", -1, "sin", 1): (1, -1),
+    ("cos", -1, "sin", -1): (-1, -1),
+}
+"""What atan2(y, x) is for plus or minus functions of an angle: so many times the angle, and so many right angles."""
+
+
+def known_angle(y: Quotient, x: Quotient) -> Node | None:
+    """Return atan2(y, x), but for full turns, where y and x are up to signs the sine and cosine of one angle."""
+    across, along = _function(y), _function(x)
+    if across is None or along is None or across[0].args != along[0].args:
+        return None
+    found = _QUARTERS.get((across[0].op, across[1], along[0].op, along[1]))
+    if found is None:
+        return None
+    times, quarters = found
+    (angle,) = across[0].args
+    own = angle if times > 0 else negate(angle)
+    return own + quarters * PI / 2 if quarters else own
+
+
+def _function(a: Quotient) -> tuple[Node, int] | None:
+    """Return the sine or cosine that a quotient is up to its sign, and that sign."""
+    terms = dict(a.above.items())
+    if not a.below.is_ground or int(a.below.LC) != 1 or len(terms) != 1:
+        return None
+    ((powers, coefficient),) = terms.items()
+    if sum(powers) != 1 or abs(int(coefficient)) != 1:
+        return None
+    node = a.field.letters[powers.index(1)].node
+    return (node, int(coefficient)) if node is not None and node.op in ("sin", "cos") else None
+

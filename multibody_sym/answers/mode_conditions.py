@@ -19,6 +19,7 @@ from multibody_sym.kinematics.rows import coefficients
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import in_mode
 from multibody_sym.model.mechanism.one_way import ALONG_VELOCITY, STICKS, FrictionPart, OneWay
+from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.scalars.node import Node, as_node, quantity
 
@@ -94,7 +95,9 @@ def _friction(acting: Acting, element: OneWay, part: FrictionPart, moves: bool) 
     name, rows = part.name, tuple(row.name for row in part.rows)
     slip = slip_of(acting.mechanism, part)
     if slip == STICKS:
-        if not part.enough:
+        if isinstance(part.rows[0], RopeSlipRow):
+            yield from _gripping(acting, part, part.rows[0])
+        elif not part.enough:
             yield _sticking(acting, element, part, rows)
     elif slip != ALONG_VELOCITY:
         rate = acting.rows[rows[0]].phidot if moves else acting.acceleration(rows[0])
@@ -102,6 +105,21 @@ def _friction(acting: Acting, element: OneWay, part: FrictionPart, moves: bool) 
         told = f"{name} slides: its {what} along the tangent {'>' if slip > 0 else '<'} 0"
         broken = f"{name} does not slide {'+' if slip > 0 else '-'}"
         yield Inequality("more", _nodes(rate if slip > 0 else -rate), told, broken, rows)
+
+
+def _gripping(acting: Acting, part: FrictionPart, slip: RopeSlipRow) -> Iterator[Inequality]:
+    """Yield that neither tension of a rope over a rough wheel is more than exp(mu wrap) times the other."""
+    (static,) = coefficients(acting.instant.motion, part.rows, [part.static])
+    most, (before, behind) = (2 + static) / (2 - static), slip.rope.asked
+    tensions = acting.instant.tensions
+    for smaller, larger in ((before, behind), (behind, before)):
+        told = " <= ".join((_asked(larger), f"{_asked(smaller)}*exp(static*wrap)"))
+        rest = most * tensions[smaller] - tensions[larger]
+        yield Inequality("least", _nodes(rest), told, f"{part.name} slips", (slip.name,))
+
+
+def _asked(rope: str) -> str:
+    return text(quantity("tension", (rope,)))
 
 
 def _sticking(acting: Acting, element: OneWay, part: FrictionPart, rows: tuple[str, ...]) -> Inequality:

@@ -18,6 +18,7 @@ from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.kinematics.rows import coefficients
 from multibody_sym.model.mechanism.mode_words import mode_words
 from multibody_sym.model.mechanism.one_way import ALONG_VELOCITY, STICKS, FrictionPart, OneWay
+from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.scalars.traversal import leaves
@@ -76,6 +77,8 @@ def _why(solved: Solved, acting: Acting, element: OneWay, part: FrictionPart, ne
     slip = slip_of(acting.mechanism, part)
     if slip != STICKS:
         moving = part.name in solved.decided.moving
+        if isinstance(part.rows[0], RopeSlipRow):
+            return f": its rope {'moves' if moving else 'starts to move'} {'forward' if slip > 0 else 'back'} over it"
         where = "" if slip == ALONG_VELOCITY else f" {'along' if slip > 0 else 'against'} its tangent"
         return f": it {'moves' if moving else 'starts to move'}{where}"
     if part.enough:

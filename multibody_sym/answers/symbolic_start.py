@@ -23,11 +23,13 @@ from multibody_sym.dynamics.start.constants import measured_rows, seen_axis
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.errors import ExpressionError
 from multibody_sym.kinematics.motion import Motion, motion_of
+from multibody_sym.kinematics.ropes import wrap_angle
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.kinematics.surface_angles import tangent_angle
 from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
-from multibody_sym.model.mechanism.start_constants import TangentAngle
+from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
+from multibody_sym.model.mechanism.start_constants import TangentAngle, WrapAngle
 from multibody_sym.scalars.functions import evaluate, evaluate_float, sqrt
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
 
@@ -146,7 +148,7 @@ class _SymbolicStart:
         return [row for k, row in enumerate(row_motions(motion)) if row.holonomic and k not in measured]
 
     def measure(self) -> None:
-        """Put what tangents have at the start in place of their angles: they are ground's axes seen on their planes."""
+        """Put what they are at the start in place of angles: of tangents, ground's axes on their planes, of wraps."""
         begin, rest = self.begin, [ZERO] * len(self.u)
         there = Rows(self.mechanism, begin.parameters, []).motion(np.array(begin.q), np.zeros(len(begin.u)))
         here = self._motion(self.q, rest)
@@ -154,6 +156,11 @@ class _SymbolicStart:
             if isinstance(entry.measure, TangentAngle):
                 angle = tangent_angle(here, entry.measure, seen_axis(there, entry.measure))
                 self.parameters[place] = as_node(angle)
+            elif isinstance(entry.measure, WrapAngle):
+                rows = (row for element in self.mechanism.one_way for row in element.rows)
+                slip = next(row for row in rows if row.name == entry.measure.row)
+                assert isinstance(slip, RopeSlipRow)
+                self.parameters[place] = as_node(wrap_angle(here, slip.rope, slip.bend))
 
     # --- speeds ---------------------------------------------------------------------------------------------------
 

@@ -66,6 +66,23 @@ def test_what_vanishes_is_zero(expression: str) -> None:
     assert quotient(expression).is_zero
 
 
+@pytest.mark.parametrize("angle", [-9.0, -2.5, -0.4, 0.3, 1.2, 2.0, 3.1, 7.0])
+@pytest.mark.parametrize("arguments", [
+    "sin(x), cos(x)", "-sin(x), cos(x)", "sin(x), -cos(x)", "-sin(x), -cos(x)",
+    "cos(x), sin(x)", "cos(x), -sin(x)", "-cos(x), sin(x)", "-cos(x), -sin(x)",
+    "0, a", "0, -a", "a, 0", "-a, 0",
+])  # fmt: skip
+def test_an_angle_is_known_by_its_sine_and_cosine(arguments: str, angle: float) -> None:
+    field = Field(10**6)
+    sample = {symbol("x"): angle, symbol("a"): 0.7}
+    letters = {node: Letter(node, PRECISE.mpf(value), node.data == "a") for node, value in sample.items()}
+    known = {node: field.letter(node, letter) for node, letter in letters.items()}
+    node = parse(f"atan2({arguments})")
+    found = book_form(exact(field, [node], known)[0])
+    assert "atan2" not in text(found)
+    assert evaluate_float([found], sample)[0] == pytest.approx(evaluate_float([node], sample)[0], abs=1e-14)
+
+
 def test_sums_of_angles_are_written_out_on_request() -> None:
     expression = "sin(x + y) - sin(x)*cos(y) - cos(x)*sin(y)"
     assert quotient(expression, expands=True).is_zero

@@ -21,7 +21,7 @@ from typing import Literal
 
 from multibody_sym.kinematics.contacts import reach
 from multibody_sym.kinematics.motion import Motion, accelerations
-from multibody_sym.kinematics.rows import RowMotion, row_motion
+from multibody_sym.kinematics.rows import RowMotion, coefficients, row_motion
 from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Skin
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, OneWay
@@ -126,7 +126,7 @@ class SwitchingValues:
             return -side_of(mechanism, element, normal[one.normal]) * self.by_name[normal[one.normal].name]
         assert one.part is not None
         if one.ends == "slips":
-            (static,) = self.motion.state.values([one.part.static])
+            (static,) = coefficients(self.motion, one.part.rows, [one.part.static])
             limit = static * self.pressing(element, one.part)
             return length([self.by_name[row.name] for row in one.part.rows]) - limit
         speeds = [self.row(row).phidot for row in one.part.rows]
