@@ -8,6 +8,7 @@ from typing import Any
 
 from multibody_sym.analysis.slipped_wheels import slipped_wheels
 from multibody_sym.answers.instant import Solved, solved_start
+from multibody_sym.answers.left_out import left_out
 from multibody_sym.answers.questions import answered
 from multibody_sym.answers.reactions import place_of, reactions_of
 from multibody_sym.answers.solution import OtherState, RowKind, Solution, Value
@@ -76,6 +77,7 @@ def solution_of(solved: Solved) -> Solution:
         answers=answers,
         notes=(
             *slipped_wheels(resolved, begin.parameters),
+            *left_out(solved),
             *(f"numbers only, where no closed form is given: {reason}" for reason in solved.reasons),
         ),
         assembled=_assembled(solved),

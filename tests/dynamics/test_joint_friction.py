@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from multibody_sym import derive, loads
+from multibody_sym import derive, loads, solve
 from multibody_sym.dynamics.formalisms.forward_dynamics import Accelerations, forward_dynamics
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.routes import FORMALISMS
@@ -169,3 +169,44 @@ def test_journals_rub_with_the_lengths_of_their_own_forces() -> None:
     assert run[1] == pytest.approx(udot, rel=1e-12)
     assert derive(resolved).lambdify()(begin.q, begin.u) == pytest.approx(udot, rel=1e-12)
 
+
+DOOR = f"""\
+multibody_sym: 1
+name: door
+gravity: [0, 0, -{G}]
+bodies: {{d: {{mass: 20, com: [0.4, 0, 0.3], inertia: {{Ixx: 2, Iyy: 3, Izz: 1}}}}}}
+joints: {{H: {{type: revolute, parent: ground, child: d, axis: z, q: phi, initial: {{u: 2}}}}}}
+forces: {{rub: {{type: friction, joint: H, static: 0.2, radius: 0.01, length: 1.2}}}}
+"""
+
+
+def test_two_hinges_of_a_door_rub_with_the_force_of_each() -> None:
+    """By hand: m a_C = R1 + R2 across the axis, and about the middle of the hinges 0.6 e x (R1 - R2) = the moment."""
+    resolved = in_mode(mechanism(loads(DOOR)), Mode({"rub": 1}, {"rub.pad1": 1, "rub.pad2": 1}))
+    begin = start(resolved)
+    state = state_of(resolved, float, 0.0, begin.q, begin.u, begin.parameters)
+    found = forward_dynamics(FORMALISMS["sweep"](resolved, state))
+    (alpha,), w, m, (x, z) = found.udot, 2.0, 20, (0.4, 0.3)
+    force = m * np.array([-w * w * x, alpha * x])  # both hinges together, along the door and across it
+    # the rates of angular momentum about the middle: J_C is diagonal, and c x m (a_C - g)
+    moment = np.array([0, 0]) + np.array([-z * force[1], z * force[0] - x * m * G])
+    apart = np.array([moment[1], -moment[0]]) / 1.2
+    pads = force / 2 + apart, force / 2 - apart
+    lengths = [float(np.linalg.norm(pad)) for pad in pads]
+    assert np.hypot(found.multipliers[::2], found.multipliers[1::2]) == pytest.approx(lengths, rel=1e-12)
+    # about the axis: (Izz + m x^2) alpha = - mu r (|R1| + |R2|)
+    assert (1 + m * x * x) * alpha == pytest.approx(-0.2 * 0.01 * sum(lengths), rel=1e-12)
+
+
+def test_what_friction_leaves_out_is_told() -> None:
+    """Of the hinge: the weight at 0.4 m, and what takes the centre, 0.3 m up, round: m (g 0.4 + w^2 0.4 0.3)."""
+    alone = solve(loads(DOOR.replace(", length: 1.2", ""))).notes
+    assert [note.split("; ")[1].split(" are")[0].split(" there")[0] for note in alone] == [
+        f"the couple of {20 * (G * 0.4 + 4 * 0.4 * 0.3):.6g} N*m",
+        "196.2 N along the axis",
+    ]
+    assert [note for note in solve(loads(DOOR)).notes if "left out" in note] == [
+        "rub rubs with the force across its axis; 196.2 N along the axis are left out"
+    ]
+    couple = 0.2 * PUSH[0] - 0.1 * PUSH[1]
+    assert f"the couple of {couple:.6g} N*m there is left out" in solve(loads(BLOCK)).notes[0]

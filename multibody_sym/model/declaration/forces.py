@@ -151,10 +151,11 @@ class Friction(Element):
 
     A slider (prismatic) is a guide with two sides, which rubs with mu |F|; with a `length` it has two pads so far
     apart, on the child, symmetric about the joint's point there, each of which takes its share of force and moment, so
-    that it may jam. A hinge (revolute) is a journal of `radius`: mu radius |F|, F the force across its axis. A
-    cylindrical joint rubs along and, with a radius, about its axis; a screw on a thread of mean `radius`. `static` may
-    be the word `enough`. One coefficient that is left out is as large as the other. `regularised`: a speed (m/s) below
-    which friction is made smooth, so that nothing ever sticks.
+    that it may jam. A hinge (revolute) is a journal of `radius`: mu radius |F|, F the force across its axis; with a
+    `length` two such bearings stand so far apart along the axis. What such a force leaves out, a couple or a force
+    along the axis, is told. A cylindrical joint rubs along and, with a radius, about its axis; a screw on a thread of
+    mean `radius`. `static` may be the word `enough`. One coefficient that is left out is as large as the other.
+    `regularised`: a speed (m/s) below which friction is made smooth, so that nothing ever sticks.
     """
 
     joint: str = holds(Text())

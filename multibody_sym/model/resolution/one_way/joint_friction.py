@@ -1,8 +1,9 @@
 """Friction in joints: which parts of a joint's own reaction press, and what rubs.
 
 A guide rubs with the force across its axis; with pads, so far apart on the child, each takes half of that force and its
-share of the couple. A journal rubs about its axis at a radius, a sleeve along and about it. On a screw's thread, steep
-by tan a = lead / radius, a force N normal to the flank and T along it make the axial force N cos a + T sin a.
+share of the couple. A journal rubs about its axis at a radius, or two bearings do, a sleeve along and about it. On a
+screw's thread, steep by tan a = lead / radius, a force N normal to the flank and T along it make the axial force
+N cos a + T sin a.
 """
 
 from __future__ import annotations
@@ -85,20 +86,40 @@ def _guide(
 ) -> tuple[list[ReactionRow], list[FrictionPart]]:
     _without(element, "radius", "a slider has none; give the length over which its pads are apart, or nothing")
     axis = unit_vector(joint.moves[0].slides[0])
-    across = _across(axis, flat)
-    rubbing = RubbingRow(f"{name}.friction", rates[0])
+    across, row = _across(axis, flat), RubbingRow(f"{name}.friction", rates[0])
     if element.length is None:
         normals = _reactions(name, element, [(n, ORIGIN) for n in across])
-        return normals, [_part(name, element, (rubbing,), range(len(normals)), norm=len(normals) > 1)]
-    pads = [[_pad(axis, n, side / element.length) for n in across] for side in (ONE, -ONE)]
-    normals = [
-        row for k, pad in enumerate(pads, 1) for row in _reactions(f"{name}.pad{k}", element, pad)
-    ]
+        return normals, [_part(name, element, (row,), range(len(normals)), norm=len(normals) > 1)]
+    return _pads(name, element, axis, across, row)
+
+
+def _journal(
+    name: str, element: Friction, joint: Joint, rates: Sequence[Node], flat: bool
+) -> tuple[list[ReactionRow], list[FrictionPart]]:
+    radius = _radius(element, "a hinge rubs on a journal: give its radius")
+    axis, row = unit_vector(joint.moves[0].turns[0]), BrakingRow(f"{name}.friction", rates[0])
+    if element.length is None:
+        normals = _reactions(name, element, [(n, ORIGIN) for n in normals_of(axis)])
+        return normals, [_part(name, element, (row,), range(2), radius, norm=True)]
+    return _pads(name, element, axis, normals_of(axis), row, radius)
+
+
+def _pads(
+    name: str, element: Friction, axis: Point, across: Sequence[Point], row: Row, arm: Node = ONE
+) -> tuple[list[ReactionRow], list[FrictionPart]]:
+    """Return the reactions of two pads or bearings a length apart along an axis, and their friction.
+
+    In a plane it is one friction of both, in space one of each, from its own reaction across the axis.
+    """
+    assert element.length is not None
+    shares = [[_pad(axis, n, side / element.length) for n in across] for side in (ONE, -ONE)]
+    normals = [x for k, pad in enumerate(shares, 1) for x in _reactions(f"{name}.pad{k}", element, pad)]
     if len(across) == 1:
-        return normals, [_part(name, element, (rubbing,), range(2))]
-    rows = [replace(rubbing, name=f"{name}.pad{k}.friction") for k in (1, 2)]
+        return normals, [_part(name, element, (row,), range(2), arm)]
+    rows = [replace(row, name=f"{name}.pad{k}.friction") for k in (1, 2)]
     return normals, [
-        _part(f"{name}.pad{k}", element, (row,), range(2 * k - 2, 2 * k), norm=True) for k, row in enumerate(rows, 1)
+        _part(f"{name}.pad{k}", element, (each,), range(2 * k - 2, 2 * k), arm, norm=True)
+        for k, each in enumerate(rows, 1)
     ]
 
 
@@ -107,15 +128,6 @@ def _pad(axis: Point, normal: Point, share: Node) -> tuple[Point, Point]:
     about = scale(share, cross(axis, normal))
     half = scale(ONE / 2, normal)
     return half, about
-
-
-def _journal(
-    name: str, element: Friction, joint: Joint, rates: Sequence[Node], flat: bool
-) -> tuple[list[ReactionRow], list[FrictionPart]]:
-    _without(element, "length", "a hinge has none; give the radius of its journal")
-    radius = _radius(element, "a hinge rubs on a journal: give its radius")
-    normals = _reactions(name, element, [(n, ORIGIN) for n in normals_of(unit_vector(joint.moves[0].turns[0]))])
-    return normals, [_part(name, element, (BrakingRow(f"{name}.friction", rates[0]),), range(2), radius, norm=True)]
 
 
 def _sleeve(
