@@ -205,3 +205,46 @@ def test_of_several_states_the_run_takes_one_and_says_so():
     run = simulated(ROD.format(0.9, -4, -8), t_end=0.01)
     assert run.events[0]["kind"] == "several states"
     assert run.events[0]["t"] == 0.0
+
+
+BOX = """
+bodies:
+  box: {shape: {box: [0.4, 0.2, 0.3], mass: 2}}
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+contacts:
+  c1: {between: [box, ground.floor], static: 0.5, kinetic: 0.5}
+"""
+
+
+def test_a_box_on_two_corners_slips_where_both_together_cannot_hold_it():
+    """How friction is shared between the corners is open while it stands: its sum alone says when it slips."""
+    more = """
+joints:
+  free: {type: planar, parent: ground, child: box, q: [x, y, th], initial: {q: [0, 0.1, 0]}}
+forces:
+  F: {type: force, on: box, value: [12*sin(3*t), 0, 0]}
+"""
+    run = simulated(BOX + more, t_end=1.5, **EXACT)
+    slips = math.asin(0.5 * 2 * G / 12) / 3
+    assert times(run, "slide+") == pytest.approx([slips, slips], rel=1e-11)
+    # it moves until 4 (cos 3 t0 - cos 3 t)/2 = mu g (t - t0), and slips back when the force is large enough that way
+    t = times(run, "stick")[0]
+    assert 2 * (math.cos(3 * slips) - math.cos(3 * t)) == pytest.approx(0.5 * G * (t - slips), rel=1e-9)
+    assert times(run, "slide-") == pytest.approx([slips + math.pi / 3] * 2, rel=1e-11)
+    standing = (run.t > t) & (run.t < slips + math.pi / 3)
+    assert np.ptp(run["x"][standing]) == 0.0
+    assert (run["x"][run.t < slips] == 0.0).all()
+
+
+def test_a_box_that_falls_on_a_corner_comes_to_rest_on_its_side():
+    more = """
+joints:
+  free: {type: planar, parent: ground, child: box, q: [x, y, th], initial: {q: [0, 0.5, 0.3], u: [1, 0, 0]}}
+"""
+    run = simulated(BOX + more, t_end=0.6, rtol=1e-11, atol=1e-12)
+    low = 0.5 - 0.2 * math.sin(0.3) - 0.1 * math.cos(0.3)
+    assert run.events[0] == {"t": pytest.approx(math.sqrt(2 * low / G)), "kind": "impact", "element": "c1.corner1"}
+    assert told(run)[-2:] == [("c1.corner1", "stick"), ("c1.corner2", "stick")]
+    assert (run["y"][-1], run["th"][-1]) == pytest.approx((0.1, 0.0), abs=1e-14)
+    taken = sum(work.total for work in run.friction_work.values()) - sum(run.impact_losses.values())
+    assert run.energy[-1] - run.energy[0] == pytest.approx(taken, rel=1e-9)

@@ -11,9 +11,10 @@ from collections.abc import Sequence
 from multibody_sym.dynamics.programs.law_rows import friction_parts
 from multibody_sym.dynamics.programs.switching import SwitchingValues, length
 from multibody_sym.kinematics.motion import Motion, motion_of
-from multibody_sym.kinematics.rows import RowMotion
+from multibody_sym.kinematics.rows import RowMotion, coefficients
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.modes import slip_of
 from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, OneWay
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array
@@ -55,11 +56,12 @@ def _of_part(values: SwitchingValues, element: OneWay, part: FrictionPart) -> tu
     if element.unilateral and mode.sides.get(element.name, INACTIVE) == INACTIVE:
         return ZERO, [ZERO] * len(part.rows), ZERO, nothing
     rows = [values.row(row) for row in part.rows]
-    slip, N = mode.slips.get(part.name, STICKS), values.pressing(element, part)
+    slip, N = slip_of(part, mode), values.pressing(element, part)
     if slip == STICKS:
         forces: list[S] = [values.by_name.get(row.name, ZERO) for row in part.rows]
     else:
-        (kinetic,) = motion.state.values([part.kinetic])
+        limit = part.static if part.name in mode.carried else part.kinetic
+        (kinetic,) = coefficients(motion, part.rows, [limit])
         speeds = [row.phidot for row in rows]
         along = [slip] if len(rows) == 1 else [v / length(speeds) for v in speeds]
         forces = [-kinetic * N * way for way in along]

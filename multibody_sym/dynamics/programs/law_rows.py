@@ -17,7 +17,7 @@ from multibody_sym.dynamics.formalisms.massless import massless_speeds
 from multibody_sym.kinematics.contacts import reach
 from multibody_sym.kinematics.energy import kinetic_energy
 from multibody_sym.kinematics.motion import Motion, motion_of
-from multibody_sym.kinematics.rows import row_motions
+from multibody_sym.kinematics.rows import coefficients, row_motions
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism.contact_rows import ContactRow
 from multibody_sym.model.mechanism.mechanism import Mechanism
@@ -78,7 +78,7 @@ def law_program(mechanism: Mechanism) -> Program:
             "exerted": block([weighted(row.forces) for row in rows], size),
             "coupling": block([[row.coupling.get(k, ZERO) for k in range(count)] for row in rows], count),
             "right": column(right),
-            "coefficients": block([[part.static, part.kinetic] for part in parts], 2),
+            "coefficients": block([coefficients(whole, p.rows, [p.static, p.kinetic]) for p in parts], 2),
             "bounces": column([element.restitution for element in elements]),
             "reaches": column([_reach(element, whole) for element in elements]),
             "inverse": block([[columns[j][k] for j in range(size)] for k in range(size)], size),

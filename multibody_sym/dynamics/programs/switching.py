@@ -61,6 +61,8 @@ def _of(mechanism: Mechanism, element: OneWay) -> Iterator[Switching]:
     sides, slips = mechanism.mode.sides, mechanism.mode.slips
     if element.unilateral:
         active = sides.get(element.name, INACTIVE) != INACTIVE
+        if element.name in mechanism.mode.idle:
+            return
         yield Switching("opens" if active else "closes", element)
         if not active:
             return
@@ -74,7 +76,7 @@ def _of(mechanism: Mechanism, element: OneWay) -> Iterator[Switching]:
     for part in (part for part in rubbing if part.regularised is None):
         if slips.get(part.name, STICKS) != STICKS:
             yield Switching("stops" if len(part.rows) == 1 else "stops in space", element, part)
-        elif not part.enough:
+        elif not part.enough and part.name not in mechanism.mode.carried:
             yield Switching("slips", element, part)
 
 
@@ -135,7 +137,7 @@ class SwitchingValues:
     def pressing(self, element: OneWay, part: FrictionPart) -> S:
         """Return the normal force that presses at a part of an element."""
         normals = [element.normals[k] for k in part.normals]
-        forces = [self.by_name[row.name] for row in normals]
+        forces = [self.by_name.get(row.name, ZERO) for row in normals]
         if part.norm:
             return length(forces)
         if element.unilateral:

@@ -56,7 +56,7 @@ def _direction_name(part: str, component: int) -> str:
 def _rows(element: OneWay, mode: Mode, parameters: ParameterVector) -> Iterator[Row]:
     """Yield the rows of an element: those of normals, with sliding friction, and those of friction that sticks."""
     side = mode.sides.get(element.name, INACTIVE)
-    if side == INACTIVE and element.unilateral:
+    if (side == INACTIVE and element.unilateral) or element.name in mode.idle:
         return
     sliding = [part for part in element.frictions if _slides(part, mode)]
     for place, normal in enumerate(element.normals):
@@ -70,12 +70,18 @@ def _rows(element: OneWay, mode: Mode, parameters: ParameterVector) -> Iterator[
         )
         yield SlidingRow(normal.name, normal, frictions) if frictions else normal
     for part in element.frictions if element.unilateral or side != INACTIVE else ():
-        if not _slides(part, mode) and (part.enough or part.static is not ZERO):
+        sticks = not _slides(part, mode) and part.name not in mode.carried
+        if sticks and (part.enough or part.static is not ZERO):
             yield from part.rows
 
 
 def _slides(part: FrictionPart, mode: Mode) -> bool:
-    return part.regularised is not None or mode.slips.get(part.name, STICKS) != STICKS
+    return part.regularised is not None or slip_of(part, mode) != STICKS
+
+
+def slip_of(part: FrictionPart, mode: Mode) -> int:
+    """Return how the force of a friction part goes: as it slips, or as if where it is at its static limit."""
+    return mode.slips.get(part.name, STICKS) or mode.carried.get(part.name, STICKS)
 
 
 def _by_length(element: OneWay, part: FrictionPart, place: int, sliding: Sliding) -> Sliding:
@@ -86,10 +92,11 @@ def _by_length(element: OneWay, part: FrictionPart, place: int, sliding: Sliding
 
 def _sliding(part: FrictionPart, mode: Mode, parameters: ParameterVector, side: int) -> Sliding:
     """Return how a part slides; a reaction that presses on the negative side rubs by its size."""
-    coefficient: Node = part.kinetic if side > 0 else negate(part.kinetic)
+    limit = part.static if part.name in mode.carried else part.kinetic
+    coefficient: Node = limit if side > 0 else negate(limit)
     if part.regularised is not None:
         return Sliding(part.rows, coefficient, 1, part.wrap, regularised=part.regularised)
-    slip = mode.slips[part.name]
+    slip = slip_of(part, mode)
     starts = None
     if slip == ALONG_VELOCITY and part.name in mode.directions:
         starts = (parameters.slot(_direction_name(part.name, 0)), parameters.slot(_direction_name(part.name, 1)))

@@ -83,8 +83,14 @@ class Mode:
     of the normal rows where there are several. `slips`: by friction part of active elements, 0 sticks, 1 and -1 slides
     that way, 2 in space along its velocity. `directions`: of parts that start to slide in space from rest, where to
     (unit vectors).
+
+    Where forces are not unique, as of a box that rests on two corners, a mode may say which of them a basic solution
+    has: `idle` elements touch and carry nothing; of parts that rest, `carried` is 0 where they exert nothing, 1 or -1
+    where they are at their static limit as if they slid that way.
     """
 
     sides: Mapping[str, int]
     slips: Mapping[str, int] = field(default_factory=dict)
     directions: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    carried: Mapping[str, int] = field(default_factory=dict)
+    idle: tuple[str, ...] = ()

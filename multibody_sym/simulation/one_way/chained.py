@@ -30,10 +30,12 @@ from multibody_sym.simulation.recall import compiled, compiled_laws
 from multibody_sym.simulation.runnable import Runnable
 from multibody_sym.simulation.settings import form_of
 
+IMPACT: Final = "impact"
 SEVERAL: Final = "several states"
 _AT_ONCE: Final = 1e-3
 """The part of a mean step within which a return to a mode is no motion."""
 _RETURNS: Final = 2
+_GIVEN_UP: Final = 20
 _KEPT: Final = 1e4
 """How much further a mode that is kept may be beyond what ends it: 1e-8 of the forces."""
 
@@ -147,18 +149,23 @@ class OneWayRun:
             self.trouble = f"no state of what holds one way only fulfils its laws ({found.found.searched})"
             return RunFailure(Status.NO_MODE, t, None)
         problem, program = self.modes.problem(found, None if switch is None else switch.begun)
-        if switch is not None and self._chatters(t, key_of(found.mode)):
+        returns = 0 if switch is None else self._returns(t, key_of(found.mode))
+        if returns > _GIVEN_UP:
+            changing = ", ".join(sorted({change.element for change in self.changes[-_GIVEN_UP:]}))
+            self.trouble = f"the state of {changing or 'what touches'} goes back and forth and time does not go on"
+            return RunFailure(Status.NO_MODE, t, None)
+        if returns >= _RETURNS:
             problem = replace(problem, margins=tuple(_KEPT * margin for margin in problem.margins))
         self._note(t, found, Stretch(program, problem, found, found.mode))
         return problem
 
-    def _chatters(self, time: float, key: Key) -> bool:
-        """Tell whether the run has come back to a mode more than once without time going on."""
+    def _returns(self, time: float, key: Key) -> int:
+        """Return how often the run has come back to a mode without time going on."""
         soon = _AT_ONCE * self.template.t_end / 200.0
         self._recent = [(t, k) for t, k in self._recent if time - t <= soon]
         returns = sum(k == key for _, k in self._recent)
         self._recent.append((time, key))
-        return returns >= _RETURNS
+        return returns
 
     def _note(self, time: float, found: Decided, stretch: Stretch) -> None:
         if found.found.verdict == "several":
@@ -167,7 +174,11 @@ class OneWayRun:
         self.stretches.append(stretch)
         for name in found.struck:
             self.lost[name] = self.lost.get(name, 0.0) + found.lost / len(found.struck)
-        for name, word in stretch.words.items():
+        words = stretch.words
+        for name in found.struck:
+            if before and before.get(name) == words.get(name):
+                self.changes.append(Change(time, name, IMPACT, "", struck=True))
+        for name, word in words.items():
             if before and before.get(name) != word:
                 self.changes.append(Change(time, name, word, before.get(name, ""), name in found.struck))
 

@@ -14,6 +14,7 @@ from multibody_sym.dynamics.laws.search import find
 from multibody_sym.kinematics.motion import coordinate_rates
 from multibody_sym.model.mechanism.one_way import Mode, OneWay
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.simulation.one_way.basic import basic_mode
 from multibody_sym.simulation.one_way.facts import Facts, posed
 
 _ROUNDING: Final = 1e-15
@@ -59,9 +60,9 @@ def decided(facts: Facts, closed: Collection[str], previous: Mode | None, guess:
     problem = posed(facts, touching)
     found = _found(problem, guess or previous)
     state = found.states[0] if found.states else None
-    if state is not None and previous is not None and _same(problem.mode(state), previous):
-        state = _ahead(facts, problem, touching, state)
-    mode = None if state is None else problem.mode(state)
+    mode = None if state is None else basic_mode(problem, state)
+    if state is not None and mode is not None and mode == previous:
+        state, mode = _ahead(facts, problem, touching, state, mode)
     return Decided(facts, mode, state, found, problem, struck, lost)
 
 
@@ -78,8 +79,10 @@ def _found(problem: PosedLaws, previous: Mode | None) -> Found:
     return find(problem.problem, None if previous is None else problem.law_mode(previous), every=previous is None)
 
 
-def _ahead(facts: Facts, problem: PosedLaws, touching: Collection[str], state: LawState) -> LawState:
-    """Return the state in which a run goes on that is at the limit of its mode: the one that is found soon after it.
+def _ahead(
+    facts: Facts, problem: PosedLaws, touching: Collection[str], state: LawState, mode: Mode
+) -> tuple[LawState, Mode]:
+    """Return the state, with its mode, in which a run goes on that is at the limit of its mode: that found soon after.
 
     It is the same where nothing else is found; on the way there the forces of the mode go on to change.
     """
@@ -88,14 +91,12 @@ def _ahead(facts: Facts, problem: PosedLaws, touching: Collection[str], state: L
     rates = np.array(coordinate_rates(mechanism, facts.q.tolist(), facts.u.tolist()), dtype=float)
     for soon in (part * facts.scale.length / facts.scale.speed for part in _SOON):
         later = facts.laws.at(facts.t + soon, facts.q + soon * rates, facts.u + soon * udot, facts.scale)
-        found = _found(posed(later, touching), problem.mode(state)).states
-        if found and found[0].mode != state.mode:
-            return found[0]
-    return state
-
-
-def _same(mode: Mode, other: Mode) -> bool:
-    return {**mode.sides} == {**other.sides} and {**mode.slips} == {**other.slips}
+        there = posed(later, touching)
+        found = _found(there, problem.mode(state)).states
+        following = basic_mode(there, found[0]) if found else mode
+        if following != mode:
+            return found[0], following
+    return state, mode
 
 
 def _touching(facts: Facts, closed: Collection[str]) -> list[str]:

@@ -37,7 +37,9 @@ Key = tuple[tuple[tuple[str, int], ...], ...]
 def key_of(mode: Mode) -> Key:
     """Return what tells modes apart: not the directions of slip in space, which are numbers of a run."""
     starts = tuple((name, 1) for name in sorted(mode.directions))
-    return tuple(sorted(mode.sides.items())), tuple(sorted(mode.slips.items())), starts
+    idle = tuple((name, 0) for name in sorted(mode.idle))
+    maps = (tuple(sorted(each.items())) for each in (mode.sides, mode.slips, mode.carried))
+    return (*maps, starts, idle)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,149 @@
+"""Forces that are not unique, as of a box on two corners: a basic solution, which a run follows until it ends.
+
+Rows that depend on others are let go: what touches may carry nothing, what rests may exert nothing or be at its static
+limit. Others then have unique forces, and where these leave their bounds another basic solution is taken, or the state
+is another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.dynamics.laws.assemble import PosedLaws
+from multibody_sym.dynamics.laws.problem import LawState
+from multibody_sym.model.mechanism.one_way import STICKS, FrictionPart, Mode, OneWay
+from multibody_sym.numerics.rank import rank
+
+_INDEPENDENT: Final = 1e-9
+_ALLOWED: Final = 1e-9
+"""The part of the largest force by which bounds may be missed."""
+_MOST: Final = 4
+"""Parts at rest whose limits are tried in all combinations."""
+
+
+@dataclass(frozen=True)
+class _Resting:
+    """A friction part that rests, the places of its rows and of its normals, its static coefficient, its element."""
+
+    part: FrictionPart
+    element: OneWay
+    rows: tuple[int, ...]
+    normals: tuple[int, ...]
+    static: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Acting:
+    """What acts in a mode: places of constraints, of normals by element, and what rests or slides."""
+
+    problem: PosedLaws
+    mode: Mode
+    state: LawState
+
+    def elements(self) -> list[OneWay]:
+        return [x for x in self.problem.elements if x.unilateral and self.mode.sides.get(x.name)]
+
+    def place(self, element: OneWay) -> int:
+        return self.problem.places[element.normals[0].name]
+
+    def bilateral(self) -> list[int]:
+        return [self.problem.places[row.name] for row in self.problem.mechanism.rows]
+
+    def parts(self, *, resting: bool) -> list[_Resting]:
+        laws = {part.name: law for part, law in zip(self.problem.parts, self.problem.problem.parts, strict=True)}
+        return [
+            _Resting(part, x, laws[part.name].rows, laws[part.name].normals, _limit(laws[part.name], resting=resting))
+            for x in self.elements()
+            for part in x.frictions
+            if part.name in laws and (self.mode.slips.get(part.name, STICKS) == STICKS) == resting
+        ]
+
+
+def _limit(law: object, *, resting: bool) -> float:
+    return float(getattr(law, "static" if resting else "kinetic"))
+
+
+def basic_mode(problem: PosedLaws, state: LawState) -> Mode:
+    """Return the mode of a state; where its forces are not unique, with a basic solution that keeps its bounds.
+
+    Without one that is found, or where reactions in joints press, the mode as it is.
+    """
+    mode = problem.mode(state)
+    acting = _Acting(problem, mode, state)
+    resting = acting.parts(resting=True)
+    rows = acting.bilateral() + [acting.place(x) for x in acting.elements()]
+    rows += [place for one in resting for place in one.rows]
+    if problem.problem.coupling.any() or _rank(problem, rows) == len(rows):
+        return mode
+    kept, idle, loose = _kept(acting, resting)
+    for how in _ways(acting, loose):
+        if _fits(acting, kept, idle, loose, how):
+            return replace(mode, idle=idle, carried={one.part.name: s for one, s in zip(loose, how, strict=True)})
+    return mode
+
+
+def _rank(problem: PosedLaws, places: Sequence[int]) -> int:
+    return rank(problem.problem.matrix[list(places)], _INDEPENDENT) if len(places) else 0
+
+
+def _kept(acting: _Acting, resting: Sequence[_Resting]) -> tuple[list[int], tuple[str, ...], list[_Resting]]:
+    """Return independent rows, those of the largest forces first; elements that carry nothing; parts let loose."""
+    z, kept, idle = acting.state.z, acting.bilateral(), []
+    for element in sorted(acting.elements(), key=lambda x: -z[acting.place(x)]):
+        trial = [*kept, acting.place(element)]
+        if _rank(acting.problem, trial) == len(trial):
+            kept = trial
+        else:
+            idle.append(element.name)
+    loose = []
+    for one in sorted(resting, key=lambda x: -x.static * float(np.abs(z[list(x.normals)]).sum())):
+        trial = [*kept, *one.rows]
+        if _rank(acting.problem, trial) == len(trial) and one.element.name not in idle:
+            kept = trial
+        else:
+            loose.append(one)
+    return kept, tuple(idle), loose
+
+
+def _ways(acting: _Acting, loose: Sequence[_Resting]) -> Iterator[tuple[int, ...]]:
+    """Yield what each part that was let loose may exert: nothing, or its limit, the way in which it pulls first."""
+    choices = []
+    for k, one in enumerate(loose):
+        own = -1 if float(acting.state.z[one.rows[0]]) > 0.0 else 1
+        plain = len(one.rows) > 1 or k >= _MOST
+        choices.append((0,) if plain else (own, 0, -own))
+    yield from product(*choices)
+
+
+def _fits(
+    acting: _Acting, kept: Sequence[int], idle: Sequence[str], loose: Sequence[_Resting], how: Sequence[int]
+) -> bool:
+    """Tell whether forces of the kept rows, with these of the loose ones, make the motion and keep their bounds."""
+    problem, exerted = acting.problem.problem, acting.problem.problem.exerted.copy()
+    for one, slip in zip(loose, how, strict=True):
+        if slip != STICKS and one.element.name not in idle:
+            exerted[one.normals[0]] -= slip * one.static * problem.exerted[one.rows[0]]
+    for one in acting.parts(resting=False):
+        slip = acting.mode.slips[one.part.name]
+        if slip in (1, -1):
+            exerted[one.normals[0]] -= slip * one.static * problem.exerted[one.rows[0]]
+    places = list(kept)
+    forces = np.asarray(np.linalg.lstsq(exerted[places].T, acting.state.x, rcond=None)[0], dtype=float)
+    z = np.zeros(len(problem.laws))
+    z[places] = forces
+    allowed = _ALLOWED * float(np.abs(acting.state.z).max(initial=0.0))
+    missed = exerted[places].T @ forces - acting.state.x
+    if float(np.abs(missed).max(initial=0.0)) > _ALLOWED * max(float(np.abs(acting.state.x).max(initial=0.0)), 1e-300):
+        return False
+    if any(z[acting.place(x)] < -allowed for x in acting.elements()):
+        return False
+    bound = [one for one in acting.parts(resting=True) if one not in loose and not one.part.enough]
+    return all(
+        float(np.linalg.norm(z[list(one.rows)])) <= one.static * float(z[list(one.normals)].sum()) + allowed
+        for one in bound
+    )
