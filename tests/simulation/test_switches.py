@@ -248,3 +248,42 @@ joints:
     assert (run["y"][-1], run["th"][-1]) == pytest.approx((0.1, 0.0), abs=1e-14)
     taken = sum(work.total for work in run.friction_work.values()) - sum(run.impact_losses.values())
     assert run.energy[-1] - run.energy[0] == pytest.approx(taken, rel=1e-9)
+
+
+def test_a_slider_with_dry_friction_stops_after_eleven_half_swings():
+    """Each half swing takes 2 mu g / w^2 of the amplitude, until the spring is too weak: to the last bit."""
+    text = """
+bodies:
+  block: {mass: 2}
+joints:
+  D: {type: prismatic, parent: ground, child: block, axis: x, q: x, initial: {q: 1}}
+forces:
+  spring: {type: spring_damper, joint: D, stiffness: 50}
+  rub: {type: friction, joint: D, static: 0.12, kinetic: 0.12}
+"""
+    run = simulated(text, t_end=10.0, **EXACT)
+    assert times(run) == pytest.approx(np.arange(1, 12) * math.pi / 5, rel=1e-9)
+    assert [word for _, word in told(run)] == ["slide+", "slide-"] * 5 + ["stick"]
+    way = sum(2 * (1 - (2 * k + 1) * 0.12 * G / 25) for k in range(11))
+    assert run["x"][-1] == pytest.approx(22 * 0.12 * G / 25 - 1, rel=1e-9)
+    assert np.ptp(run["x"][run.t > 7.0]) == 0.0
+    assert run.friction_work["rub"].total == pytest.approx(-0.12 * 2 * G * way, rel=1e-9)
+
+
+def test_a_stop_holds_until_the_moment_turns():
+    text = """
+bodies:
+  flap: {mass: 2, inertia: {Izz: 0.5}}
+joints:
+  D: {type: revolute, parent: ground, child: flap, axis: z, q: phi, limits: {lower: 0, upper: 1}}
+forces:
+  M: {type: torque, joint: D, value: -sin(t)}
+"""
+    run = simulated(text, t_end=6.0, **EXACT)
+    assert (run["phi"][run.t < math.pi] == 0.0).all()
+    assert times(run)[0] == pytest.approx(math.pi, rel=1e-11)
+    assert told(run) == [("D.lower", "free"), ("D.upper", "upper")]
+    # 0.5 phi'' = -sin t from rest at pi: phi = 2 (s - sin s), s = t - pi
+    s = times(run)[1] - math.pi
+    assert 2 * (s - math.sin(s)) == pytest.approx(1.0, rel=1e-9)
+    assert run.impact_losses["D.upper"] == pytest.approx(0.25 * (2 * (1 - math.cos(s))) ** 2, rel=1e-9)

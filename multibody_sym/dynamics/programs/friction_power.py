@@ -57,8 +57,14 @@ def _of_part(values: SwitchingValues, element: OneWay, part: FrictionPart) -> tu
         return ZERO, [ZERO] * len(part.rows), ZERO, nothing
     rows = [values.row(row) for row in part.rows]
     slip, N = slip_of(part, mode), values.pressing(element, part)
-    if slip == STICKS:
-        forces: list[S] = [values.by_name.get(row.name, ZERO) for row in part.rows]
+    forces: list[S]
+    if part.regularised is not None:
+        (kinetic,) = coefficients(motion, part.rows, [part.kinetic])
+        (least,) = motion.state.values([part.regularised])
+        whole = length([*(row.phidot for row in rows), least])
+        forces = [-kinetic * N * row.phidot / whole for row in rows]
+    elif slip == STICKS:
+        forces = [values.by_name.get(row.name, ZERO) for row in part.rows]
     else:
         limit = part.static if part.name in mode.carried else part.kinetic
         (kinetic,) = coefficients(motion, part.rows, [limit])

@@ -17,7 +17,7 @@ from multibody_sym.dynamics.formalisms.massless import massless_speeds
 from multibody_sym.kinematics.contacts import reach
 from multibody_sym.kinematics.energy import kinetic_energy
 from multibody_sym.kinematics.motion import Motion, motion_of
-from multibody_sym.kinematics.rows import coefficients, row_motions
+from multibody_sym.kinematics.rows import RowMotion, coefficients, row_motions
 from multibody_sym.kinematics.state import arrays, slot_state
 from multibody_sym.model.mechanism.contact_rows import ContactRow
 from multibody_sym.model.mechanism.mechanism import Mechanism
@@ -25,7 +25,7 @@ from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
-from multibody_sym.scalars.functions import minimum
+from multibody_sym.scalars.functions import minimum, sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node
 from multibody_sym.scalars.vectors import S
 
@@ -78,7 +78,7 @@ def law_program(mechanism: Mechanism) -> Program:
             "exerted": block([weighted(row.forces) for row in rows], size),
             "coupling": block([[row.coupling.get(k, ZERO) for k in range(count)] for row in rows], count),
             "right": column(right),
-            "coefficients": block([coefficients(whole, p.rows, [p.static, p.kinetic]) for p in parts], 2),
+            "coefficients": block([_coefficients(part, whole, rows) for part in parts], 2),
             "bounces": column([element.restitution for element in elements]),
             "reaches": column([_reach(element, whole) for element in elements]),
             "inverse": block([[columns[j][k] for j in range(size)] for k in range(size)], size),
@@ -86,6 +86,17 @@ def law_program(mechanism: Mechanism) -> Program:
             "energy": ((), [as_node(kinetic_energy(whole))]),
         }
     )
+
+
+def _coefficients(part: FrictionPart, motion: Motion, rows: Sequence[RowMotion]) -> list[S]:
+    """Return the static and the kinetic coefficient; where friction is smooth both are what it has at its speed."""
+    static, kinetic = coefficients(motion, part.rows, [part.static, part.kinetic])
+    if part.regularised is None:
+        return [static, kinetic]
+    names = [row.name for row in motion.mechanism.rows]
+    square = sum(rows[names.index(row.name)].phidot ** 2 for row in part.rows)
+    (least,) = motion.state.values([part.regularised])
+    return [kinetic * sqrt(square) / sqrt(square + least * least)] * 2
 
 
 def _reach(element: OneWay, motion: Motion) -> S:

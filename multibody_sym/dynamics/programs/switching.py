@@ -3,7 +3,7 @@
     what ends                                    function
     an open contact, a slack rope closes         -gap, over a face that ends
     a closed contact, a taut rope opens          -(normal force, tension)
-    a reaction that presses changes its side     -side * reaction
+    a reaction that presses changes its side     -side * reaction, from no side |reaction|
     a closed contact gets past an edge           -(way to the edge)
     what sticks slips                            |l_t| - static * N
     what slides stops, in a line                 -sense * v_t
@@ -69,9 +69,9 @@ def _of(mechanism: Mechanism, element: OneWay) -> Iterator[Switching]:
         if isinstance(element.normals[0], ContactRow) and any(_ends(skin) for skin in element.normals[0].skins):
             yield Switching("leaves", element)
     rubbing = [part for part in element.frictions if part.static is not ZERO or part.enough]
-    for k, normal in enumerate(element.normals):
+    for k in range(len(element.normals)):
         pressed = [part for part in rubbing if k in part.normals and not part.norm and not part.enough]
-        if not element.unilateral and pressed and side_of(mechanism, element, normal) != INACTIVE:
+        if not element.unilateral and pressed:
             yield Switching("turns", element, normal=k)
     for part in (part for part in rubbing if part.regularised is None):
         if slips.get(part.name, STICKS) != STICKS:
@@ -124,6 +124,8 @@ class SwitchingValues:
             return -reduce(minimum, self._reach(normal[0]))
         if one.ends == "opens":
             return -self.by_name[normal[0].name]
+        if one.ends == "turns" and side_of(mechanism, element, normal[one.normal]) == INACTIVE:
+            return absolute(self.by_name[normal[one.normal].name])
         if one.ends == "turns":
             return -side_of(mechanism, element, normal[one.normal]) * self.by_name[normal[one.normal].name]
         assert one.part is not None

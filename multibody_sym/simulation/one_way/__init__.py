@@ -1,11 +1,11 @@
 """Motion of what holds one way only: a run is a chain of runs, each in one mode.
 
-    question                                            answered by
-    what laws ask at an instant, in numbers             facts
-    what holds then, and what a switch does             decision (positions, impacts, speeds, accelerations)
-    forces that are not unique: which ones a run has    basic
-    which speeds stand still for good in a mode         held
-    a mode as a problem to integrate                    modes (each made and compiled once)
-    the run: from switch to switch                      chained
-    what friction took, and where                       account
+question                                            answered by
+what laws ask at an instant, in numbers             facts
+what holds then, and what a switch does             decision (positions, impacts, speeds, accelerations)
+forces that are not unique: which ones a run has    basic
+which speeds stand still for good in a mode         held
+a mode as a problem to integrate                    modes (each made and compiled once)
+the run: from switch to switch                      chained
+what friction took, and where                       account
 """

@@ -151,7 +151,9 @@ def _laws(
                 laws[found[row.name]] = Friction(len(frictions), component)
             static, kinetic = facts.known["coefficients"][number].tolist()
             velocity = [float(facts.known["phidot"][facts.place(row)]) for row in part.rows]
-            rests = float(np.linalg.norm(velocity)) <= max(facts.allowed_speed(row) for row in part.rows)
+            smooth = part.regularised is not None
+            allowed = 0.0 if smooth else max(facts.allowed_speed(row) for row in part.rows)
+            rests = float(np.linalg.norm(velocity)) <= allowed
             frictions.append(
                 FrictionLaw(
                     tuple(found[row.name] for row in part.rows),
@@ -160,7 +162,7 @@ def _laws(
                     kinetic,
                     (0.0,) * len(velocity) if rests else tuple(velocity),
                     part.norm,
-                    part.enough,
+                    part.enough and not smooth,
                 )
             )
     return tuple(laws), tuple(frictions)

@@ -9,7 +9,6 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.laws.assemble import PosedLaws
-from multibody_sym.dynamics.laws.problem import LawState
 from multibody_sym.dynamics.programs.switching import Switching, switchings
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import in_mode
@@ -87,9 +86,8 @@ class Modes:
 
     def problem(self, decided: Decided, begun: Begun | None) -> tuple[Problem, ModeProgram]:
         """Return the run from an instant on in the mode that was found."""
-        at, mode, state = decided.facts, decided.mode, decided.state
+        at, mode = decided.facts, decided.mode
         assert mode is not None
-        assert state is not None
         program = self.program(mode, at)
         entered = program.mechanism
         independent = independent_rows(entered, decided.posed)
@@ -107,7 +105,7 @@ class Modes:
             project=bool(entered.rows) and self.template.project,
             independent=float(independent),
             terminal=own + (True,) * count,
-            margins=tuple(_margin(one, at, state) for one in program.switchings),
+            margins=tuple(_margin(one, at, _largest(decided)) for one in program.switchings),
             limiting=sum(one.limits for one in program.switchings),
             begun=begun,
         )
@@ -121,10 +119,17 @@ def independent_rows(entered: Mechanism, posed: PosedLaws) -> int:
     return int(rank(matrix, ROUNDED)) if places else 0
 
 
-def _margin(one: Switching, at: Facts, state: LawState) -> float:
+def _largest(decided: Decided) -> float:
+    """Return the largest force, and no less than a thousandth of what would move things: rounding is part of it."""
+    assert decided.state is not None
+    forces, causes = decided.state.z, decided.posed.problem.right
+    return max(float(np.abs(forces).max(initial=0.0)), 1e-3 * float(np.abs(causes).max(initial=0.0)))
+
+
+def _margin(one: Switching, at: Facts, largest: float) -> float:
     """Return by how much a switching function may exceed zero: what rounding may make of nothing."""
     if one.limits:
-        return _FORCES * float(np.abs(state.z).max(initial=0.0))
+        return _FORCES * largest
     if one.ends in ("closes", "leaves"):
         return at.allowed_gap(one.element, _GAPS)
     assert one.part is not None
