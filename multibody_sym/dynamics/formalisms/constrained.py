@@ -109,7 +109,8 @@ def _along_reactions(
     exerts = [[0 * x for x in row] if k in friction.beside else row for k, row in enumerate(friction.exerts)]
     previous: list[S] = []
     for _ in range(_PASSES):
-        found = _rubbing(factors, free, rows, wanted, Friction(exerts, friction.coupling), solve).multipliers
+        trial = Friction(exerts, friction.coupling)
+        found = _rubbing(factors, free, rows, wanted, trial, solve, once=True).multipliers
         exerts = along_reactions(friction.exerts, friction.beside, found)
         if previous and all(not isinstance(x, Node) and x == y for x, y in zip(found, previous, strict=True)):
             break
@@ -118,11 +119,19 @@ def _along_reactions(
 
 
 def _rubbing(
-    factors: MassFactors, free: list[S], rows: Matrix, wanted: Sequence[S], friction: Friction, solve: Solver
+    factors: MassFactors,
+    free: list[S],
+    rows: Matrix,
+    wanted: Sequence[S],
+    friction: Friction,
+    solve: Solver,
+    *,
+    once: bool = False,
 ) -> Constrained:
     """Return what `constrained` does where rows exert other forces than their own; twice, for the same reason.
 
-    Multipliers are sought times the lengths of what they exert, and so are the rows that define them.
+    With `once` the multipliers are good for their directions, and accelerations are not told. Multipliers are sought
+    times the lengths of what they exert, and so are the rows that define them.
     """
     matrix = [factors.weighted(row) for row in rows]
     exerts = [factors.weighted(row) for row in friction.exerts]
@@ -141,6 +150,8 @@ def _rubbing(
         return both[:size], both[size:], found.report
 
     x, z, report = solved(_missing(wanted, matrix, free), [0] * size)
+    if once:
+        return Constrained([], [y / length for y, length in zip(z, lengths, strict=True)], report)
     near = factors.unweighted(_sums(free, x))
     missing = _missing(_missing(wanted, rows, near), coupling, z)
     pushed = [sum(c[i] * y for c, y in zip(unit, z, strict=True)) - x[i] for i in range(size)]
