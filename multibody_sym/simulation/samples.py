@@ -171,9 +171,12 @@ class Samples:
 
     @cached_property
     def tensions(self) -> Mapping[str, Floats]:
-        """The tension of each rope (m,) by name; negative where it would have to push."""
+        """The tension of each rope (m,) by name; negative where it would have to push.
+
+        Of a rope that rubs on a wheel there are two, which are asked as outputs.
+        """
         rows = {row.name: row for part in self._parts for row in part.mechanism.rows}
-        ropes = [name for name, row in rows.items() if isinstance(row, RopeRow)]
+        ropes = [name for name, row in rows.items() if isinstance(row, RopeRow) and not row.rubs]
         return {name: self.multipliers[name] for name in ropes}
 
     def _evaluated(self, name: str) -> tuple[Floats, ...]:

@@ -106,6 +106,7 @@ joints:
 pulleys: {drum: {body: drum, radius: R, rough: mu}}
 constraints: {band: {type: rope, path: [lever.band, drum, ground.pin]}}
 forces: {hand: {type: force, on: lever, at: end, value: [0, -F, 0]}}
+outputs: {loose: "tension(band, 1)", tight: "tension(band, 2)"}
 """
 
 
@@ -129,3 +130,17 @@ def test_a_drum_at_rest_is_held_by_its_band() -> None:
     found, at = acting(BRAKE.replace("SPIN", "0"))
     assert found.words["drum"] == "grip"
     assert at.udot == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+def test_a_braked_drum_stops_and_stays() -> None:
+    """At t = omega/|alpha|, after omega^2/(2 |alpha|); what it had of energy the band took."""
+    run = mbs.simulate(mbs.loads(BRAKE.replace("SPIN", "30")), t_end=0.5, backend="python", samples=3)
+    I, pull = 50 * 0.2**2 / 2, 300 * (math.exp(0.3 * math.pi) - 1)
+    stop = 30 / (pull * 0.2 / I)
+    ((time, kind, element),) = [(e["t"], e["kind"], e["element"]) for e in run.events]
+    assert (kind, element) == ("grip", "drum")
+    assert time == pytest.approx(stop, abs=1e-9)
+    assert run["phi"][-1] == pytest.approx(15 * stop, abs=1e-8)
+    assert run["u_phi"][-1] == 0.0
+    assert run["loose"] == pytest.approx([300.0] * 3, rel=1e-9)
+    assert run["tight"] == pytest.approx([300.0 * math.exp(0.3 * math.pi)] * 2 + [300.0], rel=1e-9)

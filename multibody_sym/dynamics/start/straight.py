@@ -19,11 +19,14 @@ from multibody_sym.kinematics.state import slot_state, state_of
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.loads import Load, PointPull, PointSpring
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.rope_path import Bend
+from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.model.mechanism.rows import DistanceRow, RopeRow, Row
+from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.numerics.arrays import UNDEFINED
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import evaluate_float, sqrt
-from multibody_sym.scalars.node import ONE, Node, as_node
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node
 from multibody_sym.scalars.traversal import leaves
 from multibody_sym.scalars.vectors import Vec, cross, dot, scale, subtract
 
@@ -57,7 +60,7 @@ def straightened(
         loads = [decider.load(load) for load in mechanism.loads]
     except (*UNDEFINED, MultibodyError):
         return mechanism, ()
-    return replace(mechanism, rows=tuple(rows), loads=tuple(loads)), tuple(found)
+    return replace(mechanism, rows=tuple(rows), loads=tuple(loads)), tuple(dict.fromkeys(found))
 
 
 @dataclass
@@ -72,6 +75,11 @@ class _Decider:
         """Return a row, a rope or rod with what was decided."""
         if isinstance(row, RopeRow):
             return self.rope(row)
+        if isinstance(row, RopeSlipRow):
+            return replace(row, rope=self.rope(row.rope))
+        if isinstance(row, SlidingRow):
+            frictions = tuple(replace(x, rows=tuple(map(self.row, x.rows))) for x in row.frictions)
+            return replace(row, normal=self.row(row.normal), frictions=frictions)
         return self.line(row) if isinstance(row, DistanceRow) else row
 
     def load(self, load: Load) -> Load:
@@ -90,7 +98,9 @@ class _Decider:
         row = replace(row, path=path)
         here, everywhere = (segments(motion, path)[0] for motion in (self.there, self.anywhere))
         straight = tuple(self._direction(row.told[0], a, b.rims) for a, b in zip(here, everywhere, strict=True))
-        return replace(row, straight=straight if any(straight) else ())
+        ends = {0: straight[0], len(path) - 1: straight[-1]}
+        path = tuple(_unturned(bend) if ends.get(k) is not None else bend for k, bend in enumerate(path))
+        return replace(row, path=path, straight=straight if any(straight) else ())
 
     def line(self, part: Line) -> Line:
         """Return a rod or spring with its direction, if it keeps it."""
@@ -147,3 +157,8 @@ class _Decider:
         if leaf.data[0] == "parameters" and here:
             return here * chance.uniform(0.7, 1.4)
         return here + chance.uniform(-0.5, 0.5)
+
+
+def _unturned(bend: Bend) -> Bend:
+    """Return a bend at which the rope keeps its direction, so that it does not matter which that was at the start."""
+    return bend if bend.grip is None else replace(bend, grip=replace(bend.grip, start=ZERO))

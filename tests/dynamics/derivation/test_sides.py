@@ -61,6 +61,7 @@ def test_a_wheel_that_turns_with_its_rope_is_as_plain() -> None:
     lines = told(heavy.replace("joints:\n", hub)).splitlines()
     assert "    m1*R^2*phi'' = R*lambda_string_1 - R*lambda_string_2" in lines
     assert "    d/dt phi_string.1 = R*phi' + y1'" in lines
+    assert not [line for line in lines if "angle_of" in line], "directions that stay need no angle of the start"
 
 
 @pytest.mark.parametrize(("q", "force"), [(0.5, "k*y1"), (-0.5, "k*y1")])
@@ -93,3 +94,11 @@ def test_equations_are_those_of_the_programs_on_that_side() -> None:
         rows = row_motions(motion_of(resolved, state_of(resolved, float, 0.0, q, u, begin.parameters)))
         np.testing.assert_allclose(H, [row.jacobian for row in rows], atol=1e-13)
         np.testing.assert_allclose(gamma, [row.gamma for row in rows], atol=1e-12)
+
+
+def test_ropes_that_may_slacken_or_slip_are_on_their_sides_too() -> None:
+    """In the mode of the start: taut, over a rough drum on which the rope slips forward."""
+    assert "    m1*y1'' + m1*g = lambda_string" in told(ATWOOD.replace("[one, P, two]", "[one, P, two], slack: true"))
+    slips = told(ATWOOD.replace("radius: R}", "radius: R, rough: 0.1}")).splitlines()
+    assert "    phi_string = length_of_string - pi*R - 2*h + y1 + y2" in slips
+    assert not [line for line in slips if "sign" in line or "abs" in line]
