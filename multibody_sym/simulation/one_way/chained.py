@@ -137,7 +137,8 @@ class OneWayRun:
         closed += [cause.element.name] if cause.ends == "closes" else []
         usual = key_of(now.mode), switch.index
         facts = self.laws.at(switch.begun.time, q, u, self._scale)
-        found = decided(facts, closed, now.mode, self._usual.get(usual))
+        beyond = (cause.element.name,) if cause.ends == "leaves" else ()
+        found = decided(facts, closed, now.mode, self._usual.get(usual), beyond=beyond)
         if found.mode is not None:
             self._usual[usual] = found.mode
         return self._entered(found, switch)

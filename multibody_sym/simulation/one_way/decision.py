@@ -43,13 +43,20 @@ class Decided:
     lost: float = 0.0
 
 
-def decided(facts: Facts, closed: Collection[str], previous: Mode | None, guess: Mode | None = None) -> Decided:
+def decided(
+    facts: Facts,
+    closed: Collection[str],
+    previous: Mode | None,
+    guess: Mode | None = None,
+    *,
+    beyond: Collection[str] = (),
+) -> Decided:
     """Return how a run goes on from an instant at which the unilateral elements named `closed` touch.
 
-    Others that touch there count as well. Several events at once are one. `previous` is the mode it was in, `guess`
-    one to look at first.
+    Others that touch there count as well, but for those that have got `beyond` an edge, however near they still are.
+    Several events at once are one. `previous` is the mode it was in, `guess` one to look at first.
     """
-    touching = _touching(facts, closed)
+    touching = [name for name in _touching(facts, closed) if name not in beyond]
     facts = _moved(facts, q=_onto_rows(facts, touching))
     struck, before = tuple(x.name for x in _closing(facts, touching)), float(facts.known["energy"])
     if struck:

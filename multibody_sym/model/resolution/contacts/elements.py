@@ -41,6 +41,8 @@ _TANGENTS: Final[tuple[ContactDirection, ...]] = ("t1", "t2")
 _ROLLING: Final[tuple[ContactDirection, ...]] = ("normal", "t1", "t2")
 _TURNS: Final[tuple[ContactDirection, ...]] = ("roll1", "roll2")
 _ALONG_NORMAL: Final = 1e-9
+_ALONE: Final = "face"
+"""What the face of a plane is called that ends and touches with its ends too, none of which has the whole name."""
 _HOLLOW: Final = "name points, discs or spheres of the other one"
 
 
@@ -130,7 +132,7 @@ def _elements(
         meeting = list(_meetings(solids[0], solids[1], contact.between))
     _verify_fields(contact, [skins for _, skins, _ in meeting])
     for words, skins, inner in meeting:
-        part = ".".join(filter(None, (name, *words)))
+        part = name if len(meeting) == 1 else ".".join((name, *(list(filter(None, words)) or [_ALONE])))
         across = _across(name, contact, skins, references, flat)
         both = _Meeting(part, ContactRow(part, skins, "normal", across, flat, inner), flat)
         yield OneWay(
