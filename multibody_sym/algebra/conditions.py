@@ -7,9 +7,10 @@ parameters break it alone.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
+from operator import mul
 from typing import Final
 
 from multibody_sym.algebra.book_form import book_form
@@ -17,9 +18,10 @@ from multibody_sym.algebra.breaking import Breaking
 from multibody_sym.algebra.decimals import with_doubles
 from multibody_sym.algebra.factors import Poly, factored
 from multibody_sym.algebra.positivity import least_sign
-from multibody_sym.algebra.quotients import Field, Quotient
+from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
 from multibody_sym.expressions.printer import text
-from multibody_sym.scalars.node import ZERO, Node, add, negate
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import ZERO, Node, add, multiply, negate
 from multibody_sym.scalars.traversal import flatten
 
 _LONGEST_FACTORED: Final = 60
@@ -57,12 +59,26 @@ def comparison(positive: Quotient, strict: bool = True) -> str:
     form = _form(positive)
     if form.op == "neg":
         return f"{text(form.args[0])} {'<' if strict else '<='} 0"
+    if form.op == "mul" and form.args[0].op == "number" and form.args[0].data > 0:
+        form = form.args[1]
+    sample = {x.node: float(x.sample) for x in positive.field.letters if x.node is not None and x.node.op == "symbol"}
     sides: dict[bool, list[Node]] = {True: [], False: []}
     for term in flatten("add", form):
-        subtracted = term.op == "neg" or (term.op == "number" and term.data < 0)
-        sides[subtracted].append(negate(term) if subtracted else term)
+        opposite = _subtracted(term, sample)
+        sides[opposite is not None].append(term if opposite is None else opposite)
     greater, less = (text(reduce(add, sides[subtracted], ZERO)) for subtracted in (False, True))
     return f"{greater} {'>' if strict else '>='} {less}"
+
+
+def _subtracted(term: Node, sample: Mapping[Node, float]) -> Node | None:
+    """Return what a term of a sum subtracts, None for one that adds; F (h - R) subtracts F (R - h) if R is larger."""
+    if term.op == "neg" or (term.op == "number" and term.data < 0):
+        return negate(term)
+    sums = [x for x in flatten("mul", term) if x.op == "add"]
+    if len(sums) != 1 or evaluate_float(sums, sample)[0] >= 0.0:
+        return None
+    turned = reduce(add, sorted(map(negate, flatten("add", sums[0])), key=lambda x: (x.op == "neg", text(x))))
+    return reduce(multiply, (turned if x is sums[0] else x for x in flatten("mul", term)))
 
 
 def _form(a: Quotient) -> Node:
@@ -86,9 +102,15 @@ class _Said:
 
     @property
     def value(self) -> Quotient:
-        """The product of the factors."""
-        field = self.condition.value.field
-        return reduce(lambda a, b: a * b, (field.whole(field.in_ring(p)) for p in self.factors))
+        """The product of the factors, or their quotient as the condition has them, whichever is the shorter text."""
+        field, below = self.condition.value.field, self.condition.value.below
+        found = [field.whole(field.in_ring(p)) for p in self.factors]
+        divides = [not field.in_ring(below).rem(field.in_ring(p)) for p in self.factors]
+        product = reduce(mul, found)
+        if not any(divides) or all(divides):
+            return product
+        quotient = reduce(mul, (x.power(-1 if under else 1) for x, under in zip(found, divides, strict=True)))
+        return min((product, quotient), key=_length)
 
 
 def reduced(conditions: Iterable[Condition]) -> list[Condition]:
@@ -124,22 +146,37 @@ def _undecided(condition: Condition) -> list[Poly] | None:
             sign = _known_sign(field, factor, condition.strict)
             turned = turned if sign is None or sign > 0 else -turned
             left += [factor] if sign is None else []
+    left = [_without_root(field, p) for p in left]
     for k, p in enumerate(left):
         if content * turned < 0 and (field.value(p) < 0 or k == len(left) - 1):
             left[k], content = -p, -content
     return left or None
 
 
+def _without_root(field: Field, p: Poly) -> Poly:
+    """Return a polynomial without a root that is a factor of it: h (2R - h) is the square of its root."""
+    p = field.in_ring(p)
+    for k, letter in enumerate(field.letters):
+        if letter.node is None and any(m[k] for m in p) and not all(m[k] for m in p):
+            square = field.in_ring(letter.square)
+            multiplied = field.reduced(p * field.ring.gens[k])
+            quotient, rest = multiplied.div(square)
+            if not rest and len(quotient) <= len(p):
+                p = quotient
+    return p
+
+
 def _known_sign(field: Field, p: Poly, strict: bool) -> int | None:
     """Return the sign that a factor has whatever its letters are (that of the sample, for numbers), None if it varies.
 
-    What can be zero is undecided only where zero is not enough.
+    What can be zero is undecided only where zero is not enough; what stands under a root is positive.
     """
     p = field.in_ring(p)
     if not field.whole(p).symbols:
         return 1 if field.value(p) > 0 else -1
+    radicands = [field.in_ring(letter.square) for letter in field.letters if letter.node is None]
     for sign, q in ((1, p), (-1, -p)):
-        least = least_sign(field, q)
+        least = 1 if q in radicands else least_sign(field, q)
         if least == 1 or (least == 0 and not strict):
             return sign
     return None
@@ -187,11 +224,27 @@ def _joined(conditions: Sequence[Condition]) -> Iterator[Condition]:
             continue
         halves = [c for c in conditions if c.size is not None and c.size is condition.size]
         size = _without_shared(*condition.size) if condition.size is not None and len(halves) > 1 else None
-        if condition.size is not None and size is not None:
+        whole = replace(condition, size=size, whole=True)
+        if condition.size is not None and size is not None and _is_shorter(whole, halves):
             told.append(condition.size)
-            yield replace(condition, size=size, whole=True)
+            yield whole
         else:
             yield condition
+
+
+def _is_shorter(whole: Condition, halves: Sequence[Condition]) -> bool:
+    """Return whether |x| <= y is shorter than both its halves."""
+    try:
+        return len(str(whole)) < sum(len(str(half)) for half in halves)
+    except NoClosedFormError:
+        return False
+
+
+def _length(a: Quotient) -> int:
+    try:
+        return len(comparison(a))
+    except NoClosedFormError:
+        return a.size * _LONGEST_FACTORED
 
 
 def _without_shared(x: Quotient, y: Quotient) -> tuple[Quotient, Quotient] | None:

@@ -51,6 +51,8 @@ _ASSEMBLED: Final = 16
 """To how many units in the last place, of 1 or more, start values are known that were found by closing constraints."""
 _MOST_BOUNDED: Final = 40
 _LONGEST_NUMBER: Final = 20
+_ZERO: Final = 1e-14
+"""The part of the largest number up to which one is rounding whose closed form is zero."""
 
 
 @dataclass(frozen=True)
@@ -122,9 +124,16 @@ class Solved:
     def value(self, node: Node, number: float, rounding: float = 0.0) -> Value:
         """Return a number with the closed form of a Node, where they agree to within the number's rounding."""
         closed = self.closed(lambda forms: forms.of([node])[0])
+        if closed is not None and closed.is_zero:
+            rounding = max(rounding, _ZERO * self._largest)
         if closed is None or abs(float(closed.sample) - number) > AGREEMENT * abs(number) + rounding:
             return Value(number)
         return self.value_of(closed, rounding) or Value(number)
+
+    @cached_property
+    def _largest(self) -> float:
+        """The size of the largest acceleration or multiplier."""
+        return max((abs(float(x)) for x in (*self.numbers.udot, *self.numbers.multipliers)), default=0.0)
 
     def _rounding(self, node: Node) -> float:
         """Return a bound of the rounding in a number that a Node in slots stands for, 0 where none is known."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from functools import reduce
 from operator import add
 from typing import Any, Final
@@ -131,13 +132,13 @@ def _names(element: OneWay, part: FrictionPart) -> Iterator[str]:
 def _units(mechanism: Mechanism, element: OneWay) -> dict[str, str]:
     told = dict.fromkeys(_FORCES.values(), "N")
     for part in element.frictions:
-        told |= {name: _unit(mechanism, row) for name, row in zip(_names(element, part), part.rows, strict=True)}
+        told |= {name: unit_of(mechanism, row) for name, row in zip(_names(element, part), part.rows, strict=True)}
     return told
 
 
-def _unit(mechanism: Mechanism, row: Row) -> str:
+def unit_of(mechanism: Mechanism, row: Row) -> str:
     """Return the unit of a row's force: what the row says, or what its speed tells."""
-    return row.unit or MechanismUnits(mechanism).multipliers.get(row.name, "")
+    return row.unit or MechanismUnits(replace(mechanism, rows=(row,))).multipliers[row.name]
 
 
 # --- groups --------------------------------------------------------------------------------------------------------

@@ -13,6 +13,7 @@ from multibody_sym.algebra.exact_signs import decided_sign
 from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.mode_conditions import inequalities
 from multibody_sym.answers.one_way import Acting, is_active, mode_of, slip_of
+from multibody_sym.answers.reactions import unit_of
 from multibody_sym.answers.solution import Value
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.kinematics.rows import coefficients
@@ -59,6 +60,8 @@ def _lines(
 ) -> Iterator[str]:
     """Yield `c1 slides -: ...` for an element and its parts."""
     acts = is_active(acting.mechanism, element)
+    if not acts and element.group != element.name and element.name not in solved.decided.touching:
+        return  # a corner in the air
     rubbing = acts and any(part.name == element.name and part.name in words for part in element.frictions)
     if not rubbing and element.name in words:
         yield f"{element.name} is {words[element.name]}"
@@ -79,16 +82,21 @@ def _why(solved: Solved, acting: Acting, element: OneWay, part: FrictionPart, ne
         moving = part.name in solved.decided.moving
         if isinstance(part.rows[0], RopeSlipRow):
             return f": its rope {'moves' if moving else 'starts to move'} {'forward' if slip > 0 else 'back'} over it"
-        where = "" if slip == ALONG_VELOCITY else f" {'along' if slip > 0 else 'against'} its tangent"
+        line = "axis" if element.kind == "friction" else "tangent"
+        where = "" if slip == ALONG_VELOCITY else f" {'along' if slip > 0 else 'against'} its {line}"
         return f": it {'moves' if moving else 'starts to move'}{where}"
     if part.enough:
-        return f": that needs a coefficient of {needed[part.name].told()} or more" if part.name in needed else ""
+        least = needed.get(part.name)
+        if least is None or not least.value:
+            return ": no friction is needed"
+        return f": that needs a coefficient of {least.told()} or more"
     forces = [float(x) for x in acting.friction(part)]
     (static,) = coefficients(acting.instant.motion, part.rows, [part.static])
     limit = float(static * acting.pressing(element, part))
     size = sum(x * x for x in forces) ** 0.5
     unique = all(_unique(solved, row.name) for row in part.rows)
-    unit = f" {part.rows[0].unit}" if part.rows[0].unit else ""
+    told = unit_of(acting.mechanism, part.rows[0])
+    unit = f" {told}" if told else ""
     found = f"friction {size:.6g}{unit} of" if unique else "friction that is not unique,"
     return f": {found} at most {limit:.6g}{unit}"
 

@@ -144,6 +144,29 @@ def test_sticking_is_said_with_one_side_where_the_other_cannot_fail() -> None:
     assert told([Condition(read("m*g")), *within(read("-F"), read("mu*m*g"))]) == ["g*m*mu >= F"]
 
 
+def test_both_sides_are_said_where_they_are_shorter_than_a_size() -> None:
+    """A rope round half a post, F and m g at its ends: Euler and Eytelwein."""
+    read = reader({"m": "10", "mu": "1/2", "g": "10", "F": "50"}, "m mu")
+    slip = within(read("(exp(mu*pi) + 1)*(g*m - F)"), read("(F + g*m)*(exp(mu*pi) - 1)"), "it slips")
+    assert told(slip) == ["F*exp(mu*pi) >= g*m", "g*m*exp(mu*pi) >= F"]
+
+
+# --- as people write them -------------------------------------------------------------------------------------------
+
+
+def test_quotients_stay_where_they_are_shorter() -> None:
+    """A ladder at a smooth wall: its foot holds for mu >= cot(theta)/2."""
+    read = reader({"m": "12", "mu": "2/5", "g": "10", "theta": "pi/3"}, "m mu")
+    conditions = [*within(read("g*m/(2*tan(theta))"), read("mu*g*m")), Condition(read("g*m/tan(theta)"))]
+    assert told(conditions) == ["2*mu >= 1/tan(theta)", "1/tan(theta) >= 0"]
+
+
+def test_roots_leave_sums_and_what_is_negative_changes_sides() -> None:
+    """A wheel at a kerb lifts off the road when the pull exceeds m g sqrt(h (2 R - h))/(R - h)."""
+    read = reader({"m": "10", "g": "10", "R": "1/2", "h": "1/10", "F": "50"}, "m R h F")
+    assert told([Condition(read("F*(h - R)/sqrt(h*(2*R - h)) + g*m"))]) == ["g*m*sqrt(2*R - h)*sqrt(h) >= F*(R - h)"]
+
+
 # --- nothing is lost, nothing is idle -------------------------------------------------------------------------------
 
 
