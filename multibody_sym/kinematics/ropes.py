@@ -19,11 +19,16 @@ from multibody_sym.scalars.vectors import S, Vec, add, apply, cross, dot, scale,
 
 @dataclass(frozen=True)
 class Wheel:
-    """A pulley with a radius on a rope's path, and the axis about which the rope turns to the left there (world)."""
+    """A pulley with a radius on a rope's path, and the axis about which the rope turns to the left there (world).
+
+    `normal` is the axis as it is declared, fixed on a `body`: the rope stays in the plane across it.
+    """
 
     radius: S
     axis: Vec
     side: S
+    normal: Vec
+    body: int
 
 
 @dataclass(frozen=True)
@@ -33,7 +38,8 @@ class Segment:
     On a wheel the piece is a tangent; frictionless wheels let the rope slide, so the rate of the rope's length and its
     derivative are those of a piece fixed to the wheel's centre with the tangent's direction and length. Wheels that it
     `grips` turn with it: it is fixed to their rims. What is `steady` keeps its direction n; of
-    other pieces between circles `rims` are vectors with d = length n + sum rim x n, d from centre to centre.
+    other pieces between circles `rims` are vectors with d = length n + sum rim x n, d from centre to centre. On
+    a wheel it lies in its `plane`.
     """
 
     ends: tuple[Marker, Marker]
@@ -42,6 +48,7 @@ class Segment:
     grips: tuple[Wheel | None, Wheel | None] = (None, None)
     steady: bool = False
     rims: tuple[Vec, ...] = ()
+    plane: Wheel | None = None
 
     def touches(self, motion: Motion, end: int) -> Vec:
         """Return where the piece ends (world): its marker, or where it touches the wheel that it grips."""
@@ -106,7 +113,7 @@ def _wheel(motion: Motion, path: Sequence[Bend], centres: Sequence[Vec], k: int)
     else:
         near = [position(motion, marker) for marker in bend.beside] if bend.beside else [centres[k - 1], centres[k + 1]]
         side = sign(dot(axis, cross(subtract(centres[k], near[0]), subtract(near[1], centres[k]))))
-    return Wheel(radius * absolute(side), scale(side, axis), side)
+    return Wheel(radius * absolute(side), scale(side, axis), side, axis, bend.at.body)
 
 
 def _tangent(
@@ -129,7 +136,7 @@ def _tangent(
     length = sqrt(square - step * step)
     across = subtract(scale(length, d), scale(step, cross(axis, d)))
     rims = [scale(s * wheel.radius, wheel.axis) for s, wheel in ((-1, first), (1, second)) if wheel is not None]
-    return Segment(ends, length, scale(1 / square, across), grips, rims=tuple(rims))
+    return Segment(ends, length, scale(1 / square, across), grips, rims=tuple(rims), plane=first or second)
 
 
 def _step(first: Wheel | None, second: Wheel | None) -> tuple[S, Vec]:

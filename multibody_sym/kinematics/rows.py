@@ -202,8 +202,8 @@ def _pull(
 ) -> _Pull:
     """Return what tensions in straight segments do.
 
-    d(length)/dt = sum n . dv;  d^2(length)/dt^2 = sum n . da + (dv^2 - (n . dv)^2) / segment. On a wheel that turns
-    with the rope, r omega and r alpha about its axis are added: forces act at the rim.
+    d(length)/dt = sum n . dv;  d^2(length)/dt^2 = sum n . da + n' . dv. On a wheel that turns with the rope, r omega
+    and r alpha about its axis are added: forces act at the rim.
     """
     wrenches = Wrenches(len(motion.bodies))
     stretching: S = 0
@@ -213,8 +213,7 @@ def _pull(
         da = subtract(acceleration(motion, part.ends[1], bias), acceleration(motion, part.ends[0], bias))
         along = dot(part.direction, dv)
         rate, further = along, dot(part.direction, da)
-        if not part.steady:
-            further = further + (dot(dv, dv) - along * along) / part.length
+        further = further + _turning(motion, part, dv, along)
         for end, sense in enumerate((-1, 1)):
             wheel, marker, force = part.grips[end], part.ends[end], scale(-sense * tension, part.direction)
             if wheel is None:
@@ -227,6 +226,18 @@ def _pull(
         stretching = stretching + tension * rate
         stretching_rate = stretching_rate + tension * further
     return _Pull(stretching, stretching_rate, wrenches.of_body)
+
+
+def _turning(motion: Motion, part: Segment, dv: Vec, along: S) -> S:
+    """Return n' . dv. Between points l n' = dv - (n . dv) n; in the plane across an axis a, n' . a = -n . a'."""
+    if part.steady:
+        return 0
+    if part.plane is None:
+        return (dot(dv, dv) - along * along) / part.length
+    axis = part.plane.normal
+    across = dot(cross(axis, part.direction), dv)
+    tilting = dot(part.direction, cross(angular_velocity(motion, part.plane.body), axis))
+    return across * across / part.length - dot(axis, dv) * tilting
 
 
 @row_motion.register

@@ -220,3 +220,45 @@ outputs: {axle: "reaction(high, fy)"}
     top = [found.reactions["high"][c].value for c in ("fx", "fy", "fz", "mx", "my", "mz")]
     assert top == pytest.approx([0, 2 * T2, 0, 0, 0, 0], rel=1e-12, abs=1e-12)
     assert mbs.simulate(system, t_end=0.1)["axle"][0] == pytest.approx(2 * T2, rel=1e-9)
+
+
+CRANE = """\
+multibody_sym: 1
+name: crane
+gravity: [0, 0, -9.81]
+bodies:
+  tower:
+    {mass: 10, inertia: {Ixx: 1, Iyy: 1, Izz: 2}, frames: {tip: {position: [2, 0, 3], rotate: [{axis: z, angle: 0.4}]},
+     foot: {position: [2, 0, 0], rotate: [{axis: z, angle: 0.4}]}}}
+  wheel: {mass: 2, inertia: {Ixx: 0.1, Iyy: 0.1, Izz: 0.1}}
+  load: {mass: 3}
+  cart: {mass: 3}
+joints:
+  A: {type: revolute, parent: ground, child: tower, axis: z, q: yaw, initial: {u: 0.5}}
+  B: {type: revolute, parent: tower.tip, child: wheel, axis: y, q: w}
+  C: {type: prismatic, parent: tower.foot, child: load, axis: [0.3, 0, 1], q: z, initial: {q: 1}}
+  D: {type: prismatic, parent: tower.tip, child: cart, axis: x, q: x, initial: {q: -1.5}}
+pulleys: {P: {body: wheel, radius: 0.3, axis: y}}
+constraints: {rope: {type: rope, path: [load, P, cart]}}
+"""
+
+
+@pytest.mark.parametrize(
+    "pulley",
+    ["body: wheel, radius: 0.3, axis: y", "at: tower.tip, radius: 0.3, axis: [-sin(0.4), cos(0.4), 0]"],
+)
+def test_a_rope_in_a_plane_that_turns_in_space(pulley: str) -> None:
+    """A tangent keeps to the plane across the wheel's axis, which a crane that swings carries along."""
+    system = mbs.loads(CRANE.replace("body: wheel, radius: 0.3, axis: y", pulley))
+    resolved = mechanism(system)
+    begin = start(resolved)
+    rng = np.random.default_rng(1)
+    for _ in range(3):
+        q = np.array(begin.q) + rng.uniform(-0.2, 0.2, len(begin.q))
+        u = rng.uniform(-1, 1, len(begin.u))
+        rate, h = np.array(coordinate_rates(resolved, q.tolist(), u.tolist()), dtype=float), 1e-5
+        here = rows_at(system, q, u)[1]
+        ahead, behind = (rows_at(system, q + k * rate, u)[1] for k in (h, -h))
+        for k, row in enumerate(here):
+            assert row.phidot == pytest.approx((ahead[k].phi - behind[k].phi) / (2 * h), abs=1e-8)
+            assert row.gamma == pytest.approx(-(ahead[k].phidot - behind[k].phidot) / (2 * h), abs=1e-8)
