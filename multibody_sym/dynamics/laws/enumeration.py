@@ -160,6 +160,9 @@ def candidates(problem: Scaled, small: Reduced, mu: Floats) -> Iterator[tuple[Mo
     everything = every_mode(problem, mu)
     for first in range(0, len(everything), AT_ONCE):
         modes = everything.some(slice(first, first + AT_ONCE))
+        if small.open_sides:
+            yield from ((modes.one(k), True) for k in range(len(modes)))
+            continue
         fits, doubtful, open_ = _tried(problem, small, mu, modes)
         # Where nothing rubs, the corners of what is admissible are other modes' solutions.
         open_ &= bool(mu.any())

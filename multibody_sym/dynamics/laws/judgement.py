@@ -81,6 +81,11 @@ def _of_slip(part: Part, trial: Trial, force: float, gap: float) -> Iterator[Vio
         along = slip * a[part.rows[0]] if not part.in_space else trial.mode.directions[part.number] @ a[part.rows]
         if along < -gap:
             yield Violation("slip", part.number, float(-along) / (gap / ACCEPTED))
+        if part.in_space:
+            e, to = trial.mode.directions[part.number], a[part.rows]
+            across, size = abs(float(e[0] * to[1] - e[1] * to[0])), float(np.linalg.norm(to))
+            if across > ACCEPTED * size + gap:
+                yield Violation("slip", part.number, across / size)
     if not part.norm:
         for k in part.normals[trial.mode.sides[part.normals] * z[part.normals] < -force]:
             yield Violation("side", int(k), float(abs(z[k])) / (force / ACCEPTED))
@@ -147,7 +152,9 @@ def _slip(part: Part, trial: Trial, *, stands: bool) -> tuple[int, Floats]:
         return (IN_SPACE, nowhere) if part.in_space else (int(np.sign(part.velocity[0])), nowhere)
     a = trial.a[part.rows]
     if part.in_space:
-        return IN_SPACE, np.array([1.0, 0.0]) if stands else a / np.linalg.norm(a)
+        # The direction that was found has more digits than a small a_t.
+        known = trial.mode.directions[part.number]
+        return IN_SPACE, known.copy() if known.any() else np.array([1.0, 0.0]) if stands else a / np.linalg.norm(a)
     return (1 if stands or a[0] > 0 else -1), nowhere
 
 

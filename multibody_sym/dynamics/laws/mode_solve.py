@@ -24,6 +24,13 @@ from multibody_sym.numerics.rank import exact
 
 SETTLED: Final = 1e-13
 PASSES: Final = 30
+TURNS: Final = 15
+TURNED: Final = 1e-10
+LOST: Final = 2
+TURN_LOST: Final = 0.3
+"""Directions that still turn by so much (rad) after so many passes do not settle."""
+STANDS: Final = 1e-12
+"""Part of its terms below which an acceleration has no direction."""
 VANISHING: Final = 1e-12
 """Part of the largest force below which a force whose length presses is none, and has no direction."""
 TURN: Final = 1e-6
@@ -59,17 +66,27 @@ def solve_mode(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None 
     norms = [p for p in problem.parts if p.norm and (mode.slips[p.number] != STICKS or not p.rests) and mu[p.number]]
     turning = [p for p in problem.parts if p.in_space and p.rests and mode.slips[p.number] == IN_SPACE]
     trial = _linear(problem, mode, mu, carrying, pressing)
-    for _ in range(PASSES if norms or turning else 0):
+    if any(_stands(problem, part, trial) for part in turning):
+        return _unsolved(trial)
+    for k in range(TURNS if turning else PASSES if norms else 0):
         change = _press(norms, trial, pressing)
         if turning:
             mode, turned = _turned(problem, turning, mode, mu, carrying, pressing)
-            change = max(change, turned)
+            if k >= LOST and turned > TURN_LOST:
+                return _unsolved(trial)
+            # Newton's method has converged where its step is small: what is left is the step's square.
+            change = max(change, turned if turned > TURNED else 0.0)
         trial = _linear(problem, mode, mu, carrying, pressing)
         if change < SETTLED:
             return trial
     if norms or turning:
-        return trial if _settled(norms, turning, trial, pressing) else _unsolved(trial)
+        return trial if _settled(problem, norms, turning, trial, pressing) else _unsolved(trial)
     return trial
+
+
+def roughly(problem: Scaled, mode: Modes, mu: Floats) -> Trial:
+    """Return what a mode leads to with the directions that it comes with."""
+    return _linear(problem, mode, mu, None, {})
 
 
 def _press(norms: list[Part], trial: Trial, pressing: dict[int, Floats]) -> float:
@@ -85,11 +102,15 @@ def _press(norms: list[Part], trial: Trial, pressing: dict[int, Floats]) -> floa
     return change
 
 
-def _settled(norms: list[Part], turning: list[Part], trial: Trial, pressing: dict[int, Floats]) -> bool:
+def _settled(
+    problem: Scaled, norms: list[Part], turning: list[Part], trial: Trial, pressing: dict[int, Floats]
+) -> bool:
     """Accept what rounding keeps from settling altogether."""
     if norms and _press(norms, trial, dict(pressing)) > 1e-10:
         return False
-    return all(abs(_across(part, trial)) <= 1e-10 * float(np.linalg.norm(trial.a[part.rows])) for part in turning)
+    terms = problem.terms(trial.x, trial.z)
+    sizes = [1e-10 * float(np.linalg.norm(trial.a[p.rows])) + 1e-13 * float(terms[p.rows].max()) for p in turning]
+    return all(abs(_across(part, trial)) <= size for part, size in zip(turning, sizes, strict=True))
 
 
 def _unsolved(trial: Trial) -> Trial:
@@ -97,6 +118,12 @@ def _unsolved(trial: Trial) -> Trial:
 
 
 # --- directions of slip in space --------------------------------------------------------------------------------------
+
+
+def _stands(problem: Scaled, part: Part, trial: Trial) -> bool:
+    """Return whether a part does not slip at all, so that there is no direction: what sticks is another mode."""
+    terms = problem.terms(trial.x, trial.z)[part.rows].max() + float(np.linalg.norm(trial.x))
+    return bool(np.abs(trial.a[part.rows]).max() <= STANDS * terms)
 
 
 def _across(part: Part, trial: Trial) -> float:
@@ -118,8 +145,10 @@ def _turned(
     def across(angles: Floats) -> tuple[Floats, Floats]:
         trial = _linear(problem, _at_angles(mode, turning, angles), mu, carrying, pressing)
         a = np.array([trial.a[part.rows] for part in turning])
-        sizes = np.maximum(np.linalg.norm(a, axis=1), 1e-300)
-        return (np.cos(angles) * a[:, 1] - np.sin(angles) * a[:, 0]) / sizes, np.arctan2(a[:, 1], a[:, 0])
+        along = np.cos(angles) * a[:, 0] + np.sin(angles) * a[:, 1]
+        backward = along < -0.5 * np.linalg.norm(a, axis=1)
+        wanted = np.where(backward, np.arctan2(a[:, 1], a[:, 0]), angles)
+        return np.cos(angles) * a[:, 1] - np.sin(angles) * a[:, 0], wanted
 
     angles = np.array([np.arctan2(mode.directions[p.number, 1], mode.directions[p.number, 0]) for p in turning])
     missing, wanted = across(angles)
@@ -130,8 +159,7 @@ def _turned(
         slopes[:, k] = (across(beside)[0] - missing) / TURN
     step = np.linalg.lstsq(slopes, -missing, rcond=None)[0]
     apart = (wanted - angles + np.pi) % (2.0 * np.pi) - np.pi
-    far = (np.abs(apart) > 1.0) | (np.abs(step) > 0.5)
-    step = np.where(far, np.clip(apart, -0.7, 0.7), step)
+    step = np.clip(np.where(apart != 0.0, apart, step), -0.7, 0.7)
     return _at_angles(mode, turning, angles + step), float(np.abs(step).max())
 
 

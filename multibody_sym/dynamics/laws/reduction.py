@@ -13,6 +13,7 @@ import numpy as np
 from multibody_sym.dynamics.laws.mode_solve import restricted
 from multibody_sym.dynamics.laws.scaled import Places, Scaled
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import ROUNDED, null_space
 
 LEFT: Final = 1e-14
 """What equalities leave of rows of unit length that depend on them: rounding, which must not look like a row."""
@@ -20,7 +21,10 @@ LEFT: Final = 1e-14
 
 @dataclass(frozen=True)
 class Reduced:
-    """z = z0 + Z f, x = x0 + X f, a = a0 + K f for the forces f (k) of the rows `own`, all other rows equalities."""
+    """z = z0 + Z f, x = x0 + X f, a = a0 + K f for the forces f (k) of the rows `own`, all other rows equalities.
+
+    With `open_sides` equalities depend on each other so that forces which rub are not unique: these are some of them.
+    """
 
     own: Places
     place: Places
@@ -30,6 +34,7 @@ class Reduced:
     X: Floats
     a0: Floats
     K: Floats
+    open_sides: bool
 
 
 def reduced(problem: Scaled) -> Reduced:
@@ -50,6 +55,7 @@ def reduced(problem: Scaled) -> Reduced:
         both = np.column_stack([right, -equations[:, own]])
         answer = np.linalg.lstsq(equations[:, equal], both, rcond=1e-12)[0]
         z0[equal], Z[equal] = answer[:, 0], answer[:, 1:]
+    open_sides = _presses(problem, equal, equations[:, equal])
     x0, X = still + beside @ z0, beside @ Z
     place = np.full(problem.count, -1)
     place[own] = np.arange(len(own))
@@ -57,4 +63,12 @@ def reduced(problem: Scaled) -> Reduced:
     terms = problem.terms(x0, z0)
     a0[np.abs(a0) <= LEFT * (terms + problem.norms * float(np.linalg.norm(x0)))] = 0.0
     K[np.abs(K) <= LEFT] = 0.0
-    return Reduced(own, place, z0, Z, x0, X, a0, K)
+    return Reduced(own, place, z0, Z, x0, X, a0, K, open_sides)
+
+
+def _presses(problem: Scaled, equal: Places, equations: Floats) -> bool:
+    """Return whether forces of equalities that nothing determines press what rubs."""
+    if not np.isin(problem.both, equal).any() or not problem.parts:
+        return False
+    idle = null_space(equations, ROUNDED)
+    return bool(np.abs(idle[np.isin(equal, problem.both)]).max(initial=0.0) > ROUNDED)

@@ -12,7 +12,7 @@ import numpy as np
 
 from multibody_sym.dynamics.laws.enumeration import MOST, candidates, count_modes
 from multibody_sym.dynamics.laws.judgement import flipped, fulfils, holds_equations, labelled, violations
-from multibody_sym.dynamics.laws.mode_solve import Trial, solve_mode
+from multibody_sym.dynamics.laws.mode_solve import Trial, roughly, solve_mode
 from multibody_sym.dynamics.laws.problem import STICKS
 from multibody_sym.dynamics.laws.proposals import Proposal, propose
 from multibody_sym.dynamics.laws.reduction import Reduced, reduced
@@ -24,6 +24,8 @@ FLIPS: Final = 10
 SAME: Final = 1e-8
 """States whose accelerations differ by less than this part of the largest are one."""
 PASSES: Final = 30
+ROUGH: Final = 0.01
+"""Part of the largest by which directions in space that some passes have brought near may still miss."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,8 @@ class States:
         Where these forces do not move the system, its motion fits or does not, and may be known already.
         """
         for sided in _both_sides(self.problem, mode):
+            if mode.directions.any() and self._is_hopeless(roughly(self.problem, sided, mu), found):
+                continue
             trial = solve_mode(self.problem, sided, mu)
             if fulfils(self.problem, trial):
                 yield trial
@@ -94,6 +98,14 @@ class States:
             other = admissible(self.problem, trial)
             if other is not None and fulfils(self.problem, other):
                 yield other
+
+    def _is_hopeless(self, trial: Trial, found: list[Trial]) -> bool:
+        """Return whether a mode with rough directions in space is far from any state, or near one that is known."""
+        if not trial.solved or self._open_motion(trial):
+            return not trial.solved
+        if any(v.kind in ("gap", "slip") and v.by > ROUGH for v in violations(self.problem, trial)):
+            return True
+        return not self._open_sides(trial) and any(moves_alike(self.problem, trial, t, ROUGH) for t in found)
 
     def _open_motion(self, trial: Trial) -> bool:
         """Return whether forces that are open move the system."""
@@ -177,7 +189,7 @@ def _both_sides(problem: Scaled, mode: Modes) -> Iterator[Modes]:
 
 
 def same(problem: Scaled, one: Trial, other: Trial, unsure: Flags | None = None) -> bool:
-    """Return whether two states have the same accelerations, and press the same sides of joints that rub.
+    """Return whether two states have the same accelerations and press the same sides of joints that rub.
 
     Of sides that are `unsure` (m) nothing is asked: there the forces are not unique.
     """
@@ -191,8 +203,8 @@ def same(problem: Scaled, one: Trial, other: Trial, unsure: Flags | None = None)
     return bool((np.abs(one.z[sure] - other.z[sure]) <= SAME * largest).all())
 
 
-def moves_alike(problem: Scaled, one: Trial, other: Trial) -> bool:
-    """Return whether two states have the same accelerations."""
+def moves_alike(problem: Scaled, one: Trial, other: Trial, part: float = SAME) -> bool:
+    """Return whether two states have the same accelerations, to a part of the largest."""
     scale = max(float(np.abs(trial.x).max(initial=0.0)) for trial in (one, other))
     scale = max(scale, float(np.abs(problem.r).max(initial=0.0)))
-    return float(np.abs(one.x - other.x).max(initial=0.0)) <= SAME * scale
+    return float(np.abs(one.x - other.x).max(initial=0.0)) <= part * scale

@@ -1,0 +1,173 @@
+"""Friction in space: the exact circle, slip against velocity, its direction from rest, and journals that rub by |F|."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from one_way_problems import random_blocks
+
+from multibody_sym.dynamics.laws.problem import (
+    Equality,
+    Friction,
+    FrictionLaw,
+    LawProblem,
+    LawState,
+    Unilateral,
+)
+from multibody_sym.dynamics.laws.search import find
+
+FLOOR = (Unilateral(), Friction(0, 0), Friction(0, 1))
+
+
+def weighted(H: np.ndarray, M: np.ndarray, f: np.ndarray, laws, parts) -> LawProblem:
+    """Return the problem of rows H (m, n) for a mass matrix M (n, n) under forces f (n)."""
+    upper = np.linalg.cholesky(M).T
+    A = np.linalg.solve(upper.T, H.T).T
+    return LawProblem(A, A, np.zeros((len(H), len(H))), -H @ np.linalg.solve(M, f), tuple(laws), tuple(parts))
+
+
+def particle(force: np.ndarray, static: float, kinetic: float, velocity: tuple[float, float] = (0, 0)) -> LawProblem:
+    """Return a particle of 1 kg on a floor, pressed by 10 N."""
+    rows = np.eye(3)[[2, 0, 1]]
+    friction = FrictionLaw((1, 2), (0,), static, kinetic, velocity)
+    return weighted(rows, np.eye(3), np.array([*force, -10.0]), FLOOR, (friction,))
+
+
+def only(asked: LawProblem) -> LawState:
+    found = find(asked)
+    assert (found.verdict, found.proved) == ("one", True)
+    return found.states[0]
+
+
+@pytest.mark.parametrize("angle", np.linspace(0.1, 6.2, 9))
+@pytest.mark.parametrize("part", [1 - 1e-9, 1 + 1e-9])
+def test_a_particle_sticks_in_the_exact_circle(angle: float, part: float) -> None:
+    way = np.array([np.cos(angle), np.sin(angle)])
+    state = only(particle(5.0 * part * way, 0.5, 0.5))
+    if part < 1:
+        assert (state.mode.slips, state.mode.sides) == ((0,), (1, 1, 1))
+        assert state.z == pytest.approx([10.0, *(-5.0 * part * way)], rel=1e-12)
+    else:
+        assert (state.mode.slips, state.mode.sides) == ((2,), (1, 0, 0))
+        assert state.mode.directions[0] == pytest.approx(tuple(way), abs=1e-7)
+        assert state.z == pytest.approx([10.0, *(-5.0 * way)], rel=1e-7)
+
+
+def test_a_particle_that_begins_to_slip_has_the_kinetic_coefficient() -> None:
+    state = only(particle(np.array([3.0, 4.5]), 0.5, 0.4))
+    way = np.array([3.0, 4.5]) / np.hypot(3.0, 4.5)
+    assert state.z == pytest.approx([10.0, *(-4.0 * way)], rel=1e-12)
+    assert state.kinetic == {0}
+
+
+def test_friction_of_what_slides_is_against_its_velocity_not_its_acceleration() -> None:
+    state = only(particle(np.array([1.0, 2.0]), 0.5, 0.4, (3.0, -4.0)))
+    assert state.mode.slips == (2,)
+    assert state.mode.directions == (None,)
+    assert state.z == pytest.approx([10.0, -2.4, 3.2], rel=1e-12)
+
+
+def body(rng: np.random.Generator, feet: int) -> LawProblem:
+    """Return a rigid body on some feet, pushed about."""
+    M = np.diag([1.0, 1.0, 1.0, *rng.uniform(0.1, 0.5, 3)])
+    rows, laws, parts = [], [], []
+    for foot in range(feet):
+        r = rng.normal(size=3) * [1, 1, 0.3] - [0, 0, 0.5]
+        rows += [[*way, *np.cross(r, way)] for way in np.eye(3)[[2, 0, 1]]]
+        laws += [Unilateral(), Friction(foot, 0), Friction(foot, 1)]
+        parts.append(FrictionLaw((3 * foot + 1, 3 * foot + 2), (3 * foot,), 0.4, float(rng.choice([0.3, 0.4]))))
+    f = np.array([*6.0 * rng.normal(size=2), -10.0, *rng.normal(size=3)])
+    return weighted(np.array(rows), M, f, laws, parts)
+
+
+@pytest.mark.parametrize("feet", [1, 2, 3])
+@pytest.mark.parametrize("seed", range(10))
+def test_laws_of_a_body_on_feet_hold_exactly(feet: int, seed: int) -> None:
+    """Friction in the circle, against a_t where it slips; no result comes from a pyramid."""
+    asked = body(np.random.default_rng(seed), feet)
+    found = find(asked)
+    assert found.states or found.verdict == "none"
+    for state in found.states:
+        largest = float(np.abs(state.z).max())
+        assert asked.exerted.T @ state.z == pytest.approx(state.x, abs=1e-9 * largest)
+        for number, part in enumerate(asked.parts):
+            z, a, N = state.z[list(part.rows)], state.a[list(part.rows)], state.z[part.normals[0]]
+            mu = part.kinetic if number in state.kinetic else part.static
+            assert -1e-10 * largest <= N
+            assert np.linalg.norm(z) <= mu * N + 1e-10 * largest
+            if state.mode.slips[number]:
+                size = float(np.linalg.norm(a))
+                assert np.linalg.norm(z) == pytest.approx(mu * N, abs=1e-10 * largest)
+                assert abs(z[0] * a[1] - z[1] * a[0]) <= 1e-10 * largest * size
+                assert z @ a <= 0.0
+
+
+def test_a_table_on_three_legs_slides_along_the_push() -> None:
+    """Pushed at the height of the floor through the middle of its legs, each leg carries a third."""
+    legs = np.array([[np.cos(t), np.sin(t), 0.0] for t in (0.2, 0.2 + 2 * np.pi / 3, 0.2 - 2 * np.pi / 3)])
+    rows, laws, parts = [], [], []
+    for k, r in enumerate(legs):
+        rows += [[*way, *np.cross(r, way)] for way in np.eye(3)[[2, 0, 1]]]
+        laws += [Unilateral(), Friction(k, 0), Friction(k, 1)]
+        parts.append(FrictionLaw((3 * k + 1, 3 * k + 2), (3 * k,), 0.5, 0.3))
+    f = np.array([4.0, 4.0, -10.0, 0.0, 0.0, 0.0])
+    state = only(weighted(np.array(rows), np.diag([1.0, 1, 1, 2, 2, 3]), f, laws, parts))
+    assert state.mode.slips == (2, 2, 2)
+    assert state.z[::3] == pytest.approx([10 / 3] * 3, rel=1e-12)
+    assert state.z[1::3] == pytest.approx([-0.3 * 10 / 3 / np.sqrt(2)] * 3, rel=1e-10)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_plane_problem_has_the_same_states_in_space(seed: int) -> None:
+    """Each tangent gets a second one, across the plane, along which nothing happens."""
+    blocks = random_blocks(np.random.default_rng(seed), 2, 1)
+    flat = blocks.problem()
+    count, size = len(flat.laws), flat.matrix.shape[1]
+    more = len(flat.parts)
+    deep = np.hstack([np.zeros((more, size)), np.eye(more)])
+    matrix = np.vstack([np.hstack([flat.matrix, np.zeros((count, more))]), deep])
+    exerted = np.vstack([np.hstack([flat.exerted, np.zeros((count, more))]), deep])
+    coupling = np.zeros((count + more, count + more))
+    coupling[:count, :count] = flat.coupling
+    parts = tuple(
+        FrictionLaw((p.rows[0], count + k), p.normals, p.static, p.kinetic, (*p.velocity, 0.0))
+        for k, p in enumerate(flat.parts)
+    )
+    laws = (*flat.laws, *(Friction(k, 1) for k in range(len(parts))))
+    right = np.concatenate([flat.right, np.zeros(len(parts))])
+    one, other = find(flat), find(LawProblem(matrix, exerted, coupling, right, laws, parts))
+    if one.free or not one.states:
+        assert other.verdict == one.verdict
+        return
+    assert len(one.states) == len(other.states)
+    for state in one.states:
+        scale = max(1.0, float(np.abs(state.x).max()))
+        assert min(float(np.abs(state.x - deep_.x[:size]).max()) for deep_ in other.states) <= 1e-8 * scale
+
+
+@pytest.mark.parametrize("pull", [0.0, 30.0, 300.0])
+@pytest.mark.parametrize("velocity", [0.0, 2.0, -2.0])
+def test_a_journal_rubs_by_the_length_of_its_reaction(pull: float, velocity: float) -> None:
+    """A drum of radius R with a weight m on its string, pulled sideways by H on its journal of radius r:
+
+    J' alpha = m g R -+ mu r |F|, F = (H, W - m R alpha), J' = J + m R^2: a quadratic for alpha.
+    """
+    m, R, r, mu, J, g = 2.0, 0.3, 0.05, 0.3, 0.4, 10.0
+    W, inertia = 50.0 + m * g, J + m * R * R
+    root = np.sqrt(inertia)
+    matrix = np.array([[0.0], [m * R / root], [1.0 / root]])
+    exerted = np.array([[0.0], [0.0], [1.0 / root]])
+    coupling = np.diag([1.0, 1.0, 0.0])
+    free = m * g * R / inertia
+    right = np.array([pull, W - m * R * free, -free])
+    friction = FrictionLaw((2,), (0, 1), mu * r, mu * r, (velocity,), norm=True)
+    state = only(LawProblem(matrix, exerted, coupling, right, (Equality(), Equality(), Friction(0)), (friction,)))
+    alpha = state.x[0] / root + free
+    s = np.sign(velocity) if velocity else (1.0 if m * g * R > mu * r * np.hypot(pull, W) else 0.0)
+    assert state.mode.slips == (int(s),)
+    if s == 0.0:
+        assert state.z == pytest.approx([pull, W, -m * g * R])
+        return
+    force = np.hypot(pull, W - m * R * alpha)
+    assert inertia * alpha == pytest.approx(m * g * R - s * mu * r * force, rel=1e-12)
+    assert state.z == pytest.approx([pull, W - m * R * alpha, -s * mu * r * force], rel=1e-12, abs=1e-12)
