@@ -215,3 +215,16 @@ def test_what_comes_up_later_has_its_line_too(tmp_path: Path) -> None:
     system, places = load_with_places(file)
     with pytest.raises(mbs.ModelError, match=r"ramp.yaml:22:25: contacts.c1.between.1: 'ground.rmap'"), places.shown():
         mechanism(system)
+
+
+def test_all_that_is_declared_is_written_back() -> None:
+    text = FILE.format(contact="""\
+c1: {between: [block, ground.ramp], static: enough, kinetic: mu, restitution: 0.5, tangent: -x, open: true}
+  c2: {between: [wheel, hollow.out], static: 0.3, rolling_resistance: 1 mm}
+  c3: {between: [box, cart.top]}""")
+    extra = """\
+  ground: {surfaces: {bowl: {revolution: h*s^2 - s^3, axis: y}, bar: {segment: [[0, 0, 0], [1, 0, 0]], normal: -y},
+    edge: {plane: [0, 0, 0], normal: y, between: [[0, 0, 0], [1, 0, 0]]}, tip: {point: [0, 1, 0]},"""
+    system = mbs.loads(text.replace("  ground: {surfaces: {", extra))
+    assert mbs.loads(mbs.dumps(system)) == system
+    assert [c.name for c in mechanism(system).one_way][:2] == ["c1", "c2"]
