@@ -130,13 +130,13 @@ class _Text(_Writer):
 
     def _written(self, line: Line) -> Iterator[str]:
         if isinstance(line, Sentence):
-            yield from wrap(self.words(line.words), _WIDTH, subsequent_indent="    ", break_long_words=False)
+            yield from _wrapped(self.words(line.words))
             return
         tag = "" if line.tag is None else f"({line.tag}) "
         head = f"{tag}{self.words(line.before)}{': ' if line.before else ''}"
         first, *others = self.lines(line, _WIDTH - len(head))
-        yield head + first
-        yield from (f"    {other}" for other in others)
+        for written in (head + first, *(f"    {other}" for other in others)):
+            yield from _wrapped(written)
 
     def plain(self, words: str) -> str:
         return words
@@ -146,6 +146,13 @@ class _Text(_Writer):
 
     def quantity(self, number: str, unit: str) -> str:
         return f"{number} {unit}".rstrip()
+
+
+def _wrapped(line: str) -> list[str]:
+    """Return a line in as many as it needs, broken between the terms of sums."""
+    indent = line[: len(line) - len(line.lstrip())]
+    lines = wrap(line.strip(), _WIDTH, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False)
+    return [indent + part for part in lines]
 
 
 class _Latex(_Writer):

@@ -233,3 +233,67 @@ def test_a_wheel_with_mass_has_two_tensions() -> None:
     assert "up: 0 = R_axle_y - M*g - T1 - T2" in text
     assert "moments: M*R^2*phi''/2 = R*T1 - R*T2" in text
     assert "R_axle_y = (3*(m1 + m2)*M + 8*m1*m2 + M^2)*g/(2*m1 + 2*m2 + M) = 68 N" in text
+
+
+PUCK = (
+    HEAD.replace("[0, -g, 0]", "[0, 0, -g]")
+    + """
+parameters: {g: 10 m/s^2, m: 2 kg, mu: 0.3}
+bodies: {ground: {surfaces: {floor: {plane: [0, 0, 0], normal: z}}}, puck: {mass: m}}
+joints: {p: {type: point, axes: xyz, parent: ground, child: puck, q: [x, y, z], initial: {u: [3, 4, 0]}}}
+contacts: {c: {between: [puck, ground.floor], kinetic: mu}}
+"""
+)
+
+
+def test_friction_in_space_is_against_the_velocity() -> None:
+    worked = steps(mbs.loads(PUCK))
+    verify(worked)
+    text = worked_text(worked)
+    assert "F: friction at c, along (-3/5, -4/5, 0)" in text
+    assert "x'' = -3*g*mu/5 = -1.8 m/s^2" in text
+    pushed = PUCK.replace(", initial: {u: [3, 4, 0]}", "") + "forces: {F: {type: force, on: puck, value: [6, 8, 0]}}\n"
+    worked = steps(mbs.loads(pushed))
+    verify(worked)
+    assert "in the direction of slip: d1 = 0.6\n" in worked_text(worked)
+
+
+WHEEL = (
+    HEAD
+    + """
+parameters: {g: 10 m/s^2, m: 2 kg, mu: 0.5, R: 0.1 m, f: 0.001 m, a: 20 deg}
+bodies:
+  ground:
+    frames: {slope: {rotate: [{axis: z, angle: -a}]}}
+    surfaces: {s: {plane: [0, 0, 0], normal: [sin(a), cos(a), 0]}}
+  wheel: {mass: m, inertia: {Izz: m*R^2/2}, surfaces: {rim: {disc: R, axis: z}}}
+joints: {w: {type: planar, parent: ground.slope, child: wheel, q: [x, y, phi], initial: {q: [0, R, 0]}}}
+contacts: {c: {between: [wheel.rim, ground.s], static: mu, rolling_resistance: f}}
+"""
+)
+
+
+def test_rolling_resistance_is_a_moment() -> None:
+    worked = steps(mbs.loads(WHEEL))
+    verify(worked)
+    text = worked_text(worked)
+    assert "M = f*N" in text
+    assert re.search(r"M = .* = 0\.0187938\d* N\*m", text)
+    assert "Assume that c.rolling slides backward" in text
+
+
+STOP = (
+    HEAD
+    + """
+parameters: {g: 10 m/s^2, m: 2 kg, F: 5 N}
+bodies: {a: {mass: m}}
+joints: {j: {type: prismatic, parent: ground, child: a, axis: x, q: x, limits: {lower: 0, upper: 1}}}
+forces: {push: {type: force, on: a, value: [-F, 0, 0]}}
+"""
+)
+
+
+def test_a_stop_pushes_back() -> None:
+    worked = steps(mbs.loads(STOP))
+    verify(worked)
+    assert "N2: force of stop j.lower, to the right" in worked_text(worked)

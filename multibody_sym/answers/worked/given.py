@@ -13,6 +13,7 @@ from multibody_sym.expressions.units import DIMENSIONLESS
 from multibody_sym.model.declaration.steps import Step
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.mechanism import TreeBody
+from multibody_sym.model.mechanism.modes import is_direction
 from multibody_sym.model.mechanism.parameters import Source
 from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.scalars.traversal import leaves
@@ -28,6 +29,8 @@ def given_lines(solved: Solved, symbols: Symbols) -> Iterator[Line]:
         if entry.source is Source.DECLARED:
             turned = entry.value is not None and entry.dimension == DIMENSIONLESS and leaves([entry.value], "pi")
             yield Formula((s,), value=Quantity(float(value), "rad" if turned else told.parameters[entry.name]))
+        elif is_direction(entry.name):
+            yield Formula((s,), value=Quantity(float(value), ""), before=("in the direction of slip",))
     for body in mechanism.bodies:
         yield from _coordinates(solved, symbols, body)
 

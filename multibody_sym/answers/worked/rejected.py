@@ -14,7 +14,7 @@ from multibody_sym.answers.worked.exactly import shown
 from multibody_sym.answers.worked.record import Formula, Line, Quantity, Sentence, WorkedStep
 from multibody_sym.dynamics.derivation.notation import Notation
 from multibody_sym.kinematics.rows import coefficients, row_motion
-from multibody_sym.model.mechanism.contact_rows import ContactRow
+from multibody_sym.model.mechanism.contact_rows import ContactRow, TurningRow
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.scalars.node import ZERO, as_node
 from multibody_sym.scalars.vectors import apply, negate
@@ -86,6 +86,8 @@ class _Rejected:
             if len(names) > 1:
                 return "forward" if slip > 0 else "backward"
             return f"so that {names[0]} {'grows' if slip > 0 else 'falls'}"
+        if isinstance(row, TurningRow):
+            return "forward" if slip > 0 else "backward"
         first, second = (skin.place.body for skin in row.skins)
         index, sign = (first, slip) if first >= 0 else (second, -slip)
         world = apply(equations.actions.motion.rotation(index), moved.of_body[index][0])

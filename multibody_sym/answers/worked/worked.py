@@ -23,11 +23,21 @@ from multibody_sym.answers.worked.exactly import Equality, Linear, shown
 from multibody_sym.answers.worked.given import given_lines
 from multibody_sym.answers.worked.record import Formula, Line, Quantity, Sentence, Words, Worked, WorkedStep
 from multibody_sym.answers.worked.rejected import rejected
-from multibody_sym.dynamics.derivation.letters import MOMENT, TENSION, force_letters, guide_normal, row_letter
+from multibody_sym.dynamics.derivation.letters import (
+    FRICTION,
+    MOMENT,
+    NORMAL,
+    TENSION,
+    force_letters,
+    guide_normal,
+    row_letter,
+)
 from multibody_sym.dynamics.derivation.notation import MULTIPLIER, Notation, notation_of
+from multibody_sym.dynamics.derivation.record import Label
 from multibody_sym.dynamics.derive import labels_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mechanism import COMPONENTS
+from multibody_sym.model.mechanism.modes import is_direction
 from multibody_sym.model.mechanism.units import REACTION_UNITS, MechanismUnits
 from multibody_sym.model.resolution.plane import in_plane
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
@@ -85,7 +95,15 @@ class _Work:
         plain = notation_of(self.mechanism, self.symbols, labels=labels_of(self.solved.system))
         letters = force_letters(self.mechanism, self.symbols, self.unknowns, self.actions.further)
         places = {each.symbol: (MULTIPLIER, 10_000 + k) for k, each in enumerate(self.actions.further)}
-        return replace(plain, spelling={**plain.spelling, **letters}, places={**plain.places, **places})
+        spelling = {**plain.spelling, **letters, **self._directions}
+        return replace(plain, spelling=spelling, places={**plain.places, **places})
+
+    @cached_property
+    def _directions(self) -> dict[Any, Label]:
+        """How the components of directions are spelt in which something starts to slide in space."""
+        entries = zip(self.mechanism.parameters, self.symbols.parameters, strict=True)
+        chosen = [s for entry, s in entries if is_direction(entry.name)]
+        return {s: Label(f"d{k}", f"d_{{{k}}}") for k, s in enumerate(chosen, 1)}
 
     @cached_property
     def values(self) -> dict[Any, float]:
@@ -195,9 +213,14 @@ class _Work:
         vector = [x * sign for x in (force.moment if turns else force.vector)]
         size, direction = self.words.turning(vector) if turns else self.words.of(vector)
         yield self._safely(known) * self.exactly.written(size) * sign
-        named = f"friction of {self.actions.told[s]}" if rubs else f"drive of joint {force.action.element}"
+        named = f"{self._acting(s)} {self.actions.told[s]}" if rubs else f"drive of joint {force.action.element}"
         yield f": {named}, "
         yield from self._short(direction, force.action)
+
+    def _acting(self, s: Any) -> str:
+        """Return what a force in a joint is: friction, what a stop exerts, or a constraint."""
+        letter = self.notation.text(s)[:1] if s in self._lettered else ""
+        return {FRICTION: "friction of", MOMENT: "friction of", NORMAL: "force of stop"}.get(letter, "force of")
 
     def _named(self, action: Action) -> str:
         """Return what acts in words."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from typing import Final
 
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import (
@@ -19,6 +20,8 @@ from multibody_sym.model.mechanism.parameters import ParameterEntry, ParameterVe
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
 from multibody_sym.scalars.node import ZERO, Node, as_node, negate
+
+_DIRECTION: Final = "direction of "
 
 
 def in_mode(mechanism: Mechanism, mode: Mode, held: Iterable[int] = ()) -> Mechanism:
@@ -50,7 +53,12 @@ def _with_directions(parameters: ParameterVector, mode: Mode) -> ParameterVector
 
 
 def _direction_name(part: str, component: int) -> str:
-    return f"direction of {part} {component + 1}"
+    return f"{_DIRECTION}{part} {component + 1}"
+
+
+def is_direction(name: str) -> bool:
+    """Return whether a parameter is a component of the direction in which something starts to slide in space."""
+    return name.startswith(_DIRECTION)
 
 
 def _rows(element: OneWay, mode: Mode, parameters: ParameterVector) -> Iterator[Row]:
