@@ -8,6 +8,8 @@ if TYPE_CHECKING:
     from multibody_sym.analysis.linearization import linearize as linearize
     from multibody_sym.analysis.linearization import period_multipliers as period_multipliers
     from multibody_sym.analysis.periodic import Multipliers as Multipliers
+    from multibody_sym.answers.least_for_motion import LeastForMotion as LeastForMotion
+    from multibody_sym.answers.least_for_motion import least_for_motion as least_for_motion
     from multibody_sym.answers.range_of_rest import RangeOfRest as RangeOfRest
     from multibody_sym.answers.range_of_rest import range_of_rest as range_of_rest
     from multibody_sym.answers.solution import Solution as Solution
@@ -113,6 +115,7 @@ _NAMES = {
     "analysis.equilibrium": "Equilibrium equilibrium",
     "analysis.linearization": "Linearization linearize period_multipliers",
     "analysis.periodic": "Multipliers",
+    "answers.least_for_motion": "LeastForMotion least_for_motion",
     "answers.range_of_rest": "RangeOfRest range_of_rest",
     "answers.solution": "Solution",
     "answers.solve": "solve",

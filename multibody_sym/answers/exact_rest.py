@@ -6,7 +6,7 @@ left after these are eliminated vanishes, an equation for the parameter alone. I
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
@@ -14,7 +14,7 @@ from typing import Final
 from multibody_sym.algebra.decimals import with_doubles
 from multibody_sym.algebra.exact_solve import conditions_left, exact_solve
 from multibody_sym.algebra.quotient_functions import exact, register_angles
-from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
+from multibody_sym.algebra.quotients import Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.algebra.solving.roots import roots
 from multibody_sym.analysis.rest.position import Position
 from multibody_sym.analysis.rest.ranges import RestEnd
@@ -66,9 +66,7 @@ class ExactEnd:
 
     def exact(self) -> Node | None:
         """Return the end as an exact number, with what is declared of the other parameters put in; None for none."""
-        found = self._found(numbers=True)
-        short = found is not None and len(text(found)) <= _LONGEST_NUMBER
-        return found if short and found is not None and not leaves([found], "symbol") else None
+        return short_number(self._found(numbers=True))
 
     def _found(self, *, numbers: bool) -> Node | None:
         try:
@@ -77,25 +75,42 @@ class ExactEnd:
             return None
 
     def _roots(self, numbers: bool) -> Iterator[Node]:
-        given, balance = self._balance
-        unknown = symbol(self.name)
-        sample = {node: float(letter.sample) for node, letter in given.letters.items()}
-        for equal in (self.end.equal, tuple(range(len(balance.right)))):
-            field = Field(_WORK)
-            known = self._known(field, given, numbers)
-            for equation in self._equations(field, known, balance, equal):
-                if unknown in equation.symbols:
-                    for root in roots(equation, unknown):
-                        if self._fits(root, sample):
-                            yield with_doubles(root)
+        for equation in self.equations(numbers=numbers):
+            for root in roots(equation, symbol(self.name)):
+                if fits(root, symbol(self.name), self.end.value, self.sample):
+                    yield with_doubles(root)
 
-    def _known(self, field: Field, given: SymbolicState, numbers: bool) -> dict[Node, Quotient]:
-        """Return what symbols stand for: letters, or the exact values of all but the parameter."""
+    @cached_property
+    def sample(self) -> dict[Node, float]:
+        """The values of symbols at the end."""
+        return {node: float(letter.sample) for node, letter in self._balance[0].letters.items()}
+
+    @property
+    def letters(self) -> Mapping[Node, Letter]:
+        """The letters of symbols at the end."""
+        return self._balance[0].letters
+
+    def equations(self, *, numbers: bool, kept: Node | None = None, expands: bool = False) -> Iterator[Quotient]:
+        """Yield what must vanish at the end, over all symbols, or with `numbers` in place of all but it and `kept`.
+
+        Sines of sums of angles are written out if `expands`.
+        """
+        given, balance = self._balance
+        for equal in (self.end.equal, tuple(range(len(balance.right)))):
+            field = Field(_WORK, expands)
+            known = self._known(field, given, numbers, {symbol(self.name), kept})
+            found = self._equations(field, known, balance, equal)
+            yield from (equation for equation in found if symbol(self.name) in equation.symbols)
+
+    def _known(
+        self, field: Field, given: SymbolicState, numbers: bool, kept: Collection[Node | None]
+    ) -> dict[Node, Quotient]:
+        """Return what symbols stand for: letters, or the exact values of all that are not `kept`."""
         known = {}
         declared = {symbol(entry.name): entry.value for entry in self.mechanism.parameters}
         for node, letter in given.letters.items():
             value = declared.get(node)
-            if numbers and value is not None and node is not symbol(self.name):
+            if numbers and value is not None and node not in kept:
                 known[node] = exact(field, [value], {})[0]
             else:
                 known[node] = field.letter(node, letter)
@@ -161,14 +176,19 @@ class ExactEnd:
         )
         return rubbing - coefficient * coefficient * pressing
 
-    def _fits(self, root: Node, sample: dict[Node, float]) -> bool:
-        """Return whether a root is the end, and what is printed of it too."""
-        unknown = symbol(self.name)
-        if len(text(root)) > _LONGEST or unknown in leaves([root], "symbol"):
-            return False
-        try:
-            again = evaluate_float([parse(text(with_doubles(root)))], sample)[0]
-        except (ExpressionError, *UNDEFINED):
-            return False
-        value = self.end.value
-        return abs(again - value) <= AGREEMENT * max(abs(value), AGREEMENT)
+
+def fits(root: Node, unknown: Node, value: float, sample: Mapping[Node, float]) -> bool:
+    """Return whether an expression for a symbol has a value, and what is printed of it too."""
+    if len(text(root)) > _LONGEST or unknown in leaves([root], "symbol"):
+        return False
+    try:
+        again = evaluate_float([parse(text(with_doubles(root)))], dict(sample))[0]
+    except (ExpressionError, *UNDEFINED):
+        return False
+    return abs(again - value) <= AGREEMENT * max(abs(value), AGREEMENT)
+
+
+def short_number(found: Node | None) -> Node | None:
+    """Return an expression if it is an exact number that tells more than its decimals."""
+    short = found is not None and len(text(found)) <= _LONGEST_NUMBER
+    return found if short and found is not None and not leaves([found], "symbol") else None

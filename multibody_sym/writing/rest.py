@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from multibody_sym.answers.least_for_motion import LeastForMotion
 from multibody_sym.answers.range_of_rest import RangeOfRest, RestBound
 from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.expressions.printer import text
@@ -24,21 +25,28 @@ def _range(found: RangeOfRest, low: RestBound, high: RestBound, units: Units) ->
     if low.value is None and high.value is None:
         return f"rest is possible at every value of {name}"
     if low.value is not None and low.value == high.value:
-        return f"rest is possible at {name} = {_bound(found, low, units)}"
+        return f"rest is possible at {name} = {told(low, found.unit, units)}"
     if high.value is None:
-        return f"rest is possible for {name} >= {_bound(found, low, units)}"
+        return f"rest is possible for {name} >= {told(low, found.unit, units)}"
     if low.value is None:
-        return f"rest is possible for {name} <= {_bound(found, high, units)}"
-    return f"rest is possible for {name} from {_bound(found, low, units)}\n  to {_bound(found, high, units)}"
+        return f"rest is possible for {name} <= {told(high, found.unit, units)}"
+    return f"rest is possible for {name} from {told(low, found.unit, units)}\n  to {told(high, found.unit, units)}"
 
 
-def _bound(found: RangeOfRest, bound: RestBound, units: Units) -> str:
+def told(bound: RestBound, unit: str, units: Units = SI) -> str:
     """Return `formula = exact number = number unit (what gives way)`."""
     assert bound.value is not None
-    number = units.said(bound.value, found.unit)
+    number = units.said(bound.value, unit)
     forms = [text(form) for form in (bound.expression, bound.exact) if form is not None]
-    told = " = ".join(dict.fromkeys([*forms, number]))
-    return f"{told} ({', '.join(bound.gives_way)})" if bound.gives_way else told
+    shown = [form for form in dict.fromkeys(forms) if form != f"{bound.value:.10g}"]
+    formula = " = ".join([*shown, number])
+    return f"{formula} ({', '.join(bound.gives_way)})" if bound.gives_way else formula
+
+
+def least_text(found: LeastForMotion, units: Units = SI) -> str:
+    """Return the least value for motion and where it is least, for a person to read, in chosen units."""
+    value, at = told(found.value, found.unit, units), told(found.at, found.vary_unit, units)
+    return f"rest ends first at {found.least} = {value}\n  where {found.vary} = {at}"
 
 
 def _notes(found: RangeOfRest, units: Units) -> list[str]:

@@ -22,7 +22,7 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], ...]] = {
     "check": (mbs.check,),
     "derive": (mbs.derive,),
     "solve": (mbs.solve,),
-    "equilibrium": (mbs.equilibrium, mbs.range_of_rest),
+    "equilibrium": (mbs.equilibrium, mbs.range_of_rest, mbs.least_for_motion),
     "linearize": (mbs.linearize, mbs.period_multipliers),
     "simulate": (mbs.simulate,),
     "export": (mbs.export,),

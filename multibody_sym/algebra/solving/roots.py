@@ -7,6 +7,7 @@ one function of it (tanh, exp, ..), in its sine or cosine alone, in their quotie
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from fractions import Fraction
 from functools import reduce
 from math import comb, pi
 from typing import Final
@@ -14,8 +15,9 @@ from typing import Final
 from multibody_sym.algebra.book_form import book_form, trigonometric_forms
 from multibody_sym.algebra.factors import Poly, factored
 from multibody_sym.algebra.quotient_functions import doubled, exact, sqrt
-from multibody_sym.algebra.quotients import PRECISE, Field, NoClosedFormError, Quotient
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.expressions.printer import text
+from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import ONE, PI, TWO, Node, add, divide, multiply, negate, number
@@ -44,10 +46,51 @@ def roots(equation: Quotient, unknown: Node) -> Iterator[Node]:
     Raises NoClosedFormError where an expression is too long, or a choice is undecided at the sample.
     """
     field = equation.field
-    yield from _Roots(field, unknown).of(field.in_ring(equation.above), _MOST_ROOTS)
+    yield from Roots(field, unknown).of(field.in_ring(equation.above), _MOST_ROOTS)
 
 
-class _Roots:
+def linear_parts(equation: Quotient, unknown: Node) -> Iterator[tuple[Quotient, Quotient]]:
+    """Yield (A, B) of each factor A x + B of the numerator that vanishes at the sample, x being a symbol."""
+    field = equation.field
+    solver, k = Roots(field, unknown), field.position(unknown)
+    for factor, _ in factored(field.in_ring(equation.above))[1] if k is not None else ():
+        p = field.in_ring(factor)
+        if k is not None and max(m[k] for m in p) == 1 and solver.vanishes(p):
+            constant, slope = solver.coefficients(p, k)
+            yield slope, constant
+
+
+def rate(a: Quotient, unknown: Node) -> Quotient:
+    """Return the derivative by a symbol that stands alone, and in sines and cosines of what is linear in it."""
+    field = a.field
+    above, below = (_rate(field, field.in_ring(p), unknown) for p in (a.above, a.below))
+    return (above * field.whole(a.below) - below * field.whole(a.above)) / field.whole(a.below).power(2)
+
+
+def _rate(field: Field, p: Poly, unknown: Node) -> Quotient:
+    total = field.constant(0)
+    solver = Roots(field, unknown)
+    for k, letter in enumerate(field.letters):
+        if k >= p.ring.ngens or not any(m[k] for m in p) or not solver.depends(k):
+            continue
+        total = total + field.whole(p.diff(p.ring.gens[k])) * _rate_of_letter(field, letter, unknown)
+    return total
+
+
+def _rate_of_letter(field: Field, letter: Letter, unknown: Node) -> Quotient:
+    node = letter.node
+    if node is unknown:
+        return field.constant(1)
+    if node is not None and node.op in ("sin", "cos"):
+        angle, inner = node.args[0], derivative(node.args[0], unknown)
+        if inner.op in ("number", "neg") and inner.shadow is not None:
+            other = field.letter(("cos" if node.op == "sin" else "sin", angle), letter)
+            turned = other if node.op == "sin" else -other
+            return turned * field.constant(Fraction(inner.shadow))
+    raise NoClosedFormError("a function has no derivative here")
+
+
+class Roots:
     """Solves polynomials of a field for a symbol."""
 
     def __init__(self, field: Field, unknown: Node) -> None:

@@ -54,8 +54,17 @@ class Position:
         """The values of all parameters as they are declared."""
         return dict(zip((entry.name for entry in self.mechanism.parameters), self.begin.parameters, strict=True))
 
+    @cached_property
+    def _moving(self) -> dict[str, bool]:
+        return {}
+
     def moves_with(self, name: str) -> bool:
         """Return whether the position is another one, or none, at another value of a parameter."""
+        if name not in self._moving:
+            self._moving[name] = self._moves_with(name)
+        return self._moving[name]
+
+    def _moves_with(self, name: str) -> bool:
         value = self.value[name]
         try:
             found = start(self.mechanism, {name: value * (1 + 2.0**-7) + 2.0**-9 * (value == 0.0)})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 from math import hypot, inf, pi
 from typing import Final, Literal
@@ -61,11 +62,18 @@ class Ranges:
 
 def ranges_of_rest(position: Position, name: str, others: Mapping[str, float] | None = None) -> Ranges:
     """Return all values of a parameter, others being as declared or given, at which rest is possible."""
-    return _Search(position, name, dict(others or {}), position.moves_with(name)).found()
+    return search_of(position, name, dict(others or {})).found()
+
+
+def search_of(position: Position, name: str, others: Mapping[str, float]) -> Search:
+    """Return the search for values of a parameter, others being as declared or given."""
+    return Search(position, name, others, any(map(position.moves_with, (name, *others))))
 
 
 @dataclass(frozen=True)
-class _Search:
+class Search:
+    """The search for values of the parameter `name`; `moves`: whether positions depend on it or on the others."""
+
     position: Position
     name: str
     others: Mapping[str, float]
@@ -92,21 +100,41 @@ class _Search:
         return abs(self.value) or 1.0
 
     def found(self) -> Ranges:
-        choices = self.position.statics.choices()
-        kind = self.kind(choices[0])
-        low = 0.0 if self.is_positive() else -inf
-        if kind == "other" and self.value > 0.0:
-            low = 0.0  # a length, a ratio: what is declared positive by its value is looked for among such
-        searched = (-pi, pi) if kind == "angle" else (max(low, -_FARTHEST * self.size), _FARTHEST * self.size)
+        kind, choices = self.kind, self.position.statics.choices()
+        low, searched = self.least, self.searched
         ranges = [found for choice in choices for found in self.widened(choice, kind, searched)]
         told = (low, inf) if kind in ("none", "coefficient", "load") else searched
         ranges = [each for each in ranges if not (low == each[0].value == each[1].value == 0.0)]  # no load, or no body
         return Ranges(self.name, kind, tuple(united(ranges)), told)
 
+    @cached_property
+    def least(self) -> float:
+        """The least value that the parameter may have, or that is looked at where a positive one is declared."""
+        return 0.0 if self.is_positive() or (self.kind == "other" and self.value > 0.0) else -inf
+
+    @property
+    def searched(self) -> tuple[float, float]:
+        """From where to where values are looked at."""
+        far = _FARTHEST * self.size
+        return (-pi, pi) if self.kind == "angle" else (max(self.least, -far), far)
+
+    def grid(self, kind: Kind, searched: tuple[float, float]) -> list[float]:
+        """Return the values that are looked at first."""
+        low, high = searched
+        if kind == "angle":
+            return [float(x) for x in np.linspace(low, high, _STEPS[kind] + 1)]
+        steps = _STEPS.get(kind, _STEPS["other"])
+        parts = np.arange(steps) / steps
+        upper = [*(self.size * parts / (1.0 - parts)).tolist(), high]
+        return upper if low >= 0.0 else [*(-x for x in reversed(upper)), *upper]
+
     # --- how conditions depend on the parameter -----------------------------------------------------------------
 
-    def kind(self, choice: Choice) -> Kind:
-        conditions = self.at(self.position.statics.limits(choice))
+    @cached_property
+    def kind(self) -> Kind:
+        """How the conditions depend on the parameter."""
+        statics = self.position.statics
+        conditions = self.at(statics.limits(statics.choices()[0]))
         looks = [conditions(self.size * probe) for probe in _PROBES]
         if any(look is None for look in looks):
             return "angle" if self.has_period(conditions) else "other"
@@ -262,23 +290,17 @@ class _Search:
         yield from weights.items()
 
     def intervals(self, conditions: ConditionsAt, kind: Kind, searched: tuple[float, float]) -> list[Interval]:
-        low, high = searched
+        low = searched[0]
         if kind == "none":
             found = conditions(self.value)
             possible = found is not None and contradiction(found) is None
             return [Interval(End(-inf if low < 0.0 else low), End(inf))] if possible else []
         if kind == "load":
             return self.of_load(conditions, low)
-        if kind == "coefficient":
-            parts = np.arange(_STEPS[kind]) / _STEPS[kind]
-            grid = [*(self.size * parts / (1.0 - parts)), high]
-            found_all = feasible_set(conditions, grid)
-            return [Interval(found_all[0].low, End(inf))] if found_all else []
-        if kind == "angle":
-            return feasible_set(conditions, np.linspace(low, high, _STEPS[kind] + 1).tolist())
-        parts = np.arange(_STEPS[kind]) / _STEPS[kind]
-        upper = [*(self.size * parts / (1.0 - parts)), high]
-        return feasible_set(conditions, upper if low >= 0.0 else [*(-x for x in upper), *upper])
+        found_all = feasible_set(conditions, self.grid(kind, searched))
+        if kind == "coefficient" and found_all:  # more of it holds whatever less of it does
+            return [Interval(found_all[0].low, End(inf))]
+        return found_all
 
     def of_load(self, conditions: ConditionsAt, low: float) -> list[Interval]:
         """Return the one interval of what forces depend on linearly."""

@@ -7,15 +7,19 @@ from typing import Final
 
 from multibody_sym.cli.answer import Answer
 from multibody_sym.cli.units import add_units, asked_units
+from multibody_sym.cli.usage import UsageError
+from multibody_sym.errors import Where
 
 HELP: Final = "find positions of rest and whether they are stable, or for which values of a parameter there is rest"
 _VARY: Final = "find all values of this parameter at which rest is possible in the declared position, friction included"
+_LEAST: Final = "find the least value of this parameter (a force) at which rest ends, over all values of that of --vary"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
     parser.add_argument("--vary", metavar="NAME", help=_VARY)
+    parser.add_argument("--least", metavar="NAME", help=_LEAST)
     add_units(parser)
 
 
@@ -25,6 +29,8 @@ def run(options: argparse.Namespace) -> Answer:
     from multibody_sym.cli.model import model, shared
     from multibody_sym.writing.statics import equilibrium_text
 
+    if options.least is not None:
+        return _least_for_motion(options)
     if options.vary is not None:
         return _range_of_rest(options)
     units = asked_units(options)
@@ -42,3 +48,17 @@ def _range_of_rest(options: argparse.Namespace) -> Answer:
     with model(options) as system:
         found = range_of_rest(system, options.vary, **shared(options))
     return Answer(found.as_json(), rest_text(found, units))
+
+
+def _least_for_motion(options: argparse.Namespace) -> Answer:
+    from multibody_sym.answers.least_for_motion import least_for_motion
+    from multibody_sym.cli.model import model, shared
+    from multibody_sym.writing.rest import least_text
+
+    if options.vary is None:
+        message = f"--least {options.least}: name the parameter over whose values it is least, such as --vary beta"
+        raise UsageError(message, where=Where(path=("--least",)))
+    units = asked_units(options)
+    with model(options) as system:
+        found = least_for_motion(system, options.least, options.vary, **shared(options))
+    return Answer(found.as_json(), least_text(found, units))

@@ -1,0 +1,101 @@
+"""The least force that ends rest, over its angle: at the friction angle, and where a box tips before it slips."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+from scipy.optimize import minimize_scalar
+
+import multibody_sym as mbs
+from multibody_sym.cli.main import main
+from multibody_sym.errors import InputError, NoSolutionError
+from multibody_sym.expressions.printer import text
+
+PULL = """\
+multibody_sym: 1
+name: pull
+gravity: [0, -g, 0]
+parameters:
+  {g: {value: 10, positive: true}, m: {value: 30, positive: true}, mu: 0.5, a: 0.2, F: 50 N, beta: 20 deg, b: 0.4, h: 1}
+bodies:
+  ground: {surfaces: {slope: {plane: [0, 0, 0], normal: [-sin(a), cos(a), 0]}}}
+  block: {mass: m}
+joints: {free: {type: point, parent: ground, child: block}}
+contacts: {c: {between: [block, ground.slope], static: mu}}
+forces: {pull: {type: force, on: block, value: [F*cos(a + beta), F*sin(a + beta), 0]}}
+"""
+BOX = PULL.replace("block: {mass: m}", "block: {shape: {box: [b, h, 1], mass: m}, points: {top: [b/2, h/2, 0]}}")
+BOX = BOX.replace("type: point, parent: ground, child: block", "type: planar, parent: ground, child: block, initial: I")
+BOX = (
+    BOX.replace("initial: I", "initial: {q: [0, h/2, 0]}")
+    .replace("a: 0.2", "a: 0")
+    .replace("on: block", "on: block, at: top")
+)
+
+
+def test_a_block_is_drawn_up_a_slope_best_at_the_friction_angle():
+    """F = m g sin(a + rho) at beta = rho above the slope, tan rho = mu; down it takes less, F = m g sin(rho - a)."""
+    rho = math.atan(0.5)
+    down = mbs.least_for_motion(mbs.loads(PULL), "F", "beta")
+    assert down.value.value == pytest.approx(300 * math.sin(rho - 0.2), rel=1e-13)
+    assert abs(down.at.value) == pytest.approx(math.pi - rho, rel=1e-13)
+    assert down.value.gives_way == ("slips at c",)
+    assert text(down.at.expression) in ("pi - atan(mu)", "atan(mu) - pi")
+    assert text(down.value.expression) == "g*m*(mu*cos(a) - sin(a))/sqrt(mu^2 + 1)"
+
+
+def test_on_level_ground_its_closed_form_is_that_of_books():
+    level = mbs.loads(PULL.replace("a: 0.2, ", "").replace("-sin(a), cos(a)", "0, 1").replace("a + beta", "beta"))
+    found = mbs.least_for_motion(level, "F", "beta")
+    assert found.value.value == pytest.approx(300 * 0.5 / math.hypot(1, 0.5), rel=1e-14)
+    assert found.at.value == pytest.approx(math.atan(0.5), rel=1e-14)
+    forms = found.value.expression, found.value.exact, found.at.expression
+    assert [text(form) for form in forms] == ["g*m*mu/sqrt(mu^2 + 1)", "60*sqrt(5)", "atan(mu)"]
+    assert (found.unit, found.vary_unit) == ("N", "rad")
+
+
+def test_a_tall_box_tips_first():
+    """Pulled at its upper edge the moment about the lower one, F (h cos beta), needs b/2 m g; 0 < beta < pi / 2."""
+    found = mbs.least_for_motion(mbs.loads(BOX), "F", "beta")
+
+    def force(beta: float) -> float:
+        along, up, weight = math.cos(beta), math.sin(beta), 300.0
+        slips = 0.5 * weight / (abs(along) + 0.5 * up)
+        right = weight * 0.2 / (along * 1.0) if along > 0 else math.inf  # about the lower right edge
+        lever = -along * 1.0 + up * 0.4  # about the lower left edge
+        left = weight * 0.2 / lever if lever > 0 else math.inf
+        return min(x for x in (slips, right, left) if x > 0)
+
+    best = min(
+        (minimize_scalar(force, bounds=(x, x + 0.1), method="bounded") for x in [-3.1 + 0.1 * k for k in range(62)]),
+        key=lambda x: x.fun,
+    )
+    assert found.value.value == pytest.approx(best.fun, rel=1e-9)
+    assert found.at.value == pytest.approx(best.x, abs=1e-4)
+    assert "tips about its" in found.value.gives_way[0]
+
+
+def test_the_command(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file = tmp_path / "pull.yaml"
+    file.write_text(PULL.replace("a: 0.2, ", "").replace("-sin(a), cos(a)", "0, 1").replace("a + beta", "beta"))
+    assert main(["equilibrium", str(file), "--least", "F", "--vary", "beta", "--json"]) == 0
+    printed = capsys.readouterr()
+    answer = json.loads(printed.out)
+    assert (answer["parameter"], answer["least"]["parameter"]) == ("beta", "F")
+    assert answer["least"]["expression"] == "g*m*mu/sqrt(mu^2 + 1)"
+    assert answer["at"]["value"] == pytest.approx(math.atan(0.5), rel=1e-14)
+    assert "rest ends first at F = g*m*mu/sqrt(mu^2 + 1) = 60*sqrt(5) = 134.1640786 N (slips at c)" in printed.err
+    assert "where beta = atan(mu)" in printed.err
+    assert main(["equilibrium", str(file), "--least", "F"]) == 2
+    assert "such as --vary beta" in capsys.readouterr().err
+
+
+def test_what_nothing_moves_is_told() -> None:
+    wall = mbs.loads(PULL.replace("static: mu", "static: enough").replace("F*sin(a + beta)", "-F"))
+    with pytest.raises(NoSolutionError, match="nothing moves it"):
+        mbs.least_for_motion(wall, "F", "beta")
+    with pytest.raises(InputError, match="there is no parameter 'G'"):
+        mbs.least_for_motion(wall, "G", "beta")
