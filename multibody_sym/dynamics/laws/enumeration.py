@@ -25,6 +25,8 @@ LOOSE: Final = 1e-6
 """What passes here to this part of the largest is tried by QR."""
 DOUBTFUL: Final = 1e-7
 """Pivots of rows of unit length below this leave fewer digits than `LOOSE` asks for."""
+STILL: Final = 1e-9
+"""Part of the largest below which something does not move: pivots above `DOUBTFUL` leave so many digits."""
 ZERO_PIVOT: Final = 1e-13
 TURNS: Final = 20
 """Passes in which directions in space settle roughly; Newton's method does the rest."""
@@ -45,7 +47,7 @@ class Enumerated:
     def one(self, k: int) -> Modes:
         return Modes(self.sides[k].copy(), self.slips[k].copy(), self.directions[k].copy())
 
-    def some(self, chosen: slice) -> Enumerated:
+    def some(self, chosen: slice | Places) -> Enumerated:
         return Enumerated(self.sides[chosen], self.slips[chosen], self.directions[chosen])
 
     def __len__(self) -> int:
@@ -163,22 +165,75 @@ def candidates(problem: Scaled, small: Reduced, mu: Floats) -> Iterator[tuple[Mo
         if small.open_sides:
             yield from ((modes.one(k), True) for k in range(len(modes)))
             continue
-        fits, doubtful, open_ = _tried(problem, small, mu, modes)
-        # Where nothing rubs, the corners of what is admissible are other modes' solutions.
-        open_ &= bool(mu.any())
-        for k in np.flatnonzero(fits | doubtful | open_):
-            yield modes.one(int(k)), bool(open_[k])
+        tried = _tried(problem, small, mu, modes)
+        for k in np.flatnonzero(tried.doubtful | (tried.open & tried.moved)):
+            yield modes.one(int(k)), bool(tried.open[k])
+        yield from _by_motion(problem, mu, modes, tried)
 
 
-def _tried(problem: Scaled, small: Reduced, mu: Floats, modes: Enumerated) -> tuple[Flags, Flags, Flags]:
-    """Return (b) which modes fit loosely, which are doubtful, and which leave forces open."""
+def _by_motion(problem: Scaled, mu: Floats, modes: Enumerated, tried: _Tried) -> Iterator[tuple[Modes, bool]]:
+    """Yield one mode of those that lead to the same motion, then that of the motion itself where forces are open.
+
+    Closed, taut and stuck as far as nothing moves, it admits all the forces that the others do.
+    """
+    chosen = np.flatnonzero((tried.fits | (tried.open & tried.motion_fits)) & ~tried.doubtful & ~tried.moved)
+    told = _by_what_moves(problem, mu, modes.some(chosen), tried.a[chosen])
+    if not len(chosen):
+        return
+    _, firsts, group = np.unique(np.hstack([told.sides, told.slips]), axis=0, return_index=True, return_inverse=True)
+    for number, first in enumerate(firsts):
+        alike = chosen[group.ravel() == number]
+        fitting = alike[tried.fits[alike]]
+        if len(fitting):
+            yield modes.one(int(fitting[0])), False
+        if tried.open[alike].any():
+            yield told.one(int(first)), True
+
+
+def _by_what_moves(problem: Scaled, mu: Floats, modes: Enumerated, a: Floats) -> Enumerated:
+    """Return the modes with all closed and stuck where a = 0."""
+    sides, slips = modes.sides.copy(), modes.slips.copy()
+    directions = modes.directions.copy()
+    still = np.abs(a) <= STILL * (np.abs(a).max(axis=1, initial=0.0)[:, None] + np.abs(problem.r).max(initial=0.0))
+    sides[:, problem.unilateral] |= still[:, problem.unilateral]
+    for part in problem.parts:
+        if not part.rests or not mu[part.number]:
+            continue
+        touching = problem.two_sided[part.normals].any() | (sides[:, part.normals] > 0).any(axis=1)
+        stuck = part.enough | still[:, part.rows].all(axis=1) | ~touching
+        if part.in_space:
+            lengths = np.maximum(np.linalg.norm(a[:, part.rows], axis=1), 1e-300)
+            ways = np.where(stuck[:, None], 0.0, a[:, part.rows] / lengths[:, None])
+            slips[:, part.number], directions[:, part.number] = np.where(stuck, STICKS, IN_SPACE), ways
+        else:
+            slips[:, part.number] = np.where(stuck, STICKS, np.sign(a[:, part.rows[0]]))
+    return Enumerated(sides, slips, directions)
+
+
+@dataclass(frozen=True)
+class _Tried:
+    """Of modes (b): which fit loosely, are doubtful, leave forces open, and whether these move things; a (b, m).
+
+    `motion_fits`: the inequalities on a alone hold.
+    """
+
+    fits: Flags
+    doubtful: Flags
+    open: Flags
+    moved: Flags
+    motion_fits: Flags
+    a: Floats
+
+
+def _tried(problem: Scaled, small: Reduced, mu: Floats, modes: Enumerated) -> _Tried:
+    """Return what solving all systems at once tells of modes."""
     norms = [p for p in problem.parts if p.norm and mu[p.number]]
     turning = [p for p in problem.parts if p.in_space and p.rests and mu[p.number]]
     pressing = {p.number: np.zeros((len(modes), len(p.normals))) for p in norms}
     for _ in range(TURNS if norms or turning else 1):
         systems = _systems(problem, small, mu, modes, pressing)
-        f, singular, consistent, open_ = _solved(*systems)
-        z, a = small.z0 + f @ small.Z.T, small.a0 + f @ small.K.T
+        solved = _solved(*systems)
+        z, a = small.z0 + solved.f @ small.Z.T, small.a0 + solved.f @ small.K.T
         for part in norms:
             loads = part.base * z[:, part.normals]
             pressing[part.number] = loads / np.maximum(np.linalg.norm(loads, axis=1), 1e-300)[:, None]
@@ -188,7 +243,13 @@ def _tried(problem: Scaled, small: Reduced, mu: Floats, modes: Enumerated) -> tu
             slips = modes.slips[:, part.number] != STICKS
             modes.directions[slips, part.number] = turned[slips]
     loose = 1e-3 if norms or turning else LOOSE
-    return consistent & _fits(problem, mu, modes, z, a, loose), singular, consistent & open_
+    # Where nothing rubs, the corners of what is admissible are other modes' solutions.
+    open_ = solved.consistent & solved.open & bool(mu.any())
+    change = np.abs(solved.ways).max(axis=1, initial=0.0)
+    moved = np.abs(solved.ways @ small.X.T).max(axis=1, initial=0.0) > STILL * np.maximum(change, 1e-300)
+    motion = _motion_fits(problem, mu, modes, z, a, loose)
+    fits = solved.consistent & motion & _forces_fit(problem, mu, modes, z, loose)
+    return _Tried(fits, solved.doubtful, open_, open_ & moved, motion, a)
 
 
 def _systems(
@@ -231,11 +292,19 @@ def _ways(part: Part, modes: Enumerated) -> Floats:
     return modes.directions[:, part.number] if part.in_space else modes.slips[:, [part.number]].astype(float)
 
 
-def _solved(left: Floats, right: Floats) -> tuple[Floats, Flags, Flags, Flags]:
-    """Return solutions (b, k) by elimination, and which are doubtful, consistent at all, and not the only ones.
+@dataclass(frozen=True)
+class _Solved:
+    """Solutions f (b, k), which are doubtful, consistent at all, not the only ones, and a way (b, k) to others."""
 
-    Where a column has no pivot its unknown is zero.
-    """
+    f: Floats
+    doubtful: Flags
+    consistent: Flags
+    open: Flags
+    ways: Floats
+
+
+def _solved(left: Floats, right: Floats) -> _Solved:
+    """Solve all systems by elimination; where a column has no pivot its unknown is zero."""
     count, size, _ = left.shape
     T = np.concatenate([left, right[:, :, None]], axis=2)
     T /= np.maximum(np.abs(left).max(axis=2, initial=0.0), 1e-300)[:, :, None]
@@ -259,18 +328,33 @@ def _solved(left: Floats, right: Floats) -> tuple[Floats, Flags, Flags, Flags]:
     solution = np.where(where >= 0, T[every[:, None], where, -1], 0.0)
     missing = np.where(unused, np.abs(T[:, :, -1]), 0.0).max(axis=1, initial=0.0)
     consistent = missing <= LOOSE * np.maximum(scale, np.abs(solution).max(axis=1, initial=0.0))
+    # Other solutions: what had no pivot takes values without a pattern.
+    free = np.where(where < 0, np.random.default_rng(1).uniform(1.0, 2.0, size), 0.0)
+    ways = np.where(where >= 0, -(T[every[:, None], where, :-1] @ free[:, :, None])[:, :, 0], free)
     open_ = np.asarray((where < 0).any(axis=1), dtype=bool)
-    return np.asarray(solution, dtype=float), doubtful, np.asarray(consistent, dtype=bool), open_
+    return _Solved(np.asarray(solution), doubtful, np.asarray(consistent), open_, np.asarray(ways))
 
 
-def _fits(problem: Scaled, mu: Floats, modes: Enumerated, z: Floats, a: Floats, loose: float) -> Flags:
-    """Return (b) whether all inequalities hold loosely."""
+def _motion_fits(problem: Scaled, mu: Floats, modes: Enumerated, z: Floats, a: Floats, loose: float) -> Flags:
+    """Return (b) whether the inequalities on a hold loosely."""
     force = loose * np.abs(z).max(axis=1, initial=0.0)
     gap = loose * (np.abs(a).max(axis=1, initial=0.0) + np.abs(problem.r).max(initial=0.0)) + loose * force
     fits = np.ones(len(modes), dtype=bool)
     for row in problem.unilateral:
-        closed = modes.sides[:, row] > 0
-        fits &= np.where(closed, z[:, row] >= -force, a[:, row] >= -gap)
+        fits &= (modes.sides[:, row] > 0) | (a[:, row] >= -gap)
+    for part in problem.parts:
+        if part.rests and not part.enough and mu[part.number]:
+            along = (a[:, part.rows] * _ways(part, modes)).sum(axis=1)
+            fits &= (modes.slips[:, part.number] == STICKS) | (along >= -gap)
+    return fits
+
+
+def _forces_fit(problem: Scaled, mu: Floats, modes: Enumerated, z: Floats, loose: float) -> Flags:
+    """Return (b) whether the inequalities on forces hold loosely."""
+    force = loose * np.abs(z).max(axis=1, initial=0.0)
+    fits = np.ones(len(modes), dtype=bool)
+    for row in problem.unilateral:
+        fits &= (modes.sides[:, row] <= 0) | (z[:, row] >= -force)
     for part in problem.parts:
         if not mu[part.number]:
             continue
@@ -279,8 +363,7 @@ def _fits(problem: Scaled, mu: Floats, modes: Enumerated, z: Floats, a: Floats, 
         slips = modes.slips[:, part.number] != STICKS
         if part.rests and not part.enough:
             over = np.linalg.norm(z[:, part.rows], axis=1) - mu[part.number] * pressed
-            along = (a[:, part.rows] * _ways(part, modes)).sum(axis=1)
-            fits &= np.where(slips, along >= -gap, over <= force)
+            fits &= slips | (over <= force)
         if not part.norm:
             for k in np.intersect1d(part.normals, problem.both):
                 fits &= ~slips | (modes.sides[:, k] * z[:, k] >= -force)

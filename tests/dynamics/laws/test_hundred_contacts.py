@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from laws import broken, train, wall
+from laws import Rows, broken, train, wall
 
 from multibody_sym.dynamics.laws.problem import LawProblem
 from multibody_sym.dynamics.laws.search import find
@@ -40,3 +40,20 @@ def test_tensions_between_blocks_that_all_rest_are_not_told() -> None:
     strings = range(200, 249)
     assert set(strings) <= set(state.not_unique)
     assert all(state.mode.sides[k] for k in strings), "taut before slack"
+
+
+@pytest.mark.parametrize(("load", "slipping"), [(5.0, 0), (20.0, 2)])
+def test_two_boxes_flush_on_each_other_have_all_their_modes_tried(load: float, slipping: int) -> None:
+    """Two corners on the floor, four pairs of which two say what the others do: 4^6 modes, most leave forces open."""
+    rows, up = Rows(2), np.array([0.0, 1.0])
+    for side in (-0.2, 0.2):
+        rows.contact(0, -1, (np.array([side, -0.1]), np.zeros(2)), up, 0.4)
+    for side in (-0.2, 0.2, -0.2, 0.2):
+        rows.contact(1, 0, (np.array([side, -0.1]), np.array([side, 0.1])), up, 0.4)
+    forces = np.tile([0.0, -20.0, 0.0], 2)
+    forces[0] = load
+    found = find(rows.problem(np.tile([2.0, 2.0, 0.03], 2), forces))
+    assert (found.verdict, found.proved) == ("one", True)
+    slips = found.states[0].mode.slips
+    assert (slips[0], slips[1]) == ((1, 1) if slipping else (0, 0))
+    assert set(slips[2:]) == {0}

@@ -28,15 +28,19 @@ def told_apart(blocks: Blocks, state: LawState, brute: BruteState) -> list[str]:
         for row in part.normals:
             sizes[row] = sizes[row] or sizes[part.rows[0]]
     allowed = 1e-6 * (np.abs(state.z) + max(float((np.abs(state.z) * sizes).max(initial=0.0)), 1e-3) / (sizes + 1e-300))
-    open_ = brute.most - brute.least > allowed
-    told = np.isin(np.arange(len(state.z)), state.not_unique)
-    apart = [f"row {k}: open {open_[k]}, told {told[k]}" for k in np.flatnonzero(open_ != told)]
-    differs = ~open_ & (np.abs(brute.least - state.z) > allowed)
+    between, told = brute.most - brute.least, np.isin(np.arange(len(state.z)), state.not_unique)
+    # What varies by little beside forces of bodies a million times heavier is neither clearly open nor clearly not.
+    wrong = np.where(told, between <= 1e-3 * allowed, between > 10.0 * allowed)
+    apart = [f"row {k}: open by {between[k]}, told {told[k]}" for k in np.flatnonzero(wrong)]
+    differs = ~told & (np.abs(brute.least - state.z) > 10.0 * allowed)
     return apart + [f"row {k}: {state.z[k]}, not {brute.least[k]}" for k in np.flatnonzero(differs)]
 
 
 def disagreement(blocks: Blocks, found: Found, brute: list[BruteState]) -> str:
     """Return in what the two differ, nothing where they agree."""
+    if not found.proved:
+        known = [all(told_apart(blocks, state, other) for other in brute) for state in found.states]
+        return "a state that is none" if any(known) and not any(state.moves for state in brute) else ""
     verdict = "none" if not brute else "one" if len(brute) == 1 and not brute[0].moves else "several"
     if found.verdict != verdict:
         return f"{found.verdict}, not {verdict}"
@@ -51,12 +55,22 @@ def disagreement(blocks: Blocks, found: Found, brute: list[BruteState]) -> str:
     return ""
 
 
+def eight_at_rest(rng: np.random.Generator) -> Blocks:
+    """Return a pile of eight blocks, each on the one below, leaning a little."""
+    masses = 10.0 ** rng.uniform(-1, 1, 8)
+    blocks = Blocks(masses, np.column_stack([rng.normal(size=8) * 3.0 * masses, -10.0 * masses]))
+    for block in range(8):
+        normal = np.pi / 2 + 0.1 * rng.normal()
+        static = float(rng.uniform(0.2, 0.8))
+        blocks.contact(block, block - 1, np.array([np.cos(normal), np.sin(normal)]), (static, 0.8 * static))
+    return blocks
+
+
 def compare(seeds: range, most: int, two_state: int, sliding: bool = True) -> Counter[str]:
     verdicts = Counter[str]()
     for seed in seeds:
         blocks = random_blocks(np.random.default_rng(seed), most, two_state, sliding)
         found = find(blocks.problem())
-        assert found.proved
         wrong = disagreement(blocks, found, brute_force(blocks))
         assert not wrong, f"seed {seed}: {wrong}"
         verdicts[found.verdict] += 1
@@ -66,6 +80,7 @@ def compare(seeds: range, most: int, two_state: int, sliding: bool = True) -> Co
 @pytest.mark.parametrize("block", range(5))
 def test_states_of_random_systems_are_those_of_brute_force(block: int) -> None:
     verdicts = compare(range(100 * block, 100 * block + 100), most=2, two_state=2)
+    assert verdicts["one"] > 80
     assert verdicts["several"]
 
 
@@ -74,6 +89,17 @@ def test_states_of_random_systems_are_those_of_brute_force(block: int) -> None:
 def test_states_of_many_random_systems_are_those_of_brute_force(block: int) -> None:
     """With up to 3 undecided contacts and 3 of two states: 19 times 1,000."""
     compare(range(1000 + 1000 * block, 2000 + 1000 * block), most=3, two_state=3)
+
+
+@pytest.mark.long
+def test_a_state_of_eight_contacts_at_rest_is_one_of_brute_force() -> None:
+    """4^8 modes are too many to be tried: the answer says so, and what it says is right."""
+    for seed in range(3):
+        blocks = eight_at_rest(np.random.default_rng(seed))
+        found = find(blocks.problem())
+        assert (found.proved, len(found.states)) == (False, 1)
+        assert found.searched == "one state found, others not searched"
+        assert not disagreement(blocks, found, brute_force(blocks))
 
 
 @pytest.mark.long
