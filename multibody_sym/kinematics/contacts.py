@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import singledispatch
+from typing import Final
 
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import acceleration, position, velocity
@@ -20,7 +21,8 @@ from multibody_sym.kinematics.relative import angular_acceleration, angular_velo
 from multibody_sym.model.mechanism.contact_rows import LOCAL, ContactRow, Face, Flat, Level, Rim, Round, Skin
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import IDENTITY
-from multibody_sym.scalars.functions import sqrt
+from multibody_sym.scalars.functions import apply as operation
+from multibody_sym.scalars.functions import sqrt, where
 from multibody_sym.scalars.vectors import (
     S,
     Vec,
@@ -35,7 +37,8 @@ from multibody_sym.scalars.vectors import (
     symmetric,
 )
 
-_X: Vec = (1, 0, 0)
+_PARALLEL: Final = 1e-12
+"""The square of an angle (rad) up to which a normal is along an axis."""
 _Z: Vec = (0, 0, 1)
 
 
@@ -206,12 +209,23 @@ def _first_tangent(row: ContactRow, motion: Motion, normal: Direction) -> Direct
         return Direction(t, cross(angular_velocity(motion, plane.body), t))
     if row.upright:
         return Direction(cross(normal.vector, _Z), cross(normal.rate, _Z))
-    inclined = dot(normal.vector, _X)
-    lying = subtract(_X, scale(inclined, normal.vector))
-    rate = negate(add(scale(dot(normal.rate, _X), normal.vector), scale(inclined, normal.rate)))
+    seen = _axis_seen(normal.vector)
+    inclined = dot(normal.vector, seen)
+    lying = subtract(seen, scale(inclined, normal.vector))
+    rate = negate(add(scale(dot(normal.rate, seen), normal.vector), scale(inclined, normal.rate)))
     length = sqrt(dot(lying, lying))
     t = scale(1 / length, lying)
     return Direction(t, scale(1 / length, subtract(rate, scale(dot(t, rate), t))))
+
+
+def _axis_seen(normal: Vec) -> Vec:
+    """Return the axis of ground that tangents follow: x, or y where x is normal to the surface.
+
+    On the way from one to the other components of friction change their names; the force does not.
+    """
+    steep = normal[1] * normal[1] + normal[2] * normal[2]
+    along_y = where(operation("less", steep, _PARALLEL), 1, 0)
+    return (1 - along_y, along_y, 0)
 
 
 def _crossed(a: Direction, b: Direction) -> Direction:

@@ -106,3 +106,29 @@ bodies: {{{FLOOR}, block: {{mass: 1}}}}
 joints: {{J: {{type: point, parent: ground, child: block, initial: {{q: [0, -0.002]}}}}}}
 contacts: {{c: {{between: [block, ground.floor], static: 0.3}}}}
 """)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-7, 0.3, -0.3, math.pi / 2])
+def test_a_ball_in_a_bowl_has_tangents_wherever_it_is(angle: float) -> None:
+    """It rolls as far as friction lets it: N = m g sin(angle) below the level of the centre, and slides with mu N."""
+    x, y = 1.5 * math.cos(angle), -1.5 * math.sin(angle)
+    found = begun(f"""\
+bodies: {{ground: {{surfaces: {{bowl: {{sphere: 2, inside: true}}}}}}, ball: {{shape: {{sphere: 0.5, mass: 1}}}}}}
+joints: {{J: {{type: free, parent: ground, child: ball, initial: {{q: [{x}, {y}, 0, 1, 0, 0, 0]}}}}}}
+contacts: {{c: {{between: [ball, ground.bowl], static: 0.1}}}}
+""")
+    normal = max(G * math.sin(angle), 0.0)
+    friction = min(2 / 7 * G * math.cos(angle), 0.1 * normal)
+    along = numbers(found)["u_J_x"] * math.sin(angle) + numbers(found)["u_J_y"] * math.cos(angle)
+    assert -along == pytest.approx(G * math.cos(angle) - friction, abs=1e-6)
+
+
+def test_a_cylinder_that_lies_on_a_floor_rolls_on_both_rims() -> None:
+    found = begun(f"""\
+bodies: {{{FLOOR}, roll: {{shape: {{cylinder: [0.5, 2], mass: 1}}}}}}
+joints: {{J: {{type: free, parent: ground, child: roll, initial: {{q: [0, 0.5, 0, 1, 0, 0, 0]}}}}}}
+forces: {{push: {{type: force, on: roll, value: [2, 0, 0]}}}}
+contacts: {{c: {{between: [roll, ground.floor], static: 0.3}}}}
+""")
+    assert closed(found) == {"c.rim1": "stick", "c.rim2": "stick"}
+    assert numbers(found)["u_J_x"] == pytest.approx(2 / 1.5, rel=1e-9)

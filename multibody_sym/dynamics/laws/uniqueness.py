@@ -101,6 +101,8 @@ def _unforced(problem: Scaled, trial: Trial) -> Floats:
     touched = np.abs(slopes).max(axis=1, initial=0.0) > SEEN * float(np.abs(slopes).max(initial=0.0))
     held = touched & (present <= NEAR)
     free = trial.idle.shape[1]
+    if not slopes.any():  # nothing limits them
+        return np.eye(free)
     if free == 1:
         low, high = _interval(np.maximum(present, 0.0), slopes[:, 0])
         return np.eye(1) if high - low > NEAR / float(np.abs(slopes).max()) else np.zeros((1, 0))
