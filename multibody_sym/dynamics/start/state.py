@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import Final
 
 from multibody_sym.dynamics.laws.assemble import TOUCHING, OneWayRows, Posed, one_way_rows, posed
-from multibody_sym.dynamics.laws.problem import Found
+from multibody_sym.dynamics.laws.problem import Found, LawProblem
 from multibody_sym.dynamics.laws.search import find
 from multibody_sym.dynamics.start.contact_starts import verify_contact_values, verify_outside
 from multibody_sym.dynamics.start.examined import examined
@@ -33,6 +33,8 @@ from multibody_sym.scalars.node import as_node, slot
 NEAR: Final = 1e-3
 """The part of the model's size by which a contact may be missed at the start and is closed all the same."""
 _CLOSED: Final = 1e-12
+_IN_SPACE: Final = 3
+"""With more friction at rest in space one state is enough, and that others were not searched is told."""
 _HOW: Final[Mapping[str, tuple[str, str]]] = {
     "rope": ("begins {:.3g} m longer than the rope is", "give it its length, or other positions (initial: {q: ..})"),
     "stop": ("begins {:.3g} beyond its stop", "start it between its limits (initial: {q: ..}), or write acts: false"),
@@ -113,10 +115,17 @@ def state_at(
     _verify_outside(rows, standing)
     closed = [name for name, how in standing.items() if how in ("touching", "closing")]
     problem = posed(rows, closed)
-    found = search(problem) if search is not None else find(problem.problem, drift=problem.drift)
+    every = _soon_searched(problem.problem)
+    found = search(problem) if search is not None else find(problem.problem, every=every, drift=problem.drift)
     modes = tuple(problem.mode(state) for state in found.states)
     closing = tuple(name for name, how in standing.items() if how == "closing")
     return StartState(declared, begin, modes, problem, found, closing)
+
+
+def _soon_searched(problem: LawProblem) -> bool:
+    """Return whether all modes can be tried in a second or so: each of friction in space takes Newton's method."""
+    in_space = sum(len(part.rows) > 1 and part.rests for part in problem.parts)
+    return in_space <= _IN_SPACE
 
 
 def examined_state(system: System, overrides: Mapping[str, float] | None = None) -> StartState:

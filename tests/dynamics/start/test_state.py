@@ -231,3 +231,22 @@ def test_a_joint_s_reaction_holds_its_friction_and_stop_in_any_coordinates() -> 
             asked = f"{text}outputs: {{fx: 'reaction(J, fx)'}}\nsimulation: {{coordinates: {coordinates}}}\n"
             run = mbs.simulate(mbs.loads(asked), t_end=1e-6, samples=2)
             assert run["fx"][0] == pytest.approx(drive, rel=1e-12)
+
+
+def test_a_box_in_space_finds_its_state_soon() -> None:
+    """Four corners rub in space at rest: one state is found, and it is said that others were not searched."""
+    text = f"""\
+multibody_sym: 1
+name: box
+gravity: [0, 0, -{G}]
+bodies:
+  b: {{shape: {{box: [0.4, 0.2, 0.3], mass: 2}}}}
+  ground: {{surfaces: {{floor: {{plane: [0, 0, 0], normal: z}}}}}}
+joints: {{J: {{type: free, parent: ground, child: b, initial: {{q: [0, 0, 0.15, 1, 0, 0, 0]}}}}}}
+forces: {{push: {{type: force, on: b, value: [3, 4, 0]}}}}
+contacts: {{c: {{between: [b, ground.floor], static: 0.2}}}}
+"""
+    found = at_start(text)
+    assert "others not searched" in found.found.searched
+    assert accelerations(found)[0][:3] == pytest.approx(np.array([3, 4, 0]) * (1 / 2 - 0.2 * G / 5), abs=1e-9)
+    assert at_start(text.replace("static: 0.2", "static: 0.3")).words["c.corner1"] == "stick"
