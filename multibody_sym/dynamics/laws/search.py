@@ -13,6 +13,7 @@ from multibody_sym.dynamics.laws.scaled import Flags, Modes, Scaled, scaled
 from multibody_sym.dynamics.laws.states import Near, States, same
 from multibody_sym.dynamics.laws.ties import rate_problem, tied, with_rates
 from multibody_sym.dynamics.laws.uniqueness import undetermined
+from multibody_sym.errors import NoSolutionError
 from multibody_sym.numerics.arrays import Floats
 
 
@@ -29,13 +30,25 @@ def find(
     tried only where none is found, and forces that are not unique are not told. Of two coefficients the static one
     holds for what does not slip: parts at rest have it first, those that slip then get the kinetic one, until no more
     slip. `drift` gives rates, which decide where two modes fit at the limit.
+    Raises NoSolutionError for rows that are not finite.
     """
+    _verify_finite(problem)
     search = _Search(scaled(problem), every, drift)
     ends = search.run(_begin(search.problem, previous))
     told = tuple(search.told(end) for end in ends)
     free = np.flatnonzero(np.any([end.labels.moving for end in ends], axis=0)) if ends else ()
     verdict: Verdict = "none" if not told else "one" if len(told) == 1 and not len(free) else "several"
     return Found(told, verdict, search.words(verdict), search.states.proved, tuple(int(k) for k in free))
+
+
+def _verify_finite(problem: LawProblem) -> None:
+    rows = np.column_stack([problem.matrix, problem.exerted, problem.coupling, problem.right])
+    wrong = np.flatnonzero(~np.isfinite(rows).all(axis=1))
+    if len(wrong):
+        raise NoSolutionError(
+            f"row {wrong[0]} among those of contacts, ropes and constraints is not finite here: a direction has no value, "
+            "or a mass is zero; start from another position"
+        )
 
 
 @dataclass(frozen=True)
