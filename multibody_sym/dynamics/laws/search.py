@@ -46,8 +46,8 @@ def _verify_finite(problem: LawProblem) -> None:
     wrong = np.flatnonzero(~np.isfinite(rows).all(axis=1))
     if len(wrong):
         raise NoSolutionError(
-            f"row {wrong[0]} among those of contacts, ropes and constraints is not finite here: a direction has no value, "
-            "or a mass is zero; start from another position"
+            f"row {wrong[0]} among those of contacts, ropes and constraints is not finite here: a direction has no "
+            "value, or a mass is zero; start from another position"
         )
 
 
