@@ -184,3 +184,29 @@ def test_a_band_brakes_more_one_way_than_the_other():
     assert answer.rest == [pytest.approx(wanted, rel=1e-12)]
     assert [end.gives_way for end in answer.ends[0]] == [("slips at drum",), ("slips at drum",)]
     assert found(BAND, "F", T=50).rest == [(pytest.approx(50 / 0.6 / (math.exp(0.3 * math.pi) - 1), rel=1e-12), None)]
+
+
+STOPS = (
+    HEAD
+    + """\
+gravity: [0, -g, 0]
+parameters: {g: 10, F: 5 N, k: 3, m: {value: 2 kg, positive: true}}
+bodies: {ground: {points: {hook: [0, 3, 0]}}, flap: {mass: m, com: [1, 0, 0], inertia: {Izz: 1}}, bob: {mass: m}}
+joints:
+  hinge: {type: revolute, parent: ground, child: flap, axis: z, limits: {lower: 0}}
+  line: {type: prismatic, parent: ground, child: bob, axis: y}
+constraints: {string: {type: rope, path: [bob, ground.hook], slack: true}}
+forces:
+  lift: {type: force, on: flap, at: com, value: [0, F, 0]}
+  raise: {type: force, on: bob, value: [0, k*F, 0]}
+"""
+)
+
+
+def test_stops_and_slack_ropes_only_push_and_only_pull():
+    """The stop carries the flap up to F = m g, the string the bob up to k F = m g: what gives way first is named."""
+    high = found(STOPS, "F").ends[0][1]
+    assert (high.value, high.gives_way) == (pytest.approx(20 / 3, rel=1e-13), ("string slackens",))
+    high = found(STOPS, "F", k=0.5).ends[0][1]
+    assert (high.value, high.gives_way) == (pytest.approx(20, rel=1e-13), ("hinge leaves its stop",))
+    assert text(high.expression) == "g*m"

@@ -34,6 +34,8 @@ def _causes(statics: Statics, limits: Sequence[Limit], motion: Motion | None) ->
             yield f"slips at {_slipping(statics, limit)}"
         elif limit.way == "slackens":
             yield f"{limit.group} slackens"
+        elif limit.way == "leaves":
+            yield f"{limit.group} leaves its stop"
         elif limit.way == "turns":
             yield f"{limit.group} presses on its other side"
         else:

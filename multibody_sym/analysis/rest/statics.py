@@ -29,8 +29,10 @@ from multibody_sym.scalars.vectors import S
 DIRECTIONS: Final = 8
 """In how many directions the circle of friction in space is first cut; and those of a reaction first tried."""
 
-Way = Literal["slips", "opens", "slackens", "turns"]
-"""What happens where a limit is passed; a reaction of the other sign `turns`."""
+Way = Literal["slips", "opens", "leaves", "slackens", "turns"]
+"""What happens where a limit is passed: a joint `leaves` its stop, a reaction of the other sign `turns`."""
+
+_WAYS: Final[Mapping[str, Way]] = {"rope": "slackens", "stop": "leaves"}
 
 Direction = tuple[float, float]
 Cuts = Mapping[str, tuple[Direction, ...]]
@@ -113,7 +115,7 @@ class Statics:
     def _of_element(self, element: OneWay, choice: Choice, cuts: Cuts) -> Iterator[Limit]:
         group = element.group or element.name
         if element.unilateral:
-            way: Way = "slackens" if element.kind == "rope" else "opens"
+            way = _WAYS.get(element.kind, "opens")
             for row in element.normals:
                 yield Limit(way, group, element.name, ((self.place(row), ONE),))
         for normal in () if element.unilateral else element.normals:
