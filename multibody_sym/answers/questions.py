@@ -16,7 +16,9 @@ from multibody_sym.answers.solution import Value
 from multibody_sym.answers.uniform_motion import UniformMotion, uniform_motion
 from multibody_sym.errors import ExpressionError, ModelError, at, suggestion
 from multibody_sym.model.declaration.settings import Ask
+from multibody_sym.model.declaration.states import StateCondition
 from multibody_sym.model.mechanism.mass import OWN_POINTS
+from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.force_places import is_undetermined
 from multibody_sym.scalars.node import Node
@@ -44,6 +46,11 @@ def answered(solved: Solved) -> tuple[dict[str, Value], list[str]]:
     return answers, remarks
 
 
+def _named(mechanism: Mechanism) -> list[str]:
+    """Return the names of all that has a state."""
+    return [name for x in mechanism.one_way for name in dict.fromkeys((x.name, *(part.name for part in x.frictions)))]
+
+
 def _unit(question: Ask) -> str:
     if question.of is None:
         return "s"
@@ -56,6 +63,8 @@ def _verify(solved: Solved, question: Ask) -> None:
         names = [c.name for k, c in enumerate(solved.mechanism.coordinates) if k not in quaternions]
         if coordinate not in names:
             raise ModelError(f"no coordinate is called {coordinate!r}{suggestion(coordinate, names)}")
+    if question.begins is not None:
+        question.begins.verify(_named(solved.mechanism))
     own = [f"{name}.{point}" for name in solved.system.bodies for point in OWN_POINTS]
     if question.of is not None and question.of not in (*solved.mechanism.markers, *own):
         with at("of"):
@@ -84,6 +93,8 @@ class _Motion:
 
     def answer(self, name: str, question: Ask) -> Value:
         """Return the answer to a question about the motion."""
+        if question.begins is not None:
+            return self._at_state(name, question, question.begins)
         if self.uniform is not None:
             try:
                 found = self._in_closed_form(self.uniform, name, question)
@@ -106,6 +117,8 @@ class _Motion:
             closed = ask(question.of, time)
         if closed is None or not uniform.confirms(question, float(time.sample), float(closed.sample)):
             return None
+        if self.solved.mechanism.one_way and self.simulated.changes_before(float(time.sample)) is not None:
+            return None
         for condition, until in uniform.broken(float(time.sample)):
             remark = f"{condition} holds until t = {until:.4g} s, and the answer takes it to hold longer"
             self.remarks.append(f"{name}: {remark}")
@@ -123,6 +136,13 @@ class _Motion:
         return Value(None)
 
     # --- numbers --------------------------------------------------------------------------------------------------
+
+    def _at_state(self, name: str, question: Ask, begins: StateCondition) -> Value:
+        time = self.simulated.begins(begins)
+        if time is None:
+            self.remarks.append(f"{name}: {begins} at no time before t_end of the simulation")
+            return Value(None)
+        return Value(time if question.of is None else self.simulated.speed(question.of, time))
 
     def _in_numbers(self, name: str, question: Ask) -> Value:
         if question.after is not None:

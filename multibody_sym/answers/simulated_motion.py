@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.model.declaration.fields import Names
+from multibody_sym.model.declaration.states import StateCondition
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.declaration.values import AXES
 from multibody_sym.numerics.arrays import Floats
@@ -38,7 +39,9 @@ class Simulated:
             return 0.0
         run = self._run(point, duration)
         v, a = _vectors(run, "velocity"), _vectors(run, "acceleration")
-        way = float(sum(_way(v[k : k + 2], a[k : k + 2], run.t[k + 1] - run.t[k]) for k in range(len(v) - 1)))
+        changes = [float(change["t"]) for change in run.changes]
+        pairs = zip(pairwise(run.t.tolist()), range(len(v)), strict=False)
+        way = float(sum(_way_past(changes, times, v[k : k + 2], a[k : k + 2]) for times, k in pairs))
         return way if way > _ATOL * max(1.0, duration) else 0.0
 
     def time(self, coordinate: str, value: float) -> float | None:
@@ -56,12 +59,30 @@ class Simulated:
                 return self._refined(coordinate, value, float(run.t[k] + inside * step))
         return 0.0 if starts_there else None
 
+    def begins(self, condition: StateCondition) -> float | None:
+        """Return the first time at which a state begins, 0 if it holds at the start, None if not before `t_end`."""
+        run = self._simulated(self.system, None)
+        words = dict(run.ready.state.words)
+        if condition.holds(words):
+            return 0.0
+        for change in run.changes:
+            words[change["element"]] = change["kind"]
+            if condition.holds(words):
+                return float(change["t"])
+        return None
+
+    def changes_before(self, time: float) -> float | None:
+        """Return when a state first changes before a time, None where none does."""
+        run = self._simulated(self.system, time) if time > 0.0 else None
+        return next((float(each["t"]) for each in run.changes if each["t"] < time), None) if run is not None else None
+
     def speed(self, point: str, time: float) -> float:
         """Return the speed of a point at a time."""
         if time == 0.0:
             run = self._run(point, 1.0)
             return float(np.linalg.norm(_vectors(run, "velocity")[0]))
-        return float(np.linalg.norm(_vectors(self._run(point, time), "velocity")[-1]))
+        found = float(np.linalg.norm(_vectors(self._run(point, time), "velocity")[-1]))
+        return found if found > _ATOL else 0.0
 
     def _refined(self, coordinate: str, value: float, time: float) -> float:
         """Return the time by one step of Newton's method from a run that ends there."""
@@ -80,6 +101,17 @@ class Simulated:
 
 def _vectors(run: Trajectory, function: str) -> Floats:
     return np.array([run[f"{function} {axis}"] for axis in AXES]).T
+
+
+def _way_past(changes: Sequence[float], times: tuple[float, float], v: Floats, a: Floats) -> float:
+    """Return the integral of |v| over a step; where a state changes in it, of what leads there and back from behind."""
+    begin, end = times
+    change = next((t for t in changes if begin < t < end), None)
+    if change is None:
+        return _way(v, a, end - begin)
+    before, after = change - begin, end - change
+    there = _way(np.array([v[0], v[0] + a[0] * before]), np.array([a[0], a[0]]), before)
+    return there + _way(np.array([v[1] - a[1] * after, v[1]]), np.array([a[1], a[1]]), after)
 
 
 def _way(v: Floats, a: Floats, step: float) -> float:

@@ -33,8 +33,8 @@ class Switch:
     index: int
 
 
-Onward = Callable[[Problem, Switch], "Problem | RunFailure"]
-"""Returns how a run goes on after a switch, which must be a problem begun there, or why it cannot."""
+Onward = Callable[[Problem, Switch], "Problem | RunFailure | Event"]
+"""Returns how a run goes on after a switch, which must be a problem begun there; why it cannot; or the stop it met."""
 
 
 def chain(onward: Onward, legs: list[Leg]) -> Loop:
@@ -58,6 +58,9 @@ def chain(onward: Onward, legs: list[Leg]) -> Loop:
                 yield latest
                 return
             following = onward(problem, Switch(Begun(latest.time, latest.written), latest.x, index))
+            if isinstance(following, Event):
+                yield replace(latest, events=(*latest.events, following))
+                return
             if isinstance(following, RunFailure):
                 yield replace(latest, failure=following)
                 return

@@ -62,7 +62,7 @@ class Trajectory(Samples):
     @property
     def stop(self) -> dict[str, Any] | None:
         """The condition that ended the run, by name, and when; None for a run that reached `t_end`, or failed."""
-        names = list(self.ready.mechanism.stops)
+        names = [*self.ready.mechanism.stops, *self.ready.mechanism.state_stops]
         met = [event for event in self.integration.events if event.terminal]
         return {"t": met[0].time, "kind": "stop", "element": names[met[0].index]} if met else None
 

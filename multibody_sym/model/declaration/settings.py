@@ -9,6 +9,7 @@ from typing import Any, Final
 from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.fields import Element, MapOf, Record, holds
+from multibody_sym.model.declaration.states import State, StateCondition, state_condition
 from multibody_sym.model.declaration.values import Choice, Flag, Scalar, Text
 from multibody_sym.scalars.node import Node
 
@@ -18,7 +19,8 @@ class Ask(Element):
     """A question that `solve` answers.
 
     `value`: an expression at the given instant; `of` and `after`: the path of a body in a time; `when`: the time at
-    which a coordinate reaches a value; `of` and `at`: the speed of a body when it does.
+    which a coordinate reaches a value, or (`begins`) at which a state begins; `of` and `at`, or `begins`: the speed of
+    a body when it does.
     """
 
     value: Node | None = holds(Scalar(), None)
@@ -26,12 +28,14 @@ class Ask(Element):
     after: Node | None = holds(Scalar("s"), None)
     when: Mapping[str, Node] | None = holds(MapOf(Scalar()), None)
     at: Mapping[str, Node] | None = holds(MapOf(Scalar()), None)
+    begins: StateCondition | None = holds(State(), None)
 
     def verify(self) -> None:
-        given = tuple(name for name in ("value", "of", "after", "when", "at") if getattr(self, name) is not None)
-        if given not in (("value",), ("of", "after"), ("when",), ("of", "at")):
+        names = ("value", "of", "after", "when", "at", "begins")
+        given = tuple(name for name in names if getattr(self, name) is not None)
+        if given not in (("value",), ("of", "after"), ("when",), ("of", "at"), ("begins",), ("of", "begins")):
             forms = "{of: body, after: time}, {coordinate: value} or {of: body, at: {coordinate: value}}"
-            raise ModelError(f"ask with an expression, {forms}")
+            raise ModelError(f"ask with an expression, {forms}; c sticks (a state) may stand for {{coordinate: value}}")
         for condition in (self.when, self.at):
             if condition is not None and len(condition) != 1:
                 raise ModelError("name one coordinate and its value, such as {x: 2 m}")
@@ -39,15 +43,20 @@ class Ask(Element):
 
 @dataclass(frozen=True)
 class AskField:
-    """A question, written as an expression, `{of: block, after: 4 s}`, `{x: 2 m}` or `{of: block, at: {x: 2 m}}`."""
+    """A question: an expression, `{of: block, after: 4 s}`, `{x: 2 m}` or `c sticks`, `{of: block, at: {x: 2 m}}`."""
 
     def accept(self, value: Any) -> Ask:
         if isinstance(value, Ask):
             return value
+        begins = state_condition(value)
+        if begins is not None:
+            return Ask(begins=begins)
         if not isinstance(value, Mapping):
             return Ask(value=value)
         if "of" in value:
-            return Ask(**_known(value, ("of", "after", "at")))
+            given = _known(value, ("of", "after", "at"))
+            begins = state_condition(given.get("at"))
+            return Ask(**given) if begins is None else Ask(of=given["of"], begins=begins)
         return Ask(when=value)
 
     def tree(self, value: Ask) -> Any:
@@ -55,7 +64,11 @@ class AskField:
             return text(value.value)
         if value.when is not None:
             return MapOf(Scalar()).tree(value.when)
+        if value.begins is not None and value.of is None:
+            return str(value.begins)
         answer: dict[str, Any] = {"of": value.of}
+        if value.begins is not None:
+            answer["at"] = str(value.begins)
         if value.after is not None:
             answer["after"] = text(value.after)
         if value.at is not None:

@@ -18,8 +18,9 @@ from multibody_sym.model.declaration.joint import Joint
 from multibody_sym.model.declaration.joints import JOINTS
 from multibody_sym.model.declaration.parameters import Parameter, ParameterField
 from multibody_sym.model.declaration.settings import Ask, AskField, Settings
+from multibody_sym.model.declaration.states import StateCondition, StopCondition
 from multibody_sym.model.declaration.tables import Constant, InputField, Table
-from multibody_sym.model.declaration.values import Condition, Point, Scalar, Text, Vector, described, listed
+from multibody_sym.model.declaration.values import Point, Scalar, Text, Vector, described, listed
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, symbol, symbol_with
 from multibody_sym.scalars.traversal import leaves
@@ -60,7 +61,7 @@ class System(Element):
     contacts: Mapping[str, Contact] = holds(MapOf(Record(Contact)), None, keyword=True)
     inputs: Mapping[str, Node | Table | Constant] = holds(MapOf(InputField()), None)
     outputs: Mapping[str, Node] = holds(MapOf(Scalar()), None)
-    stop: Mapping[str, Node] = holds(MapOf(Condition()), None)
+    stop: Mapping[str, Node | StateCondition] = holds(MapOf(StopCondition()), None)
     ask: Mapping[str, Ask] = holds(MapOf(AskField()), None)
     simulation: Settings = holds(Record(Settings), None)
 

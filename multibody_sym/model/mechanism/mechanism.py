@@ -11,6 +11,7 @@ from functools import cached_property
 from typing import Final
 
 from multibody_sym.errors import ModelError, suggestion
+from multibody_sym.model.declaration.states import StateCondition
 from multibody_sym.model.declaration.steps import FreeStep, Step, free_steps
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.contact_rows import ContactRow
@@ -153,7 +154,7 @@ class Mechanism:
     determined; `untold` outputs name such and are not among `outputs`.
     `driving_inputs` are those that motions and constraints name, where their expressions stand.
     Of `one_way` elements none is among `rows` until a `mode` says which hold (`in_mode`); in a mode the speeds at the
-    places `held` stay zero.
+    places `held` stay zero. `state_stops` end the run where an element begins to be in a state.
     """
 
     name: str
@@ -181,6 +182,7 @@ class Mechanism:
     one_way: tuple[OneWay, ...] = ()
     mode: Mode | None = None
     held: tuple[int, ...] = ()
+    state_stops: Mapping[str, StateCondition] = field(default_factory=dict)
 
     @property
     def joint_names(self) -> tuple[str, ...]:

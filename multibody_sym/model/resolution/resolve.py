@@ -9,11 +9,13 @@ from typing import Any, Final
 from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.forces import Pull
 from multibody_sym.model.declaration.joint import Initial, Joint, MovingJoint
+from multibody_sym.model.declaration.states import StateCondition
 from multibody_sym.model.declaration.system import System, expressions, verify_system, with_expressions
 from multibody_sym.model.declaration.tables import Table, bends
 from multibody_sym.model.mechanism.loads import span_leaves
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, Limit, Mechanism, Speed
+from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.parameters import ParameterEntry, ParameterVector
 from multibody_sym.model.resolution.absolute import Freed, freed_bodies
 from multibody_sym.model.resolution.bodies import tree_bodies
@@ -87,7 +89,7 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
         parameters=references.parameters.with_rows(len(rows)),
         inputs={name: expression_of(x) for name, x in resolved.inputs.items()},
         outputs={**{name.data: node for name, node in told.items()}, **resolved.outputs},
-        stops={name: switching_function(condition) for name, condition in resolved.stop.items()},
+        stops={name: switching_function(x) for name, x in resolved.stop.items() if isinstance(x, Node)},
         kinks=_kinks(resolved),
         fades=tuple(filter(_changes, fading_functions(_declared_laws(resolved)))),
         loads=_in_slots(told, tuple(loads(references))),
@@ -97,7 +99,8 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
         symbols={**slots, **told},
         driving_inputs=driving_inputs(system),
         minimum_norm=system.simulation.multipliers == "minimum_norm",
-        one_way=_in_slots(told, one_way_elements(references, loose)),
+        one_way=(one_way := _in_slots(told, one_way_elements(references, loose))),
+        state_stops=_state_stops(resolved, one_way),
     )
 
 
@@ -153,6 +156,16 @@ def _with_span(name: str, pull: Pull, names: Mapping[str, str]) -> Pull:
                 also = names[leaf.data]
                 raise ModelError(f"{leaf.data!r} is that of the points here and {also} too; rename the latter")
     return replace(pull, value=evaluate([pull.value], lambda leaf: spans.get(leaf, leaf))[0])
+
+
+def _state_stops(system: System, elements: Sequence[OneWay]) -> dict[str, StateCondition]:
+    """Return the states that end a run. Raises ModelError for those of unknown elements."""
+    names = [name for element in elements for name in (element.name, *(part.name for part in element.frictions))]
+    found = {name: x for name, x in system.stop.items() if isinstance(x, StateCondition)}
+    for name, condition in found.items():
+        with at("stop", name):
+            condition.verify(dict.fromkeys(names))
+    return found
 
 
 def _in_slots(slots: Mapping[Node, Node], part: Any) -> Any:

@@ -20,7 +20,7 @@ from multibody_sym.model.mechanism.one_way import INACTIVE, Mode
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.chain import Leg, Switch, chain
 from multibody_sym.runtime.loading import Backend, Compiled
-from multibody_sym.runtime.problem import Loop, Problem, RunFailure
+from multibody_sym.runtime.problem import Event, Loop, Problem, RunFailure
 from multibody_sym.simulation.one_way.account import FrictionWork, friction_work
 from multibody_sym.simulation.one_way.decision import Decided, decided
 from multibody_sym.simulation.one_way.facts import Laws
@@ -126,7 +126,7 @@ class OneWayRun:
                 found.append(Part(program.mechanism, program.compiled, values, t[own], q[own], u[own]))
         return tuple(found)
 
-    def onward(self, problem: Problem, switch: Switch) -> Problem | RunFailure:
+    def onward(self, problem: Problem, switch: Switch) -> Problem | RunFailure | Event:
         """Return the run in the mode that follows at a switch, or why there is none."""
         now, mechanism, nq = self.stretches[-1], self.laws.mechanism, len(self.laws.mechanism.coordinates)
         q, u = switch.x[:nq], switch.x[nq:]
@@ -141,7 +141,17 @@ class OneWayRun:
         found = decided(facts, closed, now.mode, self._usual.get(usual), beyond=beyond)
         if found.mode is not None:
             self._usual[usual] = found.mode
-        return self._entered(found, switch)
+        entered = self._entered(found, switch)
+        return entered if isinstance(entered, RunFailure) else self._stop(switch.begun.time) or entered
+
+    def _stop(self, time: float) -> Event | None:
+        """Return that a state has just begun in which the run ends; its number follows those of other stops."""
+        declared = self.laws.mechanism
+        before, now = (stretch.words for stretch in self.stretches[-2:])
+        for k, condition in enumerate(declared.state_stops.values()):
+            if condition.holds(now) and not condition.holds(before):
+                return Event(time, len(declared.stops) + k, True)
+        return None
 
     def _entered(self, found: Decided, switch: Switch | None) -> Problem | RunFailure:
         """Return the run in the mode that was found, noting what has changed."""

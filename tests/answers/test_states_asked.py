@@ -1,0 +1,62 @@
+"""States that begin, in `stop` and `ask`: when something sticks, slides or opens; paths through changes of state."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from test_solved_modes import HEAD
+
+import multibody_sym as mbs
+
+THROWN = """
+parameters: {g: 10 m/s^2, a: 30 deg, mu: 0.9, m: 2 kg, v: 5 m/s}
+bodies: {ground: {surfaces: {ramp: {plane: [0, 0, 0], normal: [-sin(a), cos(a), 0]}}}, block: {mass: m}}
+joints: {J: {type: point, parent: ground, child: block, initial: {u: [v*cos(a), v*sin(a)]}}}
+contacts: {c1: {between: [block, ground.ramp], static: mu}}
+simulation: {t_end: 3 s}
+"""
+UP = 10 * (0.5 + 0.9 * math.sqrt(3) / 2)
+"""The deceleration of the block that is thrown up."""
+
+
+def thrown(rest: str) -> mbs.System:
+    return mbs.loads(HEAD + THROWN + rest)
+
+
+def test_a_run_ends_where_a_state_begins() -> None:
+    run = mbs.simulate(thrown("stop: {rests: c1 sticks}"), backend="python")
+    assert run.stop == {"t": pytest.approx(5 / UP, rel=1e-9), "kind": "stop", "element": "rests"}
+    assert run.final["coordinates"]["J_x"] == pytest.approx(25 / (2 * UP) * math.sqrt(3) / 2, rel=1e-9)
+
+
+def test_states_are_asked_for() -> None:
+    asked = "ask: {turn: c1 sticks, speed: {of: block, at: c1 sticks}, way: {of: block, after: 2 s}, off: c1 opens}"
+    solution = mbs.solve(thrown(asked))
+    answers = {name: value.value for name, value in solution.answers.items()}
+    assert answers["turn"] == pytest.approx(5 / UP, rel=1e-9)
+    assert answers["speed"] == 0.0
+    assert answers["way"] == pytest.approx(25 / (2 * UP), rel=1e-9)
+    assert answers["off"] is None
+    assert "off: c1 opens at no time before t_end of the simulation" in solution.conditions
+
+
+def test_a_formula_of_a_path_holds_as_long_as_the_state_does() -> None:
+    solution = mbs.solve(thrown("ask: {before: {of: block, after: 0.2 s}, beyond: {of: block, after: 1 s}}"))
+    before, beyond = (solution.answers[name] for name in ("before", "beyond"))
+    assert before.value == pytest.approx(5 * 0.2 - UP * 0.02, rel=1e-12)
+    assert before.expression is not None
+    assert beyond.value == pytest.approx(25 / (2 * UP), rel=1e-9)
+    assert beyond.expression is None
+
+
+@pytest.mark.parametrize("section", ["stop: {a: string slackens}", "ask: {a: string slackens}"])
+def test_what_has_no_state_is_told(section: str) -> None:
+    with pytest.raises(mbs.ModelError, match="'string' is no contact, rope that may slacken, stop or friction"):
+        mbs.solve(thrown(section))
+
+
+def test_states_are_written_back() -> None:
+    system = thrown("stop: {rests: c1 sticks}\nask: {turn: c1 sticks, speed: {of: block, at: c1 slides}}")
+    again = mbs.loads(mbs.dumps(system))
+    assert (again.stop, again.ask) == (system.stop, system.ask)
