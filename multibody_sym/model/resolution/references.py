@@ -8,7 +8,6 @@ from typing import Final
 
 from multibody_sym.errors import ModelError, at, suggestion
 from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.surfaces import Surface
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import COM, GROUND, ORIGIN, OWN_POINTS, Pose, mass_of, pose_of
@@ -114,17 +113,6 @@ class References:
         if name not in self.numbers:
             raise ModelError(f"no body is called {name!r}{suggestion(name, self.numbers)}").under("frame")
         return self.numbers[name]
-
-    def surface(self, reference: str) -> tuple[Marker, Surface]:
-        """Return a surface with the marker of its centre, or of a place in it if it is a plane."""
-        name, part = body_part(reference, self.system.bodies)
-        body = self.system.bodies.get(name, BARE)
-        if part not in body.surfaces:
-            known = [f"{name}.{surface}" for surface in body.surfaces]
-            raise ModelError(f"{reference!r} is no surface{suggestion(reference, known)}")
-        surface = body.surfaces[part]
-        place = surface.centre if surface.plane is None else surface.plane
-        return Marker(reference, self.numbers[name], Pose(place)), surface
 
     def coordinate(self, joint: str) -> Node:
         """Return the coordinate of a joint with one freedom."""

@@ -228,3 +228,12 @@ c1: {between: [block, ground.ramp], static: enough, kinetic: mu, restitution: 0.
     system = mbs.loads(text.replace("  ground: {surfaces: {", extra))
     assert mbs.loads(mbs.dumps(system)) == system
     assert [c.name for c in mechanism(system).one_way][:2] == ["c1", "c2"]
+
+
+def test_ground_by_itself_is_its_only_surface() -> None:
+    (c,) = found("c1: {between: [block, ground]}")
+    assert isinstance(c.normals[0].skins[1], Flat)
+    wall = "{wall: {plane: [1, 0, 0], normal: -x}, ramp:"
+    text = FILE.format(contact="c1: {between: [block, ground]}").replace("{ramp:", wall)
+    with pytest.raises(mbs.ModelError, match=r"between.1: ground has several surfaces; say which: ground.wall, "):
+        mechanism(mbs.loads(text))

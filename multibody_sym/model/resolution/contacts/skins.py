@@ -17,7 +17,7 @@ from multibody_sym.model.declaration.surfaces import FROM_AXIS, Surface
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.contact_rows import LOCAL, Face, Flat, Level, Rim, Round, Skin
 from multibody_sym.model.mechanism.markers import Marker
-from multibody_sym.model.mechanism.mass import ORIGIN, OWN_POINTS, Pose, unit_vector
+from multibody_sym.model.mechanism.mass import GROUND, ORIGIN, OWN_POINTS, Pose, unit_vector
 from multibody_sym.model.resolution.references import BARE, References
 from multibody_sym.model.resolution.spanning_tree import body_part
 from multibody_sym.scalars.derivatives import derivative
@@ -61,8 +61,8 @@ class _Place:
 def solid_of(reference: str, references: References, *, flat: bool) -> Solid:
     """Return what `body`, `body.surface` or `body.point` touches with, in a `flat` model or in space.
 
-    A body by itself is what its shape is, or its only round surface, or its point; a box has the faces right, top,
-    left, bottom, front and back.
+    A body by itself is what its shape is, or its only surface that is no plane, or its point; ground its only surface;
+    a box has the faces right, top, left, bottom, front and back.
     """
     name, part = body_part(reference, references.system.bodies)
     body = references.system.bodies.get(name, BARE)
@@ -86,7 +86,8 @@ def _point(reference: str, references: References) -> Solid:
 
 
 def _only_surface(name: str, body: Body, references: References, *, flat: bool) -> Solid:
-    solid = [part for part, surface in body.surfaces.items() if surface.kind in ("sphere", "disc", "segment")]
+    plain = "point" if name == GROUND else "plane"  # a body's planes carry others; ground has no point of its own
+    solid = [part for part, surface in body.surfaces.items() if surface.kind != plain]
     if len(solid) > 1:
         raise ModelError(f"{name} has several surfaces; say which: {', '.join(f'{name}.{part}' for part in solid)}")
     return solid_of(f"{name}.{solid[0]}", references, flat=flat) if solid else _point(name, references)
