@@ -10,8 +10,9 @@ import pytest
 from textbook_problems import HEAD, PROBLEMS
 
 import multibody_sym as mbs
+from multibody_sym.answers.worked import equations, exactly
 from multibody_sym.answers.worked.record import Formula, Sentence, Worked
-from multibody_sym.errors import ArgumentError
+from multibody_sym.errors import ArgumentError, ExpressionError
 from multibody_sym.expressions.parser import parse
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
@@ -89,8 +90,8 @@ def verify(worked: Worked) -> None:
 def test_printed_equations_hold_for_textbook_problems(path: Path) -> None:
     worked = steps(mbs.load(path))
     verify(worked)
-    equations = [" = ".join(map(worked.notation.text, e.sides)) for e in worked.formulas if e.tag is not None]
-    assert [text for text in equations if re.search(r"abs\(|sign\(|lambda", text)] == []
+    printed = [" = ".join(map(worked.notation.text, e.sides)) for e in worked.formulas if e.tag is not None]
+    assert [text for text in printed if re.search(r"abs\(|sign\(|lambda", text)] == []
     assert max(map(len, worked_text(worked).splitlines())) <= 120
 
 
@@ -157,3 +158,32 @@ def test_without_being_asked_a_solution_has_no_steps() -> None:
     assert mbs.solve(system).steps is None
     with pytest.raises(ArgumentError, match="steps is to be True or False"):
         mbs.solve(system, steps="yes")  # type: ignore[arg-type]
+
+
+def test_what_grows_too_long_has_numbers_in_place_of_letters(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(exactly, "WORK", 50)
+    worked = steps(mbs.load(EXAMPLES / "textbook" / "t8_blocks_in_a_row.yaml"))
+    verify(worked)
+    assert formulas(worked, "block2, cut free") == ["2*x2'' = T2 - T1", "0 = N2 - 20"]
+    assert "stands in the equations as numbers" in worked_text(worked)
+
+
+def test_where_an_expression_has_no_value_only_what_is_given_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: Any) -> None:
+        raise ExpressionError("0/0 has no value")
+
+    monkeypatch.setattr(equations, "motion_of", refuse)
+    text = worked_text(steps(mbs.load(EXAMPLES / "textbook" / "t7_atwood.yaml")))
+    assert "m1 = 1 kg" in text
+    assert text.endswith("the equations are not written out: 0/0 has no value")
+
+
+@pytest.mark.parametrize("work", [exactly.WORK, 50])
+def test_what_is_not_unique_has_no_value(work: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(exactly, "WORK", work)
+    model = (EXAMPLES / "textbook" / "t1_two_blocks.yaml").read_text(encoding="utf-8")
+    twice = model.replace("path: [left, right]}", "path: [left, right]}\n  second: {type: rope, path: [left, right]}")
+    worked = steps(mbs.loads(twice))
+    assert [line for line in sentences(worked, "Result") if "not unique" in line] == [
+        f"T{k} is not unique: constraints depend on each other" for k in (1, 2)
+    ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -54,6 +55,7 @@ Result
     T = 2*m1*m2*g/(m1 + m2) = 13.33333333 N"""
 
 
+@cache
 def steps(path: Path) -> Worked:
     found = mbs.solve(mbs.load(path), steps=True).steps
     assert found is not None

@@ -22,6 +22,7 @@ from multibody_sym.scalars.sympy_bridge import to_sympy
 
 WORK: Final = 200_000
 """How much is done for the equations of one instant, and again for their elimination, in products of terms."""
+_ENDLESS: Final = 10**15
 _NOTHING: Final = 1e-13
 _NEAR: Final = 2e-12
 
@@ -33,7 +34,8 @@ class Exactly:
     """
 
     def __init__(self, mechanism: Mechanism, symbols: Symbols, given: SymbolicState, *, numbers: bool) -> None:
-        self.field, self.numbers = Field(WORK), numbers
+        self.numbers = numbers
+        self.field = Field(self._work)
         self._known = {node: self.field.letter(node, letter) for node, letter in given.letters.items()}
         self._sample = {node: float(letter.sample) for node, letter in given.letters.items()}
         declared = (*mechanism.coordinates, *mechanism.speeds, *mechanism.parameters)
@@ -53,7 +55,12 @@ class Exactly:
 
     def renew(self) -> None:
         """Let as much work be done again."""
-        self.field.work = WORK
+        self.field.work = self._work
+
+    @property
+    def _work(self) -> int:
+        """How much is done: with numbers, which do not grow, without an end."""
+        return _ENDLESS if self.numbers else WORK
 
     def constant(self, value: int) -> Quotient:
         """Return a whole number."""

@@ -34,7 +34,10 @@ from multibody_sym.dynamics.derivation.letters import (
 )
 from multibody_sym.dynamics.derivation.notation import MULTIPLIER, Notation, notation_of
 from multibody_sym.dynamics.derivation.record import Label
+from multibody_sym.dynamics.derivation.symbols import symbols_of
 from multibody_sym.dynamics.derive import labels_of
+from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.errors import ExpressionError
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.model.mechanism.modes import is_direction
@@ -43,6 +46,7 @@ from multibody_sym.model.resolution.plane import in_plane
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
 from multibody_sym.scalars.traversal import leaves
 
+_NOT_UNIQUE: Final = 1e-8
 _WORDS: Final = {
     "weight": "weight",
     "load": "force",
@@ -60,11 +64,20 @@ _WORDS: Final = {
 
 
 def worked(solved: Solved, solution: Solution) -> Worked:
-    """Return the steps of a solution; where coefficients grow too long in symbols, with numbers in their place."""
+    """Return the steps of a solution; where coefficients grow too long in symbols, with numbers in their place.
+
+    Where expressions have no value at the exact start, as a quotient that is 0/0 there, only what is given is told.
+    """
     try:
-        return _Work(solved, solution, numbers=False).written()
-    except NoClosedFormError:
-        return _Work(solved, solution, numbers=True).written()
+        try:
+            return _Work(solved, solution, numbers=False).written()
+        except NoClosedFormError:
+            return _Work(solved, solution, numbers=True).written()
+    except ExpressionError as reason:
+        symbols = symbols_of(solved.mechanism)
+        why = Sentence((f"the equations are not written out: {reason.message}",))
+        steps = WorkedStep("Given", tuple(given_lines(solved, symbols))), WorkedStep("Equations", (why,))
+        return Worked(solved.mechanism.name, steps, notation_of(solved.mechanism, symbols))
 
 
 class _Work:
@@ -108,12 +121,8 @@ class _Work:
     @cached_property
     def values(self) -> dict[Any, float]:
         """The numbers of all symbols."""
-        numbers, given = self.solved.numbers, self.solved.begin
-        found = dict(zip(self.symbols.accelerations, map(float, numbers.udot), strict=True))
-        found.update(zip(self.symbols.multipliers, map(float, numbers.multipliers), strict=True))
-        for index, body in enumerate(self.mechanism.bodies):
-            reaction = numbers.reactions[body.joint_name]
-            found.update((s, float(reaction[c])) for s, c in zip(self._own(index), COMPONENTS, strict=True))
+        given = self.solved.begin
+        found = self._numbers_of(self.solved.numbers)
         found.update(zip(self.symbols.parameters, given.parameters, strict=True))
         found.update(zip(self.symbols.coordinates, given.q, strict=True))
         found.update(zip(self.symbols.speeds, given.u, strict=True))
@@ -124,6 +133,25 @@ class _Work:
             sizes = [_value(form, found) for form in self.equations.pressing(length)]
             found[length.symbol] = float(self.exactly.quotients([length.factor])[0].sample) * math.hypot(*sizes)
         return found
+
+    def _numbers_of(self, instant: Instant) -> dict[Any, float]:
+        """Return the accelerations, multipliers and reactions of an instant in floats."""
+        found = dict(zip(self.symbols.accelerations, map(float, instant.udot), strict=True))
+        found.update(zip(self.symbols.multipliers, map(float, instant.multipliers), strict=True))
+        for index, body in enumerate(self.mechanism.bodies):
+            reaction = instant.reactions[body.joint_name]
+            found.update((s, float(reaction[c])) for s, c in zip(self._own(index), COMPONENTS, strict=True))
+        return found
+
+    def _unsolved(self) -> set[Any]:
+        """Return the unknowns that the equations leave open."""
+        if not self.reason:
+            return set(self.elimination.unsolved(self.unknowns))
+        others = [self._numbers_of(other) for other in self.solved.others]
+        least = _NOT_UNIQUE * max((abs(self.values[x]) for x in self.unknowns), default=0.0)
+        return {
+            x for x in self.unknowns for other in others if abs(other.get(x, self.values[x]) - self.values[x]) > least
+        }
 
     def _own(self, index: int) -> tuple[Any, ...]:
         return self.actions.reaction_symbols(index)
@@ -275,7 +303,7 @@ class _Work:
             return sympy.Add(sympy.Float(float(form.rest.sample), 12), *parts)
 
     def _result(self) -> Iterator[Line]:
-        unsolved = set(self.elimination.unsolved(self.unknowns)) if not self.reason else set()
+        unsolved = self._unsolved()
         for x in self.unknowns:
             if x in unsolved:
                 yield Sentence((x, " is not unique: constraints depend on each other"))
