@@ -199,3 +199,20 @@ def test_faces_of_a_box_have_names() -> None:
     state = state_of(resolved, float, 0.0, [0.0, 0.0, 0.0, 0.1, 0.5], [0.0] * 5, parameter_values(resolved, {}))
     gaps = {element.name: gap for element, _, gap in contact_gaps(motion_of(resolved, state), 1e-9)}
     assert gaps == pytest.approx({"c": 0.4, "d.top": 0.4})
+
+
+def test_equal_boxes_on_each_other_in_space_touch_top_to_bottom() -> None:
+    box = mbs.Body(shape=mbs.Shape("box", [0.4, 0.2, 0.6], 1))
+    system = mbs.System(
+        "boxes",
+        bodies={"A": box, "B": box},
+        joints={"JA": mbs.Free("ground", "A"), "JB": mbs.Free("ground", "B")},
+        contacts={"c": mbs.Contact(["A", "B"])},
+    )
+    resolved = mechanism(system)
+    values = parameter_values(resolved, {})
+    for far, corners in ((0.0, {"1", "2", "5", "6"}), (0.1, {"1", "5"})):
+        q = [far, 0.2, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
+        found = closed(motion_of(resolved, state_of(resolved, float, 0.0, q, [0.0] * 12, values)))
+        assert {name for name in found if name.endswith("top")} == {f"c.corner{k}.top" for k in corners}
+        assert {name.split(".")[1 if "corner" not in name.split(".")[1] else 2] for name in found} == {"top", "bottom"}

@@ -158,7 +158,7 @@ def _meetings(
         if _may_touch(a, b):
             inner = None
             for face, corner, solid in ((a, b, second), (b, a, first)):
-                if isinstance(face, Flat) and face.ends is not None and _is_point(corner):
+                if isinstance(face, Flat) and (face.ends or face.beside) and _is_point(corner):
                     inner = solid.inner
             yield (word, other_word), (a, b), inner
 
