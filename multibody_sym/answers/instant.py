@@ -11,7 +11,7 @@ import numpy as np
 
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.decimals import with_doubles
-from multibody_sym.algebra.quotient_functions import doubled
+from multibody_sym.algebra.quotient_functions import doubled, sign
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.closed_form import ClosedForms, closed_forms, linear_equations, unknowns
 from multibody_sym.answers.solution import Value
@@ -25,6 +25,7 @@ from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.examined import blame_numbers
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.dynamics.start.state import StartState, examined_state
+from multibody_sym.dynamics.start.straight import Side, straightened
 from multibody_sym.errors import ExpressionError, NoSolutionError, Where
 from multibody_sym.expressions.parser import parse
 from multibody_sym.expressions.printer import text
@@ -268,11 +269,12 @@ def solved_in(
         Instant(motion, numbers.udot, (found.multipliers + change).tolist())
         for change in _undetermined(dynamics, found)
     )
-    symbolic = declared_state(resolved, begin)
-    nodes = Instant(motion_of(resolved, symbolic.state), *unknowns(resolved))
+    formal, sides = straightened(resolved, begin.q, begin.u, begin.parameters)
+    symbolic = declared_state(formal, begin)
+    nodes = Instant(motion_of(formal, symbolic.state), *unknowns(formal))
     reasons: dict[str, None] = {}
-    slots = Instant(motion_of(resolved, slot_state(resolved)), *unknowns(resolved))
-    forms = _forms(resolved, symbolic, reasons)
+    slots = Instant(motion_of(formal, slot_state(formal)), *unknowns(formal))
+    forms = _forms(formal, symbolic, sides, reasons)
     facts = decided or Decided()
     return Solved(system, resolved, begin, numbers, others, symbolic, nodes, slots, forms, reasons, facts)
 
@@ -295,9 +297,15 @@ def _solved_bounds(matrix: list[list[Node]], right: list[Node], known: Mapping[N
     return [float(bound) for bound in inverse @ terms + EPSILON * np.abs(x)]
 
 
-def _forms(resolved: Mechanism, symbolic: SymbolicState, reasons: dict[str, None]) -> ClosedForms | None:
+def _forms(
+    resolved: Mechanism, symbolic: SymbolicState, sides: Sequence[Side], reasons: dict[str, None]
+) -> ClosedForms | None:
+    """Return the closed forms; that ropes and springs lie on their sides is among the signs that they rest on."""
     try:
-        return closed_forms(resolved, symbolic)
+        found = closed_forms(resolved, symbolic)
+        for length in found.of(as_node(x) for x in symbolic.state.values([side.length for side in sides])):
+            sign(length)
+        return found
     except NoClosedFormError as reason:
         reasons[str(reason)] = None
     except ExpressionError as reason:

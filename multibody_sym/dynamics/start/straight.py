@@ -19,6 +19,7 @@ from multibody_sym.kinematics.state import slot_state, state_of
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.loads import Load, PointPull, PointSpring
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.rope_path import Bend
 from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.model.mechanism.rows import DistanceRow, RopeRow, Row
@@ -58,9 +59,11 @@ def straightened(
         decider = _Decider(there, motion_of(mechanism, slot_state(mechanism)), found)
         rows = [decider.row(row) for row in mechanism.rows]
         loads = [decider.load(load) for load in mechanism.loads]
+        one_way = [decider.element(element) for element in mechanism.one_way]
     except (*UNDEFINED, MultibodyError):
         return mechanism, ()
-    return replace(mechanism, rows=tuple(rows), loads=tuple(loads)), tuple(dict.fromkeys(found))
+    decided = replace(mechanism, rows=tuple(rows), loads=tuple(loads), one_way=tuple(one_way))
+    return decided, tuple(dict.fromkeys(found))
 
 
 @dataclass
@@ -81,6 +84,13 @@ class _Decider:
             frictions = tuple(replace(x, rows=tuple(map(self.row, x.rows))) for x in row.frictions)
             return replace(row, normal=self.row(row.normal), frictions=frictions)
         return self.line(row) if isinstance(row, DistanceRow) else row
+
+    def element(self, element: OneWay) -> OneWay:
+        """Return what holds one way only, a rope with what was decided."""
+        if element.kind != "rope":
+            return element
+        frictions = tuple(replace(part, rows=tuple(map(self.row, part.rows))) for part in element.frictions)
+        return replace(element, normals=tuple(map(self.row, element.normals)), frictions=frictions)
 
     def load(self, load: Load) -> Load:
         """Return a load, a spring or pull with what was decided."""
