@@ -183,6 +183,7 @@ def _started(system: System, formalism: str | None, place: At) -> tuple[Flow, St
     """Return the flow in coordinates of joints and its start, or the state at another place, which is regular."""
     verify_formalism(formalism)
     resolved, first = examined_state(system).in_joints
+    _verify_directions(resolved)
     with told_of(place):
         begin = begin_at(system, resolved, first, place, formalism)
         verify_regular_start(resolved, begin, "the start" if place is None else "the state")
@@ -191,6 +192,18 @@ def _started(system: System, formalism: str | None, place: At) -> tuple[Flow, St
             blame_numbers(system)
             raise _without_slopes(flow, begin)
     return flow, begin
+
+
+def _verify_directions(resolved: Mechanism) -> None:
+    """Raise NoSolutionError where slip in space begins: its friction has a direction there, and no slopes."""
+    starting = resolved.mode.directions if resolved.mode is not None else {}
+    element = next((x for x in resolved.one_way for part in x.frictions if part.name in starting), None)
+    if element is not None:
+        raise NoSolutionError(
+            f"{element.name} begins to slip in space, and the direction of its friction has no derivative where "
+            "nothing slides yet; give it a speed (initial: {u: ..})",
+            where=Where(path=element.path),
+        )
 
 
 def _without_slopes(flow: Flow, begin: Start) -> NoSolutionError:

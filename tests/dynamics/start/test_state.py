@@ -249,4 +249,6 @@ contacts: {{c: {{between: [b, ground.floor], static: 0.2}}}}
     found = at_start(text)
     assert "others not searched" in found.found.searched
     assert accelerations(found)[0][:3] == pytest.approx(np.array([3, 4, 0]) * (1 / 2 - 0.2 * G / 5), abs=1e-9)
+    with pytest.raises(NoSolutionError, match="begins to slip in space, and the direction of its friction"):
+        mbs.linearize(mbs.loads(text))
     assert at_start(text.replace("static: 0.2", "static: 0.3")).words["c.corner1"] == "stick"
