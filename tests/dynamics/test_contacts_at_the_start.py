@@ -132,3 +132,40 @@ contacts: {{c: {{between: [roll, ground.floor], static: 0.3}}}}
 """)
     assert closed(found) == {"c.rim1": "stick", "c.rim2": "stick"}
     assert numbers(found)["u_J_x"] == pytest.approx(2 / 1.5, rel=1e-9)
+
+
+@pytest.mark.parametrize(("force", "lifts"), [(26.0, False), (27.5, True)])
+def test_a_wheel_is_pulled_up_a_step(force: float, lifts: bool) -> None:
+    """It turns about the step's edge as soon as F * 0.3 m > 20 N * 0.4 m."""
+    found = begun(f"""\
+bodies:
+  ground:
+    surfaces:
+      floor: {{plane: [0, 0, 0], normal: y}}
+      step: {{plane: [1, 0.2, 0], normal: y, between: [[0.4, 0.2, 0], [2, 0.2, 0]]}}
+  w: {{shape: {{disc: 0.5, mass: 2}}}}
+joints: {{J: {{type: planar, parent: ground, child: w, initial: {{q: [0, 0.5, 0]}}}}}}
+forces: {{pull: {{type: force, on: w, value: [{force}, 0, 0]}}}}
+contacts: {{f: {{between: [w, ground.floor], static: 0.5}}, s: {{between: [w, ground.step], static: 0.5}}}}
+""")
+    assert ("f" in closed(found)) is not lifts
+    assert (numbers(found)["u_J_y"] > 0.01) is lifts
+    assert closed(found)["s.end1"] == "stick"
+
+
+def test_a_rod_that_leans_on_a_tables_edge_is_above_it() -> None:
+    """Its side is the one on which the table is not, though the edge is on both; smooth, the edge pushes across it."""
+    found = begun("""\
+parameters: {a: 0.7}
+bodies:
+  ground:
+    surfaces:
+      floor: {plane: [0, 0, 0], normal: y}
+      table: {plane: [2, 1, 0], normal: y, between: [[1, 1, 0], [3, 1, 0]]}
+  rod: {shape: {rod: 3, mass: 2}}
+joints: {J: {type: planar, parent: ground, child: rod, initial: {q: [1 - 1/tan(a), 0, a]}}}
+contacts: {f: {between: [rod, ground.floor], static: enough}, e: {between: [rod, ground.table]}}
+""")
+    assert set(closed(found)) == {"f.end1", "e.right.end1"}
+    pushed = 20 * 1.5 * math.cos(0.7) * math.sin(0.7)  # the moment of the weight about the foot, over 1 m / sin(a)
+    assert numbers(found)["e.right.end1.normal"] == pytest.approx(pushed, rel=1e-9)
