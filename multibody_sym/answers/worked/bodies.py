@@ -40,10 +40,8 @@ class FreeBody:
     """A body cut free: its forces, those that vanish left out, and its equations."""
 
     name: str
-    mass: Quotient
     forces: tuple[Force, ...]
     equations: tuple[Equality, ...]
-    about: str
 
 
 class CutFree:
@@ -99,9 +97,8 @@ class CutFree:
     def _body(self, index: int) -> FreeBody:
         reference, about = self._reference(index)
         forces = [force for action in self.actions.of_body[index] if (force := self._force(index, action, reference))]
-        (mass,) = self.exactly.quotients([self.motion.masses[index].mass])
-        equations = list(self._equations(index, forces, reference))
-        return FreeBody(self.motion.mechanism.bodies[index].name, mass, tuple(forces), tuple(equations), about)
+        equations = tuple(self._equations(index, forces, reference, about))
+        return FreeBody(self.motion.mechanism.bodies[index].name, tuple(forces), equations)
 
     def _reference(self, index: int) -> tuple[Vec, str]:
         """Return about which point (body axes) moments are taken: a hinge on ground, else the centre of mass."""
@@ -120,9 +117,9 @@ class CutFree:
             return None
         return Force(action, (found[0], found[1], found[2]), (found[3], found[4], found[5]))
 
-    def _equations(self, index: int, forces: Sequence[Force], reference: Vec) -> Iterator[Equality]:
+    def _equations(self, index: int, forces: Sequence[Force], reference: Vec, about: str) -> Iterator[Equality]:
         inertia, bias = self._inertia(index, reference)
-        turns = self.axes(index, turning=True)
+        turns = [Axis(axis.vector, (*axis.name, f" {about}")) for axis in self.axes(index, turning=True)]
         for part, axes in enumerate((self.axes(index), turns)):
             for axis in axes:
                 unit = self.exactly.quotients(axis.vector)
@@ -169,7 +166,7 @@ class CutFree:
                 return [Axis(UNIT_MATRIX[2], ("moments",))]
             own = UNIT_MATRIX if body.speeds_in_own_axes else self.actions.joint_axes(index)
             named = zip("xyz", own, strict=True)
-            return [Axis(apply(R_WB, axis), (f"moments, {letter}",)) for letter, axis in named]
+            return [Axis(apply(R_WB, axis), (f"moments along {letter}",)) for letter, axis in named]
         if self.plane:
             return list(self._in_plane(index))
         frame = zip("xyz", self.actions.joint_axes(index), strict=True)

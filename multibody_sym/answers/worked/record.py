@@ -28,7 +28,7 @@ class Sentence:
 
 @dataclass(frozen=True)
 class Formula:
-    """A line of mathematics: `sides` (sympy) joined by `relation`; `before` and `after` are words around it.
+    """A line of mathematics: `sides` (sympy) joined by `relation`; `before` are words before it.
 
     `tag` is the number by which other lines name it. `value` is what it comes to. Where it is
     `assumed`, its first side has this value under an assumption that is rejected.
@@ -38,7 +38,6 @@ class Formula:
     relation: str = "="
     tag: int | None = None
     before: Words = ()
-    after: Words = ()
     value: Quantity | None = None
     assumed: bool = False
 
