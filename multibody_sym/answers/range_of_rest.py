@@ -14,7 +14,7 @@ from multibody_sym.answers.exact_rest import ExactEnd
 from multibody_sym.dynamics.routes import verify_formalism
 from multibody_sym.dynamics.start.examined import examined, on_numbers
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.errors import ArgumentError, ModelError, at, shown, suggestion
+from multibody_sym.errors import ArgumentError, ModelError, NoSolutionError, Where, at, shown, suggestion
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
@@ -122,7 +122,23 @@ def rest_position(system: System, formalism: str | None) -> Position:
     """Return the declared position of a system, in coordinates of its joints."""
     declared = examined(system)
     resolved = declared.relative or declared
-    return Position(resolved, start(resolved, project=system.simulation.project), formalism)
+    position = Position(resolved, start(resolved, project=system.simulation.project), formalism)
+    _verify_still(position)
+    return position
+
+
+def _verify_still(position: Position) -> None:
+    """Raise NoSolutionError where a prescribed motion carries along what would rest, so that speeds of 0 are none."""
+    motion = position.motion({}, moves=False)
+    rows = None if motion is None else position.rows(motion)
+    for k, row in enumerate(rows or ()):
+        if row.kinematic and max(abs(float(row.phidot)), abs(float(row.gamma))) > _STILL and any(row.forces):
+            whole = position.statics.mechanism
+            raise NoSolutionError(
+                f"{whole.rows[k].name} is carried along by a prescribed motion, and what it holds cannot rest; for "
+                "rest beside what moves let the joint's parent be that body",
+                where=Where(path=whole.row_path(k)),
+            )
 
 
 def varied(mechanism: Mechanism, name: object, option: str = "vary") -> ParameterEntry:
@@ -143,6 +159,8 @@ def unit_of(entry: ParameterEntry) -> str:
 
 
 _PURE: Final = "1"
+_STILL: Final = 1e-9
+"""The speed (m/s) and acceleration (m/s^2) of a row at rest that are none."""
 
 
 def rest_bound(position: Position, found: Ranges, end: RestEnd) -> RestBound:

@@ -23,6 +23,8 @@ _MOST: Final = 60
 _LOOKS: Final = 2
 _ASIDE: Final = 1e-3
 """The part of a step by which a value is left at which more rows depend on each other than around it."""
+_HALVED: Final = 1e-17
+"""The part of a step to which it is halved, where no rounding ends this before."""
 _ONE: Final = 1e-12
 """The part of their size up to which two ends are one value."""
 
@@ -145,12 +147,15 @@ class _Search:
         return None
 
     def halved(self, look: _Looked, goal: float) -> End:
-        """Return the end between a value that is not possible and one that is, by halving."""
-        low, high = look.value, goal
-        while min(low, high) < (middle := 0.5 * (low + high)) < max(low, high):
+        """Return the end between a value that is not possible and one that is, by halving; the first where all are."""
+        first, low, high = look, look.value, goal
+        step = abs(goal - low)
+        while abs(high - low) > _HALVED * step and min(low, high) < (middle := 0.5 * (low + high)) < max(low, high):
             there = self.look(middle)
             low, high = (low, middle) if there.possible else (middle, high)
             look = look if there.possible else there
+        if abs(high - first.value) <= _ONE * step:
+            return End(first.value, first.against)
         return End(high, look.against)
 
 

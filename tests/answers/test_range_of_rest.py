@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
-from multibody_sym.errors import ArgumentError, InputError
+from multibody_sym.errors import ArgumentError, InputError, NoSolutionError
 from multibody_sym.expressions.printer import text
 from multibody_sym.writing.rest import rest_text
 
@@ -261,3 +261,26 @@ def test_what_cannot_be_varied_is_told() -> None:
         mbs.range_of_rest(system, "m3")
     with pytest.raises(ArgumentError, match="the name of a parameter"):
         mbs.range_of_rest(system, 3)
+
+
+def test_rest_on_what_moves_is_asked_for_beside_it() -> None:
+    """A crate on a truck that brakes: its joint's parent is the truck, and mu >= b / g; else it is told."""
+    truck = """\
+multibody_sym: 1
+name: truck
+gravity: [0, -g, 0]
+parameters: {g: {value: 10, positive: true}, mu: 0.5, b: 3}
+bodies:
+  truck: {mass: 1000, surfaces: {bed: {plane: [0, 1, 0], normal: y}}, points: {deck: [0, 1, 0]}}
+  crate: {mass: 20}
+joints:
+  road: {type: prismatic, parent: ground, child: truck, axis: x, motion: -b*t^2/2}
+  J: {type: point, parent: truck.deck, child: crate}
+contacts: {c: {between: [crate, truck.bed], static: mu}}
+"""
+    found = mbs.range_of_rest(mbs.loads(truck), "mu")
+    assert found.rest == [(pytest.approx(0.3, rel=1e-13), None)]
+    assert text(found.ends[0][0].expression) == "b/g"
+    free = truck.replace("parent: truck.deck, child: crate", "parent: ground, child: crate, initial: {q: [0, 1]}")
+    with pytest.raises(NoSolutionError, match="carried along by a prescribed motion"):
+        mbs.range_of_rest(mbs.loads(free), "mu")

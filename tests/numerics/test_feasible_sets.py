@@ -102,6 +102,14 @@ def test_equal_loads_alone_balance_each_other():
     assert (found.low.value, found.high.value) == pytest.approx((2.0, 2.0), rel=1e-15)
 
 
+def test_what_holds_at_all_values_but_the_first_begins_there():
+    """A length that may be as small as one likes but not 0: the range begins at 0, not at the least float."""
+    (found,) = feasible_set(lambda p: None if p == 0.0 else block(1.0, 0.5), [0.0, 1.0, 2.0])
+    assert (found.low.value, found.high.value) == (0.0, 2.0)
+    (found,) = feasible_set(lambda p: block(p, 1e-300 if p > 0.0 else 0.1), [0.0, 1.0, 2.0])
+    assert (found.low.value, found.high.value) == (0.0, 2.0)
+
+
 def test_extremes_of_what_is_linear():
     still = Conditions(np.eye(2), np.array([20.0, 0.0]), np.array([[1.0, 0.0], [0.3, -1.0], [0.3, 1.0]]))
     assert extremes(still, np.array([0.0, 1.0]), -np.inf, 1.0) == pytest.approx((-6.0, 6.0))
