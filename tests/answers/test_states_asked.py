@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 from test_solved_modes import HEAD
 
 import multibody_sym as mbs
 
+TEXTBOOK = Path(__file__).parents[2] / "examples" / "textbook"
 THROWN = """
 parameters: {g: 10 m/s^2, a: 30 deg, mu: 0.9, m: 2 kg, v: 5 m/s}
 bodies: {ground: {surfaces: {ramp: {plane: [0, 0, 0], normal: [-sin(a), cos(a), 0]}}}, block: {mass: m}}
@@ -28,6 +30,12 @@ def test_a_run_ends_where_a_state_begins() -> None:
     run = mbs.simulate(thrown("stop: {rests: c1 sticks}"), backend="python")
     assert run.stop == {"t": pytest.approx(5 / UP, rel=1e-9), "kind": "stop", "element": "rests"}
     assert run.final["coordinates"]["J_x"] == pytest.approx(25 / (2 * UP) * math.sqrt(3) / 2, rel=1e-9)
+
+
+@pytest.mark.parametrize(("name", "stop", "time"), [("growing_force", "slip", 3.0), ("drum_brake", "stands", 5.0)])
+def test_textbook_runs_end_where_the_question_ends(name: str, stop: str, time: float) -> None:
+    run = mbs.simulate(mbs.load(TEXTBOOK / f"{name}.yaml"), backend="python")
+    assert run.stop == {"t": pytest.approx(time, rel=1e-9), "kind": "stop", "element": stop}
 
 
 def test_states_are_asked_for() -> None:
