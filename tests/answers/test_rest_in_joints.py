@@ -210,3 +210,32 @@ def test_stops_and_slack_ropes_only_push_and_only_pull():
     high = found(STOPS, "F", k=0.5).ends[0][1]
     assert (high.value, high.gives_way) == (pytest.approx(20, rel=1e-13), ("hinge leaves its stop",))
     assert text(high.expression) == "g*m"
+
+
+WEDGE = (
+    HEAD
+    + """\
+gravity: [0, -g, 0]
+parameters: {g: 10, mu: 0.2, a: 0.3, m: {value: 50 kg, positive: true}}
+bodies:
+  wedge: {mass: 1e-9, inertia: {Izz: 1}, surfaces: {face: {plane: [0, 0, 0], normal: [-sin(a), cos(a), 0]}}}
+  load: {mass: m}
+joints:
+  floor: {type: prismatic, parent: ground, child: wedge, axis: x}
+  shaft: {type: prismatic, parent: ground, child: load, axis: y}
+forces: {rub: {type: friction, joint: floor, static: mu}}
+contacts: {c: {between: [load, wedge.face], static: mu}}
+"""
+)
+
+
+def test_a_wedge_locks_itself_below_twice_the_friction_angle():
+    """The load drives the wedge out for a > 2 rho; the wedge itself weighs next to nothing."""
+    limit = 2 * math.atan(0.2)
+    angles = found(WEDGE, "a").rest
+    assert any(
+        high == pytest.approx(limit, rel=1e-9) and low == pytest.approx(-limit, rel=1e-9) for low, high in angles
+    )
+    least = found(WEDGE, "mu")
+    assert least.rest == [(pytest.approx(math.tan(0.15), rel=1e-9), None)]
+    assert set(least.ends[0][0].gives_way) == {"slips at rub", "slips at c"}
