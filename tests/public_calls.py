@@ -182,6 +182,8 @@ def _doors(system: mbs.System) -> list[Call]:
         Call("linearize", mbs.linearize, {**whole, "at": {"theta": 0}, **changes}, slow=True),
         Call("period_multipliers", mbs.period_multipliers, {**period, "at": "equilibrium", **changes}, slow=True),
         Call("equilibrium", mbs.equilibrium, {**whole, **changes}, slow=True),
+        Call("range_of_rest", mbs.range_of_rest, {**whole, "vary": "m", **changes}, slow=True),
+        Call("least_for_motion", mbs.least_for_motion, {**whole, "least": "m", "vary": "l", **changes}, slow=True),
         Call("simulate", mbs.simulate, {**whole, **run, **changes}, slow=True),
         Call("export", mbs.export, {**whole, **exported, **changes}, slow=True),
         Call("state_derivative", mbs.state_derivative, {**whole, "formalism": None}),
@@ -220,7 +222,7 @@ def _compiled(system: mbs.System) -> list[Call]:
 def _results(system: mbs.System) -> list[Call]:
     """Return the records that come back, made by hand, and what can be asked of them."""
     records = [mbs.CheckReport, mbs.Equilibrium, mbs.Linearization, mbs.Solution, mbs.SymbolicEquations, mbs.Trajectory]
-    records.append(mbs.Multipliers)
+    records += [mbs.Multipliers, mbs.RangeOfRest, mbs.LeastForMotion]
     made = [Call(cls.__name__, cls, dict.fromkeys(inspect.signature(cls).parameters, ())) for cls in records]
     run = mbs.simulate(system, t_end=0.02, samples=2, backend="python")
     return [

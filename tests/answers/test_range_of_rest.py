@@ -284,3 +284,18 @@ contacts: {c: {between: [crate, truck.bed], static: mu}}
     free = truck.replace("parent: truck.deck, child: crate", "parent: ground, child: crate, initial: {q: [0, 1]}")
     with pytest.raises(NoSolutionError, match="carried along by a prescribed motion"):
         mbs.range_of_rest(mbs.loads(free), "mu")
+
+
+def test_what_nothing_touches_rests_where_its_loads_balance() -> None:
+    """A hinged rod that a moment holds at an angle: M = m g l sin(a) alone."""
+    rod = """\
+multibody_sym: 1
+name: rod
+gravity: [0, -g, 0]
+parameters: {g: 10, m: 2, l: 0.5, M: 5, a: 0.3}
+bodies: {rod: {mass: m, com: [0, -l, 0]}}
+joints: {hinge: {type: revolute, parent: ground, child: rod, axis: z, initial: {q: a}}}
+forces: {drive: {type: torque, joint: hinge, value: M}}
+"""
+    (alone,) = mbs.range_of_rest(mbs.loads(rod), "M").rest
+    assert alone == pytest.approx((10 * math.sin(0.3), 10 * math.sin(0.3)), rel=1e-13)

@@ -133,7 +133,7 @@ class Position:
         except UNDEFINED:
             return None
         count = len(rows)
-        equal, cone = (np.array(x, dtype=float).reshape(-1, count) for x in (found.equal, found.limits))
+        equal, cone = (np.array(x, dtype=float).reshape(len(x), count) for x in (found.equal, found.limits))
         forces: Floats = np.array(right, dtype=float)
         finite = all(np.isfinite(x).all() for x in (equal, cone, forces))
         return Conditions(equal, forces, cone) if finite else None
