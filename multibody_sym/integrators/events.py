@@ -60,7 +60,8 @@ class Watch:
         self.terminal = np.array(events.terminal, dtype=bool)
         self.sides = np.sign(self.values(flow.start, flow.x0))
         self.switches = len(events.margins)
-        self.sides[len(self.sides) - self.switches :] = -1.0
+        sides = self.sides[len(self.sides) - self.switches :]
+        sides[np.array(events.margins) >= 0.0] = -1.0
         self.reach = Reach(events.limiting)
         self.beyond = False
         self.origin: int | None = None

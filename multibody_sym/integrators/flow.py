@@ -61,7 +61,8 @@ class Events:
     The run stops where a terminal one becomes positive; where another changes sign, a kink, a step ends and the next
     one starts afresh. What is zero at the start crosses nothing until it has left zero.
     The last are the switching functions of a mode, with `margins` by which they may exceed zero: the run stops where
-    one exceeds that, from whichever side it starts. The first `limiting` of these keep adaptive steps short.
+    one exceeds that, from whichever side it starts; if it is negative, once it has been below it. The first `limiting`
+    of these keep adaptive steps short.
     """
 
     values: Callable[[float, Floats], Floats]

@@ -18,6 +18,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem, RunFailure
+from multibody_sym.scalars.traversal import leaves
 
 if TYPE_CHECKING:
     from multibody_sym.simulation.trajectory import Trajectory
@@ -71,8 +72,8 @@ def failure_message(run: Trajectory, failure: RunFailure) -> str:
         advice = "take shorter steps, or tolerances; if that does not help the motion has a jump or a singularity there"
         return f"Newton's iteration for the step does not converge {when}, on account of {what}: {advice}"
     if failure.status is Status.STEP_LIMIT:
-        advice = "a jump in a force (sign, where) keeps steps short; else ask for less accuracy or a shorter time"
-        return f"the run took its largest number of steps and got no further than t = {failure.time:.6g} s: {advice}"
+        got = f"the run took its largest number of steps and got no further than t = {failure.time:.6g} s"
+        return f"{got}: {_advice_on_steps(mechanism)}"
     if failure.status in (Status.NO_MODE, Status.SINGULAR):
         return _singular(run, failure.time) if failure.status is Status.SINGULAR else f"{_trouble(run)} {when}"
     assert failure.status in _BROKEN
@@ -85,6 +86,19 @@ def failure_message(run: Trajectory, failure: RunFailure) -> str:
             "the motion; take shorter steps or tolerances, or projection with one of this package's methods"
         )
     return f"constraint {what} cannot be satisfied {when}: the mechanism comes to a position that it cannot pass"
+
+
+def _advice_on_steps(mechanism: Mechanism) -> str:
+    """Return what to do about too many steps; a force that jumps with a speed is dry friction, which has a rest."""
+    jumping = [leaf.data[1] for leaf in leaves(mechanism.kinks, "slot") if leaf.data[0] == "u"]
+    if not jumping:
+        return "a jump in a force (sign, where) keeps steps short; else ask for less accuracy or a shorter time"
+    speed = mechanism.speeds[jumping[0]]
+    return (
+        f"a force jumps where {speed.name} changes its sign, and has no value at rest; declare dry friction as such, "
+        f"forces: {{rub: {{type: friction, joint: {speed.joint}, static: mu, kinetic: mu}}}} or a contact with static "
+        "and kinetic, which stick and slip"
+    )
 
 
 def _too_long(problem: Problem, failure: RunFailure) -> str:

@@ -58,7 +58,9 @@ void mbs_start_events(mbs_run *r)
     mbs_fill(r->system->ng, 0.0, r->sides);
     evaluate(r, r->state->t, r->x);
     note_sides(r);
-    mbs_fill(r->system->switches, -1.0, r->sides + r->system->ng - r->system->switches);
+    for (int i = 0; i < r->system->switches; ++i)
+        if (r->system->margins[i] >= 0.0)
+            r->sides[r->system->ng - r->system->switches + i] = -1.0;
 }
 
 /* The way that nothing from beyond a kink can bend. */

@@ -126,7 +126,8 @@ typedef struct {
     const int *ball;  /* pairs (a, b) of the first indices of a unit quaternion in q and of its angular velocity in u */
     int plains, balls;
     const double *margins; /* for each of the last `switches` switching functions, those of a mode, by how much it may
-                              exceed zero: the run stops where it exceeds that, from whichever side it starts */
+                              exceed zero: the run stops where it exceeds that, from whichever side it starts; if that is
+                              negative, once it has been below it */
     int switches, limiting; /* how many they are, and how many of them, the first, keep adaptive steps short */
 } mbs_system;
 

@@ -144,3 +144,13 @@ def test_a_switch_costs_little(monkeypatch):
     _, legs = dropped(native_loop, again, monkeypatch)
     assert len(legs) > 300
     assert (time.process_time() - began) / len(legs) < 2e-3
+
+
+@LOOPS
+def test_what_must_have_been_below_its_margin_ends_nothing_before(loop):
+    """The ball starts at rest 1e-3 above the floor of which it must have been 0.5 away: it rises, and stops there."""
+    start = (np.array([1e-3]), np.array([5.0]), np.array([G, 99.0]), np.zeros(0))
+    given = {"terminal": (True, True), "margins": (-0.5,), "samples": 3}
+    problem = Problem(BOUNCING.load(), METHODS["dormand_prince"], 0.0, 2.0, *start, **given)
+    run = integrate(problem, loop=loop)
+    assert run.t_final == pytest.approx((5 + math.sqrt(25 - 2 * G * 0.499)) / G, rel=1e-13)

@@ -9,6 +9,8 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.errors import NoSolutionError
+from multibody_sym.simulation import problem
+from multibody_sym.simulation.failures import FailedRunError
 
 G = 9.81
 HEAD = "multibody_sym: 1\nname: case\ngravity: [0, -9.81, 0]\n"
@@ -287,3 +289,52 @@ forces:
     s = times(run)[1] - math.pi
     assert 2 * (s - math.sin(s)) == pytest.approx(1.0, rel=1e-9)
     assert run.impact_losses["D.upper"] == pytest.approx(0.25 * (2 * (1 - math.cos(s))) ** 2, rel=1e-9)
+
+
+def test_a_sign_of_a_speed_at_rest_is_answered_by_what_to_declare(monkeypatch):
+    text = """
+bodies:
+  block: {mass: 2}
+joints:
+  D: {type: prismatic, parent: ground, child: block, axis: x, q: x, initial: {q: 0.3}}
+forces:
+  spring: {type: spring_damper, joint: D, stiffness: 50}
+  rub: {type: force, on: block, value: ["-20*sign(u_x)", 0, 0]}
+"""
+    monkeypatch.setattr(problem, "_MOST_STEPS", 10_000_000)
+    with pytest.raises(FailedRunError, match=r"where u_x changes its sign.*type: friction, joint: D, static"):
+        simulated(text, t_end=10.0)
+
+
+PUCK = """
+bodies:
+  puck: {{mass: 2}}
+  ground: {{surfaces: {{face: {{plane: [0, 0, 0], normal: [-sin(0.3), 0, cos(0.3)]}}}}}}
+joints:
+  free: {{type: point, axes: xyz, parent: ground, child: puck, q: [x, y, z]{0}}}
+contacts:
+  c1: {{between: [puck, ground.face], static: 0.4, kinetic: {1}}}
+{2}"""
+
+
+def in_space(text, **options):
+    return mbs.simulate(mbs.loads(HEAD.replace("0, -9.81, 0", "0, 0, -9.81") + text), **options)
+
+
+def test_a_puck_curves_down_an_incline_and_stops():
+    """d(mu cos a |v| + sin a v_down)/dt = -g (mu^2 cos^2 a - sin^2 a) whatever the way."""
+    start = ', initial: {u: ["0.5*cos(0.3)", 2, "0.5*sin(0.3)"]}'
+    run = in_space(PUCK.format(start, 0.4, ""), t_end=2.0, **EXACT)
+    mu, s = 0.4 * math.cos(0.3), math.sin(0.3)
+    assert told(run) == [("c1", "stick")]
+    assert times(run)[0] == pytest.approx((mu * math.hypot(2, 0.5) - 0.5 * s) / G / (mu**2 - s**2), rel=1e-8)
+    assert np.ptp(run.q[run.t > 1.2], axis=0).tolist() == [0.0, 0.0, 0.0]
+
+
+def test_a_puck_slips_where_weight_and_push_together_leave_the_circle():
+    push = "forces: {F: {type: force, on: puck, value: [0, 3*t, 0]}}"
+    run = in_space(PUCK.format("", 0.3, push), t_end=1.7, **EXACT)
+    slips = 2 * G * math.sqrt((0.4 * math.cos(0.3)) ** 2 - math.sin(0.3) ** 2) / 3
+    assert told(run) == [("c1", "slide")]
+    assert times(run)[0] == pytest.approx(slips, rel=1e-9)
+    assert run["u_x"][-1] < 0.0 < run["u_y"][-1]

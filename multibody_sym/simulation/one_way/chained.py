@@ -22,7 +22,7 @@ from multibody_sym.runtime.chain import Leg, Switch, chain
 from multibody_sym.runtime.loading import Backend, Compiled
 from multibody_sym.runtime.problem import Event, Loop, Problem, RunFailure
 from multibody_sym.simulation.one_way.account import FrictionWork, friction_work
-from multibody_sym.simulation.one_way.decision import Decided, decided
+from multibody_sym.simulation.one_way.decision import Before, Decided, decided
 from multibody_sym.simulation.one_way.facts import Laws
 from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of
 from multibody_sym.simulation.parts import Part
@@ -60,6 +60,12 @@ class Stretch:
     decided: Decided
     mode: Mode
 
+    def udot(self, t: float, q: Floats, u: Floats) -> Floats:
+        """Return the accelerations (nu,) in the mode."""
+        compiled, known = self.problem.compiled, (t, q, u, self.problem.parameters)
+        inputs = compiled["inputs"](*known)[0] if self.problem.inputs else np.zeros(0)
+        return compiled["state_derivative"](*known, inputs, self.problem.modes)[1]
+
     @property
     def words(self) -> dict[str, str]:
         """The state of each one-way element."""
@@ -95,7 +101,7 @@ class OneWayRun:
         mechanism = self.laws.mechanism
         given = t, q.tolist(), u.tolist(), self.laws.parameters.tolist()
         self._scale = scale_of(motion_of(mechanism, state_of(mechanism, float, *given)))
-        found = self._entered(decided(self.laws.at(t, q, u, self._scale), (), None), None)
+        found = self._entered(decided(self.laws.at(t, q, u, self._scale), ()), None)
         if isinstance(found, RunFailure):
             raise NoSolutionError(f"{self.trouble} at the start")
         return found
@@ -137,8 +143,9 @@ class OneWayRun:
         closed += [cause.element.name] if cause.ends == "closes" else []
         usual = key_of(now.mode), switch.index
         facts = self.laws.at(switch.begun.time, q, u, self._scale)
+        udot = now.udot(facts.t, q, u)
         beyond = (cause.element.name,) if cause.ends == "leaves" else ()
-        found = decided(facts, closed, now.mode, self._usual.get(usual), beyond=beyond)
+        found = decided(facts, closed, Before(now.mode, udot, self._usual.get(usual)), beyond=beyond)
         if found.mode is not None:
             self._usual[usual] = found.mode
         entered = self._entered(found, switch)

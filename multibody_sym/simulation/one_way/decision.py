@@ -43,33 +43,37 @@ class Decided:
     lost: float = 0.0
 
 
+@dataclass(frozen=True, eq=False)
+class Before:
+    """The mode in which a run came to a switch, its accelerations (nu,) there, and a mode that may follow."""
+
+    mode: Mode
+    udot: Floats
+    guess: Mode | None
+
+
 def decided(
-    facts: Facts,
-    closed: Collection[str],
-    previous: Mode | None,
-    guess: Mode | None = None,
-    *,
-    beyond: Collection[str] = (),
+    facts: Facts, closed: Collection[str], before: Before | None = None, *, beyond: Collection[str] = ()
 ) -> Decided:
     """Return how a run goes on from an instant at which the unilateral elements named `closed` touch.
 
     Others that touch there count as well, but for those that have got `beyond` an edge, however near they still are.
-    Several events at once are one. `previous` is the mode it was in, `guess` one to look at first.
+    Several events at once are one. `before` is None at the start.
     """
     touching = [name for name in _touching(facts, closed) if name not in beyond]
     facts = _moved(facts, q=_onto_rows(facts, touching))
-    struck, before = tuple(x.name for x in _closing(facts, touching)), float(facts.known["energy"])
+    struck, energy = tuple(x.name for x in _closing(facts, touching)), float(facts.known["energy"])
     if struck:
         facts = _moved(facts, u=_struck(facts, touching))
         touching = [x.name for x in _named(facts, touching) if facts.standing(x) != "leaving"]
-    lost = before - float(facts.known["energy"]) if struck else 0.0
+    lost = energy - float(facts.known["energy"]) if struck else 0.0
     facts = _moved(facts, u=_at_rest(facts, touching))
     problem = posed(facts, touching)
-    found = _found(problem, guess or previous)
+    found = _found(problem, None if before is None else before.guess or before.mode)
     state = found.states[0] if found.states else None
     mode = None if state is None else basic_mode(problem, state)
-    if state is not None and mode is not None and mode == previous:
-        state, mode = _ahead(facts, problem, touching, state, mode)
+    if before is not None and (mode is None or mode == before.mode):
+        state, mode = _ahead(facts, touching, before, state, mode)
     return Decided(facts, mode, state, found, problem, struck, lost)
 
 
@@ -87,19 +91,18 @@ def _found(problem: PosedLaws, previous: Mode | None) -> Found:
 
 
 def _ahead(
-    facts: Facts, problem: PosedLaws, touching: Collection[str], state: LawState, mode: Mode
-) -> tuple[LawState, Mode]:
+    facts: Facts, touching: Collection[str], before: Before, state: LawState | None, mode: Mode | None
+) -> tuple[LawState | None, Mode | None]:
     """Return the state, with its mode, in which a run goes on that is at the limit of its mode: that found soon after.
 
     It is the same where nothing else is found; on the way there the forces of the mode go on to change.
     """
-    udot = facts.known["free"] + facts.speeds(state.x)
     mechanism = facts.laws.mechanism
     rates = np.array(coordinate_rates(mechanism, facts.q.tolist(), facts.u.tolist()), dtype=float)
     for soon in (part * facts.scale.length / facts.scale.speed for part in _SOON):
-        later = facts.laws.at(facts.t + soon, facts.q + soon * rates, facts.u + soon * udot, facts.scale)
+        later = facts.laws.at(facts.t + soon, facts.q + soon * rates, facts.u + soon * before.udot, facts.scale)
         there = posed(later, touching)
-        found = _found(there, problem.mode(state)).states
+        found = _found(there, before.mode).states
         following = basic_mode(there, found[0]) if found else mode
         if following != mode:
             return found[0], following
