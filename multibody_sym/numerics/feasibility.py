@@ -31,11 +31,12 @@ _DEPENDENT: Final = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class Conditions:
-    """E x = r (`equal`, e x n; `right`, e) and G x >= 0 (`cone`, g x n)."""
+    """E x = r (`equal`, e x n; `right`, e), G x >= 0 (`cone`, g x n); r no larger than `nothing` is rounding alone."""
 
     equal: Floats
     right: Floats
     cone: Floats
+    nothing: float = 0.0
 
     def rows(self, of: Contradiction) -> Floats:
         """Return the rows of a contradiction, equalities first (k x n)."""
@@ -101,7 +102,7 @@ class Contradiction:
 
 def contradiction(conditions: Conditions) -> Contradiction | None:
     """Return the rows that contradict each other, None where all conditions hold together for some x."""
-    if not np.abs(conditions.right).max(initial=0.0) > 0.0:
+    if not np.abs(conditions.right).max(initial=0.0) > conditions.nothing:
         return None
     least, dual, _ = _least_violation(conditions)
     if least <= POSSIBLE:

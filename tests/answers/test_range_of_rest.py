@@ -299,3 +299,6 @@ forces: {drive: {type: torque, joint: hinge, value: M}}
 """
     (alone,) = mbs.range_of_rest(mbs.loads(rod), "M").rest
     assert alone == pytest.approx((10 * math.sin(0.3), 10 * math.sin(0.3)), rel=1e-13)
+    angles = mbs.range_of_rest(mbs.loads(rod.replace("M: 5", "M: 4")), "a").rest
+    low = math.asin(0.4)
+    assert [x for pair in angles for x in pair] == pytest.approx([low, low, math.pi - low, math.pi - low], rel=1e-12)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from math import hypot, inf, pi
@@ -26,6 +26,8 @@ _FARTHEST: Final = 1e4
 """How many times its declared value a parameter is taken at most, where nothing says more."""
 _ALIKE: Final = 1e-11
 _ONE: Final = 1e-12
+_ROUNDING: Final = 1e-14
+"""The part of the largest force below which all forces together are none."""
 _PROBES: Final = (0.731, 1.0, 1.317, 1.893)
 _CUTS: Final = 20
 _SETTLED: Final = 1e-13
@@ -85,7 +87,8 @@ class Search:
 
         def conditions(value: float) -> Conditions | None:
             if value not in known:
-                known[value] = self.position.conditions({**self.others, self.name: value}, limits, self.moves)
+                found = self.position.conditions({**self.others, self.name: value}, limits, self.moves)
+                known[value] = None if found is None else replace(found, nothing=_ROUNDING * self.largest)
             return known[value]
 
         return conditions
@@ -94,6 +97,12 @@ class Search:
     def value(self) -> float:
         """The value of the parameter as it is declared or given."""
         return self.others.get(self.name, self.position.value[self.name])
+
+    @cached_property
+    def largest(self) -> float:
+        """The largest force without those that hold, at some values of the parameter."""
+        found = [self.position.conditions({**self.others, self.name: x}, (), self.moves) for x in self.probes]
+        return max((float(np.abs(x.right).max(initial=0.0)) for x in found if x is not None), default=0.0)
 
     @property
     def size(self) -> float:
