@@ -68,7 +68,7 @@ _STATE: dict[str, Any] = {"q": ["x"], "motion": [None], "initial": {"q": 1}, "li
 _MOVES: dict[str, Any] = {"q": None, "motion": None, "initial": {"known": True}, "limits": None, **_JOINT}
 _ENDS = {"between": ["a", "b"]}
 _ELEMENTS: dict[str, dict[str, Any]] = {
-    "Ask": {"value": None, "of": "b", "after": 1, "when": None, "at": None},
+    "Ask": {"value": None, "of": "b", "after": 1, "when": None, "at": None, "begins": None},
     "Baumgarte": {"alpha": 1, "beta": 1},
     "Body": {
         "mass": 1, "com": [0, 0, 0], "inertia": {"Izz": 1}, "shape": None, "points": {"p": [0, 0, 0]},
@@ -106,10 +106,12 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
     "PrescribedMotion": {"joint": "A", "value": mbs.t},
     "Prismatic": {**_STATE, "q": ["x"], "motion": None, "axis": "x"},
     "Pull": {**_ENDS, "value": 1},
-    "Pulley": {"at": "p", "radius": 1, "axis": "z"},
+    "Pulley": {"at": "p", "radius": 1, "axis": "z", "body": None, "rough": 0.2},
     "Revolute": {**_STATE, "q": None, "initial": None, "axis": "x"},
     "Rolling": {"body": "b.s", "on": "ground.p", "static": 0.2, "kinetic": 0.1},
-    "Rope": {"path": ["a", "b"], "length": 1, "slack": False},
+    "Rope": {
+        "path": ["a", "P", "b"], "length": 1, "slack": False, "wind": ["P"], "wrap": {"P": "+"}, "turns": {"P": 1},
+    },
     "Screw": {**_STATE, "motion": None, "axis": "x", "pitch": 1},
     "Settings": {
         "t_end": 1, "step": None, "rtol": 1e-6, "atol": 1e-6, "method": "rk4", "samples": 3, "coordinates": "relative",
