@@ -14,7 +14,6 @@ from typing import Final
 
 from multibody_sym.dynamics.laws.assemble import TOUCHING, OneWayRows, Posed, one_way_rows, posed
 from multibody_sym.dynamics.laws.problem import Found, LawProblem
-from multibody_sym.dynamics.laws.search import find
 from multibody_sym.dynamics.start.contact_starts import verify_contact_values, verify_outside
 from multibody_sym.dynamics.start.examined import examined
 from multibody_sym.dynamics.start.start import Start, in_absolute_coordinates, ranked, start
@@ -115,8 +114,7 @@ def state_at(
     _verify_outside(rows, standing)
     closed = [name for name, how in standing.items() if how in ("touching", "closing")]
     problem = posed(rows, closed)
-    every = _soon_searched(problem.problem)
-    found = search(problem) if search is not None else find(problem.problem, every=every, drift=problem.drift)
+    found = search(problem) if search is not None else _found(problem)
     modes = tuple(problem.mode(state) for state in found.states)
     closing = tuple(name for name, how in standing.items() if how == "closing")
     return StartState(declared, begin, modes, problem, found, closing)
@@ -126,6 +124,13 @@ def _soon_searched(problem: LawProblem) -> bool:
     """Return whether all modes can be tried in a second or so: each of friction in space takes Newton's method."""
     in_space = sum(len(part.rows) > 1 and part.rests for part in problem.parts)
     return in_space <= _IN_SPACE
+
+
+def _found(problem: Posed) -> Found:
+    """Return what the laws leave of a problem."""
+    from multibody_sym.dynamics.laws.search import find  # brings scipy, which a run without laws does not need
+
+    return find(problem.problem, every=_soon_searched(problem.problem), drift=problem.drift)
 
 
 def examined_state(system: System, overrides: Mapping[str, float] | None = None) -> StartState:

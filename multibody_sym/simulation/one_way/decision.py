@@ -10,7 +10,6 @@ import numpy as np
 
 from multibody_sym.dynamics.laws.assemble import PosedLaws
 from multibody_sym.dynamics.laws.problem import Found, LawState
-from multibody_sym.dynamics.laws.search import find
 from multibody_sym.kinematics.motion import coordinate_rates
 from multibody_sym.model.mechanism.one_way import Mode, OneWay
 from multibody_sym.numerics.arrays import Floats
@@ -87,6 +86,8 @@ def _moved(facts: Facts, *, q: Floats | None = None, u: Floats | None = None) ->
 
 def _found(problem: PosedLaws, previous: Mode | None) -> Found:
     """Return the states that are possible: all at the start of a run, later the one next to its mode."""
+    from multibody_sym.dynamics.laws.search import find  # brings scipy, which a run without laws does not need
+
     return find(problem.problem, None if previous is None else problem.law_mode(previous), every=previous is None)
 
 
@@ -157,6 +158,8 @@ def _onto_rows(facts: Facts, touching: Collection[str]) -> Floats | None:
 
 def _struck(facts: Facts, touching: Collection[str]) -> Floats | None:
     """Return the speeds after what closes has struck, by the laws for impulses; e = 0 where it does not bounce."""
+    from multibody_sym.dynamics.laws import search
+
     problem = posed(facts, touching)
     speeds = facts.known["phidot"][[facts.laws.places[name] for name in problem.names]]
     right = -speeds
@@ -164,7 +167,7 @@ def _struck(facts: Facts, touching: Collection[str]) -> Floats | None:
         place = problem.places[element.normals[0].name]
         right[place] -= _restitution(facts, element) * speeds[place]
     parts = tuple(replace(part, velocity=(0.0,) * len(part.rows)) for part in problem.problem.parts)
-    found = find(replace(problem.problem, right=right, parts=parts), every=False)
+    found = search.find(replace(problem.problem, right=right, parts=parts), every=False)
     return facts.u + facts.speeds(found.states[0].x) if found.states else None
 
 
