@@ -54,8 +54,11 @@ _ROUNDING: Final = 1e-13
 """Part of what a row exerts up to which its H_j is what opposite wrenches round to."""
 
 
-_AT_REST: Final = 1e-12
-"""The speed (m/s) up to which what slips from rest keeps the direction in which it starts."""
+_AT_REST: Final = 1e-7
+"""The speed (m/s) up to which what slips from rest keeps the direction in which it starts.
+
+Speeds below what a run tolerates have no direction: a load that turns as it grows then took steps without end.
+"""
 
 
 @dataclass(frozen=True)
