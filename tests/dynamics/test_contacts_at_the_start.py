@@ -169,3 +169,17 @@ contacts: {f: {between: [rod, ground.floor], static: enough}, e: {between: [rod,
     assert set(closed(found)) == {"f.end1", "e.right.end1"}
     pushed = 20 * 1.5 * math.cos(0.7) * math.sin(0.7)  # the moment of the weight about the foot, over 1 m / sin(a)
     assert numbers(found)["e.right.end1.normal"] == pytest.approx(pushed, rel=1e-9)
+
+
+def test_parameters_may_name_those_declared_after_them() -> None:
+    text = """
+parameters: {alpha: asin(s), s: 0.6, mu: s/2}
+gravity: [10*sin(alpha), -10*cos(alpha), 0]
+bodies: {ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}, w: {mass: 2}}
+joints: {j: {type: point, parent: ground, child: w, q: [x, y]}}
+contacts: {c: {between: [w, ground.floor], static: mu}}
+"""
+    system = mbs.loads(f"multibody_sym: 1\nname: m\n{text}")
+    found = numbers(state_at(mechanism(system)))
+    assert found["u_x"] == pytest.approx(10 * 0.6 - 0.3 * 10 * 0.8)
+    assert found["c.normal"] == pytest.approx(2 * 10 * 0.8)

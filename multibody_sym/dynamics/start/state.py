@@ -158,11 +158,13 @@ def started(mechanism: Mechanism, base: Mechanism, begin: Start) -> Start:
         return begin if mechanism.relative is None else in_absolute_coordinates(mechanism, begin)
     own = mechanism.relative or mechanism
     known = dict(zip((entry.name for entry in base.parameters), begin.parameters, strict=True))
-    parameters: list[float] = []
-    for entry in own.parameters:
-        values = {slot("parameters", k): x for k, x in enumerate(parameters)}
-        given = evaluate_float([entry.value], values)[0] if entry.value is not None else 0.0
-        parameters.append(known.get(entry.name, given) if entry.name != INDEPENDENT else given)
+    names = enumerate(entry.name for entry in own.parameters)
+    values = {slot("parameters", k): known[name] for k, name in names if name in known and name != INDEPENDENT}
+    for k, entry in enumerate(own.parameters):  # what the mode brings; a declared one may name others declared after it
+        place = slot("parameters", k)
+        if place not in values:
+            values[place] = evaluate_float([entry.value], values)[0] if entry.value is not None else 0.0
+    parameters = [values[slot("parameters", k)] for k in range(len(own.parameters))]
     found = ranked(own, replace(begin, parameters=tuple(parameters)))
     return found if mechanism.relative is None else in_absolute_coordinates(mechanism, found)
 
