@@ -22,7 +22,7 @@ from multibody_sym.model.mechanism.contact_rows import LOCAL, ContactRow, Face, 
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import IDENTITY
 from multibody_sym.scalars.functions import apply as operation
-from multibody_sym.scalars.functions import sqrt, where
+from multibody_sym.scalars.functions import is_exactly, sqrt, where
 from multibody_sym.scalars.vectors import (
     S,
     Vec,
@@ -134,9 +134,14 @@ def _(skin: Flat, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> 
 
 @_facing.register
 def _(skin: Round, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
-    """Of one in the other the normal leads from centre to centre the other way."""
+    """Of one in the other the normal leads from centre to centre the other way, along x where they are in one place.
+
+    There each direction is as near as any other: what is wide open is open, and what is inside is found to be.
+    """
     sense = -1 if skin.inside or hollow else 1
     length = sqrt(dot(apart, apart))
+    if is_exactly(length, 0):
+        return _Facing(Direction((1, 0, 0), (0, 0, 0)), -_radius(skin, motion))
     n = scale(sense / length, apart)
     across = subtract(apart_rate, scale(dot(n, apart_rate), n))
     return _Facing(Direction(n, scale(sense / length, across)), sense * length - _radius(skin, motion))

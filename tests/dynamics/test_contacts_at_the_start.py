@@ -183,3 +183,19 @@ contacts: {c: {between: [w, ground.floor], static: mu}}
     found = numbers(state_at(mechanism(system)))
     assert found["u_x"] == pytest.approx(10 * 0.6 - 0.3 * 10 * 0.8)
     assert found["c.normal"] == pytest.approx(2 * 10 * 0.8)
+
+
+def centred(surface: str) -> StartState:
+    return begun(f"""
+bodies: {{ground: {{surfaces: {{drum: {surface}}}}}, w: {{mass: 2}}}}
+joints: {{j: {{type: point, parent: ground, child: w, q: [x, y]}}}}
+contacts: {{c: {{between: [w, ground.drum], static: 0.3}}}}
+""")
+
+
+def test_what_starts_at_the_centre_of_a_drum_is_open_and_of_a_disc_inside() -> None:
+    found = centred("{disc: 1, inside: true}")
+    assert found.words == {"c": "open"}
+    assert numbers(found)["u_y"] == pytest.approx(-10)
+    with pytest.raises(mbs.ModelError, match=r"contacts\.c: w starts 1 m inside ground\.drum"):
+        centred("{disc: 1}")
