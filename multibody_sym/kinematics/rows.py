@@ -55,10 +55,7 @@ _ROUNDING: Final = 1e-13
 
 
 _AT_REST: Final = 1e-7
-"""The speed (m/s) up to which what slips from rest keeps the direction in which it starts.
-
-Speeds below what a run tolerates have no direction: a load that turns as it grows then took steps without end.
-"""
+"""The speed (m/s) up to which slip from rest keeps its first direction: smaller ones are what runs tolerate."""
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import least_combination
 
 POSSIBLE: Final = 1e-9
 """The least v, where rows are scaled to like size and r to 1, up to which conditions are taken to hold together."""
@@ -79,10 +80,10 @@ class Contradiction:
         unit = rows / lengths[:, None]
         largest = np.abs(unit).max(axis=0, initial=0.0)
         columns = np.where(largest > _ROUNDED, largest, 1.0)
-        values, vectors = np.linalg.svd((unit / columns).T)[1:]
-        if len(values) == len(vectors) and values[-1] > _DEPENDENT * values[0]:
+        combination = least_combination(unit / columns, _DEPENDENT)
+        if combination is None:
             return np.full(len(lengths), np.nan)
-        found = vectors[-1] / lengths
+        found = combination / lengths
         return np.asarray(found if found @ np.array(self.weights) >= 0.0 else -found)
 
     def excess(self, conditions: Conditions) -> float:

@@ -88,6 +88,22 @@ def null_space(matrix: Floats, tolerance: float) -> Floats:
     return np.asarray(v[int((sizes > tolerance * sizes.max(initial=0.0)).sum()) :].T, dtype=float)
 
 
+def row_space(matrix: Floats, tolerance: float) -> Floats:
+    """Return an orthonormal basis (k x n), in rows, of what the rows of A (s x n) span, A as it stands."""
+    if not matrix.size:
+        return np.zeros((0, matrix.shape[1]))
+    _, sizes, v = np.linalg.svd(matrix, full_matrices=False)
+    return np.asarray(v[sizes > tolerance * sizes.max(initial=0.0)], dtype=float)
+
+
+def least_combination(matrix: Floats, tolerance: float) -> Floats | None:
+    """Return the y (s) of length one with the least y^T A, A as it stands; None where the rows are independent."""
+    sizes, vectors = np.linalg.svd(matrix.T)[1:]
+    if len(sizes) == len(vectors) and sizes[-1] > tolerance * sizes[0]:
+        return None
+    return np.asarray(vectors[-1], dtype=float)
+
+
 def idle(matrix: Floats, count: int) -> Floats:
     """Return (k x s), in rows, the combinations y^T A = 0 of unit rows that a rank of `count` leaves."""
     return np.asarray(np.linalg.svd(matrix)[0][:, count:].T, dtype=float)

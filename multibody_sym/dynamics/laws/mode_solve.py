@@ -14,13 +14,13 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.linalg import qr
 from scipy.linalg.blas import dtrsm
 
 from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS
 from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Places, Scaled
 from multibody_sym.numerics.arrays import EPSILON, Floats
-from multibody_sym.numerics.rank import exact
+from multibody_sym.numerics.pivoted_qr import pivoted_qr
+from multibody_sym.numerics.rank import exact, least_squares
 
 SETTLED: Final = 1e-13
 PASSES: Final = 30
@@ -157,7 +157,7 @@ def _turned(
         beside = angles.copy()
         beside[k] += TURN
         slopes[:, k] = (across(beside)[0] - missing) / TURN
-    step = np.linalg.lstsq(slopes, -missing, rcond=None)[0]
+    step = least_squares(slopes, -missing)
     apart = (wanted - angles + np.pi) % (2.0 * np.pi) - np.pi
     step = np.clip(np.where(apart != 0.0, apart, step), -0.7, 0.7)
     return _at_angles(mode, turning, angles + step), float(np.abs(step).max())
@@ -244,9 +244,7 @@ def restricted(rows: Floats, right: Floats) -> tuple[Floats, Floats]:
     size = rows.shape[1]
     if not len(rows):
         return np.zeros((size, 0)), np.zeros(0)
-    Q, R, order = qr(rows.T, mode="economic", pivoting=True, check_finite=False)
-    diagonal = np.abs(R.diagonal())
-    kept = int((diagonal > exact(rows) * max(1.0, float(diagonal.max(initial=0.0)))).sum())
+    Q, R, order, kept = pivoted_qr(rows.T, least=1.0)
     Q, R = Q[:, :kept], R[:kept, :kept]
     return Q, _triangular(R, right[order[:kept], None], transposed=True)[:, 0]
 
@@ -266,9 +264,7 @@ def _basic(equations: Floats, right: Floats) -> tuple[Floats, Floats, bool]:
     if not count or not len(right):
         return np.zeros(count), np.eye(count), not right.any()
     unit = equations / sizes
-    Q, R, order = qr(unit, mode="economic", pivoting=True, check_finite=False)
-    diagonal = np.abs(R.diagonal())
-    rank = int((diagonal > exact(equations) * float(diagonal.max(initial=0.0))).sum()) if diagonal.any() else 0
+    Q, R, order, rank = pivoted_qr(unit)
     basic = R[:rank, :rank]
 
     def solve(wanted: Floats) -> Floats:

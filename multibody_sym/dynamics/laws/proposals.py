@@ -18,6 +18,7 @@ from multibody_sym.dynamics.laws.reduction import Reduced
 from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Scaled
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.complementarity import Complementary, lemke
+from multibody_sym.numerics.rank import least_squares
 
 EDGES: Final = 8
 LINE: Final = np.array([[1.0], [-1.0]])
@@ -103,7 +104,7 @@ def _forces(
         F[rows] += np.outer(against, of_unknowns)
         implied[rows] -= np.outer(against, of_forces)
     if unknowns.sliding:
-        both = np.linalg.lstsq(implied, np.column_stack([f0, F]), rcond=None)[0]
+        both = least_squares(implied, np.column_stack([f0, F]))
         return np.asarray(both[:, 0], dtype=float), np.asarray(both[:, 1:], dtype=float)
     return f0, F
 

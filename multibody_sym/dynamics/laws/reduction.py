@@ -13,7 +13,7 @@ import numpy as np
 from multibody_sym.dynamics.laws.mode_solve import restricted
 from multibody_sym.dynamics.laws.scaled import Places, Scaled
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.numerics.rank import ROUNDED, null_space
+from multibody_sym.numerics.rank import ROUNDED, least_squares, null_space
 
 LEFT: Final = 1e-14
 """What equalities leave of rows of unit length that depend on them: rounding, which must not look like a row."""
@@ -53,7 +53,7 @@ def reduced(problem: Scaled) -> Reduced:
     Z[own, np.arange(len(own))] = 1.0
     if len(equal):
         both = np.column_stack([right, -equations[:, own]])
-        answer = np.linalg.lstsq(equations[:, equal], both, rcond=1e-12)[0]
+        answer = least_squares(equations[:, equal], both, ROUNDED)
         z0[equal], Z[equal] = answer[:, 0], answer[:, 1:]
     open_sides = _presses(problem, equal, equations[:, equal])
     x0, X = still + beside @ z0, beside @ Z

@@ -17,7 +17,7 @@ import numpy as np
 from multibody_sym.dynamics.laws.assemble import PosedLaws
 from multibody_sym.dynamics.laws.problem import LawState
 from multibody_sym.model.mechanism.one_way import STICKS, FrictionPart, Mode, OneWay
-from multibody_sym.numerics.rank import rank
+from multibody_sym.numerics.rank import least_squares, rank
 
 _INDEPENDENT: Final = 1e-9
 _ALLOWED: Final = 1e-9
@@ -133,7 +133,7 @@ def _fits(
         if slip in (1, -1):
             exerted[one.normals[0]] -= slip * one.static * problem.exerted[one.rows[0]]
     places = list(kept)
-    forces = np.asarray(np.linalg.lstsq(exerted[places].T, acting.state.x, rcond=None)[0], dtype=float)
+    forces = least_squares(exerted[places].T, acting.state.x)
     z = np.zeros(len(problem.laws))
     z[places] = forces
     allowed = _ALLOWED * float(np.abs(acting.state.z).max(initial=0.0))

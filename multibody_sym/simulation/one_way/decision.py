@@ -13,6 +13,7 @@ from multibody_sym.dynamics.laws.problem import Found, LawState
 from multibody_sym.kinematics.motion import coordinate_rates
 from multibody_sym.model.mechanism.one_way import Mode, OneWay
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import least_squares
 from multibody_sym.simulation.one_way.basic import basic_mode
 from multibody_sym.simulation.one_way.facts import Facts, posed
 
@@ -135,7 +136,7 @@ def _closing(facts: Facts, touching: Collection[str]) -> list[OneWay]:
 
 def _least(matrix: Floats, wanted: Floats) -> Floats:
     """Return the x of least norm with matrix x = wanted, as far as dependent rows allow."""
-    return np.asarray(np.linalg.lstsq(matrix, wanted, rcond=_INDEPENDENT)[0], dtype=float)
+    return least_squares(matrix, wanted, _INDEPENDENT)
 
 
 def _kept(facts: Facts, touching: Collection[str]) -> list[int]:

@@ -11,6 +11,7 @@ from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import row_space
 
 _HELD: Final = 1e-10
 """What the rows may leave of a unit speed that they hold."""
@@ -45,7 +46,6 @@ def _held(mechanism: Mechanism, parameters: Floats, t: float, q: Floats) -> set[
     matrix = matrix[sizes > 0.0] / sizes[sizes > 0.0][:, None]
     if not len(matrix):
         return set()
-    _, singular, space = np.linalg.svd(matrix, full_matrices=False)
-    kept = space[singular > _HELD * singular[0]]
+    kept = row_space(matrix, _HELD)
     left = np.linalg.norm(np.eye(len(still)) - kept.T @ kept, axis=0)
     return set(np.flatnonzero(left <= _HELD).tolist())
