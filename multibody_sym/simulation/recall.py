@@ -68,15 +68,16 @@ def compiled_laws(mechanism: Mechanism, *, native: bool = False, backend: Backen
     """Return the Programs `inputs` and `laws` of a mechanism in no mode, ready to be called; recalled likewise."""
     key = structure_key(mechanism, "laws")
     recalled = loading.recall(key, native=native, backend=backend)
+    again = partial(compiled_laws, mechanism)
     if recalled is not None:
-        return recalled.compiled
+        return replace(recalled.compiled, wanted=backend, native=native, remake=again)
     from multibody_sym.dynamics.programs.law_rows import law_program
     from multibody_sym.dynamics.programs.system import inputs_program
 
     derived = {"inputs": inputs_program(mechanism), "laws": law_program(mechanism)}
     made = loading.load(derived, native=native, backend=backend)
     loading.remember(key, made, {})
-    return made
+    return replace(made, remake=again)
 
 
 def structure_key(mechanism: Mechanism, formalism: str, form: Form = "explicit") -> str:

@@ -112,6 +112,28 @@ def test_a_trajectory_keeps_its_samples_and_answers_alike(again: Callable[[Any],
     assert back.as_json() == run.as_json()
 
 
+ONE_WAY = {
+    "contact": EXAMPLES / "textbook/thrown_up.yaml",
+    "friction in a joint": EXAMPLES / "textbook/rough_hinge.yaml",
+    "rough pulley": EXAMPLES / "textbook/capstan.yaml",
+}
+
+
+@again
+@pytest.mark.parametrize("name", ONE_WAY)
+@pytest.mark.parametrize("backend", ["python"])
+def test_a_run_from_state_to_state_answers_alike(name: str, again: Callable[[Any], Any], backend: Any) -> None:
+    run = mbs.simulate(mbs.load(ONE_WAY[name]), backend=backend)
+    back = again(run)
+    np.testing.assert_array_equal(run.q, back.q)
+    assert (back.changes, back.friction_work) == (run.changes, run.friction_work)
+    assert run.modes is not None
+    for joint, known in run.reactions.items():
+        for component, values in known.items():
+            np.testing.assert_array_equal(values, back.reactions[joint][component])
+    assert back.as_json() == run.as_json()
+
+
 @again
 @backends
 def test_compiled_functions_give_the_same_bits(again: Callable[[Any], Any], backend: Any) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, Final
 
 import numpy as np
@@ -14,6 +14,7 @@ from multibody_sym.errors import NoSolutionError
 from multibody_sym.integrators.flow import Status
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.declaration.settings import Settings
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.mode_words import mode_words
 from multibody_sym.model.mechanism.one_way import INACTIVE, Mode
@@ -214,11 +215,13 @@ def one_way_run(
     declared = ready.state.declared
     if not declared.one_way:
         return None
-
-    def make(entered: Mechanism) -> Compiled:
-        form = form_of(ready.system.simulation, constrained=bool(entered.rows))
-        return compiled(entered, ready.formalism, form, native=native, backend=backend)
-
+    make = partial(_made, ready.system.simulation, ready.formalism, native, backend)
     places = [ready.mechanism.parameters.places[entry.name] for entry in declared.parameters]
     laws = Laws(declared, compiled_laws(declared, native=native, backend=backend), ready.parameters[places])
     return OneWayRun(laws, make, replace(template, project=True))
+
+
+def _made(settings: Settings, formalism: str, native: bool, backend: Backend | None, entered: Mechanism) -> Compiled:
+    """Return a mechanism in a mode, compiled; no closure, so that a run can be pickled."""
+    form = form_of(settings, constrained=bool(entered.rows))
+    return compiled(entered, formalism, form, native=native, backend=backend)
