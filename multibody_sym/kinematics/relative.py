@@ -4,15 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from multibody_sym.kinematics.motion import Motion, pose
 from multibody_sym.kinematics.points import acceleration, position, velocity
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.markers import Marker
-from multibody_sym.scalars.vectors import ZERO_VECTOR, Vec, add, apply, cross, scale, subtract
+from multibody_sym.model.mechanism.sliding_rows import Sliding
+from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, apply, cross, scale, subtract
 
 Accelerations = Sequence[tuple[Vec, Vec]]
 """Each body's (acceleration of its origin, angular acceleration), as `motion.accelerations` returns them."""
+
+_AT_REST: Final = 1e-7
+"""The speed (m/s) up to which what slips from rest keeps the direction in which it starts.
+
+Speeds below what a run tolerates have no direction: a load that turns as it grows then took steps without end.
+"""
 
 
 def direction(motion: Motion, frame: Marker, components: Point) -> Vec:
@@ -49,3 +57,13 @@ def seen(motion: Motion, frame: Marker, point: Marker, bodies: Accelerations) ->
     carried = add(cross(alpha, d), cross(w, add(cross(w, d), scale(2, v))))
     a = subtract(acceleration(motion, point, bodies), acceleration(motion, frame, bodies))
     return Seen(d, v, subtract(a, carried))
+
+
+def slip_velocity(sliding: Sliding, velocity: Sequence[S], motion: Motion) -> list[S]:
+    """Return what has the direction against which friction acts, by the velocity (m/s) along each row.
+
+    What started from rest stops where this is zero, and not where the velocity is: there friction has no direction.
+    """
+    if sliding.starts is None:
+        return list(velocity)
+    return [v + _AT_REST * d for v, d in zip(velocity, motion.state.values(sliding.starts), strict=True)]

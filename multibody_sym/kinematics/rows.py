@@ -19,7 +19,7 @@ from multibody_sym.kinematics.contacts import contact_direction, touch
 from multibody_sym.kinematics.joint_forces import part_of_reaction
 from multibody_sym.kinematics.motion import Motion, accelerations, coordinate_rates
 from multibody_sym.kinematics.points import acceleration, position, velocity
-from multibody_sym.kinematics.relative import angular_acceleration, angular_velocity, direction, seen
+from multibody_sym.kinematics.relative import angular_acceleration, angular_velocity, direction, seen, slip_velocity
 from multibody_sym.kinematics.ropes import Segment, segments, wheel_at, wrap_angle
 from multibody_sym.kinematics.wrenches import (
     Wrench,
@@ -52,10 +52,6 @@ from multibody_sym.scalars.vectors import S, Vec, add, cross, dot, negate, scale
 
 _ROUNDING: Final = 1e-13
 """Part of what a row exerts up to which its H_j is what opposite wrenches round to."""
-
-
-_AT_REST: Final = 1e-7
-"""The speed (m/s) up to which slip from rest keeps its first direction: smaller ones are what runs tolerate."""
 
 
 @dataclass(frozen=True)
@@ -323,8 +319,7 @@ def friction_factors(sliding: Sliding, along: Sequence[RowMotion], motion: Motio
         return [-coefficient * v / speed for v in velocity]
     if len(sliding.rows) == 1:
         return [-sliding.sense * coefficient]
-    if sliding.starts is not None:
-        velocity = [v + _AT_REST * d for v, d in zip(velocity, motion.state.values(sliding.starts), strict=True)]
+    velocity = slip_velocity(sliding, velocity, motion)
     speed = sqrt(sum(v * v for v in velocity))
     if isinstance(speed, float) and speed == 0.0:  # at rest without a direction to slide in: nothing leads anywhere yet
         return [0.0] * len(velocity)

@@ -27,3 +27,34 @@ def test_a_turning_load_moves_what_it_has_just_overcome() -> None:
     assert slips**2 + (0.5 * slips + 0.3 * slips**2) ** 2 == pytest.approx((0.2 * 10) ** 2, rel=1e-9)
     for name in "xy":
         assert explicit[name][-1] == pytest.approx(implicit[name][-1], rel=1e-7)
+
+
+def slid(force: list[object], **coefficients: float) -> mbs.Trajectory:
+    """Return the run of a particle of 2 kg on a rough table that a force pushes, with g = 10 m/s^2."""
+    system = mbs.System(
+        "slid",
+        gravity=[0, 0, -10],
+        bodies={"ground": mbs.Body(surfaces={"table": {"plane": [0, 0, 0], "normal": "z"}}), "p": mbs.Body(mass=2)},
+        joints={"free": mbs.PointJoint("ground", "p", axes="xyz", q=["x", "y", "z"])},
+        contacts={"c": mbs.Contact(["p", "ground.table"], **coefficients)},
+        forces={"push": mbs.Force("p", force)},
+    )
+    return mbs.simulate(system, t_end=2)
+
+
+def test_the_work_of_friction_that_slips_from_rest_in_space_is_a_number() -> None:
+    """From t = 1, when 10 t is 0.5 * 20: v = 2.5 (t - 1)^2, so that friction of 10 N takes 25/3 J by t = 2."""
+    run = slid(["10*t", 0, 0], static=0.5)
+    assert [(event["kind"], event["t"]) for event in run.events] == [("slide", pytest.approx(1.0, rel=1e-9))]
+    assert run["u_x"][-1] == pytest.approx(2.5, rel=1e-7)
+    assert run.friction_work["c"].total == pytest.approx(-25 / 3, rel=1e-7)
+
+
+def test_friction_that_drops_to_its_kinetic_value_takes_what_the_load_gives_beyond_the_motion() -> None:
+    """The work of the load less the kinetic energy, from the samples of the run, is what friction took."""
+    run = slid([6, "8*t", 0], static=0.5, kinetic=0.3)
+    assert [(event["kind"], event["t"]) for event in run.events] == [("slide", pytest.approx(1.0, rel=1e-9))]
+    power = 6 * run["u_x"] + 8 * run.t * run["u_y"]
+    given = float(((power[1:] + power[:-1]) / 2 * (run.t[1:] - run.t[:-1])).sum())
+    kept = run["u_x"][-1] ** 2 + run["u_y"][-1] ** 2
+    assert run.friction_work["c"].total == pytest.approx(kept - given, rel=1e-5)

@@ -68,7 +68,7 @@ def _of_part(values: SwitchingValues, element: OneWay, part: FrictionPart) -> tu
     else:
         limit = part.static if part.name in mode.carried else part.kinetic
         (kinetic,) = coefficients(motion, part.rows, [limit])
-        speeds = [row.phidot for row in rows]
+        speeds = values.slip(part, rows)
         along = [slip] if len(rows) == 1 else [v / length(speeds) for v in speeds]
         forces = [-kinetic * N * way for way in along]
     power = sum((force * row.phidot for force, row in zip(forces, rows, strict=True)), start=ZERO)

@@ -7,7 +7,7 @@
     a closed contact gets past an edge           -(way to the edge)
     what sticks slips                            |l_t| - static * N
     what slides stops, in a line                 -sense * v_t
-    what slides stops, in space                  -|v_t|
+    what slides stops, in space                  -|v_t|, from rest where its friction has no direction
 
 Those of forces come first: forces may change where nothing moves, so that they keep steps short.
 """
@@ -21,11 +21,13 @@ from typing import Literal
 
 from multibody_sym.kinematics.contacts import reach
 from multibody_sym.kinematics.motion import Motion, accelerations
+from multibody_sym.kinematics.relative import slip_velocity
 from multibody_sym.kinematics.rows import RowMotion, coefficients, row_motion
 from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Skin
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import Row
+from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.scalars.functions import absolute, minimum, sqrt
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import S, Vec
@@ -133,8 +135,17 @@ class SwitchingValues:
             (static,) = coefficients(self.motion, one.part.rows, [one.part.static])
             limit = static * self.pressing(element, one.part)
             return length([self.by_name[row.name] for row in one.part.rows]) - limit
-        speeds = [self.row(row).phidot for row in one.part.rows]
+        speeds = self.slip(one.part, [self.row(row) for row in one.part.rows])
         return -mechanism.mode.slips[one.part.name] * speeds[0] if one.ends == "stops" else -length(speeds)
+
+    def slip(self, part: FrictionPart, rows: Sequence[RowMotion]) -> list[S]:
+        """Return what has the direction of slip of a part that slides, along each of its rows."""
+        speeds, names = [row.phidot for row in rows], [row.name for row in part.rows]
+        for row in self.motion.mechanism.rows:
+            for sliding in row.frictions if isinstance(row, SlidingRow) else ():
+                if [x.name for x in sliding.rows] == names:
+                    return slip_velocity(sliding, speeds, self.motion)
+        return speeds
 
     def pressing(self, element: OneWay, part: FrictionPart) -> S:
         """Return the normal force that presses at a part of an element."""
