@@ -27,6 +27,7 @@ def slipped_wheels(mechanism: Mechanism, parameters: Sequence[float]) -> list[st
 
     A pulley's body is a wheel where its joint lets it turn about the pulley's axis with the centre at rest; one
     without a radius, only if its centre of mass is there too. A wheel whose coordinate a constraint names is tied.
+    A rough pulley turns its wheel by friction.
     """
     declared = mechanism.relative or mechanism
     if not any(bend.at.body >= 0 for row in declared.rows if isinstance(row, RopeRow) for bend in row.path[1:-1]):
@@ -38,7 +39,8 @@ def slipped_wheels(mechanism: Mechanism, parameters: Sequence[float]) -> list[st
     found: dict[tuple[str, str], None] = {}
     for row in motion.mechanism.rows:
         for bend in row.path[1:-1] if isinstance(row, RopeRow) else ():
-            if bend.at.body >= 0 and any(q not in tied for q in _turning(motion, bend)):
+            frictionless = bend.grip is None and not bend.rough
+            if frictionless and bend.at.body >= 0 and any(q not in tied for q in _turning(motion, bend)):
                 found[row.name, motion.mechanism.bodies[bend.at.body].name] = None
     return [
         f"rope {rope} slips over {wheel} without turning it: a pulley is without friction whatever it stands on. "

@@ -55,6 +55,7 @@ def test_a_wheel_that_its_rope_does_not_turn_is_told(change: tuple[str, str]) ->
     assert hint in solution_text(mbs.solve(mbs.loads(text)))
 
 
+ROUGH = ATWOOD.replace("at: wheel, radius: 0.19999999", "body: wheel, radius: 0.2, rough: MU").split("outputs:")[0]
 TIE = "  tie: {type: expression, zero: x - 1 + 0.2*phi}\n"
 
 
@@ -62,12 +63,14 @@ TIE = "  tie: {type: expression, zero: x - 1 + 0.2*phi}\n"
     "text",
     [
         ATWOOD.replace("at: wheel", "at: ground.axle"),
+        ROUGH.replace("MU", "0.5"),
+        ROUGH.replace("MU", "0.05"),
         ATWOOD.replace("outputs:", TIE + "outputs:"),
         ATWOOD.replace(HUB, "fixed, parent: ground, child: wheel}"),
         ATWOOD.replace(HUB, "prismatic, parent: ground, child: wheel, axis: y}"),
         ATWOOD.replace(", radius: 0.19999999", "").replace("shape: {disc: 0.2, mass: 4}", "mass: 4, com: [0, 1, 0]"),
     ],
-    ids=["on ground", "tied", "fixed", "movable without turning", "an eye at the hinge of an arm"],
+    ids=["on ground", "rough", "slipping", "tied", "fixed", "movable without turning", "an eye at the hinge of an arm"],
 )
 def test_what_is_no_wheel_or_is_tied_gives_no_hint(text: str) -> None:
     assert told(text) == []
