@@ -33,6 +33,15 @@ def in_plane(system: System) -> bool:
     return all(map(is_flat, vectors)) and all(map(is_upright, axes))
 
 
+def moves_in_plane(system: System) -> bool:
+    """Return whether nothing moves out of the plane z = 0 of its joints, whatever acts on it across that."""
+    if not all(step.stays_in_plane for joint in system.joints.values() for step in joint.steps):
+        return False
+    bodies = system.bodies.values()
+    motions = [(b.motion.x, b.motion.y, b.motion.z) for b in bodies if b.motion is not None]
+    return all(map(is_flat, motions)) and all(is_upright(axis) for body in bodies for axis in _axes(body))
+
+
 @singledispatch
 def _vectors_and_axes(element: Element) -> tuple[Sequence[Point], Sequence[Point]]:
     """Return what lies in the plane and what is normal to it where a force or constraint keeps bodies there."""

@@ -237,3 +237,17 @@ def test_ground_by_itself_is_its_only_surface() -> None:
     text = FILE.format(contact="c1: {between: [block, ground]}").replace("{ramp:", wall)
     with pytest.raises(mbs.ModelError, match=r"between.1: ground has several surfaces; say which: ground.wall, "):
         mechanism(mbs.loads(text))
+
+
+def test_a_plane_model_has_no_use_for_a_plane_across_it() -> None:
+    text = """
+multibody_sym: 1
+name: m
+bodies: {ground: {surfaces: {floor: {plane: [0, 0, 0]}}}, w: {mass: 2}}
+joints: {j: {type: point, parent: ground, child: w, q: [x, y]}}
+contacts: {c: {between: [w, ground.floor]}}
+"""
+    with pytest.raises(mbs.ModelError, match=r"between.1: ground.floor has the normal z, .*Give it .*normal: y"):
+        mechanism(mbs.loads(text))
+    (lying,) = mechanism(mbs.loads(text.replace("point,", "prismatic, axis: z,").replace("[x, y]", "z"))).one_way
+    assert isinstance(lying.normals[0].skins[1], Flat)

@@ -11,6 +11,7 @@ from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.constraints import Rolling, row_names
 from multibody_sym.model.declaration.contacts import ENOUGH, Contact
 from multibody_sym.model.declaration.joints import Fixed
+from multibody_sym.model.declaration.steps import is_upright
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.contact_rows import (
@@ -30,7 +31,7 @@ from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.start_constants import TangentAngle
 from multibody_sym.model.resolution.contacts.samples import sample_value
 from multibody_sym.model.resolution.contacts.skins import Solid, solid_of
-from multibody_sym.model.resolution.plane import in_plane
+from multibody_sym.model.resolution.plane import in_plane, moves_in_plane
 from multibody_sym.model.resolution.references import References
 from multibody_sym.model.resolution.spanning_tree import body_part
 from multibody_sym.model.resolution.surface_tangents import surface_tangents, turned_tangents
@@ -129,6 +130,7 @@ def _elements(
         for k, reference in enumerate(contact.between):
             with at(k):
                 solids.append(solid_of(reference, references, flat=flat))
+                _verify_crossed(reference, solids[-1], references.system)
         meeting = list(_meetings(solids[0], solids[1], contact.between))
     _verify_fields(contact, [skins for _, skins, _ in meeting])
     for words, skins, inner in meeting:
@@ -232,6 +234,17 @@ def _verify_bodies(between: tuple[str, ...], system: System) -> None:
     welds = _welds(system)
     if _rigid(first, welds) == _rigid(second, welds):
         raise ModelError(f"{first} and {second} are welded to each other and can neither touch nor part")
+
+
+def _verify_crossed(reference: str, solid: Solid, system: System) -> None:
+    """Raise ModelError for a plane with the normal z where nothing moves along z, and so nothing can leave it."""
+    (_, skin), *others = solid.skins
+    if not others and isinstance(skin, Flat) and is_upright(skin.normal) and moves_in_plane(system):
+        raise ModelError(
+            f"{reference} has the normal z, and all joints here move in the xy-plane: nothing can leave it or press on "
+            "it. Give it the normal that it has in that plane (surfaces: {..: {plane: .., normal: y}}; without one it "
+            "is z), or a joint with a coordinate along z"
+        )
 
 
 def _welds(system: System) -> Mapping[str, str]:
