@@ -12,7 +12,7 @@ from multibody_sym.algebra.conditions import Condition
 from multibody_sym.algebra.exact_signs import decided_sign
 from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.mode_conditions import inequalities
-from multibody_sym.answers.one_way import Acting, is_active, mode_of, slip_of
+from multibody_sym.answers.one_way import Acting, is_active, mode_of, rubs, slip_of
 from multibody_sym.answers.reactions import unit_of
 from multibody_sym.answers.solution import Value
 from multibody_sym.dynamics.programs.quantities import Instant
@@ -62,10 +62,10 @@ def _lines(
     acts = is_active(acting.mechanism, element)
     if not acts and element.group != element.name and element.name not in solved.decided.touching:
         return  # a corner in the air
-    rubbing = acts and any(part.name == element.name and part.name in words for part in element.frictions)
-    if not rubbing and element.name in words:
+    rubbing = [part for part in element.frictions if acts and rubs(part)]
+    if element.name in words and all(part.name != element.name for part in rubbing):
         yield f"{element.name} is {words[element.name]}"
-    for part in element.frictions if acts else ():
+    for part in rubbing:
         if part.name in words:
             yield f"{part.name} {_verb(words[part.name])}{_why(solved, acting, element, part, needed)}"
 
@@ -94,11 +94,13 @@ def _why(solved: Solved, acting: Acting, element: OneWay, part: FrictionPart, ne
     (static,) = coefficients(acting.instant.motion, part.rows, [part.static])
     limit = float(static * acting.pressing(element, part))
     size = sum(x * x for x in forces) ** 0.5
-    unique = all(_unique(solved, row.name) for row in part.rows)
     told = unit_of(acting.mechanism, part.rows[0])
     unit = f" {told}" if told else ""
-    found = f"friction {size:.6g}{unit} of" if unique else "friction that is not unique,"
-    return f": {found} at most {limit:.6g}{unit}"
+    most = f"at most {limit:.6g}{unit}"
+    if all(_unique(solved, row.name) for row in part.rows):
+        return f": friction {size:.6g}{unit} of {most}"
+    limited = all(_unique(solved, element.normals[k].name) for k in part.normals)
+    return ": friction that is not unique" + (f", {most}" if limited else "")
 
 
 def _unique(solved: Solved, row: str) -> bool:

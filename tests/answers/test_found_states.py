@@ -70,3 +70,28 @@ def test_the_paradox_is_a_condition() -> None:
     solution = solve(ROD, theta=0.15, w=2)
     assert solution.conditions[1] == "3*cos(theta)^2 + 1 > 3*mu*cos(theta)*sin(theta)"
     assert solution.limits[solution.conditions[0]] == "c opens"
+
+
+TOUCHING = """
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}, lid: {plane: [0, 0, 0], normal: -y}}}
+  w: {mass: 2}
+joints: {j: {type: point, parent: ground, child: w, q: [x, y]}}
+contacts:
+"""
+
+
+def lines(contacts: str) -> str:
+    return solution_text(mbs.solve(mbs.loads(f"multibody_sym: 1\nname: m\ngravity: [0, -10, 0]\n{TOUCHING}{contacts}")))
+
+
+def test_a_coefficient_of_zero_is_a_smooth_contact() -> None:
+    assert "\n  c is closed\n" in lines("  c: {between: [w, ground.floor], static: 0}\n")
+    assert "\n  c sticks: friction 0 N of at most 4 N\n" in lines("  c: {between: [w, ground.floor], static: 0.2}\n")
+
+
+def test_friction_under_a_normal_force_that_is_not_unique_has_no_limit_that_is_told() -> None:
+    both = "".join(f"  {x}: {{between: [w, ground.{x}], static: 0.2}}\n" for x in ("floor", "lid"))
+    told = lines(both)
+    assert "\n  floor sticks: friction that is not unique\n" in told
+    assert "\n  lid sticks: friction that is not unique\n" in told
