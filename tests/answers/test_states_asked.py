@@ -68,3 +68,9 @@ def test_states_are_written_back() -> None:
     system = thrown("stop: {rests: c1 sticks}\nask: {turn: c1 sticks, speed: {of: block, at: c1 slides}}")
     again = mbs.loads(mbs.dumps(system))
     assert (again.stop, again.ask) == (system.stop, system.ask)
+
+
+@pytest.mark.parametrize("asked", ["{when: c1 sticks}", "{find: x, when: c1 sticks}"])
+def test_a_state_in_no_known_question_is_told_the_forms_that_are_known(asked: str) -> None:
+    with pytest.raises(mbs.ModelError, match=r"no known question; ask with .*\{of: body, at.*c sticks \(a state\)"):
+        thrown(f"ask: {{turn: {asked}}}")

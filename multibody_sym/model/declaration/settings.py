@@ -13,6 +13,11 @@ from multibody_sym.model.declaration.states import State, StateCondition, state_
 from multibody_sym.model.declaration.values import Choice, Flag, Scalar, Text
 from multibody_sym.scalars.node import Node
 
+_FORMS: Final = (
+    "an expression, {of: body, after: time}, {coordinate: value} or {of: body, at: {coordinate: value}}; "
+    "c sticks (a state) may stand for {coordinate: value}"
+)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Ask(Element):
@@ -34,8 +39,7 @@ class Ask(Element):
         names = ("value", "of", "after", "when", "at", "begins")
         given = tuple(name for name in names if getattr(self, name) is not None)
         if given not in (("value",), ("of", "after"), ("when",), ("of", "at"), ("begins",), ("of", "begins")):
-            forms = "{of: body, after: time}, {coordinate: value} or {of: body, at: {coordinate: value}}"
-            raise ModelError(f"ask with an expression, {forms}; c sticks (a state) may stand for {{coordinate: value}}")
+            raise ModelError(f"ask with {_FORMS}")
         for condition in (self.when, self.at):
             if condition is not None and len(condition) != 1:
                 raise ModelError("name one coordinate and its value, such as {x: 2 m}")
@@ -57,6 +61,8 @@ class AskField:
             given = _known(value, ("of", "after", "at"))
             begins = state_condition(given.get("at"))
             return Ask(**given) if begins is None else Ask(of=given["of"], begins=begins)
+        if any(state_condition(given) is not None for given in value.values()):
+            raise ModelError(f"{{{', '.join(map(str, value))}}} is no known question; ask with {_FORMS}")
         return Ask(when=value)
 
     def tree(self, value: Ask) -> Any:
