@@ -276,8 +276,9 @@ def the_state(world: World) -> list[Any]:
         found = enumerate_states(world, mus)
         new = set(slipping)
         if found:
-            best = min(found, key=lambda x: [w.startswith("slide") for w in x.words])
-            new |= {k for k, w in enumerate(best.words[: len(static)]) if w.startswith("slide")}
+            tangents = _rows(world)[1]
+            slips = np.abs(tangents @ found[0].accelerations.ravel()) > 1e-9 * world.gravity
+            new |= {k for k, slip in enumerate(slips) if slip and found[0].words[k].startswith("slide")}
         if new == slipping:
             break
         slipping = new
