@@ -19,6 +19,7 @@ from multibody_sym.model.declaration.joint import Joint
 from multibody_sym.model.declaration.joints import Free, Planar
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mass import GROUND, mass_of
+from multibody_sym.model.resolution.contacts.elements import copies
 from multibody_sym.model.resolution.cuts import has_rows
 from multibody_sym.model.resolution.measured import has_formula
 from multibody_sym.model.resolution.plane import in_plane
@@ -48,13 +49,14 @@ class Freed:
 def freed_bodies(system: System, carrying: Iterable[str]) -> Freed:
     """Return a system with its bodies freed, whose joints `carrying` bodies have coordinates of their own.
 
-    `_free` follows a body's name where its coordinates' would be taken.
+    `_free` follows a body's name where its coordinates' would be taken, or a contact has it.
     """
     plane = in_plane(system)
     bodies = {name: _with_centre(body) if name != GROUND else body for name, body in system.bodies.items()}
+    touching = {name for declared, contact in system.contacts.items() for name, _ in copies(declared, contact)}
     carriers: dict[str, Joint] = {}
     for name in (name for name in system.bodies if name != GROUND):
-        taken = _names({**system.joints, **carriers}) | {*system.parameters, *system.inputs, *system.joints}
+        taken = _names({**system.joints, **carriers}) | {*system.parameters, *system.inputs, *system.joints, *touching}
         word = _word(name)
         while not taken.isdisjoint((word, *_names({word: _carrier(name, word, plane)}))):
             word += "_free"

@@ -251,3 +251,10 @@ contacts: {c: {between: [w, ground.floor]}}
         mechanism(mbs.loads(text))
     (lying,) = mechanism(mbs.loads(text.replace("point,", "prismatic, axis: z,").replace("[x, y]", "z"))).one_way
     assert isinstance(lying.normals[0].skins[1], Flat)
+
+
+def test_a_contact_may_have_the_name_of_a_body_in_absolute_coordinates_too() -> None:
+    text = FILE.format(contact="block: {between: [block, ground.ramp], static: mu}")
+    freed = mechanism(mbs.loads(text + "simulation: {coordinates: absolute}\n"))
+    assert [x.name for x in mechanism(mbs.loads(text)).one_way] == [x.name for x in freed.one_way] == ["block"]
+    assert {"block_free_x", "box_x"} <= {c.name for c in freed.coordinates}
