@@ -166,8 +166,11 @@ def _begin(problem: Scaled, previous: LawState | LawMode | None) -> list[Near]:
     """Return where to begin."""
     if isinstance(previous, LawState):
         return [*_begin(problem, previous.carrying), *_begin(problem, previous.mode)]
-    if previous is None:
-        return []
+    return [] if previous is None else [Near(modes_of(problem, previous))]
+
+
+def modes_of(problem: Scaled, previous: LawMode) -> Modes:
+    """Return a mode by numbers; what moves slips as it does, and what has no direction to slip in sticks."""
     sides, slips = np.array(previous.sides, dtype=np.intp), np.array(previous.slips, dtype=np.intp)
     directions = np.array([d or (0.0, 0.0) for d in previous.directions], dtype=float).reshape(len(slips), 2)
     for part in problem.parts:
@@ -175,4 +178,4 @@ def _begin(problem: Scaled, previous: LawState | LawMode | None) -> list[Near]:
             slips[part.number] = IN_SPACE if part.in_space else int(np.sign(part.velocity[0]))
         elif part.in_space and slips[part.number] and not directions[part.number].any():
             slips[part.number] = STICKS
-    return [Near(Modes(sides, slips, directions))]
+    return Modes(sides, slips, directions)

@@ -71,20 +71,49 @@ def _limit(law: object, *, resting: bool) -> float:
 def basic_mode(problem: PosedLaws, state: LawState) -> Mode:
     """Return the mode of a state; where its forces are not unique, with a basic solution that keeps its bounds.
 
-    Without one that is found, or where reactions in joints press, the mode as it is.
+    Without one that is found the mode as it is. Where reactions in joints press, friction in joints is let go alone.
     """
     mode = problem.mode(state)
     acting = _Acting(problem, mode, state)
     resting = acting.parts(resting=True)
     rows = acting.bilateral() + [acting.place(x) for x in acting.elements()]
     rows += [place for one in resting for place in one.rows]
-    if problem.problem.coupling.any() or _rank(problem, rows) == len(rows):
+    if problem.problem.coupling.any():
+        return _without_idle_joints(acting)
+    if _rank(problem, rows) == len(rows):
         return mode
     kept, idle, loose = _kept(acting, resting)
     for how in _ways(acting, loose):
         if _fits(acting, kept, idle, loose, how):
             return replace(mode, idle=idle, carried={one.part.name: s for one, s in zip(loose, how, strict=True)})
     return mode
+
+
+def _without_idle_joints(acting: _Acting) -> Mode:
+    """Return the mode in which friction in joints exerts nothing that stops and contacts hold at rest as well."""
+    from multibody_sym.dynamics.laws.judgement import fulfils
+    from multibody_sym.dynamics.laws.mode_solve import solve_mode
+    from multibody_sym.dynamics.laws.scaled import Modes, scaled
+    from multibody_sym.dynamics.laws.search import modes_of
+
+    posed, law, slips = acting.problem, acting.problem.problem, acting.state.mode.slips
+    kept = acting.bilateral() + [acting.place(x) for x in acting.elements()]
+    kept += [place for one in acting.parts(resting=True) for place in one.rows]
+    own = {part.name for x in posed.elements if not x.unilateral for part in x.frictions}
+    carrying, loose = np.ones(len(law.laws), dtype=bool), []
+    for part, of_part, slip in zip(posed.parts, law.parts, slips, strict=True):
+        if part.name in own and of_part.rests and slip == STICKS and not part.enough:
+            trial = [*kept, *of_part.rows]
+            if _rank(posed, trial) == _rank(posed, kept):
+                loose.append(part.name)
+                carrying[list(of_part.rows)] = False
+            else:
+                kept = trial
+    mu = np.array([part.static if part.rests else part.kinetic for part in law.parts])
+    problem = scaled(law)
+    modes: Modes = modes_of(problem, acting.state.mode)
+    fits = bool(loose) and fulfils(problem, solve_mode(problem, modes, mu, carrying))
+    return replace(acting.mode, carried=dict.fromkeys(loose, 0)) if fits else acting.mode
 
 
 def _rank(problem: PosedLaws, places: Sequence[int]) -> int:
