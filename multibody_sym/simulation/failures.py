@@ -94,10 +94,12 @@ def _advice_on_steps(mechanism: Mechanism) -> str:
     if not jumping:
         return "a jump in a force (sign, where) keeps steps short; else ask for less accuracy or a shorter time"
     speed = mechanism.speeds[jumping[0]]
+    units = [each.unit for each in mechanism.speeds if each.joint == speed.joint]
+    contact = "a contact with static and kinetic, which stick and slip"
+    rub = f"forces: {{rub: {{type: friction, joint: {speed.joint}, static: mu, kinetic: mu}}}} or {contact}"
     return (
         f"a force jumps where {speed.name} changes its sign, and has no value at rest; declare dry friction as such, "
-        f"forces: {{rub: {{type: friction, joint: {speed.joint}, static: mu, kinetic: mu}}}} or a contact with static "
-        "and kinetic, which stick and slip"
+        f"{rub if len(set(units)) == len(units) else contact}"  # joints of several like ways have no friction
     )
 
 

@@ -306,6 +306,18 @@ forces:
         simulated(text, t_end=10.0)
 
 
+def test_a_sign_of_a_speed_at_rest_on_a_contact_is_answered_by_the_coefficients_of_a_contact(monkeypatch):
+    text = """
+bodies: {ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}, b: {mass: 1}}
+joints: {j: {type: point, parent: ground, child: b, q: [x, y]}}
+contacts: {c: {between: [b, ground.floor]}}
+forces: {f: {type: force, on: b, value: ["3 - 5*sign(u_x)", 0, 0]}}
+"""
+    monkeypatch.setattr(problem, "_MOST_STEPS", 10_000_000)
+    with pytest.raises(FailedRunError, match=r"where u_x changes its sign.*as such, a contact with static and kinetic"):
+        simulated(text, t_end=3.0)
+
+
 PUCK = """
 bodies:
   puck: {{mass: 2}}
