@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 import multibody_sym as mbs
@@ -58,3 +60,22 @@ def test_friction_that_drops_to_its_kinetic_value_takes_what_the_load_gives_beyo
     given = float(((power[1:] + power[:-1]) / 2 * (run.t[1:] - run.t[:-1])).sum())
     kept = run["u_x"][-1] ** 2 + run["u_y"][-1] ** 2
     assert run.friction_work["c"].total == pytest.approx(kept - given, rel=1e-5)
+
+
+def test_slip_that_slows_down_under_a_turning_load_comes_to_rest_and_starts_again() -> None:
+    system = mbs.System(
+        "puck",
+        gravity=[0, 0, -10],
+        bodies={"ground": mbs.Body(surfaces={"table": {"plane": [0, 0, 0], "normal": "z"}}), "puck": mbs.Body(mass=2)},
+        joints={"free": mbs.PointJoint("ground", "puck", axes="xyz", q=["x", "y", "z"])},
+        contacts={"c": mbs.Contact(["puck", "ground.table"], static=0.5, kinetic=0.4)},
+        forces={"push": mbs.Force("puck", ["10*sin(6*t)", "10*cos(5*t)", 0])},
+    )
+    run = mbs.simulate(system, t_end=1.75)
+    kinds = [change["kind"] for change in run.changes]
+    assert kinds[-2:] == ["stick", "slide"]
+    rest, starts = (change["t"] for change in run.changes[-2:])
+    assert rest < starts
+    pushed = lambda t: (10 * math.sin(6 * t)) ** 2 + (10 * math.cos(5 * t)) ** 2  # noqa: E731
+    assert pushed(starts) == pytest.approx((0.5 * 2 * 10) ** 2, rel=1e-8)
+    assert run.statistics["steps"] < 50_000

@@ -47,10 +47,14 @@ _OF_FALLING: Final = 1e-3
 
 @dataclass(frozen=True)
 class Scale:
-    """How large a model is (m) and how fast it moves (m/s): what small gaps and speeds are measured by."""
+    """How large a model is (m) and how fast it moves (m/s): what small gaps and speeds are measured by.
+
+    Slip in space that is slower than `unseen` (m/s) has no direction, since a run does not tell it from rest.
+    """
 
     length: float
     speed: float
+    unseen: float = 0.0
 
     @property
     def turning(self) -> float:

@@ -41,6 +41,12 @@ _KEPT: Final = 1e4
 """How much further a mode that is kept may be beyond what ends it: 1e-8 of the forces."""
 
 
+_UNSEEN: Final = 100.0
+"""The multiple of a run's absolute tolerance below which a speed is rounding of its steps."""
+_UNSEEN_MOST: Final = 1e-8
+"""The largest such speed (m/s): a tenth of that up to which slip keeps the direction in which it starts."""
+
+
 @dataclass(frozen=True)
 class Change:
     """What a switch changed: at a time, the state of an element, or of a part of it; and what an impact took (J)."""
@@ -101,7 +107,8 @@ class OneWayRun:
         t, q, u = self.template.start, self.template.q0, self.template.u0
         mechanism = self.laws.mechanism
         given = t, q.tolist(), u.tolist(), self.laws.parameters.tolist()
-        self._scale = scale_of(motion_of(mechanism, state_of(mechanism, float, *given)))
+        scale = scale_of(motion_of(mechanism, state_of(mechanism, float, *given)))
+        self._scale = replace(scale, unseen=min(_UNSEEN * self.template.atol, _UNSEEN_MOST))
         found = self._entered(decided(self.laws.at(t, q, u, self._scale), ()), None)
         if isinstance(found, RunFailure):
             raise NoSolutionError(f"{self.trouble} at the start")
@@ -205,7 +212,7 @@ class OneWayRun:
 def _larger(scale: Scale, u: Floats, slides: Floats) -> Scale:
     """Return a run's size and speed, with the largest of the speeds now."""
     fastest = np.abs(u) * (slides + (1.0 - slides) * scale.length)
-    return Scale(scale.length, max(scale.speed, float(fastest.max(initial=0.0))))
+    return replace(scale, speed=max(scale.speed, float(fastest.max(initial=0.0))))
 
 
 def one_way_run(

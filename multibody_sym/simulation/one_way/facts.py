@@ -12,7 +12,7 @@ from multibody_sym.dynamics.laws.assemble import TOUCHING, PosedLaws, Scale
 from multibody_sym.dynamics.laws.problem import Equality, Friction, FrictionLaw, Law, LawProblem, Unilateral
 from multibody_sym.dynamics.programs.law_rows import every_row, friction_parts
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.one_way import OneWay
+from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.loading import Compiled
@@ -95,6 +95,11 @@ class Facts:
         sizes = slides * self.scale.speed + (1.0 - slides) * self.scale.turning
         return part * float(np.abs(self.known["jacobian"][self.place(row)]) @ sizes)
 
+    def allowed_slip(self, part: FrictionPart, of_speed: float = TOUCHING) -> float:
+        """Return the speed of slip up to which a friction part counts as being at rest."""
+        seen = self.scale.unseen if len(part.rows) > 1 else 0.0
+        return max(seen, *(self.allowed_speed(row, of_speed) for row in part.rows))
+
     def standing(self, element: OneWay) -> str:
         """Return how a unilateral element stands: `open`, `inside`, or closed: `touching`, `leaving`, `closing`."""
         gap, rate = self.gap(element), self.rate(element)
@@ -152,7 +157,7 @@ def _laws(
             static, kinetic = facts.known["coefficients"][number].tolist()
             velocity = [float(facts.known["phidot"][facts.place(row)]) for row in part.rows]
             smooth = part.regularised is not None
-            allowed = 0.0 if smooth else max(facts.allowed_speed(row) for row in part.rows)
+            allowed = 0.0 if smooth else facts.allowed_slip(part)
             rests = float(np.linalg.norm(velocity)) <= allowed
             frictions.append(
                 FrictionLaw(

@@ -135,4 +135,4 @@ def _margin(one: Switching, at: Facts, largest: float) -> float:
     assert one.part is not None
     if one.ends == "stops":
         return at.allowed_speed(one.part.rows[0], _SPEEDS)
-    return -max(at.allowed_speed(row, _AT_REST) for row in one.part.rows)
+    return -at.allowed_slip(one.part, _AT_REST)
