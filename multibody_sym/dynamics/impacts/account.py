@@ -1,0 +1,160 @@
+"""What has become of the rows so far: impulses, speeds, energy, and the phases they come from; and which rows act."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from multibody_sym.dynamics.impacts.problem import CLOSING, ImpactProblem, Phase, Stage, Struck
+from multibody_sym.dynamics.laws.problem import Equality, Friction, LawProblem, Unilateral
+from multibody_sym.numerics.arrays import Floats
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """Some `rows` and `parts` of a problem as a problem of their own: numbers of rows and of parts in the whole."""
+
+    rows: list[int]
+    parts: list[int]
+    problem: LawProblem
+
+
+def chosen(problem: LawProblem, closed: Collection[int]) -> Chosen:
+    """Return the problem of what always acts, constraints and friction in joints, and of some unilateral rows."""
+    acting = {k for k, law in enumerate(problem.laws) if isinstance(law, Equality)} | set(closed)
+    parts = [k for k, part in enumerate(problem.parts) if acting.issuperset(part.normals)]
+    rows = sorted(acting | {row for k in parts for row in problem.parts[k].rows})
+    place = {row: k for k, row in enumerate(rows)}
+    number = {part: k for k, part in enumerate(parts)}
+    laws = [problem.laws[k] for k in rows]
+    frictions = (problem.parts[k] for k in parts)
+    return Chosen(
+        rows,
+        parts,
+        LawProblem(
+            problem.matrix[rows],
+            problem.exerted[rows],
+            problem.coupling[np.ix_(rows, rows)],
+            problem.right[rows],
+            tuple(replace(law, part=number[law.part]) if isinstance(law, Friction) else law for law in laws),
+            tuple(
+                replace(
+                    part,
+                    rows=tuple(place[k] for k in part.rows),
+                    normals=tuple(place[k] for k in part.normals),
+                    velocity=(0.0,) * len(part.rows),
+                )
+                for part in frictions
+            ),
+        ),
+    )
+
+
+@dataclass(eq=False)
+class Account:
+    """An impact on its way: x (n), z (m), what compression had of z, and the energy that each row took."""
+
+    problem: ImpactProblem
+    x: Floats
+    z: Floats
+    compression: Floats
+    lost: Floats
+    restitution: Floats
+    allowed: Floats
+    unilateral: tuple[int, ...]
+    phases: list[Phase] = field(default_factory=list)
+    impacts: int = 0
+    struck: set[int] = field(default_factory=set)
+    unsure: set[int] = field(default_factory=set)
+    notes: list[str] = field(default_factory=list)
+    collapsed: bool = False
+
+    @property
+    def rows(self) -> LawProblem:
+        return self.problem.rows
+
+    def speeds(self) -> Floats:
+        """Return the present speeds (m) of the rows."""
+        return speeds(self.rows, self.x, self.z)
+
+    def closing(self) -> list[int]:
+        """Return the unilateral rows that close now."""
+        v = self.speeds()
+        return [k for k in self.unilateral if v[k] < -self.allowed[k]]
+
+    def unfulfilled(self) -> bool:
+        """Return whether what holds both ways has another speed than the wanted one."""
+        v = self.speeds()
+        return any(isinstance(law, Equality) and abs(v[k]) > self.allowed[k] for k, law in enumerate(self.rows.laws))
+
+    def touching(self) -> list[int]:
+        """Return the unilateral rows that close now, or touch without separating."""
+        v = self.speeds()
+        return [k for k in self.unilateral if v[k] <= self.allowed[k]]
+
+    def add(
+        self,
+        stage: Stage,
+        rows: Collection[int],
+        slips: tuple[int, ...],
+        impulses: tuple[Floats, Floats],
+        lost: Floats | None = None,
+    ) -> None:
+        """Add the impulses dz (m), dx (n) of a phase; without `lost` (m) they grow in proportion."""
+        z, x = impulses
+        self.lost += self._taken(z, x) if lost is None else lost
+        self.x, self.z = self.x + x, self.z + z
+        self.struck |= set(rows)
+        self.phases.append(Phase(stage, tuple(sorted(rows)), slips, z, self.impacts))
+        if stage == "compression":
+            self.compression = self.compression + z
+
+    def _taken(self, z: Floats, x: Floats) -> Floats:
+        """Return the energy (m) that rows take while impulses grow in proportion: minus the work of each."""
+        before = self.speeds()
+        after = speeds(self.rows, self.x + x, self.z + z)
+        taken = -z * (before + after) / 2.0
+        others = np.any(self.rows.exerted != self.rows.matrix, axis=1)
+        if others.any():
+            exerted, w = self.rows.exerted[others], self.problem.speeds
+            moving = np.full(others.sum(), np.nan) if w is None else exerted @ (w + self.x + x / 2.0)
+            taken[others] = np.where(exerted.any(axis=1), -z[others] * moving, 0.0)
+        return np.asarray(taken, dtype=float)
+
+    def told(self) -> Struck:
+        """Return what has happened."""
+        return Struck(
+            self.x,
+            self.z,
+            self.compression,
+            -self.rows.right,
+            self.speeds(),
+            self.lost,
+            tuple(sorted(self.struck)),
+            self.restitution,
+            tuple(self.phases),
+            self.impacts,
+            tuple(sorted(self.unsure)),
+            self.collapsed,
+            tuple(self.notes),
+        )
+
+
+def speeds(rows: LawProblem, x: Floats, z: Floats) -> Floats:
+    """Return (m) the speeds of rows after a jump and impulses."""
+    return np.asarray(rows.matrix @ x + rows.coupling @ z - rows.right, dtype=float)
+
+
+def begun(problem: ImpactProblem) -> Account:
+    """Return the account of an impact in which nothing has happened yet."""
+    rows = problem.rows
+    count, size = rows.matrix.shape
+    unilateral = tuple(k for k, law in enumerate(rows.laws) if isinstance(law, Unilateral))
+    lengths = np.linalg.norm(rows.matrix, axis=1)
+    lengths[lengths == 0.0] = 1.0
+    largest = float(np.abs(rows.right / lengths).max(initial=0.0))
+    allowed = CLOSING * largest * lengths if problem.allowed is None else np.asarray(problem.allowed, dtype=float)
+    zeros, e = np.zeros(count), np.array(problem.restitution, dtype=float)
+    return Account(problem, np.zeros(size), zeros, zeros, zeros.copy(), e, allowed, unilateral)
