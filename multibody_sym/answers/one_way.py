@@ -20,6 +20,7 @@ from multibody_sym.model.mechanism.one_way import (
 )
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
+from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import S, Vec
 
@@ -74,6 +75,9 @@ class Acting:
     def pressing(self, element: OneWay, part: FrictionPart) -> S:
         """Return N of a part's friction law, for normal forces with the signs that they have in the mode."""
         sides = mode_of(self.mechanism).sides
+        components = [self.multiplier(element.normals[k].name) for k in part.normals]
+        if part.norm and sum(x is not ZERO for x in components) > 1:
+            return sqrt(sum(x * x for x in components))
         total: S = 0
         for k in part.normals:
             name = element.normals[k].name
@@ -90,9 +94,14 @@ class Acting:
             for sliding in row.frictions if isinstance(row, SlidingRow) else ():
                 if sliding.rows == part.rows:
                     factors = friction_factors(sliding, [self.rows[x.name] for x in part.rows], self.instant.motion)
+                    if part.norm:
+                        return [factor * self.pressing(self._element_of(part), part) for factor in factors]
                     force = self.multiplier(row.name)
                     total = [x + factor * force for x, factor in zip(total, factors, strict=True)]
         return total
+
+    def _element_of(self, part: FrictionPart) -> OneWay:
+        return next(element for element in self.mechanism.one_way if part in element.frictions)
 
     # --- motion ---------------------------------------------------------------------------------------------------
 

@@ -68,3 +68,15 @@ def test_where_friction_changes_the_force_it_comes_from_the_quadratic_is_solved(
     assert solved.numbers.udot == pytest.approx([low], rel=1e-13)
     assert solved.forms is not None
     assert float(solved.forms.udot[0].sample) == pytest.approx(low, rel=1e-13)
+
+
+@pytest.mark.parametrize("speed", ["0", "1"])
+def test_what_a_journal_exerts_is_told_by_the_length_of_its_force(speed: str) -> None:
+    """At rest it holds the push at 2 mm by at most mu r sqrt(F^2 + (m g)^2), else it exerts that."""
+    text_of = WHEEL.replace("FX", "F").replace("FY", "0").replace("COM", "[0, 0, 0]").replace("u: 1", f"u: {speed}")
+    found = mbs.solve(mbs.loads(text_of.replace("R: {value: 0.2", "R: {value: 0.002")))
+    most = 0.2 * 0.02 * math.hypot(5, 2 * 9.81)
+    assert found.reactions["rub"]["friction"].value == pytest.approx(0.01 if speed == "0" else -most, rel=1e-14)
+    if speed == "0":
+        assert f"friction 0.01 N*m of at most {most:.6g} N*m" in found.found[0]
+        assert found.conditions == ("mu*r*sqrt(F^2 + g^2*m^2) >= F*R",)
