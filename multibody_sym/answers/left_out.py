@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
 
 from multibody_sym.answers.instant import Solved
+from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.force_rows import ReactionRow
 from multibody_sym.model.mechanism.mass import ORIGIN
 from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.model.mechanism.one_way import OneWay
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.node import ONE
 
 _ROUNDING: Final = 1e-9
@@ -30,15 +32,60 @@ def _notes(solved: Solved, element: OneWay) -> Iterator[str]:
     turns, slides = any(step.turns for step in body.steps), any(step.slides for step in body.steps)
     if not all(row.share is ONE for row in normals):
         return  # on a thread force and couple go together
+    held = _Held(solved, element.joint)
+    if len(body.steps) > 1 and sum(bool(step.slides) for step in body.steps) != 1:
+        yield from _of_plate(held, element, normals[0], turns=turns) if slides else _of_pins(held, element, normals)
+        return
     axis = next(axis for step in body.steps for axis in (*step.slides, *step.turns))
-    along = np.array(solved.numbers.motion.state.values(axis), dtype=float)
-    along /= np.linalg.norm(along)
-    reaction = solved.numbers.reactions[element.joint]
-    force, moment = np.array([reaction[c] for c in COMPONENTS], dtype=float).reshape(2, 3)
-    size = float(np.abs(force).sum() + np.abs(moment).sum())
-    couple = float(np.linalg.norm(moment - (moment @ along) * along if turns else moment))
-    if couple > _ROUNDING * size and all(row.moment is ORIGIN for row in normals):
+    along = held.unit(axis)
+    couple = float(np.linalg.norm(held.moment - (held.moment @ along) * along if turns else held.moment))
+    if couple > _ROUNDING * held.size and all(row.moment is ORIGIN for row in normals):
         yield f"{element.name} rubs with its force alone; the couple of {couple:.6g} N*m there is left out ({_APART})"
-    push = abs(float(force @ along))
-    if turns and not slides and push > _ROUNDING * size:
+    push = abs(float(held.force @ along))
+    if turns and not slides and push > _ROUNDING * held.size:
         yield f"{element.name} rubs with the force across its axis; {push:.6g} N along the axis are left out"
+
+
+class _Held:
+    """What a joint holds: force and moment on its child, about its point there, in the frame on its parent."""
+
+    def __init__(self, solved: Solved, joint: str) -> None:
+        self._state = solved.numbers.motion.state
+        reaction = solved.numbers.reactions[joint]
+        self.force, self.moment = np.array([reaction[c] for c in COMPONENTS], dtype=float).reshape(2, 3)
+        self.size = float(np.abs(self.force).sum() + np.abs(self.moment).sum())
+
+    def unit(self, axis: Point) -> Floats:
+        """Return the unit vector along an axis."""
+        along = np.array(self._state.values(axis), dtype=float)
+        return np.asarray(along / np.linalg.norm(along), dtype=float)
+
+
+def _of_plate(held: _Held, element: OneWay, row: ReactionRow, *, turns: bool) -> Iterator[str]:
+    """Yield the couple that moves the normal force away from the joint's point."""
+    normal = held.unit(row.force)
+    couple = float(np.linalg.norm(held.moment - (held.moment @ normal) * normal))
+    if couple > _ROUNDING * held.size:
+        pressing = abs(float(held.force @ normal))
+        where = f", which moves that force {couple / pressing:.6g} m aside," if pressing > _ROUNDING * held.size else ""
+        yield (
+            f"{element.name} rubs with the force along its normal alone; the couple of {couple:.6g} N*m there{where} "
+            "is left out"
+        )
+    twist = abs(float(held.moment @ normal))
+    if not turns and twist > _ROUNDING * held.size:
+        yield f"{element.name} rubs with its force alone; the couple of {twist:.6g} N*m about its normal is left out"
+
+
+def _of_pins(held: _Held, element: OneWay, normals: Sequence[ReactionRow]) -> Iterator[str]:
+    """Yield the couple that the pins of a universal joint transmit, and the forces along them."""
+    pairs = zip(normals[::2], normals[1::2], strict=True)
+    pins = [np.cross(held.unit(first.force), held.unit(second.force)) for first, second in pairs]
+    across = np.cross(pins[0], pins[1])
+    couple = abs(float(held.moment @ across)) / (float(np.linalg.norm(across)) or 1.0)
+    if couple > _ROUNDING * held.size:
+        yield f"{element.name} rubs with its force alone; the couple of {couple:.6g} N*m that it transmits is left out"
+    for number, pin in enumerate(pins, 1):
+        push = abs(float(held.force @ pin))
+        if push > _ROUNDING * held.size:
+            yield f"{element.name}.pin{number} rubs with the force across it; {push:.6g} N along the pin are left out"

@@ -227,8 +227,11 @@ class Actions:
             self._add_unit(s, "friction", self.element(name), against, [-sliding.sense * x for x in along[0].forces])
         else:
             pressed = row_motion(pressing, self.motion, self.bias)
+            in_joint = all(wrench is NO_WRENCH for row in along for wrench in row.of_body)
             pairs = zip(moved.of_body, pressed.of_body, strict=True)
-            self._add(s, "friction", self.element(name), [_difference(a, b, size) for a, b in pairs])
+            against = [NO_WRENCH if in_joint else _difference(a, b, size) for a, b in pairs]
+            forces = [(a - b) / size for a, b in zip(moved.forces, pressed.forces, strict=True)]
+            self._add_unit(s, "friction", self.element(name), against, forces)
 
     def _pressing(self, row: ReactionRow, symbol: Any) -> Law:
         """Return what a row that defines a part of a joint's reaction says."""

@@ -12,17 +12,17 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Final
 
-from multibody_sym.errors import ModelError, at
+from multibody_sym.errors import at
 from multibody_sym.model.declaration.forces import Friction
-from multibody_sym.model.declaration.joint import Joint
 from multibody_sym.model.declaration.steps import Rotate, Screw, Step, Translate
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.force_rows import BrakingRow, ReactionRow, RubbingRow
-from multibody_sym.model.mechanism.markers import NOWHERE
 from multibody_sym.model.mechanism.mass import ORIGIN, unit_vector
-from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
+from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.resolution.cuts import normals_of
+from multibody_sym.model.resolution.one_way.rubbing import NOWHERE_YET, Made, Rubbing, aligned
+from multibody_sym.model.resolution.one_way.wide_joints import plate, two_pins
 from multibody_sym.model.resolution.plane import in_plane
 from multibody_sym.model.resolution.references import References
 from multibody_sym.scalars.functions import sqrt
@@ -31,7 +31,6 @@ from multibody_sym.scalars.vectors import cross, scale
 
 SIDE_WORDS: Final = ("pressed", "0")
 _UP: Final[Point] = (ZERO, ZERO, ONE)
-_NOWHERE: Final = (NOWHERE, NOWHERE)
 
 
 def joint_frictions(references: References) -> Iterator[OneWay]:
@@ -48,29 +47,22 @@ def _friction(name: str, element: Friction, references: References, flat: bool) 
         references.verify_joint(element.joint)
     joint = references.system.joints[element.joint]
     make = _MAKERS.get(tuple(type(step) for step in joint.moves))
+    asked = Rubbing(name, element, joint, tuple(references.freedoms(element.joint).values()), flat)
     if make is None or any(step.motion is not None for step in joint.moves):
-        raise ModelError(
-            f"friction is for joints that slide along an axis, turn about one, or both, by coordinates of their own: "
-            f"prismatic, revolute, cylindrical, screw; {element.joint!r} is another, or prescribed"
-        ).under("joint")
-    normals, parts = make(name, element, joint, _rates(element.joint, references), flat)
+        raise asked.another()
+    normals, parts = make(asked)
     frames = references.carried_frames(element.joint)
-    normals = [replace(row, frames=frames) for row in normals]
     return OneWay(
         name,
         "friction",
         ("forces", name),
-        tuple(normals),
+        tuple(replace(row, frames=frames) for row in normals),
         unilateral=False,
         frictions=tuple(parts),
         words=SIDE_WORDS,
         group=name,
         joint=element.joint,
     )
-
-
-def _rates(joint: str, references: References) -> list[Node]:
-    return [freedom.rate for freedom in references.freedoms(joint).values()]
 
 
 def _across(axis: Point, flat: bool) -> tuple[Point, ...]:
@@ -81,44 +73,39 @@ def _across(axis: Point, flat: bool) -> tuple[Point, ...]:
     return normals_of(axis)
 
 
-def _guide(
-    name: str, element: Friction, joint: Joint, rates: Sequence[Node], flat: bool
-) -> tuple[list[ReactionRow], list[FrictionPart]]:
-    _without(element, "radius", "a slider has none; give the length over which its pads are apart, or nothing")
-    axis = unit_vector(joint.moves[0].slides[0])
-    across, row = _across(axis, flat), RubbingRow(f"{name}.friction", rates[0])
-    if element.length is None:
-        normals = _reactions(name, element, [(n, ORIGIN) for n in across])
-        return normals, [_part(name, element, (row,), range(len(normals)), norm=len(normals) > 1)]
-    return _pads(name, element, axis, across, row)
+def _guide(asked: Rubbing) -> Made:
+    asked.without("radius", "a slider has none; give the length over which its pads are apart, or nothing")
+    axis = unit_vector(asked.joint.moves[0].slides[0])
+    across, row = _across(axis, asked.flat), RubbingRow(f"{asked.name}.friction", asked.rates[0])
+    if asked.element.length is None:
+        normals = asked.reactions([(n, ORIGIN) for n in across])
+        return normals, [asked.part((row,), range(len(normals)), norm=len(normals) > 1)]
+    return _pads(asked, axis, across, row)
 
 
-def _journal(
-    name: str, element: Friction, joint: Joint, rates: Sequence[Node], flat: bool
-) -> tuple[list[ReactionRow], list[FrictionPart]]:
-    radius = _radius(element, "a hinge rubs on a journal: give its radius")
-    axis, row = unit_vector(joint.moves[0].turns[0]), BrakingRow(f"{name}.friction", rates[0])
-    if element.length is None:
-        normals = _reactions(name, element, [(n, ORIGIN) for n in normals_of(axis)])
-        return normals, [_part(name, element, (row,), range(2), radius, norm=True)]
-    return _pads(name, element, axis, normals_of(axis), row, radius)
+def _journal(asked: Rubbing) -> Made:
+    radius = asked.radius("a hinge rubs on a journal: give its radius")
+    axis, row = unit_vector(asked.joint.moves[0].turns[0]), BrakingRow(f"{asked.name}.friction", asked.rates[0])
+    if asked.element.length is None:
+        normals = asked.reactions([(n, ORIGIN) for n in normals_of(axis)])
+        return normals, [asked.part((row,), range(2), radius, norm=True)]
+    return _pads(asked, axis, normals_of(axis), row, radius)
 
 
-def _pads(
-    name: str, element: Friction, axis: Point, across: Sequence[Point], row: Row, arm: Node = ONE
-) -> tuple[list[ReactionRow], list[FrictionPart]]:
+def _pads(asked: Rubbing, axis: Point, across: Sequence[Point], row: Row, arm: Node = ONE) -> Made:
     """Return the reactions of two pads or bearings a length apart along an axis, and their friction.
 
     In a plane it is one friction of both, in space one of each, from its own reaction across the axis.
     """
-    assert element.length is not None
-    shares = [[_pad(axis, n, side / element.length) for n in across] for side in (ONE, -ONE)]
-    normals = [x for k, pad in enumerate(shares, 1) for x in _reactions(f"{name}.pad{k}", element, pad)]
+    name, length = asked.name, asked.element.length
+    assert length is not None
+    shares = [[_pad(axis, n, side / length) for n in across] for side in (ONE, -ONE)]
+    normals = [x for k, pad in enumerate(shares, 1) for x in asked.reactions(pad, f"{name}.pad{k}")]
     if len(across) == 1:
-        return normals, [_part(name, element, (row,), range(2), arm)]
+        return normals, [asked.part((row,), range(2), arm)]
     rows = [replace(row, name=f"{name}.pad{k}.friction") for k in (1, 2)]
     return normals, [
-        _part(f"{name}.pad{k}", element, (each,), range(2 * k - 2, 2 * k), arm, norm=True)
+        asked.part((each,), range(2 * k - 2, 2 * k), arm, norm=True, name=f"{name}.pad{k}")
         for k, each in enumerate(rows, 1)
     ]
 
@@ -130,70 +117,39 @@ def _pad(axis: Point, normal: Point, share: Node) -> tuple[Point, Point]:
     return half, about
 
 
-def _sleeve(
-    name: str, element: Friction, joint: Joint, rates: Sequence[Node], flat: bool
-) -> tuple[list[ReactionRow], list[FrictionPart]]:
-    _without(element, "length", "pads are for sliders; give a radius, with which it rubs about its axis as well")
-    normals = _reactions(name, element, [(n, ORIGIN) for n in normals_of(unit_vector(joint.moves[0].slides[0]))])
-    rows: tuple[Row, ...] = (RubbingRow(f"{name}.along", rates[0]),)
-    if element.radius is not None:
-        rows += (RubbingRow(f"{name}.about", element.radius * rates[1]),)
-    return normals, [_part(name, element, rows, range(2), norm=True)]
+def _sleeve(asked: Rubbing) -> Made:
+    asked.without("length", "pads are for sliders; give a radius, with which it rubs about its axis as well")
+    axis = unit_vector(asked.joint.moves[0].slides[0])
+    if not aligned(axis, unit_vector(asked.joint.moves[1].turns[0])):
+        raise asked.another()
+    normals = asked.reactions([(n, ORIGIN) for n in normals_of(axis)])
+    rows: tuple[Row, ...] = (RubbingRow(f"{asked.name}.along", asked.rates[0]),)
+    if asked.element.radius is not None:
+        rows += (RubbingRow(f"{asked.name}.about", asked.element.radius * asked.rates[1]),)
+    return normals, [asked.part(rows, range(2), norm=True)]
 
 
-def _thread(
-    name: str, element: Friction, joint: Joint, rates: Sequence[Node], flat: bool
-) -> tuple[list[ReactionRow], list[FrictionPart]]:
-    _without(element, "length", "a screw has none; give the mean radius of its thread")
-    radius = _radius(element, "a screw rubs on its thread: give its mean radius")
-    (step,) = joint.moves
+def _thread(asked: Rubbing) -> Made:
+    asked.without("length", "a screw has none; give the mean radius of its thread")
+    radius = asked.radius("a screw rubs on its thread: give its mean radius")
+    (step,) = asked.joint.moves
     assert isinstance(step, Screw)
     size = sqrt(radius**2 + step.lead**2)
     cosine, sine = radius / size, step.lead / size
-    rubbing = RubbingRow(f"{name}.friction", size * rates[0])
+    rubbing = RubbingRow(f"{asked.name}.friction", size * asked.rates[0])
     axis = unit_vector(step.slides[0])
-    normal = ReactionRow(f"{name}.normal", element.joint, _NOWHERE, axis, ORIGIN, cosine, sine, rubbing.name)
-    return [normal], [_part(name, element, (rubbing,), range(1))]
+    normal = ReactionRow(
+        f"{asked.name}.normal", asked.element.joint, NOWHERE_YET, axis, ORIGIN, cosine, sine, rubbing.name
+    )
+    return [normal], [asked.part((rubbing,), range(1))]
 
 
-_Maker = Callable[
-    [str, Friction, Joint, Sequence[Node], bool], tuple[list[ReactionRow], list[FrictionPart]]
-]
-_MAKERS: Final[dict[tuple[type[Step], ...], _Maker]] = {
+_MAKERS: Final[dict[tuple[type[Step], ...], Callable[[Rubbing], Made]]] = {
     (Translate,): _guide,
     (Rotate,): _journal,
     (Translate, Rotate): _sleeve,
     (Screw,): _thread,
+    (Translate, Translate): plate,
+    (Translate, Translate, Rotate): plate,
+    (Rotate, Rotate): two_pins,
 }
-
-
-def _reactions(name: str, element: Friction, shares: Sequence[tuple[Point, Point]]) -> list[ReactionRow]:
-    names = [f"{name}.normal"] if len(shares) == 1 else [f"{name}.normal{k}" for k in range(1, len(shares) + 1)]
-    pairs = zip(names, shares, strict=True)
-    return [ReactionRow(row, element.joint, _NOWHERE, force, moment) for row, (force, moment) in pairs]
-
-
-def _part(
-    name: str, element: Friction, rows: tuple[Row, ...], normals: range, arm: Node = ONE, *, norm: bool = False
-) -> FrictionPart:
-    """Return the friction of some normals at an arm; a coefficient that is left out is the other."""
-    enough = isinstance(element.static, str)
-    static = ZERO if isinstance(element.static, str) else element.static
-    kinetic = element.kinetic if element.kinetic is not None else static
-    static = static if static is not None else kinetic
-    assert static is not None
-    assert kinetic is not None
-    return FrictionPart(
-        name, rows, arm * static, arm * kinetic, enough, tuple(normals), norm, regularised=element.regularised
-    )
-
-
-def _radius(element: Friction, advice: str) -> Node:
-    if element.radius is None:
-        raise ModelError(advice).under("radius")
-    return element.radius
-
-
-def _without(element: Friction, field: str, advice: str) -> None:
-    if getattr(element, field) is not None:
-        raise ModelError(advice).under(field)
