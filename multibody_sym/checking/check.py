@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -37,6 +37,7 @@ from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.driving_inputs import with_driving_inputs
 from multibody_sym.model.resolution.force_places import reasons
+from multibody_sym.model.resolution.plane import in_plane
 from multibody_sym.scalars.kinks import switching_functions
 from multibody_sym.scalars.node import ZERO, symbol
 from multibody_sym.scalars.traversal import leaves
@@ -212,12 +213,26 @@ def _declared_hints(system: System, end: str) -> list[str]:
             hints.append(f"the motion of joint {name} has kinks: until {end} neither it nor its rate jumps")
     ropes = [step for c in system.constraints.values() if isinstance(c, Rope) for step in c.path]
     hints += [f"no rope runs over pulley {name}" for name in system.pulleys if name not in ropes]
+    hints += list(_edge_hints(system))
     carriers = [joint.parent for joint in system.joints.values()]
     for name, body in system.bodies.items():
         carries = any(parent == name or parent.startswith(f"{name}.") for parent in carriers)
         if name != "ground" and not carries and body.mass is None and body.shape is None:
             hints.append(f"body {name} has no mass")
     return hints if system.outputs else [*hints, "no outputs are declared: a run tells coordinates and speeds only"]
+
+
+def _edge_hints(system: System) -> Iterator[str]:
+    """Yield that two boxes in space touch with corners and faces, but not with their edges."""
+    for name, contact in system.contacts.items() if not in_plane(system) else ():
+        ends = [system.bodies.get(end) for end in contact.between]
+        if all(body is not None and body.shape is not None and body.shape.kind == "box" for body in ends):
+            first, second = contact.between
+            yield (
+                f"edges of the boxes of contact {name} touch nothing, corners touch faces: where edges may cross, "
+                f"declare a contact of both, such as between: [{first}.bottom_front, {second}.top_right]; a run tells "
+                "where they pass"
+            )
 
 
 def _named(system: System) -> set[str]:

@@ -5,7 +5,8 @@ C is above it along n, and k leads from C to the place of contact, which lies on
 
     gap = h + n . k,    slip = v_1 + w_1 x k - v_2 - w_2 x (d + k),    d = C - (what stands for the other skin)
 
-and n . slip is the rate of the gap, because k' . n and d' - n' h contribute nothing along n.
+and n . slip is the rate of the gap, because k' . n and d' - n' h contribute nothing along n. Of two segments that cross
+n is normal to both, C an end of the first and k leads from there to where it crosses the second.
 """
 
 from __future__ import annotations
@@ -15,14 +16,15 @@ from dataclasses import dataclass, replace
 from functools import singledispatch
 from typing import Final
 
+from multibody_sym.errors import ModelError
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import acceleration, position, velocity
 from multibody_sym.kinematics.relative import angular_acceleration, angular_velocity, direction
-from multibody_sym.model.mechanism.contact_rows import LOCAL, ContactRow, Face, Flat, Level, Rim, Round, Skin
+from multibody_sym.model.mechanism.contact_rows import LOCAL, ContactRow, Edge, Face, Flat, Level, Rim, Round, Skin
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import IDENTITY
 from multibody_sym.scalars.functions import apply as operation
-from multibody_sym.scalars.functions import is_exactly, sqrt, where
+from multibody_sym.scalars.functions import is_exactly, sign, sqrt, where
 from multibody_sym.scalars.vectors import (
     S,
     Vec,
@@ -39,6 +41,8 @@ from multibody_sym.scalars.vectors import (
 
 _PARALLEL: Final = 1e-12
 """The square of an angle (rad) up to which a normal is along an axis."""
+_PARALLEL_LINES: Final = 1e-18
+"""The same for two lines that cross: they are where they touch to what is left of their digits."""
 _Z: Vec = (0, 0, 1)
 
 
@@ -81,7 +85,7 @@ class _Facing:
 
 def touch(skins: tuple[Skin, Skin], motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Touch:
     """Return where and how two skins touch; `bias` holds the bodies' accelerations for udot = 0."""
-    if isinstance(skins[0], (Flat, Level)):
+    if isinstance(skins[0], (Flat, Level)) or (isinstance(skins[0], Edge) and not isinstance(skins[1], Edge)):
         found = _centre_on((skins[1], skins[0]), motion, bias)
         return replace(
             found,
@@ -95,15 +99,19 @@ def touch(skins: tuple[Skin, Skin], motion: Motion, bias: Sequence[tuple[Vec, Ve
 
 
 def _centre_on(skins: tuple[Skin, Skin], motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Touch:
-    """Return the same for a first skin that has a centre."""
+    """Return the same for a first skin that has a centre, or a segment that crosses another."""
     first, second = skins
     w, w_2 = (angular_velocity(motion, skin.place.body) for skin in skins)
     alpha, alpha_2 = (angular_acceleration(motion, skin.place.body, bias) for skin in skins)
     apart = subtract(position(motion, first.place), position(motion, second.place))
     apart_rate = subtract(velocity(motion, first.place), velocity(motion, second.place))
-    hollow = isinstance(first, Round) and first.inside
-    facing = _facing(second, motion, apart, apart_rate, hollow)
-    arm, arm_rate = _arm(first, motion, facing.normal)
+    if isinstance(first, Edge) and isinstance(second, Edge):
+        crossing = _crossing(first, second, motion, apart, apart_rate)
+        facing, arm, arm_rate = crossing.facing, crossing.arm, crossing.arm_rate
+    else:
+        hollow = isinstance(first, Round) and first.inside
+        facing = _facing(second, motion, apart, apart_rate, hollow)
+        arm, arm_rate = _arm(first, motion, facing.normal)
     to_place, to_place_rate = add(apart, arm), add(apart_rate, arm_rate)
     slip = subtract(add(apart_rate, cross(w, arm)), cross(w_2, to_place))
     rate = subtract(acceleration(motion, first.place, bias), acceleration(motion, second.place, bias))
@@ -164,6 +172,20 @@ def _(skin: Level, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) ->
     return _Facing(Direction(normal, add(cross(w, normal), combination(axes, turning))), function / size)
 
 
+@_facing.register
+def _(skin: Edge, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
+    """From the foot on the segment's line to the centre; along x where that is on the line, as of balls."""
+    along, _ = _course(skin, motion)
+    away = subtract(apart, scale(dot(along.vector, apart), along.vector))
+    length = sqrt(dot(away, away))
+    if is_exactly(length, 0):
+        return _Facing(Direction((1, 0, 0), (0, 0, 0)), length)
+    before, after = dot(along.rate, apart) + dot(along.vector, apart_rate), dot(along.vector, apart)
+    away_rate = subtract(apart_rate, add(scale(before, along.vector), scale(after, along.rate)))
+    n = scale(1 / length, away)
+    return _Facing(Direction(n, scale(1 / length, subtract(away_rate, scale(dot(n, away_rate), n)))), length)
+
+
 @singledispatch
 def _arm(skin: Skin, motion: Motion, normal: Direction) -> tuple[Vec, Vec]:
     """Return the vector from a skin's centre to its place that is nearest against the normal, and its rate."""
@@ -189,6 +211,70 @@ def _(skin: Rim, motion: Motion, normal: Direction) -> tuple[Vec, Vec]:
     up = scale(1 / length, steep)
     up_rate = scale(1 / length, subtract(steep_rate, scale(dot(up, steep_rate), up)))
     return scale(-radius, up), scale(-radius, up_rate)
+
+
+def _course(skin: Edge, motion: Motion) -> tuple[Direction, S]:
+    """Return the direction of a segment, and its length."""
+    whole = subtract(position(motion, skin.tip), position(motion, skin.place))
+    length = sqrt(dot(whole, whole))
+    if is_exactly(length, 0):
+        raise ModelError(f"{skin.place.name} leads from a place to the same place; give it two ends")
+    along = scale(1 / length, whole)
+    return Direction(along, cross(angular_velocity(motion, skin.place.body), along)), length
+
+
+@dataclass(frozen=True)
+class _Crossing:
+    """Where the lines of two segments are nearest: the normal and the gap; `on_first` and `on_second` how far from
+    their places that is (m), `arm` the way there along the first."""
+
+    facing: _Facing
+    on_first: S
+    on_second: S
+    arm: Vec
+    arm_rate: Vec
+
+
+def _crossing(first: Edge, second: Edge, motion: Motion, apart: Vec, apart_rate: Vec) -> _Crossing:
+    """With c = d1 . d2 and w = `apart` the first is nearest at (c d2 . w - d1 . w) / (1 - c^2) along d1."""
+    d1, d2 = _course(first, motion)[0], _course(second, motion)[0]
+    c, c_rate = _product(d1, d2)
+    on_1, on_1_rate = _product(d1, Direction(apart, apart_rate))
+    on_2, on_2_rate = _product(d2, Direction(apart, apart_rate))
+    across = _crossed(d1, d2)
+    steep = dot(across.vector, across.vector)
+    if is_exactly(steep, 0) or (isinstance(steep, float) and steep <= _PARALLEL_LINES):
+        raise ModelError(
+            f"{first.place.name} and {second.place.name} are parallel, and where they touch has no one place: turn one "
+            "of them a little, or declare what touches as points on a plane"
+        )
+    steep_rate = 2 * dot(across.vector, across.rate)
+    way = (c * on_2 - on_1) / steep
+    way_rate = (c_rate * on_2 + c * on_2_rate - on_1_rate - way * steep_rate) / steep
+    length = _side(first, second, motion, across.vector) * sqrt(steep)
+    n = scale(1 / length, across.vector)
+    across_rate = scale(1 / length, across.rate)
+    normal = Direction(n, subtract(across_rate, scale(dot(n, across_rate), n)))
+    arm_rate = add(scale(way_rate, d1.vector), scale(way, d1.rate))
+    facing = _Facing(normal, dot(n, apart))
+    return _Crossing(facing, way, (on_2 - c * on_1) / steep, scale(way, d1.vector), arm_rate)
+
+
+def _product(a: Direction, b: Direction) -> tuple[S, S]:
+    return dot(a.vector, b.vector), dot(a.rate, b.vector) + dot(a.vector, b.rate)
+
+
+def _side(first: Edge, second: Edge, motion: Motion, across: Vec) -> S:
+    """Return 1 where d1 x d2 leads from the second to the first, -1 where it leads back, as one of them faces."""
+    told, sense = (second, 1) if second.facing is not None else (first, -1)
+    assert told.facing is not None
+    towards = sign(dot(across, direction(motion, told.place, told.facing)))
+    if is_exactly(towards, 0):
+        raise ModelError(
+            f"{told.place.name} faces along a line that crosses it, so that nothing says on which side of it the other "
+            "one lies; give it a normal across both (surfaces: {..: {segment: .., normal: ..}}; without one it is z)"
+        )
+    return sense * towards
 
 
 def _radius(skin: Round, motion: Motion) -> S:
@@ -243,6 +329,8 @@ def reach(row: ContactRow, motion: Motion) -> list[S]:
     What is round is above the face, from end to end; a point is nearer to it than to the faces beside it; and the body
     whose corner touches is above the face.
     """
+    if any(isinstance(skin, Edge) for skin in row.skins):
+        return _reach_along(row.skins, motion)
     face = next((skin for skin in row.skins if isinstance(skin, Flat)), None)
     if face is None:
         return []
@@ -256,6 +344,26 @@ def reach(row: ContactRow, motion: Motion) -> list[S]:
         found += [dot(along, subtract(centre, p)) / length, dot(along, subtract(q, centre)) / length]
     if row.inner is not None:
         found.append(_height(Face(face.place, face.normal), motion, row.inner))
+    return found
+
+
+def _reach_along(skins: tuple[Skin, Skin], motion: Motion) -> list[S]:
+    """Return how far inside the ends of segments the place of contact is, and how far between the faces of an edge."""
+    first, second = skins
+    if not (isinstance(first, Edge) and isinstance(second, Edge)):
+        edge, other = (first, second) if isinstance(first, Edge) else (second, first)
+        assert isinstance(edge, Edge)
+        along, length = _course(edge, motion)
+        way = dot(along.vector, subtract(position(motion, other.place), position(motion, edge.place)))
+        return [way, length - way]
+    apart = subtract(position(motion, first.place), position(motion, second.place))
+    rate = subtract(velocity(motion, first.place), velocity(motion, second.place))
+    crossing = _crossing(first, second, motion, apart, rate)
+    found: list[S] = []
+    for skin, way, sense in ((first, crossing.on_first, -1), (second, crossing.on_second, 1)):
+        _, length = _course(skin, motion)
+        normals = (direction(motion, skin.place, normal) for normal in skin.between)
+        found += [way, length - way, *(sense * length * dot(n, crossing.facing.normal.vector) for n in normals)]
     return found
 
 

@@ -14,13 +14,14 @@ from dataclasses import dataclass
 from functools import singledispatch
 from itertools import pairwise
 from math import hypot
+from typing import Final
 
 from multibody_sym.kinematics.loads import span
 from multibody_sym.kinematics.motion import BodyMotion, Motion, coordinate_rates
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import RowMotion
-from multibody_sym.model.mechanism.contact_rows import LOCAL, ContactRow, Flat, Level, Rim, Round, Skin
+from multibody_sym.model.mechanism.contact_rows import LOCAL, ContactRow, Edge, Flat, Level, Rim, Round, Skin
 from multibody_sym.model.mechanism.force_rows import ReactionRow
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import IDENTITY
@@ -38,7 +39,10 @@ from multibody_sym.model.mechanism.rows import (
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.node import ONE, ZERO, Node, slot
-from multibody_sym.scalars.vectors import dot, subtract
+from multibody_sym.scalars.vectors import cross, dot, scale, subtract
+
+_PARALLEL: Final = 1e-6
+"""The sine of an angle below which lines that cross count as if it were this."""
 
 
 @dataclass(frozen=True)
@@ -148,14 +152,37 @@ def _stretching(motion: Motion, bodies: Sequence[Terms], ends: Sequence[Marker])
 @_terms.register
 def _(row: ContactRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     first, second = (_of(motion, bodies, skin.place) for skin in row.skins)
+    if all(isinstance(skin, Edge) for skin in row.skins):
+        return _crossing_terms(row, motion, first, second)
     sizes = [_size(skin, motion) for skin in row.skins]
     place = sum(hypot(*position(motion, skin.place)) for skin in row.skins) + sum(sizes)
-    arms = [place if isinstance(skin, Flat) else size for skin, size in zip(row.skins, sizes, strict=True)]
+    arms = [place if isinstance(skin, (Flat, Edge)) else size for skin, size in zip(row.skins, sizes, strict=True)]
     tilting, turning = _turning(row, motion, first, second)
     speeds = first.V + second.V
     slip = speeds + first.W * arms[0] + second.W * arms[1]
     carried = first.A + second.A + first.L * arms[0] + second.L * arms[1]
     return carried + (first.W + second.W) * sum(sizes) * turning + tilting * slip + (first.W + second.W) * speeds
+
+
+def _crossing_terms(row: ContactRow, motion: Motion, first: Terms, second: Terms) -> float:
+    """Return the same of two lines that cross: the place of contact goes along them as fast as they are parallel."""
+    apart = hypot(*subtract(*(position(motion, skin.place) for skin in row.skins)))
+    steep = max(_sine(row, motion), _PARALLEL)
+    turning, way = first.W + second.W, 2.0 * apart / steep**2
+    passing = 8.0 * (first.V + second.V + turning * (apart + way)) / steep**4
+    slip = first.V + second.V + turning * way
+    carried = first.A + second.A + (first.turning + second.turning) * (way + apart)
+    return carried + turning * passing + 4.0 * turning / steep * (slip + passing)
+
+
+def _sine(row: ContactRow, motion: Motion) -> float:
+    """Return the sine of the angle between the lines of a row's segments."""
+    courses = []
+    for skin in row.skins:
+        assert isinstance(skin, Edge)
+        whole = subtract(position(motion, skin.tip), position(motion, skin.place))
+        courses.append(scale(1.0 / hypot(*whole), whole))
+    return hypot(*cross(*courses))
 
 
 def _size(skin: Skin, motion: Motion) -> float:

@@ -22,6 +22,7 @@ from multibody_sym.model.mechanism.parameters import ALPHA, BETA
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem
+from multibody_sym.simulation.crossed_boxes import crossed_boxes
 from multibody_sym.simulation.oddities import (
     accuracy_of,
     coordinates_too_far,
@@ -72,8 +73,9 @@ class Trajectory(Samples):
 
         The stop that ended the run; singular positions, in which rows depend on each other, that it passed; and the
         first sample at which a joint is beyond one of its limits, a rope would push (a real one goes slack there), a
-        plane would pull at a rolling wheel (a real one lifts off), an output has no value, energy came from nowhere, or
-        a coordinate is so large that floats around it are further apart than a step leads.
+        plane would pull at a rolling wheel (a real one lifts off), edges of boxes pass into each other, an output has
+        no value, energy came from nowhere, or a coordinate is so large that floats around it are further apart than a
+        step leads.
         """
         crossed = limits_passed(self.ready.mechanism, self.parameters, self.__getitem__)
         found: list[dict[str, Any]] = [
@@ -83,12 +85,16 @@ class Trajectory(Samples):
         found += [{"t": t, "kind": "singular position", "element": "constraints"} for t in self.integration.singular]
         found += [*pushing_ropes(self), *outputs_without_value(self)]
         found += [event for event in pulling_wheels(self) if event["element"] not in self.redundancy.not_unique]
-        found += self.changes
+        found += [*self._crossed_boxes, *self.changes]
         accuracy = accuracy_of(self.problem.step, self.problem.rtol, self.problem.atol)
         found += growing_energy(self, accuracy)
         pairs = self.problem.pairs.plain if self.problem.pairs else ()
         found += coordinates_too_far(self, pairs, self.integration.statistics.mean_step, accuracy)
         return sorted(found, key=lambda event: float(event["t"]))
+
+    @cached_property
+    def _crossed_boxes(self) -> list[dict[str, Any]]:
+        return crossed_boxes(self)
 
     @property
     def changes(self) -> list[dict[str, Any]]:

@@ -11,6 +11,7 @@ from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.integrators.flow import Status
 from multibody_sym.kinematics.energy import working
 from multibody_sym.model.mechanism.units import MechanismUnits
+from multibody_sym.simulation.crossed_boxes import EDGES_CROSS
 from multibody_sym.simulation.oddities import ENERGY, NO_VALUE, PULLING, PUSHING, TOO_FAR
 from multibody_sym.simulation.trajectory import Trajectory
 from multibody_sym.writing.redundancy import redundancy_lines
@@ -152,6 +153,8 @@ def _warning(kind: str, element: str, t: str) -> str:
     said = {
         PUSHING: f"from t = {t} on rope {element} would have to push; a real one goes slack there",
         PULLING: f"from t = {t} on {element} is negative: the plane would have to pull; a real wheel lifts off",
+        EDGES_CROSS: f"at t = {t} an edge of one box of contact {element} leads through the other: corners and faces "
+        "touch, edges only where a contact names both (between: [a.bottom_front, b.top_right])",
         NO_VALUE: f"output {element} has no finite value, at t = {t} for the first time",
         ENERGY: f"from t = {t} on the energy grows from nowhere: steps that are too long, or what drives what it "
         "should brake (a negative damping, mass or stiffness); try a tighter tolerance or shorter steps first",

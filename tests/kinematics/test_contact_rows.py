@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import sympy
@@ -17,7 +20,7 @@ from multibody_sym.kinematics.row_sizes import row_terms
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.kinematics.wrenches import generalized_forces
-from multibody_sym.model.mechanism.contact_rows import Flat, Rim, TurningRow
+from multibody_sym.model.mechanism.contact_rows import Edge, Flat, Rim, TurningRow
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import Pose
 from multibody_sym.model.mechanism.modes import in_mode
@@ -40,6 +43,8 @@ SPACE = {
     "ball": {"sphere": 0.2, "centre": [-0.1, 0.2, 0.3]},
     "bowl": {"sphere": 2.5, "centre": [0.1, 0, 0.2], "inside": True},
     "corner": {"point": [0.2, -0.3, 0.1]},
+    "bar": {"segment": [[-0.4, 0.1, 0.2], [0.8, 0.3, -0.1]]},
+    "pole": {"segment": [[0.1, 0.2, -0.3], [0.3, 0.7, 0.5]], "normal": [0.6, 0.0, 0.8]},
     "vase": {"revolution": "0.4*s^2 - 0.3*s^3 + 0.1", "centre": [0.2, 0.1, 0.3], "axis": "y"},
     "cone": {"revolution": "0.7*s", "centre": [0.2, 0.1, 0.3], "axis": [0.6, 0, 0.8]},
 }
@@ -49,7 +54,8 @@ FLAT_PAIRS = [
 ]
 SPACE_PAIRS = [
     ("corner", "face"), ("face", "corner"), ("rim", "face"), ("face", "rim"), ("ball", "face"), ("ball", "ball"),
-    ("corner", "ball"), ("ball", "bowl"), ("bowl", "corner"),
+    ("corner", "ball"), ("ball", "bowl"), ("bowl", "corner"), ("bar", "pole"), ("pole", "bar"), ("bar", "bar"),
+    ("ball", "bar"), ("pole", "ball"),
 ]
 SMOOTH = [("corner", "track", True), ("track", "corner", True), ("corner", "vase", False), ("cone", "corner", False)]
 PAIRS = [(*pair, True) for pair in FLAT_PAIRS] + [(*pair, False) for pair in SPACE_PAIRS]
@@ -62,7 +68,7 @@ def case(first: str, second: str, flat: bool) -> Case:
     body = mbs.Body(mass=1, inertia=moments, surfaces=surfaces)
     joint = mbs.Planar if flat else mbs.Free
     hinge = mbs.Revolute("cart", "b", axis="z") if flat else mbs.Spherical("cart", "b")
-    round_ones = {first, second} - {"corner", "face", "track", "vase", "cone"}
+    round_ones = {first, second} - {"corner", "face", "track", "vase", "cone", "bar", "pole"}
     system = mbs.System(
         "pair",
         bodies={"a": body, "cart": mbs.Body(mass=1, inertia=moments), "b": body},
@@ -74,7 +80,7 @@ def case(first: str, second: str, flat: bool) -> Case:
         },
     )
     resolved = mechanism(system)
-    stuck = in_mode(resolved, Mode({"c": 1}))
+    stuck = in_mode(resolved, Mode({resolved.one_way[0].name: 1}))
     return Case(0, system, stuck, parameter_values(stuck, {}))
 
 
@@ -138,6 +144,8 @@ def gap_by_hand(found: Case, motion) -> float:
     """Return the gap from places in world axes alone."""
     skins = found.mechanism.rows[0].skins
     flat = next((k for k, skin in enumerate(skins) if isinstance(skin, Flat)), None)
+    if any(isinstance(skin, Edge) for skin in skins):
+        return between_lines(skins, motion)
     if flat is None:
         signed = [float(skin.radius.shadow) * (-1 if skin.inside else 1) for skin in skins]
         apart = np.linalg.norm(np.subtract(*(position(motion, skin.place) for skin in skins)))
@@ -152,6 +160,24 @@ def gap_by_hand(found: Case, motion) -> float:
         axis = np.subtract(position(motion, Marker("", other.place.body, Pose(tip))), position(motion, other.place))
         return height - float(other.radius.shadow) * np.linalg.norm(np.cross(n, axis))
     return height - float(other.radius.shadow)
+
+
+def between_lines(skins, motion) -> float:
+    """Return the volume of what four places span over its base, with the sign of the side that is said.
+
+    Of a ball the distance of its centre, from the area that it spans with a bar, less its radius.
+    """
+    ball = next((skin for skin in skins if not isinstance(skin, Edge)), None)
+    if ball is not None:
+        bar = skins[1] if skins[0] is ball else skins[0]
+        p, a, c = (np.array(position(motion, m), dtype=float) for m in (bar.place, bar.tip, ball.place))
+        return np.linalg.norm(np.cross(a - p, c - p)) / np.linalg.norm(a - p) - float(ball.radius.shadow)
+    (p, a), (q, b) = ([np.array(position(motion, m), dtype=float) for m in (skin.place, skin.tip)] for skin in skins)
+    base = np.cross(a - p, b - q)
+    told, sense = (skins[1], 1.0) if skins[1].facing is not None else (skins[0], -1.0)
+    ahead = tuple(x + n for x, n in zip(told.place.pose.position, told.facing, strict=True))
+    normal = np.subtract(position(motion, Marker("", told.place.body, Pose(ahead))), position(motion, told.place))
+    return sense * np.sign(base @ normal) * np.linalg.det([a - p, b - q, p - q]) / np.linalg.norm(base)
 
 
 @pytest.mark.parametrize(("first", "second", "flat"), PAIRS)
@@ -226,6 +252,51 @@ def test_a_point_beyond_the_end_of_a_face_is_out_of_reach() -> None:
     row = resolved.one_way[0].normals[0]
     assert reach(row, here.motion(0.0, [1.5, 0.0], [0.0, 0.0])) == pytest.approx([2.5, 0.5])
     assert reach(row, here.motion(0.0, [-1.25, 7.0], [0.0, 0.0])) == pytest.approx([-0.25, 3.25])
+
+
+def test_bars_touch_with_their_sides_balls_and_other_bars_and_with_their_ends_planes() -> None:
+    """Each pair by name, and how far inside the ends the place of contact is: of the foot, and of the crossing."""
+    ground = mbs.Body(
+        surfaces={"floor": {"plane": [0, 0, -1]}, "rail": {"segment": [[0, -1, 0], [0, 3, 0]]}, "knob": {"sphere": 0.1}}
+    )
+    pairs = {"f": "ground.floor", "r": "ground.rail", "k": "ground.knob"}
+    system = mbs.System(
+        "bar",
+        bodies={"ground": ground, "bar": mbs.Body(shape={"rod": 2, "mass": 1})},
+        joints={"J": mbs.Free("ground", "bar")},
+        contacts={name: mbs.Contact(["bar", on]) for name, on in pairs.items()},
+    )
+    resolved = mechanism(system)
+    found = {element.name: element.normals[0] for element in resolved.one_way}
+    assert set(found) == {"f.end1", "f.end2", "r", "k.side", "k.end1", "k.end2"}
+    here = Case(0, system, resolved, parameter_values(resolved, {}))
+    motion = here.motion(0.0, [-0.5, 0.3, 0.4, 1.0, 0.0, 0.0, 0.0], [0.0] * 6)
+    assert reach(found["r"], motion) == pytest.approx([0.5, 1.5, 1.3, 2.7])
+    assert reach(found["k.side"], motion) == pytest.approx([0.5, 1.5])
+    whole = replace(motion, mechanism=replace(resolved, rows=(found["r"], found["k.side"], found["f.end1"])))
+    assert [row.phi for row in row_motions(whole)] == pytest.approx([0.4, 0.4, 1.4])  # k: 0.5 m away, less 0.1 m
+
+
+def test_the_edge_of_a_box_is_touched_between_its_faces() -> None:
+    """A box turned by 45 degrees stands on its edge across a rail; turned back to a face the edge is at its limit."""
+    ground = mbs.Body(surfaces={"rail": {"segment": [[-2, 0, 0], [2, 0, 0]]}})
+    system = mbs.System(
+        "box",
+        bodies={"ground": ground, "box": mbs.Body(shape={"box": [0.6, 0.8, 1.0], "mass": 1})},
+        joints={"J": mbs.Free("ground", "box")},
+        contacts={"c": mbs.Contact(["box.back_right", "ground.rail"])},
+    )
+    resolved = mechanism(system)
+    here, row = Case(0, system, resolved, parameter_values(resolved, {})), resolved.one_way[0].normals[0]
+    for angle in (0.0, 0.7, math.pi / 2, 2.0):
+        q = [0.1, 0.2, 0.9, math.cos(angle / 2), 0.0, math.sin(angle / 2), 0.0]  # about y: the edge at (0.3, -0.5)
+        motion = here.motion(0.0, q, [0.0] * 6)
+        corner = 0.9 - 0.3 * np.sin(angle) - 0.5 * np.cos(angle)
+        whole = replace(motion, mechanism=replace(resolved, rows=(row,)))
+        assert row_motions(whole)[0].phi == pytest.approx(corner)
+        x = 0.1 + 0.3 * np.cos(angle) - 0.5 * np.sin(angle)
+        down = 0.8 * np.array([np.cos(angle), np.sin(angle)])  # how much the faces back and right look down, in m
+        assert reach(row, motion) == pytest.approx([0.2, 0.6, *down, 2 + x, 2 - x], abs=1e-12)
 
 
 def test_a_bead_on_a_parabola_and_in_a_bowl() -> None:

@@ -23,7 +23,7 @@ from multibody_sym.kinematics.contacts import reach
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.relative import slip_velocity
 from multibody_sym.kinematics.rows import RowMotion, coefficients, row_motion
-from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Skin
+from multibody_sym.model.mechanism.contact_rows import ContactRow, Edge, Flat, Skin
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import Row
@@ -83,7 +83,7 @@ def _of(mechanism: Mechanism, element: OneWay) -> Iterator[Switching]:
 
 
 def _ends(skin: Skin) -> bool:
-    return isinstance(skin, Flat) and skin.ends is not None
+    return isinstance(skin, Edge) or (isinstance(skin, Flat) and skin.ends is not None)
 
 
 def side_of(mechanism: Mechanism, element: OneWay, normal: Row) -> int:

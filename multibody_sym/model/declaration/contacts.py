@@ -34,13 +34,13 @@ class Contact(Element):
     """Two bodies that may touch and then push each other, never pull; the first of `between` against the second.
 
     `between` names surfaces, `body.surface`; a body whose shape is a box stands for its corners, discs, cylinders and
-    spheres for themselves, a rod for its ends and sides, any other body or point for that point (in space corners touch
-    faces, and edges nothing). Coulomb's friction has
-    the coefficients `static` and `kinetic`: one alone counts for both, without either the contact is smooth, and
-    where it has `enough` it never slips. `rolling_resistance` is a length. The normal leads from the second to the
-    first, and friction, positive along the tangent, is that on the first; `tangent`, in the axes of the body with the
-    plane, turns it around. An `open` contact does not touch at the start. With `repeat` there are so many contacts, in
-    whose names and ends `#` is 1, 2, ... and `#+1` the next.
+    spheres for themselves, a rod for its ends and sides, any other body or point for that point. In space corners touch
+    faces, and edges of boxes nothing unless they are named (`a.bottom_front`); these and sides of bars touch each other
+    where they cross, and balls. Coulomb's friction has the coefficients `static` and `kinetic`: one alone counts for
+    both, without either the contact is smooth, and where it has `enough` it never slips. `rolling_resistance` is a
+    length. The normal leads from the second to the first, and friction, positive along the tangent, is that on the
+    first; `tangent`, in the axes of the body with the plane, turns it around. An `open` contact does not touch at the
+    start. With `repeat` there are so many contacts, in whose names and ends `#` is 1, 2, ... and `#+1` the next.
     """
 
     between: tuple[str, ...] = holds(ListOf(Text(), 2, 2))

@@ -44,7 +44,9 @@ class Surface(Element):
     at the distance s from it; points lie on it. In a plane model s is the way along x if the axis is y, of any sign.
     Balls and discs have their centre at `centre`; what touches them `inside` is in a bowl or a drum. A plane goes
     through a place and has a `normal`, which points away from the body; in a plane model it may end at the two places
-    `between`. A segment, a thin bar, leads from place to place.
+    `between`. A segment, a thin bar, leads from place to place. In a plane model it is touched on both sides if its
+    `normal` is z, else where that points; in space the first of two bars that cross lies where the normal of the second
+    points, or the second against that of the first if the second's is z.
     """
 
     sphere: Node | None = holds(Scalar("m"), None)

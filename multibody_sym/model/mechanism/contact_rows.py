@@ -1,7 +1,8 @@
 """Rows of contacts: what of two bodies touches, and along which directions they push, rub and roll.
 
 Every contact is one of a centre with a radius (zero: a point; hollow: a drum, a bowl) or the rim of a disc with a
-plane, a centre with a radius or, if it is a point, a smooth surface. How they move is in `kinematics/contacts.py`.
+plane, a centre with a radius, the side of a bar in space or, if it is a point, a smooth surface; or of two such bars
+that cross. How they move is in `kinematics/contacts.py`.
 """
 
 from __future__ import annotations
@@ -59,6 +60,19 @@ class Flat(Skin):
     beside: tuple[Face, ...] = ()
 
 
+@dataclass(frozen=True)
+class Edge(Skin):
+    """A segment in space, of a thin bar or an edge, from its place to a `tip`.
+
+    Of two that cross one says by where it is `facing` on which side of it the other one is. `between` are the normals
+    of the two faces that meet in the edge of a box, between which it is touched.
+    """
+
+    tip: Marker
+    facing: Point | None = None
+    between: tuple[Point, ...] = ()
+
+
 LOCAL: Final = (slot("local", 0), slot("local", 1), slot("local", 2))
 """What stands for the coordinates of a point in a body's axes, from a place of it."""
 
@@ -111,7 +125,8 @@ class ContactRow(WithoutLine):
 
     @property
     def points(self) -> tuple[Marker, ...]:
-        return tuple(skin.place for skin in self.skins)
+        tips = (skin.tip for skin in self.skins if isinstance(skin, Edge))
+        return (*(skin.place for skin in self.skins), *tips)
 
     @property
     def laws(self) -> tuple[Node, ...]:

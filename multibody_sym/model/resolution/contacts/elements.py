@@ -17,6 +17,7 @@ from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.contact_rows import (
     ContactDirection,
     ContactRow,
+    Edge,
     Flat,
     Level,
     Rim,
@@ -162,7 +163,23 @@ def _meetings(
             for face, corner, solid in ((a, b, second), (b, a, first)):
                 if isinstance(face, Flat) and (face.ends or face.beside) and _is_point(corner):
                     inner = solid.inner
-            yield (word, other_word), (a, b), inner
+            yield (word, other_word), _facing_once(a, b), inner
+
+
+def _facing_once(a: Skin, b: Skin) -> tuple[Skin, Skin]:
+    """Return two skins of which, if they are edges, one says on which side of it the other is.
+
+    It is the second, unless its normal is the usual z and that of the first is another one.
+    """
+    if not (isinstance(a, Edge) and isinstance(b, Edge)):
+        return a, b
+    if _is_usual(b) and not _is_usual(a):
+        return a, replace(b, facing=None)
+    return replace(a, facing=None), b
+
+
+def _is_usual(edge: Edge) -> bool:
+    return edge.facing is None or is_upright(edge.facing)
 
 
 def _verify_fields(contact: Contact, meeting: Sequence[tuple[Skin, Skin]]) -> None:
@@ -273,6 +290,9 @@ def _may_touch(a: Skin, b: Skin) -> bool:
     flats, hollow = (isinstance(a, Flat), isinstance(b, Flat)), [isinstance(x, Round) and x.inside for x in (a, b)]
     if isinstance(a, Level) or isinstance(b, Level):
         return _is_point(a) or _is_point(b)
+    if isinstance(a, Edge) or isinstance(b, Edge):
+        other = b if isinstance(a, Edge) else a
+        return isinstance(other, Edge) or (is_curved(other) and not any(hollow))
     if any(flats):
         return not all(flats) and not any(hollow)
     if isinstance(a, Rim) or isinstance(b, Rim):
@@ -286,6 +306,11 @@ def _cannot_touch(a: Skin, b: Skin, both: str) -> ModelError:
         return ModelError(
             f"{both} are two planes, which have no one place where they touch; name points or a round surface of one "
             "body, or give it shape: {box: ..}, whose corners touch"
+        )
+    if isinstance(a, Edge) or isinstance(b, Edge):
+        return ModelError(
+            f"{both}: in space the side of a bar and an edge touch other bars, edges and balls; name one of these, "
+            "or give the other one {sphere: r}"
         )
     if isinstance(a, Rim) or isinstance(b, Rim):
         return ModelError(f"{both}: in space the rim of a disc touches planes only; name a plane, or give it a sphere")

@@ -1,13 +1,14 @@
 """What the ends of a contact stand for: corners and faces of a box, ends and sides of a rod, a rim, a ball, a point.
 
-What has faces and corners touches with both: corners touch the other's faces, faces its corners and round surfaces.
+What has faces and corners touches with both: corners touch the other's faces, faces its corners and round surfaces. In
+space bars touch balls and other bars with their sides; edges of boxes are bars that are named (box.bottom_front).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import permutations, product
 from typing import Final
 
 from multibody_sym.errors import ModelError, suggestion
@@ -15,7 +16,7 @@ from multibody_sym.model.declaration.bodies import Body, Shape
 from multibody_sym.model.declaration.steps import is_upright
 from multibody_sym.model.declaration.surfaces import FROM_AXIS, Surface
 from multibody_sym.model.declaration.values import Point
-from multibody_sym.model.mechanism.contact_rows import LOCAL, Face, Flat, Level, Rim, Round, Skin
+from multibody_sym.model.mechanism.contact_rows import LOCAL, Edge, Face, Flat, Level, Rim, Round, Skin
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import GROUND, ORIGIN, OWN_POINTS, Pose, unit_vector
 from multibody_sym.model.resolution.references import BARE, References
@@ -62,7 +63,7 @@ def solid_of(reference: str, references: References, *, flat: bool) -> Solid:
     """Return what `body`, `body.surface` or `body.point` touches with, in a `flat` model or in space.
 
     A body by itself is what its shape is, or its only surface that is no plane, or its point; ground its only surface;
-    a box has the faces right, top, left, bottom, front and back.
+    a box has the faces right, top, left, bottom, front and back, in space edges by two of them, such as bottom_front.
     """
     name, part = body_part(reference, references.system.bodies)
     body = references.system.bodies.get(name, BARE)
@@ -70,7 +71,7 @@ def solid_of(reference: str, references: References, *, flat: bool) -> Solid:
     if part in body.surfaces:
         return _of_surface(place, body.surfaces[part])
     if part and part not in (*body.points, *body.frames):
-        faces = dict(_faces(place, body.shape)) if body.shape is not None and body.shape.kind == "box" else {}
+        faces = dict(_of_box(place, body.shape)) if body.shape is not None and body.shape.kind == "box" else {}
         if part in faces:
             return Solid((("", faces[part]),))
         if part not in OWN_POINTS:
@@ -98,7 +99,7 @@ def _of_surface(place: _Place, surface: Surface) -> Solid:
         return _plane(place, surface.plane, unit_vector(surface.normal), surface.between)
     if surface.segment is not None:
         p, q = surface.segment
-        return _bar(place, p, q, None if is_upright(surface.normal) else unit_vector(surface.normal))
+        return _bar(place, p, q, unit_vector(surface.normal))
     if surface.point is not None:
         return Solid((("", Round(place.at(surface.point))),))
     centre = place.at(surface.centre)
@@ -138,11 +139,13 @@ def _plane(place: _Place, through: Point, normal: Point, between: tuple[Point, .
     return Solid((("", face), *place.points(between, "end")), inner)
 
 
-def _bar(place: _Place, p: Point, q: Point, normal: Point | None) -> Solid:
-    """Return a thin bar: its ends, and its side with a given normal or both its sides."""
-    _verify_flat(place)
+def _bar(place: _Place, p: Point, q: Point, normal: Point) -> Solid:
+    """Return a thin bar: its ends, and its side with a normal; in a plane model both its sides where that is z."""
     ends = place.at(p), place.at(q)
-    if normal is None:
+    skins: list[tuple[str, Skin]]
+    if not place.flat:
+        skins = [("side", Edge(*ends, normal))]
+    elif is_upright(normal):
         left = cross(_Z, unit_vector(subtract(q, p)))
         faces = {"left": left, "right": opposite(left)}
         skins = [(name, Flat(ends[0], n, ends, (Face(ends[0], opposite(n)),))) for name, n in faces.items()]
@@ -166,7 +169,7 @@ def _of_shape(place: _Place, shape: Shape) -> Solid:
         return Solid((*place.points(corners, "corner"), *_faces(place, shape)), centre)
     if shape.kind == "rod":
         ends = ORIGIN, (sizes[0], ZERO, ZERO)
-        return _bar(place, *ends, None) if place.flat else Solid(tuple(place.points(ends, "end")))
+        return _bar(place, *ends, _Z)
     if place.flat or shape.kind in ("sphere", "shell"):
         return Solid((("", Round(centre, sizes[0])),))
     if shape.kind == "cylinder":
@@ -185,6 +188,32 @@ def _faces(place: _Place, shape: Shape) -> Iterator[tuple[str, Skin]]:
     for name, face in zip(_SIDES, faces, strict=False):
         ends = _face_ends(place, face, halves) if place.flat else None
         yield name, Flat(face.place, face.normal, ends, tuple(other for other in faces if other is not face))
+
+
+def _of_box(place: _Place, shape: Shape) -> Iterator[tuple[str, Skin]]:
+    yield from _faces(place, shape)
+    if not place.flat:
+        yield from _edges(place, shape)
+
+
+def _edges(place: _Place, shape: Shape) -> Iterator[tuple[str, Skin]]:
+    """Yield the edges of a box in space by the faces that meet there, each name either way round."""
+    halves = [scale(size / 2, axis) for size, axis in zip(shape.sizes, (_X, _Y, _Z), strict=True)]
+    x, y, z = halves
+    towards = dict(zip(_SIDES, (x, y, opposite(x), opposite(y), z, opposite(z)), strict=True))
+    normals = dict(zip(_SIDES, (_X, _Y, opposite(_X), opposite(_Y), _Z, opposite(_Z)), strict=True))
+    for (name, n), (other_name, m) in permutations(normals.items(), 2):
+        along = next((half for half, axis in zip(halves, (_X, _Y, _Z), strict=True) if not _leads(axis, n, m)), x)
+        if _leads(n, m):
+            continue
+        middle = add(towards[name], towards[other_name])
+        ends = place.at(subtract(middle, along)), place.at(add(middle, along))
+        yield f"{name}_{other_name}", Edge(*ends, add(n, m), (n, m))
+
+
+def _leads(axis: Point, *normals: Point) -> bool:
+    """Return whether some of these axes are along one, either way."""
+    return any(dot(axis, normal) is not ZERO for normal in normals)
 
 
 def _face_ends(place: _Place, face: Face, halves: Sequence[Node]) -> tuple[Marker, Marker]:
