@@ -18,7 +18,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.integrators.flow import Events, Flow, Status, Step, StepError
+from multibody_sym.integrators.flow import Events, Flow, Status, Step, StepError, longest_in_modes
 from multibody_sym.integrators.looks import Ends, Reach
 from multibody_sym.integrators.singular import strays
 from multibody_sym.numerics.arrays import Floats
@@ -30,21 +30,10 @@ SHORTER: Final = 100.0  # ... this many times more whenever that was not enough
 SOON: Final = 2.0**-36  # part of time and state over which it shows whether a function turns back after its own event
 AT_ONCE: Final = 1e-3  # part of a step in which a function that crosses back after its own event chatters
 REPEATS: Final = 20
-LEAST_STEPS: Final = 200.0  # of a run in modes, ...
-STANDING: Final = 1000.0  # ... and of one in which nothing moves, so that no rate tells what comes
 _ROUNDS: Final = 200
 
 Take = Callable[[float, float], Step]
 Path = Callable[[float], Floats]
-
-
-def _beyond_margins(events: Events) -> Callable[[float, Floats], Floats]:
-    """Return the values of the switching functions, those of a mode less their margins."""
-    if not events.margins:
-        return events.values
-    margins = np.zeros(len(events.terminal))
-    margins[len(margins) - len(events.margins) :] = events.margins
-    return lambda t, x: np.asarray(events.values(t, x) - margins)
 
 
 class Watch:
@@ -56,12 +45,10 @@ class Watch:
 
     def __init__(self, flow: Flow, events: Events) -> None:
         self.flow = flow
-        self.values = _beyond_margins(events)
+        self.values = events.beyond
         self.terminal = np.array(events.terminal, dtype=bool)
-        self.sides = np.sign(self.values(flow.start, flow.x0))
+        self.sides = events.sides(flow.start, flow.x0)
         self.switches = len(events.margins)
-        sides = self.sides[len(self.sides) - self.switches :]
-        sides[np.array(events.margins) >= 0.0] = -1.0
         self.reach = Reach(events.limiting)
         self.beyond = False
         self.origin: int | None = None
@@ -96,8 +83,7 @@ class Watch:
         """Return the longest step that may be tried from (t, x), a run in modes being looked at now and then."""
         if not self.switches:
             return math.inf
-        count = LEAST_STEPS if float(np.abs(slope).max(initial=0.0)) > 0.0 else STANDING
-        most = (self.flow.t_end - self.flow.t0) / count
+        most = longest_in_modes(self.flow.t_end - self.flow.t0, slope)
         if self.origin is not None:
             self.reach.forget()
         if not self.reach.limiting:

@@ -18,6 +18,8 @@ from multibody_sym.numerics.arrays import Floats
 Derivative = Callable[[float, Floats], Floats]
 Settle = Callable[[float, Floats], Floats]
 
+LEAST_STEPS: Final = 200.0  # of a run in modes, ...
+STANDING: Final = 1000.0  # ... and of one in which nothing moves, so that no rate tells what comes
 LEAST_ERROR: Final = 1e-4  # remembered by the control: a lucky step does not let the next one grow without measure
 
 
@@ -69,6 +71,24 @@ class Events:
     terminal: tuple[bool, ...]
     margins: tuple[float, ...] = ()
     limiting: int = 0
+
+    def beyond(self, t: float, x: Floats) -> Floats:
+        """Return the values (ng,), those of a mode less their margins."""
+        values = self.values(t, x)
+        if self.margins:
+            values = values.copy()
+            values[len(values) - len(self.margins) :] -= self.margins
+        return values
+
+    def sides(self, t: float, x: Floats) -> Floats:
+        """Return the sides (ng,) of zero on which the functions stand at the start, 0 for none yet.
+
+        Those of a mode stand below, but for one that must have been below its margin first.
+        """
+        found = np.sign(self.beyond(t, x))
+        of_mode = found[len(found) - len(self.margins) :]
+        of_mode[np.array(self.margins) >= 0.0] = -1.0
+        return found
 
 
 @dataclass(frozen=True)
@@ -204,6 +224,11 @@ class Stepper(Protocol):
 
     def advance(self, step: Step) -> None:
         """Let `step` be the one before."""
+
+
+def longest_in_modes(time: float, slope: Floats) -> float:
+    """Return the longest step (s) of a run in modes that takes so much time, where x changes at the rates `slope`."""
+    return time / (LEAST_STEPS if float(np.abs(slope).max(initial=0.0)) > 0.0 else STANDING)
 
 
 def combination(weights: Floats, k: list[Floats]) -> Floats:

@@ -56,6 +56,18 @@ def python_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     yield Progress(written, reached, x, run.statistics(reached), failure, tuple(events), tuple(singular))
 
 
+def put_back(problem: Problem, t: float, x: Floats) -> Floats:
+    """Return a state (nq + nu,) put onto the constraints of a problem as far as round-off lets it be.
+
+    Where that does not succeed it is returned as it is.
+    """
+    with np.errstate(all="ignore"):
+        try:
+            return _Run(problem, []).closed(t, x)
+        except StepError:
+            return x
+
+
 @dataclass
 class _Trial:
     """What was measured at the end of a step on trial."""

@@ -15,7 +15,7 @@ from multibody_sym.integrators.flow import Status
 from multibody_sym.integrators.pairing import Pairing
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.runtime.integration import integrate
-from multibody_sym.runtime.problem import Problem
+from multibody_sym.runtime.problem import Loop, Problem
 from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.simulation.runnable import Runnable
 from multibody_sym.simulation.settings import RunSettings, run_settings
@@ -66,10 +66,9 @@ def problem_of(ready: Runnable, settings: RunSettings) -> Problem:
         margins=margins,
         pairs=_pairing(ready.mechanism),
     )
-    if not constrained or settings.baumgarte is None:
+    if not constrained or settings.baumgarte is None or ready.state.declared.one_way:
         return problem
-    given = (settings.baumgarte.alpha, settings.baumgarte.beta)
-    alpha, beta = (_own_coefficient(problem) if x is None else x for x in given)
+    alpha, beta = settings.baumgarte.chosen(lambda: own_coefficient(problem))
     return replace(problem, parameters=ready.stabilised_by(alpha, beta))
 
 
@@ -103,14 +102,14 @@ def _verify_size(ready: Runnable, settings: RunSettings) -> None:
             raise ModelError(f"{settings.t_end / settings.step:.3g} steps are too many").under("step")
 
 
-def _own_coefficient(problem: Problem) -> float:
+def own_coefficient(problem: Problem, loop: Loop | None = None) -> float:
     """Return alpha = beta: 0.05/h for a fixed step; else 0.01/h with the mean accepted step h of a run without it.
 
     It is a constant of the run, for tied to the current step it would shorten the step that it is chosen from.
     """
     if problem.step is not None:
         return _BY_FIXED_STEP / problem.step
-    pilot = integrate(replace(problem, samples=2))
+    pilot = integrate(replace(problem, samples=2), loop=loop)
     if pilot.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
     mean_step = pilot.statistics.mean_step

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -28,6 +28,13 @@ class Coefficients:
 
     alpha: float | None
     beta: float | None
+
+    def chosen(self, own: Callable[[], float]) -> tuple[float, float]:
+        """Return both, with the one that `own` chooses, which takes a run, for what is left to it."""
+        if self.alpha is not None and self.beta is not None:
+            return self.alpha, self.beta
+        found = own()
+        return found if self.alpha is None else self.alpha, found if self.beta is None else self.beta
 
 
 @dataclass(frozen=True)

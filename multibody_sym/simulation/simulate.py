@@ -63,8 +63,9 @@ def simulate(
     changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
     asked = with_settings(changed, {**settings, "constraints": named})
     ready = runnable(asked, formalism, native=native, backend=backend)
-    problem = problem_of(ready, settings_of(ready))
-    modes = one_way_run(ready, problem, native=native, backend=backend)
+    in_numbers = settings_of(ready)
+    problem = problem_of(ready, in_numbers)
+    modes = one_way_run(ready, problem, in_numbers, native=native, backend=backend)
     return _run(ready, problem if modes is None else modes.begin(), modes, on_progress)
 
 

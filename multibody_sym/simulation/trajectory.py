@@ -157,7 +157,7 @@ class Trajectory(Samples):
             "method": problem.method.name,
             "formalism": self.ready.formalism,
             "backend": self.ready.compiled.backend,
-            "projection": problem.project,
+            "projection": problem.project if self.modes is None else self.modes.template.project,
             "index_2": problem.index_2,
             "baumgarte": self.baumgarte,
         }
@@ -165,6 +165,9 @@ class Trajectory(Samples):
     @property
     def baumgarte(self) -> dict[str, float] | None:
         """Baumgarte's alpha and beta in 1/s where they stabilised the run."""
+        if self.modes is not None:
+            names = ("alpha", "beta")
+            return None if self.modes.stabilised is None else dict(zip(names, self.modes.stabilised, strict=True))
         if not self.ready.mechanism.rows or self.problem.project or self.problem.index_2:
             return None
         vector, values = self.ready.mechanism.parameters, self.parameters.tolist()

@@ -105,7 +105,7 @@ def _taken(run: Trajectory, units: Units) -> list[str]:
 def _constraints(run: Trajectory) -> list[str]:
     drift, lines = run.drift, []
     if run.ready.mechanism.rows:
-        how = "projection after each step" if run.problem.project else "nothing"
+        how = "projection after each step" if run.statistics["projection"] else "nothing"
         if run.problem.index_2:
             how = "equations of index 2"
         if run.baumgarte is not None and any(run.baumgarte.values()):

@@ -17,7 +17,17 @@ from typing import Any, Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.integrators.flow import Events, Flow, Status, Step, StepError, hermite, require_finite, scaled_norm
+from multibody_sym.integrators.flow import (
+    Events,
+    Flow,
+    Status,
+    Step,
+    StepError,
+    hermite,
+    longest_in_modes,
+    require_finite,
+    scaled_norm,
+)
 from multibody_sym.integrators.looks import Ends
 from multibody_sym.integrators.methods.library import IDA, SCIPY, MissingPackageError
 from multibody_sym.integrators.methods.methods import Method
@@ -77,11 +87,11 @@ def _step_after_event(flow: Flow, t: float, x: Floats) -> float | None:
 
 
 class _Scipy:
-    def __init__(self, flow: Flow, t: float, x: Floats) -> None:
+    def __init__(self, flow: Flow, t: float, x: Floats, most: float) -> None:
         import scipy.integrate
 
         make, jacobian = getattr(scipy.integrate, flow.method.name), _jacobian(flow)
-        known: dict[str, Any] = {} if jacobian is None else {"jac": jacobian}
+        known: dict[str, Any] = {"max_step": most} if jacobian is None else {"max_step": most, "jac": jacobian}
         if t > flow.t0:
             known["first_step"] = _step_after_event(flow, t, x)
         self.solver: Any = make(flow.slope, t, x, flow.t_end, rtol=flow.rtol, atol=flow.atol, **known)
@@ -109,15 +119,31 @@ def _sundials(module: str, method: Method) -> Any:
         ) from None
 
 
+def _onestep(solver: Any, t: float, t_end: float) -> Any:
+    """Return what SUNDIALS' next step from time t came to; asked for a state within a step, it returns the end first."""
+    for _ in range(2):
+        done = solver.step(t_end, method="onestep", tstop=t_end)
+        if not done.success:
+            raise StepError(Status.STEP_UNDERFLOW, t, -1)
+        if done.t > t:
+            return done
+    raise StepError(Status.STEP_UNDERFLOW, t, -1)
+
+
 class _Cvode:
-    def __init__(self, flow: Flow, t: float, x: Floats) -> None:
+    def __init__(self, flow: Flow, t: float, x: Floats, most: float) -> None:
         CVODE = _sundials("cvode", flow.method).CVODE
         self.flow = flow
         family = flow.method.name.removeprefix("cvode_")
         self.exact = _jacobian(flow)
-        known = {} if self.exact is None else {"jacfn": self.jacobian}
+        known: dict[str, Any] = {} if self.exact is None else {"jacfn": self.jacobian}
         self.solver = CVODE(
-            self.slope, method={"adams": "Adams", "bdf": "BDF"}[family], rtol=flow.rtol, atol=flow.atol, **known
+            self.slope,
+            method={"adams": "Adams", "bdf": "BDF"}[family],
+            rtol=flow.rtol,
+            atol=flow.atol,
+            max_step=_unless_infinite(most),
+            **known,
         )
         self.solver.init_step(t, x)
         self.t, self.x = t, x
@@ -130,9 +156,7 @@ class _Cvode:
         into[:] = self.exact(t, x)
 
     def advance(self) -> None:
-        done = self.solver.step(self.flow.t_end, method="onestep", tstop=self.flow.t_end)
-        if not done.success:
-            raise StepError(Status.STEP_UNDERFLOW, self.t, -1)
+        done = _onestep(self.solver, self.t, self.flow.t_end)
         self.t, self.x = float(done.t), np.array(done.y)
 
     def value(self, t: float) -> Floats:
@@ -142,7 +166,7 @@ class _Cvode:
 class _Ida:
     """E y' = f(t, y) of `StageEquations`, with those rows and multipliers that are independent at the start."""
 
-    def __init__(self, flow: Flow, t: float, x: Floats) -> None:
+    def __init__(self, flow: Flow, t: float, x: Floats, most: float) -> None:
         assert flow.stages is not None
         IDA = _sundials("ida", flow.method).IDA
         self.equations, self.flow, self.size = flow.stages, flow, len(x)
@@ -156,6 +180,7 @@ class _Ida:
             algebraic_idx=[*range(self.size, len(y))] or None,
             rtol=flow.rtol,
             atol=np.array([flow.atol] * self.size + [_UNCONTROLLED] * len(kept)),
+            max_step=_unless_infinite(most),
         )
         rates = self.values(t, y)
         rates[self.size :] = 0.0
@@ -181,20 +206,26 @@ class _Ida:
         into[range(self.size), range(self.size)] -= cj
 
     def advance(self) -> None:
-        done = self.solver.step(self.flow.t_end, method="onestep", tstop=self.flow.t_end)
-        if not done.success:
-            raise StepError(Status.STEP_UNDERFLOW, self.t, -1)
+        done = _onestep(self.solver, self.t, self.flow.t_end)
         self.t, self.x = float(done.t), np.array(done.y[: self.size])
 
     def value(self, t: float) -> Floats:
         return np.array(self.solver.step(t).y[: self.size])
 
 
+def _unless_infinite(most: float) -> float:
+    """Return the longest step as SUNDIALS takes it: 0 where there is none."""
+    return most if most < math.inf else 0.0
+
+
 def _open(flow: Flow, t: float, x: Floats) -> _Solver:
     package: str = getattr(flow.method, "package", SCIPY)
+    most = math.inf
+    if flow.events is not None and flow.events.margins:
+        most = longest_in_modes(flow.t_end - flow.t0, flow.slope(t, x))
     if package == SCIPY:
-        return _Scipy(flow, t, x)
-    return _Ida(flow, t, x) if flow.method.name == IDA else _Cvode(flow, t, x)
+        return _Scipy(flow, t, x, most)
+    return _Ida(flow, t, x, most) if flow.method.name == IDA else _Cvode(flow, t, x, most)
 
 
 def library_steps(flow: Flow) -> Iterator[Step]:
@@ -203,8 +234,8 @@ def library_steps(flow: Flow) -> Iterator[Step]:
     What crosses within a step may have bent it: steps are taken again from its start to the crossing.
     Raises StepError and MissingPackageError.
     """
-    crossing = _Crossing(flow.events, flow.t0, flow.x0)
-    t, x, bound, again = flow.t0, flow.x0, flow.t_end, 0
+    crossing = _Crossing(flow.events, flow.start, flow.x0)
+    t, x, bound, again = flow.start, flow.x0, flow.t_end, 0
     solver = _open(flow, t, x)
     while t < flow.t_end:
         solver.advance()
@@ -238,7 +269,7 @@ class _Crossing:
     def __init__(self, events: Events | None, t: float, x: Floats) -> None:
         self.events = events
         self.terminal = np.array(events.terminal if events else (), dtype=bool)
-        self.sides = np.sign(events.values(t, x)) if events else np.zeros(0)
+        self.sides = events.sides(t, x) if events else np.zeros(0)
 
     def first(self, flow: Flow, t: float, x: Floats, solver: _Solver) -> tuple[float, int | None]:
         """Return where the step from (t, x) ends: at the first function that crosses in it, or at its end.
@@ -247,7 +278,7 @@ class _Crossing:
         """
         if self.events is None:
             return solver.t, None
-        end, values = solver.t, self.events.values(solver.t, solver.x)
+        end, values = solver.t, self.events.beyond(solver.t, solver.x)
         crossed = self._crossed(values)
         if not len(crossed):
             end = self._seen(flow, t, x, solver, values)
@@ -257,7 +288,7 @@ class _Crossing:
             return end, None
         times = {int(i): self._time(int(i), t, end, solver) for i in crossed}
         event = min(times, key=lambda i: times[i])
-        here = self.events.values(times[event], solver.value(times[event]))
+        here = self.events.beyond(times[event], solver.value(times[event]))
         sides = np.where(here == 0.0, self.sides, np.sign(here))
         sides[event] = -self.sides[event]
         self.sides = sides
@@ -269,7 +300,7 @@ class _Crossing:
 
     def _at(self, time: float, solver: _Solver) -> Floats:
         assert self.events is not None
-        return self.events.values(time, solver.x if time == solver.t else solver.value(time))
+        return self.events.beyond(time, solver.x if time == solver.t else solver.value(time))
 
     def _seen(self, flow: Flow, t: float, x: Floats, solver: _Solver, values: Floats) -> float:
         """Return the first time in a step, that nothing crosses at its end, at which something has; else its end.
@@ -277,7 +308,7 @@ class _Crossing:
         It is looked for on the library's way, and on the cubic that nothing between the ends can bend.
         """
         assert self.events is not None
-        h, values_at = solver.t - t, self.events.values
+        h, values_at = solver.t - t, self.events.beyond
         slopes = flow.slope(t, x), flow.slope(solver.t, solver.x)
 
         def along(theta: float) -> Floats:

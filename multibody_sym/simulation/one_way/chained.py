@@ -22,14 +22,16 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.chain import Leg, Switch, chain
 from multibody_sym.runtime.loading import Backend, Compiled
 from multibody_sym.runtime.problem import Event, Loop, Problem, RunFailure
+from multibody_sym.runtime.python_loop import put_back
 from multibody_sym.simulation.one_way.account import FrictionWork, friction_work
 from multibody_sym.simulation.one_way.decision import Before, Decided, decided
 from multibody_sym.simulation.one_way.facts import Laws
 from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of
 from multibody_sym.simulation.parts import Part
+from multibody_sym.simulation.problem import own_coefficient
 from multibody_sym.simulation.recall import compiled, compiled_laws
 from multibody_sym.simulation.runnable import Runnable
-from multibody_sym.simulation.settings import form_of
+from multibody_sym.simulation.settings import RunSettings, form_of
 
 IMPACT: Final = "impact"
 SEVERAL: Final = "several states"
@@ -83,6 +85,7 @@ class Stretch:
 class OneWayRun:
     """A run under way, by `laws`; `make` compiles a mechanism in a mode, `template` is the run's problem.
 
+    Rows are put back after each step if the template's are, or `stabilised` by Baumgarte's alpha, beta (1/s).
     `changes` are what switches did in the order of time, `stretches` the modes, `lost` what impacts took (J), by
     element. `trouble` says why a run could not go on.
     """
@@ -90,6 +93,7 @@ class OneWayRun:
     laws: Laws
     make: Callable[[Mechanism], Compiled]
     template: Problem
+    stabilised: tuple[float, float] | None = None
     changes: list[Change] = field(default_factory=list)
     stretches: list[Stretch] = field(default_factory=list)
     lost: dict[str, float] = field(default_factory=dict)
@@ -100,7 +104,7 @@ class OneWayRun:
     _recent: list[tuple[float, Key]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.modes = Modes(self.laws.mechanism, self.make, self.template)
+        self.modes = Modes(self.laws.mechanism, self.make, self.template, self.stabilised or (0.0, 0.0))
 
     def begin(self) -> Problem:
         """Return the run in the mode in which it begins. Raises NoSolutionError where there is none."""
@@ -143,7 +147,8 @@ class OneWayRun:
     def onward(self, problem: Problem, switch: Switch) -> Problem | RunFailure | Event:
         """Return the run in the mode that follows at a switch, or why there is none."""
         now, mechanism, nq = self.stretches[-1], self.laws.mechanism, len(self.laws.mechanism.coordinates)
-        q, u = switch.x[:nq], switch.x[nq:]
+        x = switch.x if problem.project else put_back(problem, switch.begun.time, switch.x)
+        q, u = x[:nq], x[nq:]
         self._scale = _larger(self._scale, u, self.laws.slides)
         cause = now.program.switchings[switch.index]
         active = [x.name for x in mechanism.one_way if x.unilateral and now.mode.sides.get(x.name, INACTIVE)]
@@ -216,7 +221,7 @@ def _larger(scale: Scale, u: Floats, slides: Floats) -> Scale:
 
 
 def one_way_run(
-    ready: Runnable, template: Problem, *, native: bool = False, backend: Backend | None = None
+    ready: Runnable, template: Problem, settings: RunSettings, *, native: bool = False, backend: Backend | None = None
 ) -> OneWayRun | None:
     """Return the run of a system of which some holds one way only, None where all holds both ways."""
     declared = ready.state.declared
@@ -225,7 +230,15 @@ def one_way_run(
     make = partial(_made, ready.system.simulation, ready.formalism, native, backend)
     places = [ready.mechanism.parameters.places[entry.name] for entry in declared.parameters]
     laws = Laws(declared, compiled_laws(declared, native=native, backend=backend), ready.parameters[places])
-    return OneWayRun(laws, make, replace(template, project=True))
+    template = replace(template, project=settings.project)
+    if settings.baumgarte is None:
+        return OneWayRun(laws, make, template)
+
+    def own() -> float:
+        pilot = OneWayRun(laws, make, replace(template, samples=2))
+        return own_coefficient(pilot.begin(), pilot.loop)
+
+    return OneWayRun(laws, make, template, settings.baumgarte.chosen(own))
 
 
 def _made(settings: Settings, formalism: str, native: bool, backend: Backend | None, entered: Mechanism) -> Compiled:

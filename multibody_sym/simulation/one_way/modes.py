@@ -13,7 +13,7 @@ from multibody_sym.dynamics.programs.switching import Switching, switchings
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import in_mode
 from multibody_sym.model.mechanism.one_way import Mode
-from multibody_sym.model.mechanism.parameters import INDEPENDENT
+from multibody_sym.model.mechanism.parameters import ALPHA, BETA, INDEPENDENT
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import ROUNDED, rank
 from multibody_sym.runtime.loading import Compiled
@@ -51,12 +51,22 @@ class ModeProgram:
 
 
 class Modes:
-    """The modes that a run of a mechanism has been in; `make` compiles, `template` is the run's problem."""
+    """The modes that a run of a mechanism has been in; `make` compiles, `template` is the run's problem.
 
-    def __init__(self, mechanism: Mechanism, make: Callable[[Mechanism], Compiled], template: Problem) -> None:
+    Rows of every mode are put back after each step if the template is, or `stabilised` by alpha, beta (1/s).
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        make: Callable[[Mechanism], Compiled],
+        template: Problem,
+        stabilised: tuple[float, float] = (0.0, 0.0),
+    ) -> None:
         self.mechanism = mechanism
         self.template = template
         self._make = make
+        self._chosen = dict(zip((ALPHA, BETA), stabilised, strict=True))
         self._known: dict[Key, ModeProgram] = {}
 
     def program(self, mode: Mode, at: Facts) -> ModeProgram:
@@ -78,6 +88,8 @@ class Modes:
         for entry in entered.parameters:
             if entry.name == INDEPENDENT:
                 found.append(float(independent))
+            elif entry.name in self._chosen:
+                found.append(self._chosen[entry.name])
             elif entry.name in base:
                 found.append(float(values[base[entry.name]]))
             else:

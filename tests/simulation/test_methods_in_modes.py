@@ -1,0 +1,91 @@
+"""Runs from mode to mode by every kind of method, and by every way to keep constraints: the same motion."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.integrators.methods.library import SUNDIALS
+from multibody_sym.integrators.methods.methods import METHODS
+
+G, MU, ALPHA, V0 = 9.81, 0.25, 0.4, 5.0
+THROWN = f"""
+multibody_sym: 1
+name: thrown
+gravity: [0, -{G}, 0]
+parameters: {{a: {ALPHA}, mu: {MU}}}
+bodies:
+  block: {{mass: 2}}
+  ground: {{surfaces: {{face: {{plane: [0, 0, 0], normal: [-sin(a), cos(a), 0]}}}}}}
+joints:
+  free: {{type: point, parent: ground, child: block, q: [x, y], initial: {{u: ["{V0}*cos(a)", "{V0}*sin(a)"]}}}}
+contacts: {{c: {{between: [block, ground.face], kinetic: mu}}}}
+"""
+LIBRARIES = ["RK45", "Radau", "LSODA", "cvode_adams", "cvode_bdf", "ida"]
+
+
+def available(method):
+    if getattr(METHODS[method], "package", "") == SUNDIALS:
+        pytest.importorskip("sksundae")
+    return method
+
+
+def up_and_down(t):
+    """Return the way (m) up the incline at times t: up with g (sin + mu cos), down with g (sin - mu cos)."""
+    up, down = (G * (math.sin(ALPHA) + sign * MU * math.cos(ALPHA)) for sign in (1, -1))
+    turn = V0 / up
+    return turn, np.where(t < turn, V0 * t - up / 2 * t**2, V0**2 / 2 / up - down / 2 * (t - turn) ** 2)
+
+
+@pytest.mark.parametrize("method", LIBRARIES)
+def test_a_library_goes_from_mode_to_mode(method) -> None:
+    run = mbs.simulate(mbs.loads(THROWN), t_end=2.0, samples=21, method=available(method))
+    turn, way = up_and_down(run.t)
+    assert [(event["element"], event["kind"]) for event in run.events] == [("c", "slide-")]
+    assert run.events[0]["t"] == pytest.approx(turn, abs=1e-7)
+    np.testing.assert_allclose(run["x"] * math.cos(ALPHA) + run["y"] * math.sin(ALPHA), way, atol=1e-6)
+    np.testing.assert_allclose(run["y"] * math.cos(ALPHA), run["x"] * math.sin(ALPHA), atol=1e-7)
+
+
+CRANK = """
+multibody_sym: 1
+name: crank
+gravity: [0, -9.81, 0]
+parameters: {r: 0.1, l: 0.3, mu: 0.3}
+bodies:
+  crank: {mass: 1, com: [r/2, 0, 0], inertia: {Izz: r^2/12}, points: {pin: [r, 0, 0]}}
+  rod: {mass: 0.5, com: [l/2, 0, 0], inertia: {Izz: l^2/24}, points: {pin: [l, 0, 0]}}
+  slider: {mass: 0.8}
+joints:
+  A: {type: revolute, parent: ground, child: crank, axis: z, q: phi, initial: {q: 0.5, u: 10, known: true}}
+  B: {type: revolute, parent: crank.pin, child: rod, axis: z, q: psi}
+  D: {type: prismatic, parent: ground, child: slider, axis: x, q: s}
+  C: {type: revolute, parent: rod.pin, child: slider, axis: z, cut: true}
+forces:
+  drive: {type: torque, joint: A, value: 2*sin(6*t)}
+  rub: {type: friction, joint: D, static: mu}
+"""
+"""The slider turns at 0.231 s and 0.314 s, and what presses it changes its side soon after the second time."""
+
+
+@pytest.fixture(scope="module")
+def cranked():
+    return mbs.simulate(mbs.loads(CRANK), t_end=0.35, samples=351, rtol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("method", "constraints"), [("dormand_prince", {"baumgarte": {"alpha": 20, "beta": 20}}), ("RK45", None)]
+)
+def test_rows_of_modes_are_stabilised(cranked, method, constraints) -> None:
+    asked = {"method": method, "constraints": constraints, "rtol": 1e-7}
+    run = mbs.simulate(mbs.loads(CRANK), t_end=0.35, samples=351, **asked)
+    assert not run.statistics["projection"]
+    assert run.statistics["baumgarte"]["alpha"] == (20 if constraints else pytest.approx(8, rel=0.5))
+    assert [event["kind"] for event in run.events] == [event["kind"] for event in cranked.events]
+    for event, other in zip(run.events, cranked.events, strict=True):
+        assert event["t"] == pytest.approx(other["t"], abs=1e-7)
+    np.testing.assert_allclose(run["phi"], cranked["phi"], atol=1e-6)
+    assert 1e-13 < run.drift["position"] < 1e-7
