@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.dynamics.laws.assemble import Scale
 from multibody_sym.integrators.methods.library import SUNDIALS
 from multibody_sym.integrators.methods.methods import METHODS
+from multibody_sym.simulation.one_way.decision import decided
 
 G, MU, ALPHA, V0 = 9.81, 0.25, 0.4, 5.0
 THROWN = f"""
@@ -76,6 +78,16 @@ def cranked():
     return mbs.simulate(mbs.loads(CRANK), t_end=0.35, samples=351, rtol=1e-8)
 
 
+def test_what_presses_in_a_guide_within_a_loop_may_pass_from_side_to_side(cranked) -> None:
+    """What the drive does and friction takes is what the energy changes by."""
+    assert [event["kind"] for event in cranked.events] == ["slide+", "slide-"]
+    power = 2 * np.sin(6 * cranked.t) * cranked["u_phi"]
+    driven = (power[:-1:2] + 4 * power[1::2] + power[2::2]).sum() * 1e-3 / 3
+    taken = cranked.friction_work["rub"].total
+    assert taken < -0.1
+    assert cranked.energy[-1] - cranked.energy[0] == pytest.approx(driven + taken, abs=1e-6)
+
+
 @pytest.mark.parametrize(
     ("method", "constraints"), [("dormand_prince", {"baumgarte": {"alpha": 20, "beta": 20}}), ("RK45", None)]
 )
@@ -89,3 +101,15 @@ def test_rows_of_modes_are_stabilised(cranked, method, constraints) -> None:
         assert event["t"] == pytest.approx(other["t"], abs=1e-7)
     np.testing.assert_allclose(run["phi"], cranked["phi"], atol=1e-6)
     assert 1e-13 < run.drift["position"] < 1e-7
+
+
+def test_a_crank_goes_on_where_its_slider_stops_near_the_dead_centre(cranked) -> None:
+    """A slip that counts as rest is brought to rest only where that changes nothing else."""
+    laws, phi, w = cranked.modes.laws, math.pi + 1e-8, 60.0
+    rod = math.asin(-math.sin(phi) / 3)
+    turning = -math.cos(phi) / 3 * w / math.cos(rod)
+    slip = -0.1 * math.sin(phi) * w - 0.3 * math.sin(rod) * turning
+    place = np.array([phi, rod - phi, 0.1 * math.cos(phi) + 0.3 * math.cos(rod)])
+    found = decided(laws.at(0.0, place, np.array([w, turning - w, slip]), Scale(0.3, 60.0)), ())
+    assert 0 < abs(slip) < 6e-8
+    assert found.facts.u == pytest.approx([w, turning - w, 0.0], abs=1e-6)

@@ -75,6 +75,8 @@ def _of(mechanism: Mechanism, element: OneWay) -> Iterator[Switching]:
         pressed = [part for part in rubbing if k in part.normals and not part.norm and not part.enough]
         if not element.unilateral and pressed:
             yield Switching("turns", element, normal=k)
+    if not element.unilateral and sides.get(element.name, INACTIVE) == INACTIVE:
+        return
     for part in (part for part in rubbing if part.regularised is None):
         if slips.get(part.name, STICKS) != STICKS:
             yield Switching("stops" if len(part.rows) == 1 else "stops in space", element, part)

@@ -120,7 +120,7 @@ def _sundials(module: str, method: Method) -> Any:
 
 
 def _onestep(solver: Any, t: float, t_end: float) -> Any:
-    """Return what SUNDIALS' next step from time t came to; asked for a state within a step, it returns the end first."""
+    """Return what SUNDIALS' next step from time t came to; asked for a state within one, it returns its end first."""
     for _ in range(2):
         done = solver.step(t_end, method="onestep", tstop=t_end)
         if not done.success:

@@ -11,7 +11,7 @@ import numpy as np
 from multibody_sym.dynamics.laws.assemble import PosedLaws
 from multibody_sym.dynamics.laws.problem import Found, LawState
 from multibody_sym.kinematics.motion import coordinate_rates
-from multibody_sym.model.mechanism.one_way import Mode, OneWay
+from multibody_sym.model.mechanism.one_way import INACTIVE, Mode, OneWay
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_squares
 from multibody_sym.simulation.one_way.basic import basic_mode
@@ -20,6 +20,11 @@ from multibody_sym.simulation.one_way.facts import Facts, posed
 _ROUNDING: Final = 1e-15
 """The part of the model's size, and of its largest speed, that is not put back."""
 _INDEPENDENT: Final = 1e-9
+_COARSER: Final = (_INDEPENDENT, 1e-7, 1e-5, 1e-3)
+"""Tolerances of rows that bring to rest what hardly moves, until they change speeds slightly: near a dead centre what
+stands still holds nothing else, and a crank does not stop for a slider that does."""
+_SLIGHT: Final = 1e-6
+"""The part of the largest speeds by which these may change: a thousand times that up to which slip counts as rest."""
 _SOON: Final = (1e-7, 1e-5, 1e-3)
 """Parts of the time in which the fastest passes the model's size: so soon it shows how forces at a limit change."""
 _RESTS: Final = 1e-9
@@ -72,9 +77,16 @@ def decided(
     found = _found(problem, None if before is None else before.guess or before.mode)
     state = found.states[0] if found.states else None
     mode = None if state is None else basic_mode(problem, state)
-    if before is not None and (mode is None or mode == before.mode):
+    if before is not None and (mode is None or mode == before.mode or _between(facts, mode, before.mode)):
         state, mode = _ahead(facts, touching, before, state, mode)
     return Decided(facts, mode, state, found, problem, struck, lost)
+
+
+def _between(facts: Facts, mode: Mode, before: Mode) -> bool:
+    """Tell whether a reaction that pressed on one side presses on none: it is about to press on the other."""
+    two_sided = [x for x in facts.laws.mechanism.one_way if not x.unilateral]
+    names = [row.name if len(x.normals) > 1 else x.name for x in two_sided for row in x.normals]
+    return any(before.sides.get(name, INACTIVE) and not mode.sides.get(name, INACTIVE) for name in names)
 
 
 def _moved(facts: Facts, *, q: Floats | None = None, u: Floats | None = None) -> Facts:
@@ -191,4 +203,9 @@ def _at_rest(facts: Facts, touching: Collection[str]) -> Floats | None:
     speeds = facts.known["phidot"][places]
     if not np.abs(speeds).max(initial=0.0) > _ROUNDING * facts.scale.speed:
         return None
-    return facts.u + facts.speeds(_least(facts.known["matrix"][places], -speeds))
+    sizes = facts.laws.slides * facts.scale.speed + (1.0 - facts.laws.slides) * facts.scale.turning
+    for independent in _COARSER:
+        change = facts.speeds(least_squares(facts.known["matrix"][places], -speeds, independent))
+        if (np.abs(change) <= _SLIGHT * sizes).all():
+            return facts.u + change
+    return None
