@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from multibody_sym.model.declaration.forces import Pull as Pull
     from multibody_sym.model.declaration.forces import SpringDamper as SpringDamper
     from multibody_sym.model.declaration.forces import Torque as Torque
+    from multibody_sym.model.declaration.impacts import Impact as Impact
     from multibody_sym.model.declaration.joint import Initial as Initial
     from multibody_sym.model.declaration.joint import Limits as Limits
     from multibody_sym.model.declaration.joints import Custom as Custom
@@ -132,6 +133,7 @@ _NAMES = {
     "PrescribedMotion Pulley Rolling Rope VelocityConstraint",
     "model.declaration.contacts": "Contact",
     "model.declaration.forces": "Damper Drag Force Friction Motor Pull SpringDamper Torque",
+    "model.declaration.impacts": "Impact",
     "model.declaration.joint": "Initial Limits",
     "model.declaration.joints": "Custom Cylindrical Direct Fixed Free Planar PointJoint Prismatic Revolute Screw "
     "Spherical Universal",

@@ -93,6 +93,11 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
     "Free": {**_MOVES, "angles": "xyz"},
     "Gear": {"joints": ["A", "B"], "ratio": -2, "value": 0, "acts": None, "radii": [1, 2], "at": None},
     "GroundMotion": {"x": 0, "y": 0, "z": 0, "turn": [{"axis": "x", "angle": 1}]},
+    "Impact": {
+        "between": ["a", "b"], "normal": "x", "restitution": 1, "static": None, "kinetic": 0.1,
+        "tangential_restitution": 0, "contacts": None, "impulse": None, "at": None, "couple": None, "on": None,
+        "begins": None, "motion": None, "speed": None, "frame": "b",
+    },
     "Initial": {"q": [1], "u": [1], "known": True},
     "Limits": {"lower": 0, "upper": 1, "velocity": 1, "effort": 1, "restitution": 0, "acts": False},
     "Line": {"through": "p", "direction": "x"},

@@ -14,7 +14,6 @@ from multibody_sym.algebra.decimals import with_doubles
 from multibody_sym.algebra.quotient_functions import doubled, sign
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.closed_form import ClosedForms, closed_forms, linear_equations, unknowns
-from multibody_sym.answers.solution import Value
 from multibody_sym.answers.symbolic_start import declared_state
 from multibody_sym.answers.symbolic_state import SymbolicState
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
@@ -29,6 +28,7 @@ from multibody_sym.dynamics.start.straight import Side, straightened
 from multibody_sym.errors import ExpressionError, NoSolutionError, Where
 from multibody_sym.expressions.parser import parse
 from multibody_sym.expressions.printer import text
+from multibody_sym.expressions.values import Value
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import slot_state, state_of
 from multibody_sym.model.declaration.system import System
@@ -267,14 +267,14 @@ def solved_in(
     numbers = Instant(motion, found.udot.tolist(), found.multipliers.tolist())
     others = tuple(
         Instant(motion, numbers.udot, (found.multipliers + change).tolist())
-        for change in _undetermined(dynamics, found)
+        for change in undetermined(dynamics, found)
     )
     formal, sides = straightened(resolved, begin.q, begin.u, begin.parameters)
     symbolic = declared_state(formal, begin)
     nodes = Instant(motion_of(formal, symbolic.state), *unknowns(formal))
     reasons: dict[str, None] = {}
     slots = Instant(motion_of(formal, slot_state(formal)), *unknowns(formal))
-    forms = _forms(formal, symbolic, sides, reasons)
+    forms = forms_of(formal, symbolic, sides, reasons)
     facts = decided or Decided()
     return Solved(system, resolved, begin, numbers, others, symbolic, nodes, slots, forms, reasons, facts)
 
@@ -297,7 +297,7 @@ def _solved_bounds(matrix: list[list[Node]], right: list[Node], known: Mapping[N
     return [float(bound) for bound in inverse @ terms + EPSILON * np.abs(x)]
 
 
-def _forms(
+def forms_of(
     resolved: Mechanism, symbolic: SymbolicState, sides: Sequence[Side], reasons: dict[str, None]
 ) -> ClosedForms | None:
     """Return the closed forms; that ropes and springs lie on their sides is among the signs that they rest on."""
@@ -332,7 +332,7 @@ def _verify(resolved: Mechanism, dynamics: TreeDynamics, found: Accelerations) -
         )
 
 
-def _undetermined(dynamics: TreeDynamics, found: Accelerations) -> Sequence[Any]:
+def undetermined(dynamics: TreeDynamics, found: Accelerations) -> Sequence[Any]:
     """Return the changes of the multipliers that exert nothing: C^T change = 0, D change = 0, where C is H for most."""
     friction = dynamics.friction
     if int(found.report[0]) == len(found.multipliers):

@@ -10,9 +10,10 @@ from typing import Any, Final
 
 from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.one_way import Acting, is_active, rubs
-from multibody_sym.answers.solution import AT, Value
+from multibody_sym.answers.solution import AT
 from multibody_sym.dynamics.programs.pulleys import held_pulleys
 from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.expressions.values import Value
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import ExpressionRow, RopeRow, Row

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal
 
+from multibody_sym.answers.impact.record import ImpactFound
 from multibody_sym.answers.worked.record import Worked
-from multibody_sym.expressions.chosen_units import SI, Units
-from multibody_sym.expressions.printer import text
-from multibody_sym.scalars.node import Node
-from multibody_sym.scalars.traversal import leaves
+from multibody_sym.expressions.values import Value
 
 RowKind = Literal["rope", "rod", "force", "multiplier", "contact", "stop", "friction"]
 """What a constraint's multiplier is: a tension of a rope or rod, a force (or moment), or that of an expression.
@@ -22,44 +19,6 @@ Contacts, stops and friction in joints have forces of several names.
 
 AT: Final = ("at_x", "at_y", "at_z")
 """Where a normal force acts."""
-
-
-@dataclass(frozen=True)
-class Value:
-    """A number (SI; None where there is none) and its closed form in the names of the model (None: numbers only).
-
-    It is not `unique` where constraints depend on each other and other values would serve as well: then there is none,
-    but for that of least norm where this was asked for. `unit` is empty for pure numbers and where it is not known.
-    """
-
-    value: float | None
-    expression: Node | None = None
-    unit: str = ""
-    unique: bool = True
-
-    def __str__(self) -> str:
-        """Return `formula = number unit`, without the formula where there is none or it is that number."""
-        return self.told()
-
-    def told(self, units: Units = SI) -> str:
-        """Return the same with the number in chosen units; a formula of numbers alone is one in SI units."""
-        number = "unknown" if self.value is None else units.said(self.value, self.unit)
-        if not self.unique:
-            return "not unique" if self.value is None else f"{number} (of least norm, not unique)"
-        formula = self._formula(units)
-        return number if formula in ("", f"{self.value or 0.0:.10g}") else f"{formula} = {number}"
-
-    def _formula(self, units: Units) -> str:
-        if self.expression is None:
-            return ""
-        fits = units.of(self.unit) == self.unit or leaves([self.expression], "symbol")
-        return text(self.expression) if fits else ""
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the object that `--json` prints."""
-        number = self.value if self.value is not None and math.isfinite(self.value) else None
-        expression = None if self.expression is None else text(self.expression)
-        return {"value": number, "expression": expression, "unit": self.unit}
 
 
 @dataclass(frozen=True)
@@ -94,6 +53,8 @@ class Solution:
     force acts. `limits`: by condition, what happens where it fails. `at_limit`: what happens a little further on, with
     how that was decided. `needed`: the least coefficients with which what is rough enough sticks. `verdict`: `one`, or
     `several` where the laws leave more than one motion, among which `others`; `searched`: what was looked at.
+
+    Of a system with an `impact` that is told instead: no accelerations, no reactions, `answers` just after it.
     """
 
     name: str
@@ -120,6 +81,7 @@ class Solution:
     others: tuple[OtherState, ...] = ()
     verdict: str = "one"
     searched: str = ""
+    impact: ImpactFound | None = None
 
     def __repr__(self) -> str:
         found = ", ".join(f"{name}: {value}" for name, value in self.accelerations.items())
@@ -132,7 +94,8 @@ class Solution:
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `solve --json` prints."""
-        return {
+        found = {} if self.impact is None else {"impact": self.impact.as_json()}
+        return found | {
             "coordinates": dict(self.coordinates),
             "speeds": dict(self.speeds),
             "assembled": _json(self.assembled),

@@ -7,14 +7,16 @@ from dataclasses import replace
 from typing import Any
 
 from multibody_sym.analysis.slipped_wheels import slipped_wheels
+from multibody_sym.answers.impact.answer import impact_found
 from multibody_sym.answers.instant import Solved, solved_start
 from multibody_sym.answers.left_out import left_out
 from multibody_sym.answers.questions import answered
 from multibody_sym.answers.reactions import place_of, reactions_of
-from multibody_sym.answers.solution import OtherState, RowKind, Solution, Value
+from multibody_sym.answers.solution import OtherState, RowKind, Solution
 from multibody_sym.answers.states import state_found
 from multibody_sym.answers.validity import validity
 from multibody_sym.dynamics.start.examined import numbers_of
+from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.doors import flag
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
@@ -36,7 +38,7 @@ def solve(
     project: bool | None = None,
     steps: bool = False,
 ) -> Solution:
-    """Return what holds at t = 0.
+    """Return what holds at t = 0, or what the impact does that the system has then.
 
     Arguments: `parameters` .. `project`, what the call changes of the system (`Changes`); `formalism` by name, for the
     numbers; with `steps` the solution tells how a book gets there (`Solution.steps`).
@@ -46,6 +48,8 @@ def solve(
     """
     asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
     with numbers_of(asked):
+        if asked.impact is not None:
+            return solution_of_impact(asked, formalism)
         solved = solved_start(asked, formalism)
         found = solution_of(solved)
         if not flag("steps", steps):
@@ -53,6 +57,28 @@ def solve(
         from multibody_sym.answers.worked.worked import worked
 
         return replace(found, steps=worked(solved, found))
+
+
+def solution_of_impact(system: System, formalism: str | None) -> Solution:
+    """Return what the impact of a system does; accelerations and reactions belong to before or after it."""
+    found, solved = impact_found(system, formalism)
+    mechanism, begin = solved.mechanism, solved.begin
+    return Solution(
+        name=mechanism.name,
+        coordinates=dict(zip((c.name for c in mechanism.coordinates), begin.q, strict=True)),
+        speeds=dict(zip((s.name for s in mechanism.speeds), begin.u, strict=True)),
+        accelerations={},
+        reactions={},
+        conditions=found.conditions,
+        answers={},
+        notes=found.notes,
+        limits=found.limits,
+        shifts=dict(begin.shifts),
+        withheld={name: each.components for name, each in mechanism.withheld.items()},
+        withheld_reasons=tuple(reasons(mechanism.withheld)),
+        units=MechanismUnits(mechanism).state,
+        impact=found,
+    )
 
 
 def solution_of(solved: Solved) -> Solution:

@@ -14,8 +14,8 @@ from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.mode_conditions import inequalities
 from multibody_sym.answers.one_way import Acting, is_active, mode_of, rubs, slip_of
 from multibody_sym.answers.reactions import unit_of
-from multibody_sym.answers.solution import Value
 from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.expressions.values import Value
 from multibody_sym.kinematics.rows import coefficients
 from multibody_sym.model.mechanism.mode_words import mode_words
 from multibody_sym.model.mechanism.one_way import ALONG_VELOCITY, STICKS, FrictionPart, OneWay

@@ -12,10 +12,10 @@ from multibody_sym.answers.closed_form import WORK
 from multibody_sym.answers.instant import AGREEMENT, Solved
 from multibody_sym.answers.mode_conditions import Inequality, inequalities, pivots, slipping
 from multibody_sym.answers.one_way import Acting
-from multibody_sym.answers.solution import Value
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.expressions.printer import text
+from multibody_sym.expressions.values import Value
 from multibody_sym.model.mechanism.mechanism import normal_forces
 from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.scalars.node import quantity
@@ -50,7 +50,7 @@ def validity(solved: Solved, reactions: Reactions) -> Validity:
     if solved.forms is not None:
         found.closed += [*pivots(solved.mechanism, solved.forms), *slipping(solved)]
         found.closed += [Condition(positive, strict=True) for positive in solved.forms.field.positive]
-    found.conditions |= _told(solved, found.closed)
+    found.conditions |= told_conditions(solved, found.closed)
     found.conditions |= dict.fromkeys(_not_decided(solved, reactions), "")
     found.conditions |= dict.fromkeys(_pulled_wheels(solved, reactions), "")
     return found
@@ -77,7 +77,7 @@ def _agree(solved: Solved, inequality: Inequality, values: list[float], size: fl
     )
 
 
-def _told(solved: Solved, conditions: list[Condition]) -> dict[str, str]:
+def told_conditions(solved: Solved, conditions: list[Condition]) -> dict[str, str]:
     """Return conditions over quotients in words; what is too long is left out with a reason."""
     if not conditions:
         return {}

@@ -23,6 +23,7 @@ from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.model.mechanism.contact_rows import LOCAL, ContactRow, Edge, Flat, Level, Rim, Round, Skin
 from multibody_sym.model.mechanism.force_rows import ReactionRow
+from multibody_sym.model.mechanism.impacts import JumpRow, MeetingRow
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import IDENTITY
 from multibody_sym.model.mechanism.mechanism import TIME
@@ -112,6 +113,18 @@ def _(row: PositionRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     apart = sum(hypot(*position(motion, marker)) for marker in row.frames)
     relative = point.V + frame.V + frame.W * apart
     return point.A + frame.A + frame.turning * apart + 2.0 * frame.W * relative
+
+
+@_terms.register
+def _(row: MeetingRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+    first, second = (_of(motion, bodies, marker) for marker in row.ends)
+    turning = bodies[row.frame.body].W if row.frame.body >= 0 else 0.0
+    return first.A + second.A + turning * (first.V + second.V)
+
+
+@_terms.register
+def _(row: JumpRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+    return _terms(row.row, motion, bodies) + abs(float(motion.state.values([row.wanted])[0]))
 
 
 @_terms.register

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Final
 
-from multibody_sym.answers.solution import OtherState, RowKind, Solution, Value
+from multibody_sym.answers.solution import OtherState, RowKind, Solution
 from multibody_sym.expressions.chosen_units import SI, Units
+from multibody_sym.expressions.values import Value
 from multibody_sym.model.mechanism.mechanism import COMPONENTS
+from multibody_sym.writing.impact import impact_lines
 from multibody_sym.writing.redundancy import grouped
 from multibody_sym.writing.shifts import shifts_text
 from multibody_sym.writing.withheld import withheld_lines
@@ -28,6 +30,7 @@ def solution_text(solution: Solution, units: Units = SI) -> str:
         "start values that follow from the constraints": [
             f"{name} = {value.told(units)}" for name, value in solution.assembled.items()
         ],
+        **({} if solution.impact is None else impact_lines(solution.impact, units)),
         "accelerations": [
             f"{name + primes[name]} = {value.told(units)}" for name, value in solution.accelerations.items()
         ],

@@ -13,7 +13,7 @@ import pytest
 from textbook_problems import HEAD, PROBLEMS
 
 import multibody_sym as mbs
-from multibody_sym.answers.solution import Value
+from multibody_sym.expressions.values import Value
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
 from multibody_sym.scalars.traversal import postorder

@@ -29,7 +29,7 @@ from multibody_sym.kinematics.contacts import reach
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.points import position, velocity
 from multibody_sym.kinematics.rows import RowMotion, coefficients, row_motions
-from multibody_sym.kinematics.state import state_of
+from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.mechanism.contact_rows import ContactRow
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.model.mechanism.one_way import ACTIVE, FrictionPart, Mode, OneWay
@@ -225,7 +225,8 @@ class Posed(PosedLaws):
         udot += np.array(self.dynamics.factors.unweighted(state.x.tolist()), dtype=float)
         rows = self.rows.later(step, udot)
         places = [rows.places[name] for name in self.names]
-        later = _matrices(_dynamics(self.mechanism, rows.motion), [rows.rows[k] for k in places], places)
+        there = tree_dynamics_of(self.mechanism, rows.motion.state)
+        later = weighted_rows(there, [rows.rows[k] for k in places], places)
         now = self.problem.matrix, self.problem.exerted, self.problem.coupling, self.problem.right
         left = [A @ (C.T @ state.z) + D @ state.z - r for A, C, D, r in (now, later)]
         found: Floats = (left[1] - left[0]) / step
@@ -243,8 +244,8 @@ def posed(rows: OneWayRows, closed: Collection[str]) -> Posed:
         chosen += [row.name for part in element.frictions if _rubs(part) for row in part.rows]
     places = [rows.places[name] for name in chosen]
     found = {name: k for k, name in enumerate(chosen)}
-    dynamics = _dynamics(mechanism, rows.motion)
-    matrices = _matrices(dynamics, [rows.rows[k] for k in places], places)
+    dynamics = tree_dynamics_of(mechanism, rows.motion.state)
+    matrices = weighted_rows(dynamics, [rows.rows[k] for k in places], places)
     laws: list[Law] = [Equality() for _ in chosen]
     frictions: list[FrictionLaw] = []
     for element in elements:
@@ -285,11 +286,12 @@ def _friction_law(part: FrictionPart, element: OneWay, rows: OneWayRows, found: 
     )
 
 
-def _dynamics(mechanism: Mechanism, motion: Motion) -> TreeDynamics:
-    return (composite_body if massless_speeds(mechanism) else block_ldl)(mechanism, motion.state)
+def tree_dynamics_of(mechanism: Mechanism, state: State) -> TreeDynamics:
+    """Return the dynamics in floats by the formalism that is linear in the bodies, where no freedom is massless."""
+    return (composite_body if massless_speeds(mechanism) else block_ldl)(mechanism, state)
 
 
-def _matrices(
+def weighted_rows(
     dynamics: TreeDynamics, rows: Sequence[RowMotion], places: Sequence[int]
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Return A, C, D and r of some rows, which are at some places among those that their couplings count."""

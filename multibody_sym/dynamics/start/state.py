@@ -174,25 +174,30 @@ def started(mechanism: Mechanism, base: Mechanism, begin: Start) -> Start:
 
 def _touching(base: Mechanism, begin: Start, overrides: Mapping[str, float] | None, project: bool) -> Start:
     """Return the start with contacts and ropes closed that it nearly closes, and speeds not given along them."""
-    rows = rows_at(base, begin)
-    near = [element for element in base.one_way if _is_near(rows, element)]
-    if not near:
-        return begin
-    closing = _closing(base, near)
-    found = begin
-    if any(abs(rows.gap(element)) > _CLOSED * rows.scale.length for element in near):
-        with suppress(NoSolutionError):
-            closed = start(closing, overrides, project=project)
-            found = start(_fixed(base, closed, begin), overrides, project=project)
+    near, found = closed_at(base, begin, overrides, project=project)
     rows = rows_at(base, found)
     moving = [element for element in near if rows.standing(element) in ("closing", "leaving")]
     free = [speed for speed in base.speeds if not speed.given]
     if not moving or not free:
         return found
     with suppress(NoSolutionError):
-        slowed = start(_fixed(closing, found, begin, speeds=True), overrides, project=project)
+        slowed = start(_fixed(_closing(base, near), found, begin, speeds=True), overrides, project=project)
         return replace(found, u=slowed.u, assembled=slowed.assembled, held=slowed.held)
     return found
+
+
+def closed_at(
+    base: Mechanism, begin: Start, overrides: Mapping[str, float] | None = None, *, project: bool = False
+) -> tuple[list[OneWay], Start]:
+    """Return the contacts and ropes that a start nearly closes, and the start with them closed, its speeds kept."""
+    rows = rows_at(base, begin)
+    near = [element for element in base.one_way if _is_near(rows, element)]
+    found = begin
+    if any(abs(rows.gap(element)) > _CLOSED * rows.scale.length for element in near):
+        with suppress(NoSolutionError):
+            closed = start(_closing(base, near), overrides, project=project)
+            found = start(_fixed(base, closed, begin), overrides, project=project)
+    return near, found
 
 
 def _is_near(rows: OneWayRows, element: OneWay) -> bool:

@@ -14,6 +14,7 @@ from multibody_sym.model.declaration.contacts import Contact
 from multibody_sym.model.declaration.doors import flag, text
 from multibody_sym.model.declaration.fields import Element, MapOf, Names, Record, holds
 from multibody_sym.model.declaration.forces import FORCES
+from multibody_sym.model.declaration.impacts import Impacts, ImpactsField
 from multibody_sym.model.declaration.joint import Joint
 from multibody_sym.model.declaration.joints import JOINTS
 from multibody_sym.model.declaration.parameters import Parameter, ParameterField
@@ -59,6 +60,7 @@ class System(Element):
     constraints: Mapping[str, Element] = holds(MapOf(CONSTRAINTS), None)
     pulleys: Mapping[str, Pulley] = holds(MapOf(Record(Pulley)), None)
     contacts: Mapping[str, Contact] = holds(MapOf(Record(Contact)), None, keyword=True)
+    impact: Impacts | None = holds(ImpactsField(), None, keyword=True)
     inputs: Mapping[str, Node | Table | Constant] = holds(MapOf(InputField()), None)
     outputs: Mapping[str, Node] = holds(MapOf(Scalar()), None)
     stop: Mapping[str, Node | StateCondition] = holds(MapOf(StopCondition()), None)

@@ -15,6 +15,7 @@ from multibody_sym.model.declaration.states import StateCondition
 from multibody_sym.model.declaration.steps import FreeStep, Step, free_steps
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.contact_rows import ContactRow
+from multibody_sym.model.mechanism.impacts import StruckImpacts
 from multibody_sym.model.mechanism.loads import Load
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import GROUND, Mass, Pose
@@ -154,7 +155,8 @@ class Mechanism:
     determined; `untold` outputs name such and are not among `outputs`.
     `driving_inputs` are those that motions and constraints name, where their expressions stand.
     Of `one_way` elements none is among `rows` until a `mode` says which hold (`in_mode`); in a mode the speeds at the
-    places `held` stay zero. `state_stops` end the run where an element begins to be in a state.
+    places `held` stay zero. `state_stops` end the run where an element begins to be in a state. `impact` is what
+    strikes at the start, which no motion asks for.
     """
 
     name: str
@@ -183,6 +185,7 @@ class Mechanism:
     mode: Mode | None = None
     held: tuple[int, ...] = ()
     state_stops: Mapping[str, StateCondition] = field(default_factory=dict)
+    impact: StruckImpacts | None = None
 
     @property
     def joint_names(self) -> tuple[str, ...]:

@@ -52,7 +52,8 @@ class OneWay:
     `unilateral`: its one normal row has a multiplier >= 0 and restricts motion while it is active. Otherwise `normals`
     define components of a joint's reaction, of either sign. `words` tell whether it is active or not; `path` is where
     the model declares it; parts of one declared element share a `group`. `open`: it does not touch at
-    the start. `joint`: the one in which a stop holds, or friction rubs.
+    the start. `joint`: the one in which a stop holds, or friction rubs. `tangential_restitution` is the part of the
+    tangential speed that an impact returns.
     """
 
     name: str
@@ -62,6 +63,7 @@ class OneWay:
     unilateral: bool = True
     frictions: tuple[FrictionPart, ...] = ()
     restitution: Node = ZERO
+    tangential_restitution: Node = ZERO
     words: tuple[str, str] = ("closed", "open")
     group: str = ""
     open: bool = False

@@ -22,6 +22,7 @@ from multibody_sym.model.resolution.bodies import tree_bodies
 from multibody_sym.model.resolution.cuts import has_rows
 from multibody_sym.model.resolution.driving_inputs import driving_inputs, expression_of, with_driving_inputs
 from multibody_sym.model.resolution.force_places import with_withheld
+from multibody_sym.model.resolution.impacts import struck_impacts
 from multibody_sym.model.resolution.loads import loads
 from multibody_sym.model.resolution.measured import measured
 from multibody_sym.model.resolution.one_way.elements import one_way_elements, slackening
@@ -64,8 +65,7 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
     The coordinates of joints that are cut there are measured, as far as poses tell them.
     """
     tree = spanning_tree(system)
-    doubled = _doubled(system, tree) if freed is None else [name for name in tree.cut if name in freed.doubled]
-    measuring = [] if freed is None else [name for name in tree.cut if name in freed.measured]
+    doubled, measuring = _uncarried(system, tree, freed)
     named = (*tree.carrying, *doubled)
     coordinates, speeds = _coordinates(system, named), _speeds(system, named)
     names = meanings(system, (*coordinates, *_coordinates(system, measuring)), (*speeds, *_speeds(system, measuring)))
@@ -101,7 +101,15 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
         minimum_norm=system.simulation.multipliers == "minimum_norm",
         one_way=(one_way := _in_slots(told, one_way_elements(references, loose))),
         state_stops=_state_stops(resolved, one_way),
+        impact=_in_slots(told, struck_impacts(references, one_way, rows, cuts)),
     )
+
+
+def _uncarried(system: System, tree: SpanningTree, freed: Freed | None) -> tuple[list[str], list[str]]:
+    """Return the cut joints that carry a double of their child, and those whose coordinates are measured."""
+    if freed is None:
+        return _doubled(system, tree), []
+    return [x for x in tree.cut if x in freed.doubled], [x for x in tree.cut if x in freed.measured]
 
 
 def _references(

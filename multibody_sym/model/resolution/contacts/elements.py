@@ -126,7 +126,7 @@ def _elements(
 ) -> Iterator[OneWay]:
     """Yield the contacts of all parts of both ends that may meet."""
     with at("between"):
-        _verify_bodies(contact.between, references.system)
+        verify_bodies(contact.between, references.system)
         solids = []
         for k, reference in enumerate(contact.between):
             with at(k):
@@ -239,7 +239,7 @@ def _across(name: str, contact: Contact, skins: tuple[Skin, Skin], references: R
     return usual if side > 0 else negate(usual)
 
 
-def _verify_bodies(between: tuple[str, ...], system: System) -> None:
+def verify_bodies(between: tuple[str, ...], system: System) -> None:
     """Raise ModelError for a body against itself, or against what it is welded to."""
     names = []
     for k, reference in enumerate(between):

@@ -1,0 +1,87 @@
+"""Under which conditions the formulas of an impact hold: what closes and pushes, what sticks and slides."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from multibody_sym.algebra.conditions import Condition, within
+from multibody_sym.algebra.quotients import NoClosedFormError
+from multibody_sym.answers.closed_form import ClosedForms
+from multibody_sym.answers.impact.resting import ImpactInstant, row_impulses
+from multibody_sym.answers.instant import Solved
+from multibody_sym.answers.validity import told_conditions
+from multibody_sym.dynamics.impacts.impulsive import StruckRows, rubbing
+from multibody_sym.errors import ExpressionError
+from multibody_sym.kinematics.rows import coefficients
+from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
+from multibody_sym.scalars.node import Node, as_node
+
+
+def impact_conditions(solved: Solved, rows: StruckRows, elements: tuple[OneWay, ...]) -> dict[str, str]:
+    """Return the conditions as comparisons, each with what happens where it fails; none without closed forms."""
+    nodes, forms = solved.nodes, solved.forms
+    assert isinstance(nodes, ImpactInstant)
+    if forms is None:
+        return {}
+    found = [Condition(positive, strict=True) for positive in forms.field.positive]
+    try:
+        for needed in _needed(_Mode(nodes, rows, elements)):
+            found += needed.over(forms)
+    except NoClosedFormError as reason:
+        solved.reasons[str(reason)] = None
+    except ExpressionError as reason:
+        solved.reasons[reason.message] = None
+    return told_conditions(solved, found)
+
+
+@dataclass(frozen=True)
+class _Needed:
+    """That a term is positive (`strict`) or not negative, or with a `limit` not larger than that; else `broken`."""
+
+    term: Node
+    broken: str
+    strict: bool = False
+    limit: Node | None = None
+
+    def over(self, forms: ClosedForms) -> list[Condition]:
+        if self.limit is not None:
+            term, limit = forms.of([self.term, self.limit])
+            return within(term, limit, self.broken)
+        return [Condition(forms.of([self.term])[0], self.strict, self.broken)]
+
+
+@dataclass(frozen=True)
+class _Mode:
+    nodes: ImpactInstant
+    rows: StruckRows
+    elements: tuple[OneWay, ...]
+
+
+def _needed(mode: _Mode) -> Iterator[_Needed]:
+    before, after = mode.nodes.rows_before, mode.nodes.rows_after
+    for element in mode.elements:
+        normal = element.normals[0].name
+        if element not in mode.rows.acting:
+            yield _Needed(as_node(after[normal].phidot), f"{element.name} is struck too")
+            continue
+        if len(mode.elements) == 1:
+            yield _Needed(as_node(-before[normal].phidot), f"{element.name} separates and nothing strikes", strict=True)
+        else:
+            yield _Needed(as_node(row_impulses(mode.nodes, [normal])[0]), f"{element.name} is not struck")
+        for part in rubbing(element):
+            yield from _of_friction(mode, element, part)
+
+
+def _of_friction(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[_Needed]:
+    if len(part.rows) > 1:
+        return
+    row = part.rows[0].name
+    slip = mode.rows.slips.get(part.name, 0)
+    if slip:
+        slipping = mode.nodes.rows_after[row].phidot
+        yield _Needed(as_node(slipping if slip > 0 else -slipping), f"{part.name} sticks or turns round")
+    elif not part.enough:
+        (static,) = coefficients(mode.nodes.before, part.rows, [part.static])
+        along, normal = row_impulses(mode.nodes, [row, element.normals[0].name])
+        yield _Needed(as_node(along), f"{part.name} slips", limit=as_node(static * normal))

@@ -1,0 +1,233 @@
+"""From a system with an impact to what strikes, and what it does, in numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final, cast
+
+import numpy as np
+
+from multibody_sym.dynamics.impacts.impulsive import Blow, pose, rubbing
+from multibody_sym.dynamics.impacts.problem import ImpactLaw, ImpactProblem, Struck
+from multibody_sym.dynamics.impacts.problem import Sequence as Order
+from multibody_sym.dynamics.laws.assemble import OneWayRows
+from multibody_sym.dynamics.start.examined import examined
+from multibody_sym.dynamics.start.start import Start, start
+from multibody_sym.dynamics.start.state import closed_at, rows_at
+from multibody_sym.dynamics.start.straight import Side, straightened
+from multibody_sym.errors import ModelError, NoSolutionError, Where
+from multibody_sym.kinematics.points import position
+from multibody_sym.kinematics.relative import direction
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.impacts import MEETING, MeetingRow, StruckImpacts
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.one_way import OneWay
+from multibody_sym.scalars.traversal import leaves
+
+_MET: Final = 1e-9
+"""The part of the model's size up to which points meet and what begins closes, as for contacts (LAWS.md, 3)."""
+
+
+@dataclass(frozen=True, eq=False)
+class PosedImpact:
+    """An impact at the start of a system: the `mechanism` before (without what begins), its start, and what strikes.
+
+    `coefficients`: the restitution of each element, normal and tangential. `law` and `order` as asked or by default.
+    """
+
+    system: System
+    mechanism: Mechanism
+    begin: Start
+    sides: tuple[Side, ...]
+    blow: Blow
+    law: ImpactLaw
+    order: Order
+    coefficients: Mapping[str, tuple[float, float]]
+    scale: float
+
+    @property
+    def problem(self) -> ImpactProblem:
+        """The problem in numbers."""
+        return pose(self.blow, self.law, self.order, self.coefficients)
+
+
+def posed_impact(system: System) -> PosedImpact:
+    """Return the impact at the start of a system.
+
+    Raises ModelError for what does not touch or has impossible coefficients, NoSolutionError where nothing strikes.
+    """
+    resolved = examined(system)
+    declared = resolved.relative or resolved
+    impact = declared.impact
+    assert impact is not None
+    before = without(declared, impact)
+    begin = start(before, project=system.simulation.project)
+    _, begin = closed_at(before, begin, project=system.simulation.project)
+    straight, sides = straightened(declared, begin.q, begin.u, begin.parameters)
+    rows = rows_at(straight, begin)
+    elements = _elements(straight, impact, rows)
+    state = state_of(straight, float, 0.0, begin.q, begin.u, begin.parameters)
+    blow = Blow(straight, state, impact, tuple(elements))
+    _verify_met(blow, rows.scale.length)
+    _verify_begun(blow, rows.scale.length)
+    _verify_strikes(blow, rows)
+    coefficients = {x.name: _coefficients(blow, x) for x in elements}
+    law, order = _chosen(impact, elements, coefficients)
+    return PosedImpact(
+        system, without(straight, impact), begin, sides, blow, law, order, coefficients, rows.scale.length
+    )
+
+
+def without(mechanism: Mechanism, impact: StruckImpacts) -> Mechanism:
+    """Return the mechanism before an impact: without the rows that begin to hold with it."""
+    begun = {name for names in impact.begins.values() for name in names}
+    if not begun:
+        return mechanism
+    kept = [row for row in mechanism.rows if row.name not in begun]
+    places = {row.name: k for k, row in enumerate(kept)}
+    cuts = []
+    for cut in mechanism.cuts:
+        if cut.name in impact.begins:
+            continue
+        names = [mechanism.rows[k].name for k in cut.rows]
+        first = places[names[0]] if names else 0
+        drives = tuple(
+            replace(x, row=places[mechanism.rows[x.row].name])
+            for x in cut.drives
+            if mechanism.rows[x.row].name in places
+        )
+        teeth = tuple((places[mechanism.rows[k].name], f) for k, f in cut.teeth if mechanism.rows[k].name in places)
+        cuts.append(replace(cut, rows=range(first, first + len(names)), drives=drives, teeth=teeth))
+    return replace(mechanism, rows=tuple(kept), cuts=tuple(cuts))
+
+
+# --- what takes part -----------------------------------------------------------------------------------------------
+
+
+def _elements(mechanism: Mechanism, impact: StruckImpacts, rows: OneWayRows) -> list[OneWay]:
+    """Return the elements that touch and may strike, with the coefficients that the section gives them."""
+    found = list(impact.meetings)
+    named = impact.contacts
+    for element in mechanism.one_way:
+        if not element.unilateral:
+            continue
+        called = {element.name, element.group}
+        standing = rows.standing(element)
+        if named is not None and called.isdisjoint(named):
+            continue
+        if standing in ("touching", "closing"):
+            found.append(_with_coefficients(element, impact))
+        elif standing == "open" and element.name in (named or ()):
+            gap = rows.gap(element)
+            raise ModelError(
+                f"{element.name} is open by {gap:.4g} and strikes nothing; start it where it touches",
+                where=Where(path=element.path),
+            )
+    return found
+
+
+def _with_coefficients(element: OneWay, impact: StruckImpacts) -> OneWay:
+    """Return a declared element with the coefficients that the section gives it, or those of its own."""
+    for name in (element.group, element.name):
+        if name in impact.restitutions:
+            element = replace(element, restitution=impact.restitutions[name])
+        if name in impact.tangential:
+            element = replace(element, tangential_restitution=impact.tangential[name])
+    return element
+
+
+def _coefficients(blow: Blow, element: OneWay) -> tuple[float, float]:
+    """Return both coefficients of restitution of an element; raises ModelError for impossible ones."""
+    words = "restitution", "tangential_restitution"
+    values = blow.state.values([element.restitution, element.tangential_restitution])
+    for word, value in zip(words, values, strict=True):
+        if not 0.0 <= value <= 1.0:
+            raise ModelError(
+                f"the {word} of {element.name} is {value:.6g}; it is between 0 (they stay together) and 1 (nothing is "
+                "lost)",
+                where=Where(path=(*blow.impact.paths.get(element.name, element.path), word)),
+            )
+    return float(values[0]), float(values[1])
+
+
+def _chosen(
+    impact: StruckImpacts, elements: Sequence[OneWay], coefficients: Mapping[str, tuple[float, float]]
+) -> tuple[ImpactLaw, Order]:
+    """Return the law and the sequence: as asked for, else Newton's where nothing rubs and one by one where e > 0."""
+    law = impact.law or ("poisson" if any(map(rubbing, elements)) else "newton")
+    bounces = any(e > 0.0 for e, _ in coefficients.values())
+    order = impact.sequence or ("one_by_one" if bounces else "simultaneous")
+    return cast(ImpactLaw, law), cast(Order, order)
+
+
+# --- what is wrong -------------------------------------------------------------------------------------------------
+
+
+def _verify_met(blow: Blow, size: float) -> None:
+    """Raise ModelError for points that are apart across the normal along which they strike, or have none."""
+    for element in blow.impact.meetings:
+        row, path = element.normals[0], blow.impact.paths[element.name]
+        assert isinstance(row, MeetingRow)
+        first, second = (np.array(position(blow.motion, end), dtype=float) for end in row.ends)
+        met = [leaf for leaf in leaves(row.axis, "slot") if leaf.data[0] == MEETING]
+        if met and not any(blow.motion.state.slots[leaf] for leaf in met):
+            raise ModelError(
+                f"the points of {element.name} do not move relative to each other, and no normal is given; write "
+                "normal: [x, y, z], from the second to the first",
+                where=Where(path=path),
+            )
+        apart, n = first - second, np.array(direction(blow.motion, row.frame, row.axis), dtype=float)
+        across = float(np.linalg.norm(apart - n * (n @ apart)))
+        if across > _MET * size:
+            raise ModelError(
+                f"{row.ends[0].name} is {across:.4g} m beside {row.ends[1].name}, across the normal: their impulses "
+                "would make a couple. Start where the points meet, or name the points that do",
+                where=Where(path=(*path, "between")),
+            )
+
+
+def _verify_begun(blow: Blow, size: float) -> None:
+    """Raise ModelError where what begins does not close."""
+    for owner, names in blow.impact.begins.items():
+        missed = [
+            (abs(float(row.phi)), name)
+            for row, name in zip(blow.rows, blow.names, strict=True)
+            if name in names and row.phi is not None
+        ]
+        most, name = max(missed, default=(0.0, ""))
+        if most > _MET * max(size, 1.0):
+            raise ModelError(
+                f"{owner} cannot begin here: {name} is missed by {most:.4g}; start where it closes",
+                where=Where(path=blow.impact.paths.get(owner, ("impact",))),
+            )
+
+
+def _verify_strikes(blow: Blow, rows: OneWayRows) -> None:
+    """Raise NoSolutionError where nothing strikes, as all that touches separates."""
+    impact = blow.impact
+    if impact.loads or impact.begins or impact.jumps:
+        return
+    rates = [float(blow.rows[blow.names.index(x.normals[0].name)].phidot) for x in blow.elements]
+    if not blow.elements:
+        raise NoSolutionError(
+            "nothing strikes: no contact, rope or stop is closed at the start; start where it touches, or write "
+            "between: [a, b] with a normal, or an impulse",
+            where=Where(path=("impact",)),
+        )
+    if min(rates) >= 0.0:
+        told = ", ".join(f"{x.name} opens with {v:.4g} m/s" for x, v in zip(blow.elements, rates, strict=True))
+        first = blow.elements[0]
+        raise NoSolutionError(
+            f"nothing strikes: {told}. The velocity of the first relative to the second is to lead against the normal, "
+            "which points from the second to the first",
+            where=Where(path=impact.paths.get(first.name, ("impact",))),
+        )
+
+
+def outcome(posed: PosedImpact) -> Struck:
+    """Return what the impact does. Raises NoSolutionError where its laws have no solution."""
+    from multibody_sym.dynamics.impacts.strike import strike  # brings scipy
+
+    return strike(posed.problem)

@@ -1,0 +1,89 @@
+"""ImpactFound: what an impact does, in numbers and in closed form."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from multibody_sym.expressions.values import Value
+
+
+@dataclass(frozen=True)
+class ImpactFound:
+    """What an impact at the given instant does.
+
+    `law` and `sequence` by which it was found. `impulses`: of each contact, rope or stop that strikes `normal`, and
+    where it rubs `friction` (in space `friction_1`, `friction_2`), of constraints that begin or hold `impulse`; their
+    `states` afterwards in a word: `bounces`, `stays`, with friction `sticks`, `slides+`, `slides-`, `slides`.
+    `jumps` of the speeds, and the speeds `after`, by name. `joint_impulses`: of each joint fx .. mz (N s, N m s) on the
+    child, about the joint's point, axes of its frame on the parent. `apparent_mass` of each contact along its normal,
+    its speed of `closing` before and of `opening` after. `energy_lost` and by which contact (`lost_by`);
+    `kinetic_energy` before and after. `instantaneous_centres` of bodies in a plane, or a `direction` where they do not
+    turn; `centres_of_percussion` of bodies about the hinge that carries them. `conditions` under which the formulas
+    hold, `limits` what happens where one fails; `notes`: what was decided, left out, and why.
+    """
+
+    law: str
+    sequence: str
+    impulses: Mapping[str, Mapping[str, Value]]
+    states: Mapping[str, str]
+    jumps: Mapping[str, Value]
+    after: Mapping[str, Value]
+    joint_impulses: Mapping[str, Mapping[str, Value]]
+    apparent_mass: Mapping[str, Value]
+    closing: Mapping[str, Value]
+    opening: Mapping[str, Value]
+    energy_lost: Value
+    lost_by: Mapping[str, Value]
+    kinetic_energy: Mapping[str, Value]
+    instantaneous_centres: Mapping[str, Mapping[str, tuple[float, float]]] = field(default_factory=dict)
+    centres_of_percussion: Mapping[str, Value] = field(default_factory=dict)
+    conditions: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    limits: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def not_unique(self) -> list[str]:
+        """The elements and joints with an impulse for which other values would serve as well."""
+        both = {**self.impulses, **self.joint_impulses}
+        return [name for name, parts in both.items() if not all(x.unique for x in parts.values())]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `solve --json` prints under `impact`."""
+        impulses = {name: {**_told(parts), "state": self.states.get(name, "")} for name, parts in self.impulses.items()}
+        return {
+            "law": self.law,
+            "sequence": self.sequence,
+            "impulses": {name: _with_pairs(parts) for name, parts in impulses.items()},
+            "jumps": _told(self.jumps),
+            "after": _told(self.after),
+            "joint_impulses": {name: _told(parts) for name, parts in self.joint_impulses.items()},
+            "apparent_mass": _told(self.apparent_mass),
+            "closing": _told(self.closing),
+            "opening": _told(self.opening),
+            "energy_lost": self.energy_lost.as_json(),
+            "lost_by": _told(self.lost_by),
+            "kinetic_energy": _told(self.kinetic_energy),
+            "instantaneous_centres": {
+                name: list(x["centre"]) if "centre" in x else {"direction": list(x["direction"])}
+                for name, x in self.instantaneous_centres.items()
+            },
+            "centre_of_percussion": _told(self.centres_of_percussion),
+            "conditions": list(self.conditions),
+            "limits": dict(self.limits),
+            "not_unique": self.not_unique,
+            "notes": list(self.notes),
+        }
+
+
+def _told(values: Mapping[str, Value]) -> dict[str, Any]:
+    return {name: value.as_json() for name, value in values.items()}
+
+
+def _with_pairs(parts: dict[str, Any]) -> dict[str, Any]:
+    """Return the impulses of a contact with friction in space as a list of two."""
+    if "friction_1" not in parts:
+        return parts
+    pair = [parts.pop("friction_1"), parts.pop("friction_2")]
+    return {**parts, "friction": pair}

@@ -1,0 +1,146 @@
+"""Impacts at the given instant: what strikes, which impulses are given, and by which law."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from multibody_sym.errors import ModelError, at
+from multibody_sym.expressions.printer import text
+from multibody_sym.model.declaration.contacts import Coefficient, CoefficientField, verify_coefficients
+from multibody_sym.model.declaration.fields import Element, ListOf, MapOf, Names, Record, fields_of, fields_tree, holds
+from multibody_sym.model.declaration.values import Choice, Direction, Point, Scalar, Text, Vector, described
+from multibody_sym.scalars.node import Node
+
+ONLY: Final = "impact"
+"""What the one impact is called that stands under `impact:` without a name."""
+LAWS: Final = ("newton", "poisson", "stronge")
+SEQUENCES: Final = ("simultaneous", "one_by_one")
+_KINDS: Final = ("between", "contacts", "impulse", "couple", "begins", "motion")
+_FITTING: Final[Mapping[str, tuple[str, ...]]] = {
+    "normal": ("between",),
+    "restitution": ("between", "contacts"),
+    "static": ("between",),
+    "kinetic": ("between",),
+    "tangential_restitution": ("between", "contacts"),
+    "at": ("impulse",),
+    "on": ("couple",),
+    "frame": ("between", "impulse", "couple"),
+    "speed": ("motion",),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Impact(Element):
+    """One thing that strikes or is struck at the given instant.
+
+    `between` two points that meet: along `normal`, from the second to the first, in the axes of `frame` (a body,
+    default ground), with a `restitution` of 0 to 1 and friction `static`, `kinetic`; without a normal along their
+    relative velocity. Or `contacts`: declared contacts, stops and ropes that close. Or a given `impulse` (N s) `at` a
+    point, or a given `couple` (N m s) `on` a body, with components along the axes of `frame`. Or what `begins` to hold:
+    joints that are `cut` or constraints that did not hold before. Or a prescribed `motion`, a joint or constraint whose
+    rate jumps by `speed`. `tangential_restitution` (0 to 1) returns that part of the tangential speed.
+    """
+
+    between: tuple[str, ...] | None = holds(ListOf(Text(), 2, 2), None)
+    normal: Point | None = holds(Direction(), None)
+    restitution: Node | None = holds(Scalar(""), None)
+    static: Coefficient | None = holds(CoefficientField(), None)
+    kinetic: Node | None = holds(Scalar(""), None)
+    tangential_restitution: Node | None = holds(Scalar(""), None)
+    contacts: tuple[str, ...] | None = holds(ListOf(Text(), 1), None)
+    impulse: Point | None = holds(Vector("N*s"), None)
+    at: str | None = holds(Text(), None)
+    couple: Point | None = holds(Vector("N*m*s"), None)
+    on: str | None = holds(Text(), None)
+    begins: tuple[str, ...] | None = holds(ListOf(Text(), 1), None)
+    motion: str | None = holds(Text(), None)
+    speed: Node | None = holds(Scalar(), None)
+    frame: str | None = holds(Text(), None)
+
+    def verify(self) -> None:
+        given = [name for name in _KINDS if getattr(self, name) is not None]
+        if len(given) != 1:
+            got = f", not of {' and '.join(given)} together: name several impacts" if given else ""
+            raise ModelError(f"an impact is one of {', '.join(_KINDS)}{got}")
+        for name, kinds in _FITTING.items():
+            if getattr(self, name) is not None and given[0] not in kinds:
+                raise ModelError(f"{name} goes with {' or '.join(kinds)}, not with {given[0]}").under(name)
+        for kind, place in (("impulse", "at"), ("couple", "on"), ("motion", "speed")):
+            if given[0] == kind and getattr(self, place) is None:
+                raise ModelError(f"{place} is missing: where the {kind} is, or how much of it")
+        for name in ("restitution", "tangential_restitution"):
+            verify_restitution(name, getattr(self, name))
+        for name in ("static", "kinetic"):
+            value = getattr(self, name)
+            if isinstance(value, Node) and value.shadow is not None and value.shadow < 0:
+                raise ModelError(f"{text(value)} is negative; nothing rubs less than not at all").under(name)
+        if isinstance(self.static, Node) and self.kinetic is not None:
+            verify_coefficients(self.static.shadow, self.kinetic.shadow)
+
+
+def verify_restitution(name: str, value: Node | None) -> None:
+    """Raise ModelError where a constant coefficient of restitution is not one of 0 to 1."""
+    if value is not None and value.shadow is not None and not 0 <= value.shadow <= 1:
+        raise ModelError(
+            f"{text(value)} is no coefficient of restitution, which is between 0 (they stay together) and 1 (nothing "
+            "is lost)"
+        ).under(name)
+
+
+@dataclass(frozen=True)
+class Impacts(Element):
+    """All that happens at the given instant: impacts by name, the `law` of restitution and the `sequence`."""
+
+    strikes: Mapping[str, Impact] = holds(MapOf(Record(Impact)))
+    law: str | None = holds(Choice(LAWS), None)
+    sequence: str | None = holds(Choice(SEQUENCES), None)
+
+    def written(self) -> Iterator[tuple[tuple[str, ...], Any, str | None]]:
+        for name, impact in self.strikes.items():
+            yield self.path(name)[1:], impact, None
+
+    def path(self, name: str) -> tuple[str, ...]:
+        """Return where a file has an impact."""
+        return (ONLY,) if name == ONLY and len(self.strikes) == 1 else (ONLY, name)
+
+
+_WHOLE: Final = ("law", "sequence")
+
+
+@dataclass(frozen=True)
+class ImpactsField:
+    """What stands under `impact:`: one impact, or a map of names to several; beside either a law and a sequence.
+
+    Nothing but these, or nothing at all: whatever is declared and closes at the start strikes.
+    """
+
+    def accept(self, value: Any) -> Impacts:
+        if isinstance(value, Impacts):
+            return value
+        if isinstance(value, Impact):
+            return Impacts(Names({ONLY: value}))
+        if not isinstance(value, Mapping):
+            raise ModelError(f"expected an impact, or a map of impacts by name, got {described(value)}")
+        whole = {name: x for name, x in value.items() if name in _WHOLE}
+        own = {name: x for name, x in value.items() if name not in _WHOLE}
+        if own and not any(name in fields_of(Impact) and not _is_impact(x) for name, x in own.items()):
+            return Impacts(Names(self._named(own)), **whole)
+        return Impacts(Names({ONLY: Record(Impact).accept(own)} if own else {}), **whole)
+
+    def _named(self, own: Mapping[str, Any]) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        for name, x in own.items():
+            with at(name):
+                found[name] = Record(Impact).accept(x)
+        return found
+
+    def tree(self, value: Impacts) -> dict[str, Any]:
+        whole = {name: getattr(value, name) for name in _WHOLE if getattr(value, name) is not None}
+        trees = {name: fields_tree(impact) for name, impact in value.strikes.items()}
+        return {**(trees[ONLY] if list(trees) == [ONLY] else trees), **whole}
+
+
+def _is_impact(value: Any) -> bool:
+    return isinstance(value, (Mapping, Impact))

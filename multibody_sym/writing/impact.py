@@ -1,0 +1,88 @@
+"""What an impact does, as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Final
+
+from multibody_sym.answers.impact.record import ImpactFound
+from multibody_sym.expressions.chosen_units import SI, Units
+from multibody_sym.expressions.values import Value
+from multibody_sym.model.mechanism.mechanism import COMPONENTS
+from multibody_sym.writing.redundancy import grouped
+
+_ROUNDING: Final = 1e-12
+_JOINTS: Final = "impulses in joints, on the child, in the axes of the joint's frame on the parent (zeros left out)"
+
+
+def impact_lines(found: ImpactFound, units: Units = SI) -> dict[str, list[str]]:
+    """Return the parts of what is told of an impact by their titles."""
+    return {
+        "impact": [_how(found), *(f"{name} {word}" for name, word in found.states.items())],
+        "impulses": [
+            f"{_called(name, part, parts)} = {value.told(units)}"
+            for name, parts in found.impulses.items()
+            for part, value in parts.items()
+        ],
+        "jumps of speeds": _equations(found.jumps, units, "jump of "),
+        "speeds after": _equations(found.after, units),
+        _JOINTS: _joint_lines(found, units),
+        "not unique, because constraints depend on each other": _not_unique(found),
+        "apparent masses along the normals": _equations(found.apparent_mass, units),
+        "speeds of closing before": _equations(found.closing, units),
+        "speeds of opening after": _equations(found.opening, units),
+        "energy": _energies(found, units),
+        "instantaneous centres": list(_centres(found)),
+        "centres of percussion": _equations(found.centres_of_percussion, units),
+    }
+
+
+def _how(found: ImpactFound) -> str:
+    return f"by {found.law.capitalize()}'s law, {found.sequence.replace('_', ' ')}; speeds jump, nothing moves"
+
+
+def _called(name: str, part: str, parts: Mapping[str, Value]) -> str:
+    return name if part == "impulse" and len(parts) == 1 else f"{name} {part.replace('_', ' ')}"
+
+
+def _equations(values: Mapping[str, Value], units: Units, before: str = "") -> list[str]:
+    return [f"{before}{name} = {value.told(units)}" for name, value in values.items()]
+
+
+def _joint_lines(found: ImpactFound, units: Units) -> list[str]:
+    every = (*found.joint_impulses.values(), *found.impulses.values())
+    sizes = [abs(x.value or 0.0) for parts in every for x in parts.values()]
+    least = _ROUNDING * max(sizes, default=0.0)
+    return [
+        f"{name} {component} = {value.told(units)}"
+        for name, parts in found.joint_impulses.items()
+        for component, value in parts.items()
+        if abs(value.value or 0.0) > least
+    ]
+
+
+def _not_unique(found: ImpactFound) -> list[str]:
+    both = {**found.impulses, **found.joint_impulses}
+    pairs = [
+        (name, component if component in COMPONENTS else "")
+        for name, parts in both.items()
+        for component, value in parts.items()
+        if not value.unique
+    ]
+    return [grouped(pairs)] if pairs else []
+
+
+def _energies(found: ImpactFound, units: Units) -> list[str]:
+    lost = {f"lost at {name}": value for name, value in found.lost_by.items()} if len(found.lost_by) > 1 else {}
+    told = {f"kinetic energy {name}": value for name, value in found.kinetic_energy.items()}
+    return _equations({**told, "energy lost": found.energy_lost, **lost}, units)
+
+
+def _centres(found: ImpactFound) -> Iterable[str]:
+    for name, told in found.instantaneous_centres.items():
+        if "centre" in told:
+            x, y = told["centre"]
+            yield f"{name} turns about ({x:.10g}, {y:.10g}) m"
+        else:
+            x, y = told["direction"]
+            yield f"{name} does not turn and moves along ({x:.10g}, {y:.10g})"

@@ -1,0 +1,108 @@
+"""Impacts at the given instant: impulses, jumps and impulses in joints, in numbers and in closed form."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.expressions.printer import text
+from tests.answers.impact_models import CHAIN, COIN, TWO_BALLS
+
+
+def found(model: str, **asked: object) -> object:
+    """Return what the impact of a model file's text does."""
+    told = mbs.solve(mbs.loads(model), **asked).impact  # type: ignore[arg-type]
+    assert told is not None
+    return told
+
+
+def test_two_balls_on_a_line_have_the_books_formula() -> None:
+    told = found(TWO_BALLS)
+    impulse = told.impulses["impact"]["normal"]
+    assert text(impulse.expression) == "m1*m2*(e + 1)*(v1 - v2)/(m1 + m2)"
+    assert impulse.value == pytest.approx(1.5 * 6 * 3 / 5, rel=1e-15)
+    assert impulse.unit == "N*s"
+    assert text(told.apparent_mass["impact"].expression) == "m1*m2/(m1 + m2)"
+    assert told.energy_lost.value == pytest.approx(0.5 * 1.2 * 9 * (1 - 0.25), rel=1e-14)
+    after = told.after
+    assert 2 * after["u_x1"].value + 3 * after["u_x2"].value == pytest.approx(11, rel=1e-15)
+    assert told.states == {"impact": "bounces"}
+    assert told.conditions == ("v1 > v2",)
+
+
+def test_a_given_impulse_on_the_edge_of_a_coin() -> None:
+    told = found(COIN)
+    assert text(told.jumps["u_P_y"].expression) == "I/m"
+    assert text(told.jumps["u_P_theta"].expression) == "2*I/(m*r)"
+    assert told.kinetic_energy["after"].value == pytest.approx(9 / 4 + 9 / 2, rel=1e-15)
+    assert told.impulses == {}
+
+
+def test_a_particle_on_a_chain_keeps_momentum_energy_and_the_impulses_of_each_rod() -> None:
+    told = found(CHAIN)
+    (impulse,) = (parts["normal"].value for parts in told.impulses.values())
+    assert told.opening["impact"].value == pytest.approx(told.closing["impact"].value, rel=1e-13)
+    assert told.energy_lost.value == pytest.approx(0, abs=1e-14)
+    n = np.array([np.sin(0.3 * np.pi), np.cos(0.3 * np.pi)])
+    omega = np.cumsum([told.after[f"u_h{k}"].value for k in (1, 2, 3, 4)])
+    angles = -np.pi / 10 * np.array([1, 2, 3, 4])
+    along = np.column_stack([np.cos(angles), np.sin(angles)])
+    across = np.column_stack([-np.sin(angles), np.cos(angles)])
+    joints = []
+    for k in range(4):  # components are along the axes of the rod before
+        x, y = (told.joint_impulses[f"h{k + 1}"][c].value for c in ("fx", "fy"))
+        before = angles[k] + np.pi / 10
+        joints.append(np.array([x * np.cos(before) - y * np.sin(before), x * np.sin(before) + y * np.cos(before)]))
+    moving = np.zeros(2)
+    for k in range(4):  # each rod by itself: momentum, and angular momentum about its middle
+        middle = moving + omega[k] * across[k] / 2
+        struck = -impulse * n if k == 2 else np.zeros(2)
+        beyond = -joints[k + 1] if k < 3 else np.zeros(2)
+        assert joints[k] + beyond + struck == pytest.approx(middle, abs=1e-13)
+        arm, force = along[k] / 2, beyond - joints[k]
+        assert arm[0] * force[1] - arm[1] * force[0] == pytest.approx(omega[k] / 12, abs=1e-13)
+        moving = moving + omega[k] * across[k]
+
+
+def test_the_json_has_the_words_of_the_contract() -> None:
+    told = json.loads(json.dumps(mbs.solve(mbs.loads(TWO_BALLS)).as_json()))["impact"]
+    wanted = {"law", "sequence", "impulses", "jumps", "after", "joint_impulses", "apparent_mass", "energy_lost"}
+    wanted |= {"lost_by", "closing", "opening", "instantaneous_centres", "centre_of_percussion", "notes"}
+    assert wanted <= set(told)
+    assert told["law"] == "newton"
+    assert told["impulses"]["impact"]["normal"]["value"] == pytest.approx(5.4)
+    assert told["impulses"]["impact"]["state"] == "bounces"
+    assert set(told["joint_impulses"]["A"]) == {"fx", "fy", "fz", "mx", "my", "mz"}
+
+
+def test_in_python_as_in_a_file() -> None:
+    system = mbs.loads(TWO_BALLS)
+    again = mbs.System(
+        "two balls on a line",
+        parameters=system.parameters,
+        bodies=system.bodies,
+        joints=system.joints,
+        impact=mbs.Impact(between=["a", "b"], normal="-x", restitution="e"),
+    )
+    assert again == system
+    assert mbs.loads(mbs.dumps(again)) == again
+
+
+def test_friction_that_slides_all_the_while() -> None:
+    model = """
+multibody_sym: 1
+name: ball on a floor
+parameters: {m: {value: 2 kg, positive: true}, v: {value: 4 m/s, positive: true}, w: {value: 8 m/s, positive: true},
+  e: {value: 0.5, positive: true}, mu: {value: 0.3, positive: true}}
+bodies: {a: {mass: m}, ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}}
+joints: {A: {type: point, parent: ground, child: a, axes: xy, initial: {u: [w, -v]}}}
+contacts: {c: {between: [a, ground.floor], restitution: e, kinetic: mu}}
+impact: {law: newton}
+"""
+    told = found(model)
+    assert text(told.impulses["c"]["friction"].expression) == "-m*mu*v*(e + 1)"
+    assert told.states["c"] == "bounces, slides+"
+    assert told.energy_lost.value == pytest.approx(80 - (6.2**2 + 2**2), rel=1e-13)
