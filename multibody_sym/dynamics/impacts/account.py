@@ -7,9 +7,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from multibody_sym.dynamics.impacts.problem import CLOSING, ImpactProblem, Phase, Stage, Struck
-from multibody_sym.dynamics.laws.problem import Equality, Friction, LawProblem, Unilateral
+from multibody_sym.dynamics.impacts.problem import CLOSING, GAIN, ImpactProblem, Phase, Stage, Struck
+from multibody_sym.dynamics.laws.problem import STICKS, Equality, Friction, LawProblem, Unilateral
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import ROUNDED
 
 
 @dataclass(frozen=True)
@@ -20,11 +21,20 @@ class Chosen:
     parts: list[int]
     problem: LawProblem
 
+    def of_all(self, slips: tuple[int, ...], rows: LawProblem) -> tuple[int, ...]:
+        """Return the slips of its parts as those of all parts; what takes no part counts as sticking."""
+        whole = dict(zip(self.parts, slips, strict=True))
+        return tuple(whole.get(k, STICKS) for k in range(len(rows.parts)))
+
 
 def chosen(problem: LawProblem, closed: Collection[int]) -> Chosen:
-    """Return the problem of what always acts, constraints and friction in joints, and of some unilateral rows."""
+    """Return the problem of what always acts, constraints and friction in joints, and of some unilateral rows.
+
+    Parts that are smooth are left out.
+    """
     acting = {k for k, law in enumerate(problem.laws) if isinstance(law, Equality)} | set(closed)
-    parts = [k for k, part in enumerate(problem.parts) if acting.issuperset(part.normals)]
+    rough = [k for k, part in enumerate(problem.parts) if part.enough or part.static or part.kinetic]
+    parts = [k for k in rough if acting.issuperset(problem.parts[k].normals)]
     rows = sorted(acting | {row for k in parts for row in problem.parts[k].rows})
     place = {row: k for k, row in enumerate(rows)}
     number = {part: k for k, part in enumerate(parts)}
@@ -54,7 +64,10 @@ def chosen(problem: LawProblem, closed: Collection[int]) -> Chosen:
 
 @dataclass(eq=False)
 class Account:
-    """An impact on its way: x (n), z (m), what compression had of z, and the energy that each row took."""
+    """An impact on its way: x (n), z (m), what compression had of z, and the energy that each row took.
+
+    Speeds of `unilateral` rows below `allowed` (m) do not close; `rounding` (m) is what arithmetic leaves of speeds.
+    """
 
     problem: ImpactProblem
     x: Floats
@@ -63,6 +76,7 @@ class Account:
     lost: Floats
     restitution: Floats
     allowed: Floats
+    rounding: Floats
     unilateral: tuple[int, ...]
     phases: list[Phase] = field(default_factory=list)
     impacts: int = 0
@@ -93,6 +107,23 @@ class Account:
         """Return the unilateral rows that close now, or touch without separating."""
         v = self.speeds()
         return [k for k in self.unilateral if v[k] <= self.allowed[k]]
+
+    def copy(self) -> Account:
+        """Return the account as it is now, to come back to."""
+        kept = replace(self)
+        kept.restitution, kept.lost = self.restitution.copy(), self.lost.copy()
+        kept.phases, kept.notes = list(self.phases), list(self.notes)
+        kept.struck, kept.unsure = set(self.struck), set(self.unsure)
+        return kept
+
+    def back_to(self, kept: Account) -> None:
+        """Take everything back to what was kept."""
+        self.__dict__.update(kept.copy().__dict__)
+
+    def gains_since(self, kept: Account) -> bool:
+        """Return whether there is more energy than at a kept account, beyond rounding of what the impact moves."""
+        moved = float(np.abs(self.lost).sum() + self.x @ self.x / 2.0)
+        return float((self.lost - kept.lost).sum()) < -GAIN * moved
 
     def add(
         self,
@@ -157,4 +188,5 @@ def begun(problem: ImpactProblem) -> Account:
     largest = float(np.abs(rows.right / lengths).max(initial=0.0))
     allowed = CLOSING * largest * lengths if problem.allowed is None else np.asarray(problem.allowed, dtype=float)
     zeros, e = np.zeros(count), np.array(problem.restitution, dtype=float)
-    return Account(problem, np.zeros(size), zeros, zeros, zeros.copy(), e, allowed, unilateral)
+    rounding = ROUNDED * largest * lengths
+    return Account(problem, np.zeros(size), zeros, zeros, zeros.copy(), e, allowed, rounding, unilateral)

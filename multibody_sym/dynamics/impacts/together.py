@@ -1,18 +1,29 @@
-"""Several contacts at once: the laws of an instant for speeds, searched like those of accelerations."""
+"""Several contacts at once: the laws of an instant for speeds, searched like those of accelerations.
+
+Newton: v+ + e v- >= 0 beside p >= 0, |p_t| <= mu p. Poisson, twice: compression, v_n >= 0 beside p >= 0, |p_t| <= mu p;
+from there restitution, v_n >= 0 beside p_E - e p_C >= 0, |p_t| <= mu p_E. What p_E has to have already, e p_C, is a row
+that defines its multiplier, exerts what the normal does, and presses beside it. Slip is in its directions at the end.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from multibody_sym.dynamics.impacts.account import Account, chosen
+from multibody_sym.dynamics.impacts.account import Account, Chosen, chosen
 from multibody_sym.dynamics.impacts.problem import Stage
-from multibody_sym.dynamics.laws.problem import LawState
-from multibody_sym.dynamics.laws.search import find
+from multibody_sym.dynamics.impacts.sweeps import swept
+from multibody_sym.dynamics.laws.judgement import fulfils
+from multibody_sym.dynamics.laws.mode_solve import solve_mode
+from multibody_sym.dynamics.laws.problem import Equality, LawProblem, LawState
+from multibody_sym.dynamics.laws.scaled import scaled
+from multibody_sym.dynamics.laws.search import find, modes_of
+from multibody_sym.dynamics.laws.uniqueness import undetermined
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import DRAWN, exact, least_squares, null_space
 
 
 def joined(account: Account) -> None:
@@ -22,35 +33,147 @@ def joined(account: Account) -> None:
 
 
 def newton(account: Account, closed: Collection[int]) -> None:
-    """Strike rows at once: v+ + e v- >= 0 beside p >= 0, and friction in its cone against v_t+."""
-    wanted = np.zeros(len(account.z))
-    for k in closed:
-        wanted[k] = -account.restitution[k] * account.speeds()[k]
+    """Strike rows at once by Newton's coefficients: by the smallest where different ones contradict each other."""
+    try:
+        _newton(account, closed)
+    except NoSolutionError:
+        if not _take_smallest(account, closed, "no impulses fulfil Newton's law with different coefficients"):
+            raise
+        _newton(account, closed)
+
+
+def poisson(account: Account, closed: Collection[int]) -> None:
+    """Strike rows at once by Poisson's coefficients: by the smallest where different ones make energy."""
+    kept = account.copy()
+    _poisson(account, closed)
+    if account.gains_since(kept):
+        made = account.lost.sum() - kept.lost.sum()
+        if _differ(account, closed):
+            account.back_to(kept)
+            _take_smallest(account, closed, f"different coefficients would make {-made:.3g} J")
+            _poisson(account, closed)
+
+
+def _differ(account: Account, closed: Collection[int]) -> bool:
+    return len(set(account.restitution[list(closed)].tolist())) > 1
+
+
+def _take_smallest(account: Account, closed: Collection[int], why: str) -> bool:
+    """Let rows have the smallest of their coefficients; return whether they differ."""
+    if not _differ(account, closed):
+        return False
+    rows = sorted(closed)
+    least = float(account.restitution[rows].min())
+    account.restitution[rows] = least
+    names = ", ".join(account.problem.name(k) for k in rows)
+    account.notes.append(f"{why}: {names} have the smallest one, {least:g}")
+    return True
+
+
+def _newton(account: Account, closed: Collection[int]) -> None:
+    wanted, rows, now = np.zeros(len(account.z)), list(closed), account.speeds()
+    wanted[rows] = -account.restitution[rows] * np.minimum(now[rows], 0.0)
     z = _search(account, closed, wanted, "at once")
     account.compression = account.compression + z / (1.0 + account.restitution)
 
 
-def _search(account: Account, closed: Collection[int], wanted: Floats, stage: Stage) -> Floats:
-    """Add the impulses after which all laws hold for v+ - wanted (m), and return them."""
+def _poisson(account: Account, closed: Collection[int]) -> None:
+    none = np.zeros(len(account.z))
+    z = _search(account, closed, none, "compression")
+    given = {k: float(account.restitution[k] * z[k]) for k in closed}
+    given = {k: value for k, value in given.items() if value > 0.0}
+    if given:
+        _search(account, closed, none, "restitution", given)
+
+
+def _search(
+    account: Account, closed: Collection[int], wanted: Floats, stage: Stage, given: Mapping[int, float] | None = None
+) -> Floats:
+    """Add and return the impulses (m) after which all laws hold for v+ - wanted; `given` are those of rows at least."""
+    given = given or {}
     some = chosen(account.rows, closed)
     now = account.speeds()
-    found = find(replace(some.problem, right=(wanted - now)[some.rows]), every=False)
+    here = {some.rows.index(k): value for k, value in given.items()}
+    right = _consistent(account, some, (wanted - now)[some.rows])
+    problem = _with_given(replace(some.problem, right=right), here)
+    found = find(problem, every=False)
+    if not found.states:
+        nearly = (find(problem, mode, every=False) for mode in swept(problem))
+        found = next((there for there in nearly if there.states), found)
     if not found.states:
         raise NoSolutionError(_nothing(account, closed))
-    state = found.states[0]
+    state, count = found.states[0], len(some.rows)
+    shared, unsure = _shared(problem, state)
     z = np.zeros(len(now))
-    z[some.rows] = state.z
-    slips = [0] * len(account.rows.parts)
-    for k, slip in zip(some.parts, state.mode.slips, strict=True):
-        slips[k] = slip
-    account.add(stage, _pressed(closed, some.rows, state), tuple(slips), (z, state.x))
+    z[some.rows] = shared[:count]
+    for row, value in given.items():
+        z[row] += value
+    sides = zip(some.rows, state.mode.sides[:count], strict=True)
+    pressed = [k for k, side in sides if k in closed and (side or k in given)]
+    account.add(stage, pressed, some.of_all(state.mode.slips, account.rows), (z, state.x))
+    account.unsure |= {some.rows[k] for k in unsure if k < count}
     return z
 
 
-def _pressed(closed: Collection[int], rows: list[int], state: LawState) -> list[int]:
-    return [k for k, side in zip(rows, state.mode.sides, strict=True) if k in closed and side]
+def _consistent(account: Account, some: Chosen, right: Floats) -> Floats:
+    """Return right sides without what rounding has left of speeds before: dependent rows contradict each other by it.
+
+    After several impacts that is no longer little beside the speeds that are left.
+    """
+    problem = some.problem
+    near = problem.matrix @ least_squares(problem.matrix, right, exact(problem.matrix))
+    apart = np.abs(near - right) <= account.rounding[some.rows]
+    return np.where(apart, near, right) if apart.all() else right
+
+
+def _with_given(problem: LawProblem, given: Mapping[int, float]) -> LawProblem:
+    """Return the problem with a row for each impulse that a row has beside its own."""
+    if not given:
+        return problem
+    count, size = problem.matrix.shape
+    more, rows = len(given), list(given)
+    own = {row: count + k for k, row in enumerate(rows)}
+    coupling = np.zeros((count + more, count + more))
+    coupling[:count, :count] = problem.coupling
+    coupling[count:, count:] = np.eye(more)
+    coupling[:count, count:] = problem.coupling[:, rows]
+    parts = (
+        replace(part, normals=(*part.normals, *(own[k] for k in part.normals if k in own))) for part in problem.parts
+    )
+    return LawProblem(
+        np.vstack([problem.matrix, np.zeros((more, size))]),
+        np.vstack([problem.exerted, problem.exerted[rows]]),
+        coupling,
+        np.concatenate([problem.right, [given[k] for k in rows]]),
+        (*problem.laws, *[Equality()] * more),
+        tuple(parts),
+    )
+
+
+def _shared(problem: LawProblem, state: LawState) -> tuple[Floats, list[int]]:
+    """Return the impulses (m) for the same speeds that are shared most evenly, and the rows that may have others.
+
+    Those of least length, forces at unit length, where they fulfil the laws; what holds both ways keeps its own.
+    """
+    system = scaled(problem)
+    mu = [p.kinetic if p.number in state.kinetic else p.static for p in system.parts]
+    trial = solve_mode(system, modes_of(system, state.mode), np.array(mu, dtype=float).reshape(len(mu)))
+    here = replace(trial, x=state.x, z=state.z * system.sizes, a=state.a / system.lengths)
+    unsure = np.flatnonzero(undetermined(system, trial, here)[0])
+    if len(unsure):
+        idle = trial.forces @ trial.idle
+        equal = [k for k, law in enumerate(problem.laws) if isinstance(law, Equality)]
+        free = np.linalg.qr(idle @ null_space(idle[equal], DRAWN))[0]
+        even = replace(here, z=here.z - free @ (free.T @ here.z))
+        if fulfils(system, even):
+            here = even
+    return here.z / system.sizes, [int(k) for k in unsure]
 
 
 def _nothing(account: Account, closed: Collection[int]) -> str:
     names = ", ".join(account.problem.name(k) for k in sorted(closed)) or "what holds both ways"
-    return f"no impulses fulfil the laws of the impact at {names}: the speeds wanted there contradict each other"
+    rubs = account.problem.law == "newton" and any(part.static or part.enough for part in account.rows.parts)
+    advice = " (Newton's coefficient with friction may have no solution; `law: poisson` has one)" if rubs else ""
+    return (
+        f"no impulses fulfil the laws of the impact at {names}: the speeds wanted there contradict each other{advice}"
+    )

@@ -1,0 +1,197 @@
+"""One contact through compression and restitution: Routh's integration over its normal impulse.
+
+While it slips one way, or sticks, all impulses and speeds are linear in p_n: exact, and changed where slip stops. In
+space the direction of slip turns (`in_space`). Friction is given back last: along p_t, up to the cone, and no more than
+the work that it took.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.dynamics.impacts.account import Account, Chosen, chosen
+from multibody_sym.dynamics.impacts.elimination import Moved, moved_by
+from multibody_sym.dynamics.impacts.in_space import turned, turns
+from multibody_sym.dynamics.impacts.pace import AT_REST, Pace, alone, among
+from multibody_sym.dynamics.impacts.problem import Stage
+from multibody_sym.dynamics.impacts.restitution import COMPRESSED, Goal, Normal, let_go
+from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS, FrictionLaw
+from multibody_sym.errors import NoSolutionError
+from multibody_sym.numerics.arrays import Floats
+
+MOST: Final = 1000
+"""Stretches of one impact. One part slips, sticks, slips back: three; a dozen joints that rub have a few each."""
+
+
+def is_followed(account: Account, row: int) -> bool:
+    """Return whether the impact at one row can be followed: not where several parts rub of which one does in space."""
+    parts = chosen(account.rows, (row,)).problem.parts
+    return len(parts) <= 1 or all(len(part.rows) == 1 for part in parts)
+
+
+def routh(account: Account, row: int) -> None:
+    """Strike one row alone, with its friction and that in joints."""
+    some = chosen(account.rows, (row,))
+    course = _Course(account, some, some.rows.index(row))
+    first = Normal(float(course.v[course.row]))
+    course.stop_at_once()
+    compressed = course.through("compression", COMPRESSED, first)
+    e = float(account.restitution[row])
+    if e > 0.0:
+        course.through("restitution", let_go(account.problem.law, e, first.v, compressed), compressed)
+    course.give_back()
+
+
+class _Course:
+    """A contact on its way: present speeds v (m) of the chosen rows; the account has the impulses.
+
+    `moved` is None where other parts rub than that of the contact, or several; else `part` is the contact's, if any.
+    """
+
+    def __init__(self, account: Account, some: Chosen, row: int) -> None:
+        self.account, self.some, self.row = account, some, row
+        parts = some.problem.parts
+        alone = not parts or (len(parts) == 1 and parts[0].normals == (row,))
+        name = account.problem.name(some.rows[row])
+        self.moved: Moved | None = moved_by(some, row, name) if alone else None
+        self.part: FrictionLaw | None = parts[0] if alone and parts else None
+        self.tangents = list(self.part.rows) if self.part else []
+        self.v = account.speeds()[some.rows]
+        lengths = np.linalg.norm(some.problem.matrix, axis=1)
+        lengths[lengths == 0.0] = 1.0
+        self.small: Floats = AT_REST * float(np.abs(self.v / lengths).max(initial=0.0)) * lengths
+        self.rubbed, self.slid = float(account.lost[some.rows][self.tangents].sum()), np.zeros(len(self.tangents))
+        self.pushed = 0.0
+
+    def through(self, stage: Stage, goal: Goal, at: Normal) -> Normal:
+        """Go through a stage to its end, and return the normal state there."""
+        for _ in range(MOST):
+            slip = self.v[self.tangents]
+            if self.part and self.moved and self._turns(slip):
+                at, ended = self._around(stage, goal, at)
+            else:
+                at, ended = self._straight(stage, goal, at)
+            if ended:
+                return at
+        raise NoSolutionError(
+            f"the impact at {self._name()} does not end: friction in several places changes on and on"
+        )
+
+    def _name(self) -> str:
+        return self.account.problem.name(self.some.rows[self.row])
+
+    def _slips(self, v: Floats) -> bool:
+        return bool(np.linalg.norm(v) > self.small[self.tangents].max(initial=0.0))
+
+    def _turns(self, v: Floats) -> bool:
+        if self.part is None or self.moved is None or len(v) < 2 or not self._slips(v):
+            return False
+        return turns(self.moved.K, self.part.kinetic, v)
+
+    # --- straight ways ------------------------------------------------------------------------------------------------
+
+    def _pace(self) -> Pace:
+        if self.moved is None:
+            return among(self.account, self.some, self.row, self.v, self.small)
+        pace = alone(self.moved, self.part, self.v, float(self.small[self.tangents].max(initial=0.0)))
+        if pace.slips == (IN_SPACE,) and self._slips(slip := self.v[self.tangents]):
+            e = slip / np.linalg.norm(slip)
+            pace.v[self.tangents] = e * float(e @ pace.v[self.tangents])
+        return pace
+
+    def _straight(self, stage: Stage, goal: Goal, at: Normal) -> tuple[Normal, bool]:
+        """Go straight on to the end of the stage, or to where slip stops."""
+        pace = self._pace()
+        rate = float(pace.v[self.row])
+        stop, stopping = self._next_stop(pace)
+        end = goal.ahead(at, rate)
+        ended = end <= stop
+        dp = end if ended else stop
+        if not math.isfinite(dp):
+            raise NoSolutionError(f"the impact at {self._name()} has no end: its friction wedges it")
+        at = at.on(dp, rate)
+        at = goal.met(at) if ended else at
+        if dp > 0.0:
+            self._add(stage, pace.slips, (dp * pace.z, dp * pace.x))
+        self.v = self.v + dp * pace.v
+        self.v[self.row] = at.v
+        if stop <= dp:
+            self.v[stopping] = 0.0
+        return at, ended
+
+    def _next_stop(self, pace: Pace) -> tuple[float, list[int]]:
+        """Return the dp after which the first part stops to slip, and its rows."""
+        first, rows = math.inf, list[int]()
+        for part in self.some.problem.parts:
+            own = list(part.rows)
+            speed = float(np.linalg.norm(self.v[own]))
+            if speed > self.small[own].max():
+                slower = -float(self.v[own] @ pace.v[own]) / speed
+                if slower > 0.0 and speed / slower < first:
+                    first, rows = speed / slower, own
+        return first, rows
+
+    def _add(
+        self, stage: Stage, slips: tuple[int, ...], impulses: tuple[Floats, Floats], lost: Floats | None = None
+    ) -> None:
+        z, taken = np.zeros(len(self.account.z)), None
+        z[self.some.rows] = impulses[0]
+        self.slid = self.slid + impulses[0][self.tangents]
+        self.pushed += float(impulses[0][self.row])
+        if lost is not None:
+            taken = np.zeros(len(z))
+            taken[self.some.rows] = lost
+        self.account.add(
+            stage, [self.some.rows[self.row]], self.some.of_all(slips, self.account.rows), (z, impulses[1]), taken
+        )
+
+    # --- slip that turns, that stops at once, and that is given back --------------------------------------------------
+
+    def _around(self, stage: Stage, goal: Goal, at: Normal) -> tuple[Normal, bool]:
+        assert self.moved is not None
+        assert self.part is not None
+        way = turned(self.moved.K, self.part.kinetic, self.v[self.tangents], at, goal)
+        f = np.concatenate([[way.at.p - at.p], way.impulse])
+        lost = np.zeros(len(self.v))
+        lost[self.row] = at.W - way.at.W
+        lost[self.tangents] = way.lost * self._shares(way.impulse)
+        self._add(stage, (IN_SPACE,), (self.moved.Z @ f, self.moved.X @ f), lost)
+        self.v[self.row], self.v[self.tangents] = way.at.v, way.velocity
+        return way.at, way.ended
+
+    def _shares(self, impulse: Floats) -> Floats:
+        """Return how the work of friction in space is shared by its two rows: by the squares of their impulses."""
+        square = float(impulse @ impulse)
+        return impulse * impulse / square if square else np.array([1.0, 0.0])
+
+    def stop_at_once(self) -> None:
+        """Stop slip where friction is always enough."""
+        if self.part is None or self.moved is None or not self.part.enough or not self._slips(self.v[self.tangents]):
+            return
+        K = self.moved.K
+        held = np.linalg.lstsq(K[1:, 1:], -self.v[self.tangents], rcond=None)[0]
+        f = np.concatenate([[0.0], held])
+        self._add("compression", (STICKS,), (self.moved.Z @ f, self.moved.X @ f))
+        self.v = self.account.speeds()[self.some.rows]
+        self.v[self.tangents] = 0.0
+
+    def give_back(self) -> None:
+        """Give friction of what sticks at the end back."""
+        if self.part is None or self.moved is None or self._slips(self.v[self.tangents]):
+            return
+        back = self.account.problem.given_back(self.some.parts[0])
+        size = float(np.linalg.norm(self.slid))
+        if not back or not size:
+            return
+        rows = self.some.rows
+        e, K = self.slid / size, self.moved.K[1:, 1:]
+        taken = max(float(self.account.lost[rows][self.tangents].sum()) - self.rubbed, 0.0)
+        stiff = float(e @ K @ e)
+        room = math.inf if self.part.enough else self.part.static * self.pushed - size
+        more = max(min(back * size, room, math.sqrt(2.0 * taken / stiff) if stiff > 0.0 else 0.0), 0.0)
+        f = np.concatenate([[0.0], more * e])
+        if more > 0.0:
+            self._add("given back", (STICKS,), (self.moved.Z @ f, self.moved.X @ f))

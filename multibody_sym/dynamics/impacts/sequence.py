@@ -1,0 +1,131 @@
+"""Impacts one after the other, the fastest closing first, or again and again at once; and collapse where none ends.
+
+One that closes afterwards is a new impact from where the last one has led. More than 100 + 20 n impacts of n connected
+contacts are too many: they strike once more, all at once and without bouncing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.dynamics.impacts.account import Account
+from multibody_sym.dynamics.impacts.one_contact import is_followed, routh
+from multibody_sym.dynamics.impacts.together import newton, poisson
+from multibody_sym.dynamics.laws.problem import LawProblem
+from multibody_sym.errors import InputError, NoSolutionError
+from multibody_sym.numerics.rank import scaled_rows
+
+ALIKE: Final = 1e-9
+"""Closing speeds that differ by less than this part are struck together."""
+CONNECTED: Final = 1e-12
+"""The part of their lengths below which what one row pushes does not move another."""
+PATIENCE: Final = 2
+"""How often the number of impacts after which contacts collapse is too many altogether."""
+
+
+class _Counts:
+    """How many impacts each connected cluster had."""
+
+    def __init__(self, account: Account) -> None:
+        self.account, self.cluster = account, clusters(account.rows)
+        self.counts: dict[int, int] = {}
+
+    def of(self, row: int) -> list[int]:
+        """Return the unilateral rows that are connected with one."""
+        return [k for k in self.account.unilateral if self.cluster[k] == self.cluster[row]]
+
+    def has_collapsed(self, row: int) -> bool:
+        """Count an impact of the cluster of a row; if there were too many, let it collapse, and say so."""
+        account, rows = self.account, self.of(row)
+        account.impacts += 1
+        count = self.counts[self.cluster[row]] = self.counts.get(self.cluster[row], 0) + 1
+        most = 100 + 20 * len(rows)
+        if count <= most:
+            return False
+        names = ", ".join(account.problem.name(k) for k in rows)
+        if count > PATIENCE * most:
+            raise NoSolutionError(f"impacts do not end at {names}, without bouncing neither")
+        if account.restitution[rows].any():
+            account.restitution[rows] = 0.0
+            account.collapsed = True
+            account.notes.append(f"collapse: more than {most} impacts, so {names} struck at once without bouncing")
+        poisson(account, rows)  # those that separate now too: something may drive them together again
+        return True
+
+
+def at_once(account: Account) -> None:
+    """Strike all that touches where something closes, until nothing does."""
+    counts = _Counts(account)
+    while closing := account.closing():
+        cluster = counts.of(closing[0])
+        if counts.has_collapsed(closing[0]):
+            continue
+        rows = [k for k in account.touching() if k in cluster]
+        if account.problem.law == "stronge":
+            rows = _single(account, [k for k in closing if k in cluster])
+        _strike(account, rows)
+
+
+def _single(account: Account, closing: list[int]) -> list[int]:
+    if len(closing) == 1:
+        return closing
+    names = ", ".join(account.problem.name(k) for k in closing)
+    raise InputError(
+        f"Stronge's coefficient is one of a single contact, but {names} close at once: say `sequence: one_by_one`, "
+        "or `law: poisson`"
+    )
+
+
+def one_by_one(account: Account) -> None:
+    """Strike what closes fastest, with what closes as fast, until nothing closes; what does not bounce is held."""
+    counts = _Counts(account)
+    while closing := account.closing():
+        v = account.speeds()
+        fastest = min(closing, key=lambda k: float(v[k]))
+        if counts.has_collapsed(fastest):
+            continue
+        cluster = counts.of(fastest)
+        rows = [k for k in closing if k in cluster and v[k] <= (1.0 - ALIKE) * v[fastest]]
+        held = [k for k in cluster if abs(v[k]) <= account.allowed[k] and not account.restitution[k]]
+        _strike(account, rows + held)
+
+
+def _strike(account: Account, rows: Collection[int]) -> None:
+    """Strike rows by the law that is asked for."""
+    law = account.problem.law
+    if len(rows) == 1 and is_followed(account, next(iter(rows))):
+        routh(account, next(iter(rows)))
+    elif law == "newton" or (law == "stronge" and not _rubs(account, rows)):
+        newton(account, rows)
+    else:
+        if law == "stronge" or len(rows) == 1:
+            names = ", ".join(account.problem.name(k) for k in sorted(rows))
+            account.notes.append(f"friction at {names} is that of Poisson's law at once: they are not struck alone")
+        poisson(account, rows)
+
+
+def _rubs(account: Account, rows: Collection[int]) -> bool:
+    """Return whether anything rubs at rows, or in joints."""
+    parts = [part for part in account.rows.parts if part.enough or part.static or part.kinetic]
+    return any(set(part.normals) <= set(rows) or not set(part.normals) & set(account.unilateral) for part in parts)
+
+
+def clusters(rows: LawProblem) -> list[int]:
+    """Return for each row the number of its cluster: rows push each other there, over any others."""
+    A, C = scaled_rows(rows.matrix)[1], scaled_rows(rows.exerted)[1]
+    K = np.abs(A @ C.T) + np.abs(rows.coupling)
+    near = (K > CONNECTED) | (K.T > CONNECTED)
+    for part in rows.parts:
+        near[np.ix_([*part.rows, *part.normals], [*part.rows, *part.normals])] = True
+    number = [-1] * len(near)
+    for first in range(len(near)):
+        waiting = [first] if number[first] < 0 else []
+        while waiting:
+            k = waiting.pop()
+            if number[k] < 0:
+                number[k] = first
+                waiting += [int(j) for j in np.flatnonzero(near[k]) if number[j] < 0]
+    return number

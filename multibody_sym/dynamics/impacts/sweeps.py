@@ -1,0 +1,80 @@
+"""A mode of an impact at once, by sweeps over its contacts: each obeys its own law beside the impulses of the others.
+
+Slow and nearly sure where directions of slip in space make the search for modes miss: what it comes near is solved
+exactly, and judged, by that search.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS, LawMode, LawProblem
+from multibody_sym.dynamics.laws.reduction import Reduced, reduced
+from multibody_sym.dynamics.laws.scaled import Part, Scaled, scaled
+from multibody_sym.numerics.arrays import Floats
+
+MOST: Final = 2000
+TURNS: Final = 24
+"""Directions that are tried for each slip in space beside the one that sweeps were at."""
+SETTLED: Final = 1e-13
+"""Part of the largest impulse by which none changes in a sweep any more."""
+CARRIES: Final = 1e-9
+"""Part of the largest impulse below which there is none, and of the largest speed below which nothing slips."""
+
+
+def swept(problem: LawProblem) -> Iterator[LawMode]:
+    """Yield the mode that sweeps come to, or are at when there were too many; then with each slip in space turned."""
+    system = scaled(problem)
+    small = reduced(system)
+    f = np.zeros(len(small.own))
+    for _ in range(MOST):
+        before = f.copy()
+        _sweep(system, small, f)
+        if float(np.abs(f - before).max(initial=0.0)) <= SETTLED * float(np.abs(f).max(initial=0.0)):
+            break
+    mode = _mode(system, small, f)
+    yield mode
+    for k in (k for k, way in enumerate(mode.directions) if way is not None):
+        for angle in 2.0 * np.pi * np.arange(TURNS) / TURNS:
+            way = (float(np.cos(angle)), float(np.sin(angle)))
+            yield replace(mode, directions=(*mode.directions[:k], way, *mode.directions[k + 1 :]))
+
+
+def _sweep(system: Scaled, small: Reduced, f: Floats) -> None:
+    """Let each contact take the impulses that its law wants beside all others."""
+    for k in system.unilateral:
+        i = small.place[k]
+        if small.K[k, i] > 0.0:
+            f[i] = max(0.0, f[i] - (small.a0[k] + small.K[k] @ f) / small.K[k, i])
+    for part in system.parts:
+        own = small.place[part.rows]
+        stiff = float(np.linalg.norm(small.K[np.ix_(part.rows, own)], 2))
+        if stiff > 0.0:
+            wanted = f[own] - (small.a0[part.rows] + small.K[part.rows] @ f) / stiff
+            size = float(np.linalg.norm(wanted))
+            f[own] = wanted * min(1.0, _limit(part, small, f) / size) if size else 0.0
+
+
+def _limit(part: Part, small: Reduced, f: Floats) -> float:
+    return part.static * part.pressed(small.z0 + small.Z @ f)
+
+
+def _mode(system: Scaled, small: Reduced, f: Floats) -> LawMode:
+    z, a = small.z0 + small.Z @ f, small.a0 + small.K @ f
+    force, speed = CARRIES * float(np.abs(z).max(initial=0.0)), CARRIES * float(np.abs(system.r).max(initial=0.0))
+    sides = np.ones(system.count, dtype=int)
+    sides[system.unilateral] = z[system.unilateral] > force
+    sides[system.both] = np.where(z[system.both] < 0.0, -1, 1)
+    slips, directions = list[int](), list[tuple[float, float] | None]()
+    for part in system.parts:
+        slip = a[part.rows]
+        moves = float(np.linalg.norm(slip)) > speed and not part.enough
+        sides[part.rows] = not moves
+        slips.append((IN_SPACE if part.in_space else int(np.sign(slip[0]))) if moves else STICKS)
+        e = slip / np.linalg.norm(slip) if moves else slip
+        directions.append((float(e[0]), float(e[1])) if moves and part.in_space else None)
+    return LawMode(tuple(int(k) for k in sides), tuple(slips), tuple(directions))

@@ -1,0 +1,125 @@
+"""Impacts one after the other: Newton's cradle, ties, what is held, and collapse in place of a hang."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from impact_problems import Impact
+
+from multibody_sym.dynamics.impacts.strike import strike
+from multibody_sym.dynamics.laws.problem import Equality
+
+
+def in_a_row(masses: list[float], u: list[float], e: list[float]) -> Impact:
+    impact = Impact(np.diag(masses), np.array(u))
+    for k, value in enumerate(e):
+        row = np.zeros(len(masses))
+        row[k], row[k + 1] = -1.0, 1.0
+        impact.contact(row, value)
+    return impact
+
+
+@pytest.mark.parametrize("law", ["newton", "poisson", "stronge"])
+def test_newtons_cradle(law: str) -> None:
+    balls = in_a_row([1.0] * 5, [1.0, 0, 0, 0, 0], [1.0] * 4)
+    struck = strike(balls.problem(law, "one_by_one"))
+    assert balls.after(struck) == pytest.approx([0.0, 0.0, 0.0, 0.0, 1.0], abs=1e-14)
+    assert (struck.impacts, [phase.rows for phase in struck.phases if phase.stage != "compression"]) == (
+        4,
+        [(0,), (1,), (2,), (3,)],
+    )
+
+
+def test_two_that_come_with_the_same_speed_send_two_away() -> None:
+    balls = in_a_row([1.0] * 5, [1.0, 1.0, 0, 0, 0], [1.0] * 4)
+    assert balls.after(strike(balls.problem("newton", "one_by_one"))) == pytest.approx([0, 0, 0, 1.0, 1.0], abs=1e-14)
+
+
+@pytest.mark.parametrize(("apart", "together"), [(0.0, True), (1e-11, True), (1e-6, False)])
+def test_closing_speeds_that_are_the_same_are_struck_together(apart: float, together: bool) -> None:
+    """Two balls strike a third one from both sides."""
+    balls = in_a_row([1.0] * 3, [1.0 + apart, 0.0, -1.0], [0.5, 0.5])
+    struck = strike(balls.problem("newton", "one_by_one"))
+    assert struck.phases[0].rows == ((0, 1) if together else (0,))
+    assert (struck.impacts == 1) == together
+    if together:
+        assert balls.after(struck) == pytest.approx([-0.5, 0.0, 0.5], abs=1e-10)
+
+
+def test_the_fastest_closing_is_the_first() -> None:
+    """Ball 2 meets ball 1 at 3 and ball 3 at 1: first 1 and 2 exchange their speeds, then 2 follows ball 3 no more."""
+    balls = in_a_row([1.0] * 3, [2.0, -1.0, -2.0], [1.0, 1.0])
+    struck = strike(balls.problem("newton", "one_by_one"))
+    order = [phase.rows for phase in struck.phases if phase.stage == "restitution"]
+    assert order[0] == (0,)
+    assert balls.after(struck) == pytest.approx([-2.0, -1.0, 2.0], abs=1e-14)
+
+
+def test_what_does_not_bounce_is_held_while_others_are_struck() -> None:
+    """Two balls that touch with e = 0 are struck as one of their mass; they part if they are struck apart."""
+    balls = in_a_row([1.0, 1.0, 2.0], [3.0, 0.0, 0.0], [1.0, 0.0])
+    struck = strike(balls.problem("newton", "one_by_one"))
+    assert balls.after(struck) == pytest.approx([-3.0 * 2 / 4, 3.0 * 2 / 4, 3.0 * 2 / 4], abs=1e-14)
+    assert struck.impacts == 1
+
+
+def test_clusters_that_do_not_touch_each_other_are_struck_each_for_itself() -> None:
+    pairs = Impact(np.eye(4), np.array([1.0, 0.0, 1.0, 0.0]))
+    pairs.contact([-1.0, 1.0, 0, 0], 1.0)
+    pairs.contact([0, 0, -1.0, 1.0], 0.0)
+    struck = strike(pairs.problem("newton", "one_by_one"))
+    assert pairs.after(struck) == pytest.approx([0.0, 1.0, 0.5, 0.5], abs=1e-14)
+    assert struck.impacts == 2
+
+
+def test_impacts_without_end_collapse_and_say_so() -> None:
+    """Ten balls against a wall with e = 0.6: infinitely many impacts; no ball goes through another then."""
+    count = 10
+    balls = in_a_row([1.0] * count, [1.0] * count, [0.6] * (count - 1))
+    wall = np.zeros(count)
+    wall[-1] = -1.0
+    balls.contact(wall, 0.6)
+    struck = strike(balls.problem("newton", "one_by_one"))
+    assert struck.collapsed
+    assert struck.impacts == 100 + 20 * count + 1
+    assert any("collapse" in note for note in struck.notes)
+    assert (struck.after >= -1e-9).all()
+    assert not struck.restitution.any()
+    assert struck.energy_lost == pytest.approx(balls.energy(balls.u) - balls.energy(balls.after(struck)), rel=1e-12)
+
+
+def test_a_ball_in_a_closing_wedge_is_struck_again_and_again_but_not_for_ever() -> None:
+    """Three walls around a ball with e = 1 and different ways: a finite number of impacts, each by its own wall."""
+    impact = Impact(np.eye(2), np.array([-1.0, -0.2]))
+    for angle in (0.0, 0.2):
+        impact.contact([np.cos(angle), np.sin(angle)], 1.0)
+    impact.contact([-np.cos(0.1), np.sin(0.1)], 1.0)
+    struck = strike(impact.problem("newton", "one_by_one"))
+    assert struck.impacts < 160
+    assert struck.energy_lost == pytest.approx(0.0, abs=1e-13)
+    assert (struck.after >= -1e-9).all()
+
+
+def test_a_drive_whose_speed_jumps_takes_an_impulse() -> None:
+    """A cart of 2 kg gets the speed 3 m/s: 6 N s; r = v+ - v- of a drive is the jump that is wanted."""
+    cart = Impact(np.array([[2.0]]), np.array([0.0]))
+    cart.both_ways([1.0])
+    problem = cart.problem()
+    problem.rows.right[0] = 3.0
+    struck = strike(problem)
+    assert isinstance(problem.rows.laws[0], Equality)
+    assert struck.impulses == pytest.approx([6.0])
+    assert struck.after == pytest.approx([0.0], abs=1e-15)
+
+
+def test_a_racket_that_is_moved_suddenly_strikes_the_ball_that_lies_on_it() -> None:
+    """The drive's jump comes first: then the ball closes at 3 m/s, and leaves the racket at 0.5 times that."""
+    both = Impact(np.diag([2.0, 1.0]), np.zeros(2))
+    both.both_ways([1.0, 0.0])
+    both.contact([-1.0, 1.0], 0.5)
+    problem = both.problem("poisson")
+    problem.rows.right[0] = 3.0
+    struck = strike(problem)
+    assert struck.x / np.sqrt([2.0, 1.0]) == pytest.approx([3.0, 4.5])
+    assert [phase.stage for phase in struck.phases] == ["joined", "compression", "restitution"]
+    assert struck.impulses == pytest.approx([6.0 + 4.5, 4.5])
