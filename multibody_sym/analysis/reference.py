@@ -46,7 +46,7 @@ class Reference:
     exerted: Floats
     forces: Floats
     coupling: Floats
-    beside: Mapping[int, int]
+    beside: Mapping[int, tuple[int, ...]]
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ def dalembert(motion: Motion) -> Reference:
         exerted(rows),
         np.array(pushing, dtype=float).reshape(jacobian.shape),
         np.array(coupling, dtype=float).reshape(square),
-        {k: row.beside for k, row in enumerate(rows) if row.beside is not None},
+        {k: row.beside for k, row in enumerate(rows) if row.beside},
     )
 
 

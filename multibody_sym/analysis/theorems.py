@@ -182,7 +182,7 @@ def _powers(motion: Motion, found: Accelerations) -> Floats:
     loads = [applied(motion, [load], weight=False) for load in working]
     powers = [_power(motion, forces.of_body) + np.array(forces.of_speed, dtype=float) @ u for forces in loads]
     rows = row_motions(motion)
-    beside = {k: row.beside for k, row in enumerate(rows) if row.beside is not None}
+    beside = {k: row.beside for k, row in enumerate(rows) if row.beside}
     exerted = along_reactions([row.forces for row in rows], beside, found.multipliers.tolist())
     for row, pushing, multiplier in zip(rows, exerted, found.multipliers, strict=True):
         on_speeds = np.array(pushing, dtype=float) - np.array(generalized_forces(motion, row.of_body), dtype=float)

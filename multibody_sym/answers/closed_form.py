@@ -67,11 +67,12 @@ def closed_forms(mechanism: Mechanism, given: SymbolicState) -> ClosedForms:
     """
     motion = motion_of(mechanism, given.state)
     equations = linear_equations(motion)
-    pairs = [(k, row.beside) for k, row in enumerate(row_motions(motion)) if row.beside is not None and row.beside > k]
+    rows = enumerate(row_motions(motion))
+    vectors = [(k, *row.beside) for k, row in rows if row.beside and min(row.beside) > k]
     try:
-        return _solved(mechanism, given, Field(WORK), *equations, pairs)
+        return _solved(mechanism, given, Field(WORK), *equations, vectors)
     except NoClosedFormError:
-        return _solved(mechanism, given, Field(WORK, expands=True), *equations, pairs)
+        return _solved(mechanism, given, Field(WORK, expands=True), *equations, vectors)
 
 
 def _solved(
@@ -80,17 +81,17 @@ def _solved(
     field: Field,
     matrix: list[list[Node]],
     right: list[Node],
-    pairs: list[tuple[int, int]],
+    vectors: list[tuple[int, ...]],
 ) -> ClosedForms:
     known = {node: field.letter(node, letter) for node, letter in given.letters.items()}
     register_angles(field, [as_node(x) for x in (*(x for row in matrix for x in row), *right)], known)
     rows = [exact(field, [as_node(x) for x in (*row, r)], known) for row, r in zip(matrix, right, strict=True)]
     left, wanted = [row[:-1] for row in rows], [row[-1] for row in rows]
     udot, multipliers = unknowns(mechanism)
-    if len(pairs) > 1:
+    if len(vectors) > 1:
         raise NoClosedFormError("several joints press with the lengths of their reactions, which depend on each other")
-    if pairs:
-        places = len(udot) + pairs[0][0], len(udot) + pairs[0][1]
+    if vectors:
+        places = tuple(len(udot) + k for k in vectors[0])
         solved, left = _by_length(left, wanted, len(udot), places)
     else:
         solved = exact_solve(left, wanted) if rows else []
@@ -99,23 +100,21 @@ def _solved(
 
 
 def _by_length(
-    left: list[list[Quotient]], right: list[Quotient], speeds: int, pair: tuple[int, int]
+    left: list[list[Quotient]], right: list[Quotient], speeds: int, vector: tuple[int, ...]
 ) -> tuple[list[Quotient], list[list[Quotient]]]:
-    """Return the solution where two unknowns make a vector whose length w presses, and the matrix along that vector.
+    """Return the solution where unknowns make a vector whose length w presses, and the matrix along that vector.
 
-    Both have the column of w in the first equations, those of the speeds; all else is linear in w, and they themselves
+    All have the column of w in the first equations, those of the speeds; all else is linear in w, and they themselves
     are a + b w: w = |a + b w| with its positive root, where |b| < 1.
     """
     zero = right[0].field.constant(0)
-    column = [row[pair[0]] if k < speeds else zero for k, row in enumerate(left)]
-    without = [
-        [zero if k < speeds and j in pair else x for j, x in enumerate(row)] for k, row in enumerate(left)
-    ]
+    column = [row[vector[0]] if k < speeds else zero for k, row in enumerate(left)]
+    without = [[zero if k < speeds and j in vector else x for j, x in enumerate(row)] for k, row in enumerate(left)]
     free, of_length = exact_solve(without, right), exact_solve(without, [-x for x in column])
-    a, b = ([x[k] for k in pair] for x in (free, of_length))
+    a, b = ([x[k] for k in vector] for x in (free, of_length))
     w = _length(a, b)
     solved = [x + y * w for x, y in zip(free, of_length, strict=True)]
-    parts = {k: solved[k] / w for k in pair}
+    parts = {k: solved[k] / w for k in vector}
     along = [
         [row[j] * parts[j] if k < speeds and j in parts else row[j] for j in range(len(row))]
         for k, row in enumerate(left)
@@ -125,15 +124,17 @@ def _by_length(
 
 def _length(a: Sequence[Quotient], b: Sequence[Quotient]) -> Quotient:
     """Return the w > 0 with w = |a + b w|. Raises NoClosedFormError where nothing presses, or it grows with itself."""
-    alone = [k for k in range(2) if a[1 - k].is_zero and b[1 - k].is_zero]
+    there = [(x, y) for x, y in zip(a, b, strict=True) if not (x.is_zero and y.is_zero)]
+    alone = len(there) < 2
     if alone:
-        x, y = a[alone[0]], b[alone[0]]
+        x, y = there[0] if there else (a[0], b[0])
         one = x.field.constant(1)
         found = next((w for w in (x / (one - y), -x / (one + y)) if w.sample > 0), None)
     else:
         one = a[0].field.constant(1)
-        across, square = a[0] * b[0] + a[1] * b[1], a[0] * a[0] + a[1] * a[1]
-        left = one - (b[0] * b[0] + b[1] * b[1])
+        zero = a[0].field.constant(0)
+        across, square = sum((x * y for x, y in there), zero), sum((x * x for x, _ in there), zero)
+        left = one - sum((y * y for _, y in there), zero)
         found = (across + sqrt(across * across + absolute(left) * square)) / left if left.sample > 0 else None
     if found is None or not found.sample > 0:
         raise NoClosedFormError("what presses in a joint has no one length")
@@ -143,7 +144,7 @@ def _length(a: Sequence[Quotient], b: Sequence[Quotient]) -> Quotient:
 def linear_equations(motion: Motion) -> tuple[list[list[Node]], list[Node]]:
     """Return the matrix [[M, -C^T], [H, D]] and the right side (f, gamma) over Nodes; M itself may be singular.
 
-    Of two multipliers that make a vector each has the column of its length.
+    Of multipliers that make a vector each has the column of its length.
     """
     rows = row_motions(motion)
     upper = [[*row, *(-h.forces[k] for h in rows)] for k, row in enumerate(mass_matrix(motion))]

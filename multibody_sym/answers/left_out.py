@@ -30,8 +30,8 @@ def _notes(solved: Solved, element: OneWay) -> Iterator[str]:
     normals = [row for row in element.normals if isinstance(row, ReactionRow)]
     body = next(body for body in solved.mechanism.bodies if body.joint_name == element.joint)
     turns, slides = any(step.turns for step in body.steps), any(step.slides for step in body.steps)
-    if not all(row.share is ONE for row in normals):
-        return  # on a thread force and couple go together
+    if not all(row.share is ONE for row in normals) or sum(len(step.turns) for step in body.steps) == 3:
+        return  # on a thread force and couple go together, a ball bears forces only
     held = _Held(solved, element.joint)
     if len(body.steps) > 1 and sum(bool(step.slides) for step in body.steps) != 1:
         yield from _of_plate(held, element, normals[0], turns=turns) if slides else _of_pins(held, element, normals)

@@ -45,8 +45,11 @@ class Inequality:
         if self.kind == "within":
             return within(terms[0], terms[1], self.broken)
         if self.kind == "circle":
-            a, b, c = terms
-            return [Condition(c * c - a * a - b * b, broken=self.broken)]
+            *parts, limit = terms
+            square = limit * limit
+            for part in parts:
+                square = square - part * part
+            return [Condition(square, broken=self.broken)]
         return [Condition(terms[0], self.kind == "more", self.broken)]
 
 

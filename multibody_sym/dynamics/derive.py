@@ -296,7 +296,7 @@ def _derived(
         notation,
         told.constants,
         *_friction_matrices(parts, len(symbols.speeds)),
-        {k: row.beside for k, row in enumerate(parts.rows) if row.beside is not None},
+        {k: row.beside for k, row in enumerate(parts.rows) if row.beside},
     )
 
 

@@ -117,12 +117,13 @@ def _power(twist: Twist, wrench: Wrench) -> S:
 
 
 def along_reactions(
-    forces: Sequence[Sequence[S]], beside: Mapping[int, int], multipliers: Sequence[S]
+    forces: Sequence[Sequence[S]], beside: Mapping[int, Sequence[int]], multipliers: Sequence[S]
 ) -> list[list[S]]:
     """Return what rows exert (s x nu), those that go `beside` others times their part of the vectors' direction."""
     found = [list(row) for row in forces]
-    for k, other in beside.items():
-        x, y = multipliers[k], multipliers[other]
-        part = x / sqrt(x * x + y * y + _NEARLY_ZERO)
+    for k, others in beside.items():
+        x = multipliers[k]
+        square = sum((multipliers[other] * multipliers[other] for other in others), x * x)
+        part = x / sqrt(square + _NEARLY_ZERO)
         found[k] = [part * f for f in found[k]]
     return found

@@ -61,8 +61,8 @@ class RowMotion:
     A nonholonomic row has no phi (None); its phidot is psi = a(q, t) u + b(q, t). Where the wrenches of a row are
     `all_told` H_j^T is their generalised force, though perhaps written otherwise. What slides `exerts` another
     generalised force (nu) than H_j^T. A row that defines a force has a `coupling` D_jk with the multipliers of rows k:
-    H_j udot + sum D_jk lambda_k = gamma_j; it restricts nothing. Where its multiplier makes a vector with that of the
-    row numbered `beside`, it exerts this times its part of that vector's direction (`along_reactions`).
+    H_j udot + sum D_jk lambda_k = gamma_j; it restricts nothing. Where its multiplier makes a vector with those of the
+    rows numbered `beside`, it exerts this times its part of that vector's direction (`along_reactions`).
     """
 
     phi: S
@@ -73,7 +73,7 @@ class RowMotion:
     all_told: bool = False
     exerts: list[S] | None = None
     coupling: Mapping[int, S] = field(default_factory=dict)
-    beside: int | None = None
+    beside: tuple[int, ...] = ()
 
     @property
     def kinematic(self) -> bool:
@@ -123,11 +123,9 @@ def with_reactions(motion: Motion, rows: Sequence[RowMotion]) -> list[RowMotion]
             share = share + rubbing * friction_factors(friction, along, motion)[0]
         if defining.rubs in names:
             coupling[names.index(defining.rubs)] = -rubbing
-        beside = next((names.index(friction.beside) for friction in sliding if friction.beside), None)
+        beside = next((tuple(map(names.index, each.beside)) for each in sliding if each.beside), ())
         coupling[k] = -share
-        found[k] = replace(
-            found[k], jacobian=part.columns, gamma=-part.rest, coupling=coupling, beside=beside
-        )
+        found[k] = replace(found[k], jacobian=part.columns, gamma=-part.rest, coupling=coupling, beside=beside)
     return found
 
 
@@ -193,9 +191,7 @@ class _Pull:
     of_body: list[Wrench]
 
 
-def _pull(
-    motion: Motion, parts: Sequence[Segment], tensions: Sequence[S], bias: Sequence[tuple[Vec, Vec]]
-) -> _Pull:
+def _pull(motion: Motion, parts: Sequence[Segment], tensions: Sequence[S], bias: Sequence[tuple[Vec, Vec]]) -> _Pull:
     """Return what tensions in straight segments do.
 
     d(length)/dt = sum n . dv;  d^2(length)/dt^2 = sum n . da + n' . dv. On a wheel that turns with the rope, r omega

@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from multibody_sym import ModelError, Solution, loads, simulate, solve
+from multibody_sym import ModelError, NoSolutionError, Solution, loads, range_of_rest, simulate, solve
 from multibody_sym.writing.worked import worked_text
 
 G, MU = 9.81, 0.3
@@ -39,6 +39,17 @@ bodies: {{b: {{mass: 2, com: [0, 0, -0.5], inertia: {{Ixx: 0.1, Iyy: 0.1, Izz: 0
 joints: {{J: {{type: universal, parent: ground, child: b, initial: {{q: [0.7, 0], u: [1, 0]}}}}}}
 forces: {{rub: {{type: friction, joint: J, static: {MU}, radius: 0.02}}}}
 """
+BALL = (
+    PENDULUM.replace("universal", "spherical")
+    .replace("q: [0.7, 0]", "q: [cos(0.35), sin(0.35), 0, 0]")
+    .replace("[1, 0]", "[1, 0, 0]")
+)
+GYRO = BALL.replace("[0, 0, -0.5]", "[0, 0, 0]").replace("[1, 0, 0]", "[2, -3, 6]")
+RING = (
+    PUCK.replace("Izz: 0.1", "Izz: 0.08")
+    .replace("[3, 4, 0]", "[3, 4, 60]")
+    .replace("kinetic: 0.3", "kinetic: 0.3, radius: 0.2")
+)
 HINGE = PENDULUM.replace("universal", "revolute, axis: x").replace("[0.7, 0]", "0.7").replace("[1, 0]", "1")
 
 
@@ -106,6 +117,82 @@ def test_each_pin_rubs_with_the_force_across_it() -> None:
     assert pins @ moment == pytest.approx([-moments[0], moments[1]], rel=1e-12)
 
 
+# --- rings and balls --------------------------------------------------------------------------------------------------
+
+
+def test_a_ring_that_slides_and_turns_slows_down_in_both_by_the_same_part() -> None:
+    """With Izz = m r^2 the vector (v, r omega) of 13 m/s loses mu g a second in its own direction, until all rests."""
+    found = solve(loads(RING))
+    whole = np.array([3, 4, 12])  # m/s: 0.2 m * 60 rad/s
+    expected = -MU * G * whole / 13 / [1, 1, 0.2]
+    assert [a.value for a in found.accelerations.values()] == pytest.approx(expected, rel=1e-12)
+    run = simulate(loads(RING), t_end=6)
+    stop = 13 / (MU * G)
+    assert [change["t"] for change in run.changes] == pytest.approx([stop], rel=1e-8)
+    assert run.q[-1] == pytest.approx(whole / [1, 1, 0.2] * stop / 2, rel=1e-8)
+    assert not run.u[run.t > stop].any()
+
+
+@pytest.mark.parametrize(("part", "word"), [(0.999, "stick"), (1.001, "slide")])
+def test_a_ring_holds_force_and_couple_together(part: float, word: str) -> None:
+    most = 0.5 * 2 * G * part
+    push = f"  push: {{type: force, on: b, value: [{0.48 * most}, {0.64 * most}, 0]}}\n"
+    twist = f"  twist: {{type: torque, on: b, value: [0, 0, {0.6 * 0.2 * most}]}}\n"
+    text = RING.replace("[3, 4, 60]", "[0, 0, 0]").replace("com: [0, 0, 0.1], ", "") + push + twist
+    assert solve(loads(text)).states == {"rub": word}
+    needed = solve(loads(text.replace("static: 0.5, kinetic: 0.3", "static: enough"))).needed["rub"].value
+    assert needed == pytest.approx(0.5 * part, rel=1e-12)
+
+
+def test_a_ball_swung_in_one_plane_rubs_as_a_hinge_does() -> None:
+    ball, hinge = solve(loads(BALL)), solve(loads(HINGE))
+    first = next(iter(hinge.accelerations.values())).value
+    assert [a.value for a in ball.accelerations.values()] == pytest.approx([first, 0, 0], rel=1e-12, abs=1e-14)
+    assert value(ball, "rub", "friction_1") == pytest.approx(value(hinge, "rub", "friction"), rel=1e-12)
+    assert [note for note in ball.notes if "left out" in note] == []
+    run, other = simulate(loads(BALL), t_end=2), simulate(loads(HINGE), t_end=2)
+    angle = 2 * np.arctan2(run.q[:, 1], run.q[:, 0])
+    assert angle == pytest.approx(other.q[:, 0], abs=1e-7)
+
+
+def test_a_ball_that_turns_about_any_axis_stops_at_once_about_all_and_stays_to_the_last_bit() -> None:
+    """The body hangs in its centre, with one moment of inertia J: omega loses mu r m g / J a second."""
+    found = solve(loads(GYRO))
+    loss = MU * 0.02 * 2 * G / 0.1
+    assert [a.value for a in found.accelerations.values()] == pytest.approx(-loss * np.array([2, -3, 6]) / 7, rel=1e-12)
+    run = simulate(loads(GYRO), t_end=8, samples=81)
+    stop = 7 / loss
+    assert [change["t"] for change in run.changes] == pytest.approx([stop], rel=1e-8)
+    still = run.t > stop
+    assert still.any()
+    assert not run.u[still].any()
+    assert (run.q[still] == run.q[still][0]).all()
+    half = 7 * stop / 4  # the angle about the fixed axis is 7 t_stop / 2
+    axis = np.array([2, -3, 6]) / 7
+    turned = np.array([math.cos(half), *(math.sin(half) * axis)])
+    begin = np.array([math.cos(0.35), math.sin(0.35), 0, 0])
+    expected = np.array(
+        [
+            begin[0] * turned[0] - begin[1:] @ turned[1:],
+            *(begin[0] * turned[1:] + turned[0] * begin[1:] + np.cross(begin[1:], turned[1:])),
+        ]
+    )
+    assert run.q[-1] == pytest.approx(expected, abs=1e-7)
+
+
+def test_a_ball_by_angles_rubs_as_one_by_a_quaternion() -> None:
+    """The speeds are rates of angles: 2, -3 and 6 rad/s about the axes x, y and z, each turned by those before."""
+    text = BALL.replace("spherical,", "spherical, angles: xyz,").replace(
+        "q: [cos(0.35), sin(0.35), 0, 0], u: [1, 0, 0]", "q: [0.7, 0, 0], u: [2, -3, 6]"
+    )
+    about = np.array([2, -3 * math.cos(0.7) - 6 * math.sin(0.7), -3 * math.sin(0.7) + 6 * math.cos(0.7)])
+    found = solve(loads(text))
+    force = float(np.linalg.norm([value(found, "J", c) for c in ("fx", "fy", "fz")]))
+    expected = -MU * 0.02 * force * about / np.linalg.norm(about)
+    assert [value(found, "J", c) for c in ("mx", "my", "mz")] == pytest.approx(expected, rel=1e-12)
+    assert [value(found, "rub", f"friction_{k}") for k in (1, 2, 3)] == pytest.approx(expected, rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("text", "old", "new", "message"),
     [
@@ -118,9 +205,26 @@ def test_each_pin_rubs_with_the_force_across_it() -> None:
             "type: custom, free: [{translate: x}, {translate: [1, 1, 0]}, {rotate: z}]",
             "is another",
         ),
-        (PUCK, "type: planar", "type: spherical, angles: xyz", "is another"),
+        (PUCK, "type: planar", "type: custom, free: [{rotate: x}, {rotate: y}, {rotate: z}]", "is another"),
+        (BALL, ", radius: 0.02", "", "a ball rubs at its radius: give it"),
+        (
+            RING,
+            "type: planar",
+            "type: custom, free: [{translate: x}, {translate: y}]",
+            "does not turn, so that nothing",
+        ),
     ],
 )
 def test_what_cannot_rub_is_told(text: str, old: str, new: str, message: str) -> None:
+    text = text.replace(", 60]", "]") if "does not" in message else text
     with pytest.raises(ModelError, match=message):
         solve(loads(text.replace(old, new).replace("com: [0, 0, 0.1], ", "")))
+
+
+def test_ranges_of_rest_know_planes_and_pins_and_say_that_balls_are_not_for_them() -> None:
+    push = "  push: {type: force, on: b, value: [F, F, 0]}\n"
+    plate = PUCK.replace("[3, 4, 0]", "[0, 0, 0]").replace("bodies:", "parameters: {F: 1}\nbodies:") + push
+    ((_, high),) = range_of_rest(loads(plate), "F").ends
+    assert high.value == pytest.approx(0.5 * 2 * G / math.sqrt(2), rel=1e-12)
+    with pytest.raises(NoSolutionError, match="rub rubs with, or is pressed by, a vector in space: ask solve"):
+        range_of_rest(loads(BALL.replace("bodies:", "parameters: {F: 1}\nbodies:")), "F")

@@ -15,6 +15,7 @@ from math import cos, pi, sin
 from typing import Final, Literal
 
 from multibody_sym.dynamics.formalisms.inverse_dynamics import inverse_dynamics
+from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.ropes import wrap_angle
@@ -202,9 +203,13 @@ def around(count: int) -> tuple[Direction, ...]:
 
 
 def statics(mechanism: Mechanism) -> Statics:
-    """Return what rest of a mechanism needs, which is in no mode."""
+    """Return what rest of a mechanism needs, which is in no mode.
+
+    Raises NoSolutionError where forces with three components rub or press.
+    """
     rows = [*mechanism.rows]
     for element in mechanism.one_way:
+        _verify_plane(element)
         rows += element.rows
     cuts = {
         part.name: around(DIRECTIONS)
@@ -214,3 +219,13 @@ def statics(mechanism: Mechanism) -> Statics:
     }
     whole = replace(mechanism, rows=tuple(rows))
     return Statics(whole, {id(row): k for k, row in enumerate(rows)}, cuts)
+
+
+def _verify_plane(element: OneWay) -> None:
+    for part in element.frictions:
+        if len(part.rows) > 2 or (part.norm and len(part.normals) > 2):
+            raise NoSolutionError(
+                f"ranges of rest are found for friction along lines and in planes; {part.name} rubs with, or is "
+                "pressed by, a vector in space: ask solve for one value of the parameter after the other",
+                where=Where(path=element.path),
+            )

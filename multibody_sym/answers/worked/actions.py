@@ -69,7 +69,7 @@ class Length:
     element: str
     symbol: Any
     factor: S
-    normals: tuple[Any, Any]
+    normals: tuple[Any, ...]
 
 
 class Actions:
@@ -218,8 +218,8 @@ class Actions:
         self._rubbing[name] = Law(self.element(name), [(s, 1)], [(normal, size)])
         if sliding.beside:
             places = [row.name for row in self.motion.mechanism.rows]
-            other = self.symbols.multipliers[places.index(sliding.beside)]
-            self.lengths.append(Length(self.element(name), s, size, (normal, other)))
+            others = (self.symbols.multipliers[places.index(other)] for other in sliding.beside)
+            self.lengths.append(Length(self.element(name), s, size, (normal, *others)))
         else:
             self.laws.append(self._rubbing[name])
         if len(along) == 1:

@@ -65,7 +65,7 @@ class RowTerms:
     gamma: Any
     exerts: list[Any] | None = None
     coupling: list[Any] | None = None
-    beside: int | None = None
+    beside: tuple[int, ...] = ()
 
     @property
     def forces(self) -> list[Any]:
@@ -122,11 +122,11 @@ def with_friction(terms: Sequence[RowTerms], motion: Motion, symbols: Symbols, n
 
 
 def pressing(rows: Sequence[RowTerms], symbols: Symbols) -> list[Any]:
-    """Return what each row exerts its force times: its multiplier, of two that make a vector the length, once."""
+    """Return what each row exerts its force times: its multiplier, of those that make a vector the length, once."""
     found = list(symbols.multipliers)
     for k, row in enumerate(rows):
-        if row.beside is not None and row.beside > k:
-            found[k] = sympy.sqrt(found[k] ** 2 + found[row.beside] ** 2)
-        elif row.beside is not None:
+        if row.beside and min(row.beside) > k:
+            found[k] = sympy.sqrt(sum((found[other] ** 2 for other in row.beside), found[k] ** 2))
+        elif row.beside:
             found[k] = sympy.S.Zero
     return found

@@ -45,7 +45,7 @@ class SymbolicEquations:
 
     Where something slides or joints rub, `exerted` C (s x n) and `coupling` D (s x s) are what stands for H^T and is
     added in M udot = f + C^T lambda, H udot + D lambda = gamma; else None. Rows that go `beside` others exert theirs
-    times their part of the direction of the vector that both multipliers make.
+    times their part of the direction of the vector that all their multipliers make.
     """
 
     method: str
@@ -68,7 +68,7 @@ class SymbolicEquations:
     constants: Mapping[Any, float] = field(default_factory=dict)
     exerted: Any = None
     coupling: Any = None
-    beside: Mapping[int, int] = field(default_factory=dict)
+    beside: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
 
     @property
     def operations(self) -> int:

@@ -1,6 +1,6 @@
 """What every formalism returns, over any scalar: the equations of motion, with or without the mass matrix itself.
 
-    M udot = Q - c + H^T lambda        H udot = gamma        qdot = N u
+M udot = Q - c + H^T lambda        H udot = gamma        qdot = N u
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ class Friction:
     """Equations M udot = f + C^T lambda, H udot + D lambda = gamma with other forces than H^T lambda.
 
     `exerts` C (s x n) and `coupling` D (s x s). Rows that go `beside` others exert theirs times their part of the
-    direction of the vector that both multipliers make.
+    direction of the vector that all their multipliers make.
     """
 
     exerts: list[list[S]]
     coupling: list[list[S]]
-    beside: Mapping[int, int] = field(default_factory=dict)
+    beside: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class TreeDynamics:
             return None
         count = range(len(self.rows))
         coupling = [[row.coupling.get(k, 0) for k in count] for row in self.rows]
-        beside = {k: row.beside for k, row in enumerate(self.rows) if row.beside is not None}
+        beside = {k: row.beside for k, row in enumerate(self.rows) if row.beside}
         return Friction([row.forces for row in self.rows], coupling, beside)
 
     @property

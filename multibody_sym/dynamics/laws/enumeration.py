@@ -1,8 +1,8 @@
 """All modes, as far as they are few enough, and which of them may fulfil the laws: many small systems at once.
 
-Of a contact at rest there are 4 (open, stick, two slides; in space open, stick, and slip begun from three sides), of a
-rope, a stop or a contact that slides 2, of a two-sided normal 2 where its friction slides. The systems are made of
-K = A X, so what is nearly singular there is `doubtful`: it is tried by QR, as everything that fits is.
+Of a contact at rest there are 4 (open, stick, two slides; in space open, stick, and slip begun from three or four
+sides), of a rope, a stop or a contact that slides 2, of a two-sided normal 2 where its friction slides. The systems are
+made of K = A X, so what is nearly singular there is `doubtful`: it is tried by QR, as everything that fits is.
 """
 
 from __future__ import annotations
@@ -31,14 +31,17 @@ ZERO_PIVOT: Final = 1e-13
 TURNS: Final = 20
 """Passes in which directions in space settle roughly; Newton's method does the rest."""
 AT_ONCE: Final = 2048
-STARTS: Final = tuple((math.cos(t), math.sin(t)) for t in (0.3, 0.3 + 2 * math.pi / 3, 0.3 - 2 * math.pi / 3))
+_AROUND: Final = tuple((math.cos(t), math.sin(t)) for t in (0.3, 0.3 + 2 * math.pi / 3, 0.3 - 2 * math.pi / 3))
+_LOW: Final = tuple((math.sqrt(8) / 3 * x, math.sqrt(8) / 3 * y, -1 / 3) for x, y in _AROUND)
+STARTS: Final[dict[int, tuple[tuple[float, ...], ...]]] = {2: _AROUND, 3: ((0.0, 0.0, 1.0), *_LOW)}
+"""By how many rows a part has the directions from which slip in space is begun: evenly around."""
 
 Labels = dict[str, dict[int, int]]
 
 
 @dataclass(frozen=True)
 class Enumerated:
-    """Modes as columns of numbers: sides (b, m), slips (b, p), directions (b, p, 2)."""
+    """Modes as columns of numbers: sides (b, m), slips (b, p), directions (b, p, 3)."""
 
     sides: Places
     slips: Places
@@ -100,12 +103,12 @@ def every_mode(problem: Scaled, mu: Floats) -> Enumerated:
 
 def _with_directions(problem: Scaled, sides: Places, slips: Places) -> Enumerated:
     """Return the modes with slips in space from rest, which are numbered IN_SPACE + start, as directions."""
-    directions = np.zeros((*slips.shape, 2))
+    directions = np.zeros((*slips.shape, 3))
     for part in problem.parts:
         if part.in_space and part.rests:
             slip = slips[:, part.number]
-            for k, start in enumerate(STARTS):
-                directions[slip == IN_SPACE + k, part.number] = start
+            for k, start in enumerate(STARTS[len(part.rows)]):
+                directions[slip == IN_SPACE + k, part.number, : len(start)] = start
             slips[:, part.number] = np.minimum(slip, IN_SPACE)
     return Enumerated(sides, slips, directions)
 
@@ -131,8 +134,7 @@ def _combinations(problem: Scaled, rows: list[int], parts: list[int]) -> Iterato
     """Yield sides of rows and slips of parts: none where nothing touches, no second side where nothing slides."""
     unilateral = set(problem.unilateral.tolist())
     choices = [(1, 0) if row in unilateral else (1, -1) for row in rows]
-    begun = (STICKS, *(IN_SPACE + k for k in range(len(STARTS))))
-    slips = [begun if problem.parts[p].in_space else (STICKS, 1, -1) for p in parts]
+    slips = [_begun(problem.parts[p]) for p in parts]
     for sides in product(*choices):
         of_row = dict(zip(rows, sides, strict=True))
         for chosen in product(*slips):
@@ -141,6 +143,11 @@ def _combinations(problem: Scaled, rows: list[int], parts: list[int]) -> Iterato
                 problem, of_row, slip, unilateral
             ):
                 yield list(sides), list(chosen)
+
+
+def _begun(part: Part) -> tuple[int, ...]:
+    """Return how a part may slip; in space numbered on from IN_SPACE, by where it is begun."""
+    return (STICKS, *(IN_SPACE + k for k in range(len(STARTS[len(part.rows)])))) if part.in_space else (STICKS, 1, -1)
 
 
 def _touches(part: Part, sides: dict[int, int]) -> bool:
@@ -204,7 +211,8 @@ def _by_what_moves(problem: Scaled, mu: Floats, modes: Enumerated, a: Floats) ->
         if part.in_space:
             lengths = np.maximum(np.linalg.norm(a[:, part.rows], axis=1), 1e-300)
             ways = np.where(stuck[:, None], 0.0, a[:, part.rows] / lengths[:, None])
-            slips[:, part.number], directions[:, part.number] = np.where(stuck, STICKS, IN_SPACE), ways
+            slips[:, part.number] = np.where(stuck, STICKS, IN_SPACE)
+            directions[:, part.number, : len(part.rows)] = ways
         else:
             slips[:, part.number] = np.where(stuck, STICKS, np.sign(a[:, part.rows[0]]))
     return Enumerated(sides, slips, directions)
@@ -241,7 +249,7 @@ def _tried(problem: Scaled, small: Reduced, mu: Floats, modes: Enumerated) -> _T
             to = a[:, part.rows]
             turned = to / np.maximum(np.linalg.norm(to, axis=1), 1e-300)[:, None]
             slips = modes.slips[:, part.number] != STICKS
-            modes.directions[slips, part.number] = turned[slips]
+            modes.directions[slips, part.number, : len(part.rows)] = turned[slips]
     loose = 1e-3 if norms or turning else LOOSE
     # Where nothing rubs, the corners of what is admissible are other modes' solutions.
     open_ = solved.consistent & solved.open & bool(mu.any())
@@ -286,10 +294,12 @@ def _systems(
 
 
 def _ways(part: Part, modes: Enumerated) -> Floats:
-    """Return (b, 1 or 2) how the part slips."""
+    """Return (b, number of rows) how the part slips."""
     if not part.rests:
         return np.broadcast_to(part.moving, (len(modes), len(part.rows)))
-    return modes.directions[:, part.number] if part.in_space else modes.slips[:, [part.number]].astype(float)
+    if part.in_space:
+        return modes.directions[:, part.number, : len(part.rows)]
+    return modes.slips[:, [part.number]].astype(float)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from multibody_sym.dynamics.laws.mode_solve import Trial, active_rows
+from multibody_sym.dynamics.laws.mode_solve import Trial, across_slip, active_rows
 from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS
 from multibody_sym.dynamics.laws.scaled import Modes, Part, Scaled
 from multibody_sym.numerics.arrays import EPSILON, Floats
@@ -78,12 +78,11 @@ def violations(problem: Scaled, trial: Trial) -> Iterator[Violation]:
 def _of_slip(part: Part, trial: Trial, force: float, gap: float) -> Iterator[Violation]:
     z, a, slip = trial.z, trial.a, int(trial.mode.slips[part.number])
     if part.rests:
-        along = slip * a[part.rows[0]] if not part.in_space else trial.mode.directions[part.number] @ a[part.rows]
+        along = slip * a[part.rows[0]] if not part.in_space else trial.mode.direction(part) @ a[part.rows]
         if along < -gap:
             yield Violation("slip", part.number, float(-along) / (gap / ACCEPTED))
         if part.in_space:
-            e, to = trial.mode.directions[part.number], a[part.rows]
-            across, size = abs(float(e[0] * to[1] - e[1] * to[0])), float(np.linalg.norm(to))
+            across, size = across_slip(part, trial), float(np.linalg.norm(a[part.rows]))
             if across > ACCEPTED * size + gap:
                 yield Violation("slip", part.number, across / size)
     if not part.norm:
@@ -105,7 +104,7 @@ def flipped(problem: Scaled, trial: Trial, found: Violation) -> Modes:
         force = trial.z[part.rows]
         if part.in_space:
             mode.slips[found.place] = IN_SPACE
-            mode.directions[found.place] = -force / np.linalg.norm(force)
+            mode.direction(part)[:] = -force / np.linalg.norm(force)
         else:
             mode.slips[found.place] = -1 if force[0] > 0 else 1
         _with_sides_of(mode, part, trial.z, problem)
@@ -133,19 +132,19 @@ def labelled(problem: Scaled, trial: Trial) -> Modes:
     mode.sides[problem.both] = np.where(np.abs(trial.z[problem.both]) <= force, 0, np.sign(trial.z[problem.both]))
     touching = problem.touching(mode.sides)
     stands = touching & problem.table.rests & (trial.mode.slips == STICKS) & problem.touching(trial.mode.sides)
-    stands |= touching & problem.table.rests & still[problem.table.first] & still[problem.table.last]
+    stands |= touching & problem.table.rests & problem.of_all_rows(still)
     mode.slips[:], mode.directions[:] = STICKS, 0.0
     for number in np.flatnonzero(touching & ~(stands & (trial.mu != 0.0))):
         part = problem.parts[number]
-        mode.slips[number], mode.directions[number] = _slip(part, trial, stands=bool(stands[number]))
+        mode.slips[number], mode.direction(part)[:] = _slip(part, trial, stands=bool(stands[number]))
     sticks = touching & problem.table.rests & (mode.slips == STICKS)
-    mode.sides[problem.table.first] = mode.sides[problem.table.last] = sticks
+    mode.sides[problem.table.rows] = np.repeat(sticks, problem.table.sizes)
     return mode
 
 
 def _slip(part: Part, trial: Trial, *, stands: bool) -> tuple[int, Floats]:
     """Return how a part slips, and its direction from rest in space; what is smooth never sticks."""
-    nowhere = np.zeros(2)
+    nowhere = np.zeros(len(part.rows))
     if part.enough and part.rests:
         return STICKS, nowhere
     if not part.rests:
@@ -153,8 +152,9 @@ def _slip(part: Part, trial: Trial, *, stands: bool) -> tuple[int, Floats]:
     a = trial.a[part.rows]
     if part.in_space:
         # The direction that was found has more digits than a small a_t.
-        known = trial.mode.directions[part.number]
-        return IN_SPACE, known.copy() if known.any() else np.array([1.0, 0.0]) if stands else a / np.linalg.norm(a)
+        known = trial.mode.direction(part)
+        first = np.eye(len(part.rows))[0]
+        return IN_SPACE, known.copy() if known.any() else first if stands else a / np.linalg.norm(a)
     return (1 if stands or a[0] > 0 else -1), nowhere
 
 

@@ -11,6 +11,7 @@ found by Newton's method around that solve.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -110,7 +111,7 @@ def _settled(
         return False
     terms = problem.terms(trial.x, trial.z)
     sizes = [1e-10 * float(np.linalg.norm(trial.a[p.rows])) + 1e-13 * float(terms[p.rows].max()) for p in turning]
-    return all(abs(_across(part, trial)) <= size for part, size in zip(turning, sizes, strict=True))
+    return all(across_slip(part, trial) <= size for part, size in zip(turning, sizes, strict=True))
 
 
 def _unsolved(trial: Trial) -> Trial:
@@ -126,10 +127,13 @@ def _stands(problem: Scaled, part: Part, trial: Trial) -> bool:
     return bool(np.abs(trial.a[part.rows]).max() <= STANDS * terms)
 
 
-def _across(part: Part, trial: Trial) -> float:
-    """Return the part of a_t across the direction in which it slips."""
-    e, a = trial.mode.directions[part.number], trial.a[part.rows]
-    return float(e[0] * a[1] - e[1] * a[0])
+def across_slip(part: Part, trial: Trial) -> float:
+    """Return how large the part of a_t across the direction in which it slips is."""
+    return float(np.linalg.norm(_across(trial.mode.direction(part), trial.a[part.rows])))
+
+
+def _across(direction: Floats, a: Floats) -> Floats:
+    return a - (a @ direction) * direction
 
 
 def _turned(
@@ -140,34 +144,59 @@ def _turned(
     carrying: Flags | None,
     pressing: dict[int, Floats],
 ) -> tuple[Modes, float]:
-    """Return the mode after a Newton step for the angles at which slip is along a_t, and the largest turn."""
+    """Return the mode after a Newton step for the angles at which slip is along a_t, and the largest turn.
 
-    def across(angles: Floats) -> tuple[Floats, Floats]:
-        trial = _linear(problem, _at_angles(mode, turning, angles), mu, carrying, pressing)
-        a = np.array([trial.a[part.rows] for part in turning])
-        along = np.cos(angles) * a[:, 0] + np.sin(angles) * a[:, 1]
-        backward = along < -0.5 * np.linalg.norm(a, axis=1)
-        wanted = np.where(backward, np.arctan2(a[:, 1], a[:, 0]), angles)
-        return np.cos(angles) * a[:, 1] - np.sin(angles) * a[:, 0], wanted
+    A direction turns by one angle in a plane, by two in space, each towards a unit vector across it.
+    """
+    ways = [_beside(mode.direction(part)) for part in turning]
+    ends = np.cumsum([0, *(way.shape[1] for way in ways)])
+    own = [slice(first, last) for first, last in pairwise(ends)]
 
-    angles = np.array([np.arctan2(mode.directions[p.number, 1], mode.directions[p.number, 0]) for p in turning])
-    missing, wanted = across(angles)
-    slopes = np.empty((len(angles), len(angles)))
-    for k in range(len(angles)):
-        beside = angles.copy()
-        beside[k] += TURN
-        slopes[:, k] = (across(beside)[0] - missing) / TURN
+    def at(angles: Floats) -> Modes:
+        found = mode.copy()
+        for part, way, k in zip(turning, ways, own, strict=True):
+            found.direction(part)[:] = _rotated(mode.direction(part), way, angles[k])
+        return found
+
+    def across(angles: Floats) -> tuple[Floats, Trial]:
+        trial = _linear(problem, at(angles), mu, carrying, pressing)
+        pairs = zip(turning, ways, strict=True)
+        missing = [way.T @ _across(trial.mode.direction(part), trial.a[part.rows]) for part, way in pairs]
+        return np.concatenate(missing), trial
+
+    missing, trial = across(np.zeros(ends[-1]))
+    slopes = np.empty((len(missing), len(missing)))
+    for k in range(len(missing)):
+        slopes[:, k] = (across(TURN * np.eye(len(missing))[k])[0] - missing) / TURN
     step = least_squares(slopes, -missing)
-    apart = (wanted - angles + np.pi) % (2.0 * np.pi) - np.pi
-    step = np.clip(np.where(apart != 0.0, apart, step), -0.7, 0.7)
-    return _at_angles(mode, turning, angles + step), float(np.abs(step).max())
+    for part, way, place in zip(turning, ways, own, strict=True):
+        e, a = mode.direction(part), trial.a[part.rows]
+        if e @ a < -0.5 * float(np.linalg.norm(a)):  # slip that goes backward turns around
+            step[place] = np.arctan2(np.linalg.norm(_across(e, a)), e @ a) * _unit(way.T @ a)
+    step = np.clip(step, -0.7, 0.7)
+    return at(step), float(np.abs(step).max())
 
 
-def _at_angles(mode: Modes, turning: list[Part], angles: Floats) -> Modes:
-    mode = mode.copy()
-    numbers = [part.number for part in turning]
-    mode.directions[numbers, 0], mode.directions[numbers, 1] = np.cos(angles), np.sin(angles)
-    return mode
+def _beside(direction: Floats) -> Floats:
+    """Return (d, d - 1) unit vectors across a unit vector and each other."""
+    if len(direction) == 2:
+        return np.array([[-direction[1]], [direction[0]]])
+    first = np.cross(direction, np.eye(3)[int(np.abs(direction).argmin())])
+    first /= np.linalg.norm(first)
+    return np.column_stack([first, np.cross(direction, first)])
+
+
+def _rotated(direction: Floats, ways: Floats, angles: Floats) -> Floats:
+    """Return a unit vector that is turned by angles towards unit vectors across it."""
+    angle = float(np.linalg.norm(angles))
+    turned = np.cos(angle) * direction + np.sin(angle) * (ways @ _unit(angles))
+    return np.asarray(turned / np.linalg.norm(turned), dtype=float)
+
+
+def _unit(vector: Floats) -> Floats:
+    """Return a vector's direction, the first one there is where it is zero."""
+    size = float(np.linalg.norm(vector))
+    return vector / size if size else np.eye(len(vector))[0]
 
 
 # --- the linear solve -------------------------------------------------------------------------------------------------
@@ -178,7 +207,7 @@ def sticking(problem: Scaled, mode: Modes, mu: Floats) -> Flags:
     table = problem.table
     stuck = np.zeros(problem.count, dtype=bool)
     parts = table.rests & (mode.slips == STICKS) & (mu != 0.0) & problem.touching(mode.sides)
-    stuck[table.first[parts]] = stuck[table.last[parts]] = True
+    stuck[table.rows] = np.repeat(parts, table.sizes)
     return stuck
 
 
@@ -214,7 +243,7 @@ def _way(part: Part, mode: Modes, slip: int) -> Floats:
     """Return the unit vector of its slip."""
     if not part.rests:
         return part.moving
-    return mode.directions[part.number] if part.in_space else np.array([float(slip)])
+    return mode.direction(part) if part.in_space else np.array([float(slip)])
 
 
 def _linear(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None, pressing: dict[int, Floats]) -> Trial:

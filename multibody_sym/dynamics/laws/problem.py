@@ -25,7 +25,7 @@ from multibody_sym.numerics.arrays import Floats
 INACTIVE: Final = 0
 STICKS: Final = 0
 IN_SPACE: Final = 2
-"""The slip of a part with two rows, in the direction of its velocity or, from rest, of its acceleration."""
+"""The slip of a part with two rows or three, in the direction of its velocity or, from rest, of its acceleration."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Unilateral:
 
 @dataclass(frozen=True)
 class Friction:
-    """Row number `component` (0, or 1 in space) of friction part number `part`."""
+    """Row number `component` (0; also 1, and 2, in space) of friction part number `part`."""
 
     part: int
     component: int = 0
@@ -53,7 +53,7 @@ Law = Equality | Unilateral | Friction
 class FrictionLaw:
     """Coulomb's law of one friction part.
 
-    `rows` (1, or 2 in space) are its tangents; N is the sum of |z| over the rows `normals`, or with `norm` the length
+    `rows` (1; 2 or 3 in space) are its tangents; N is the sum of |z| over the rows `normals`, or with `norm` the length
     of the vector of these z. It sticks with |z_t| <= static N and slides with z_t = -kinetic N v_t/|v_t|. `velocity`
     (one value a row) is v_t: zeros, exactly, where it is at rest, and a_t decides. With `enough` it never slips.
     Coefficients have the unit z_t / z_n (m for moments against forces).
@@ -101,7 +101,7 @@ class LawMode:
 
     sides: tuple[int, ...]
     slips: tuple[int, ...]
-    directions: tuple[tuple[float, float] | None, ...]
+    directions: tuple[tuple[float, ...] | None, ...]
 
 
 @dataclass(frozen=True)

@@ -2,13 +2,14 @@
 
     w_n = a_n,  w_j = e_j . a_t + s,  w_s = mu N - sum b_j,   0 <= w, 0 <= (z_n, b_j, s),   z_t = sum e_j b_j
 
-with the edges e_j: both senses of a line, 8 directions in space. A two-sided normal presses with N = N+ + N-,
-N+ - N- = z: w = N+ = z + N- beside N- >= 0. What slides already exerts -mu N along its velocity.
+with the edges e_j: both senses of a line, 8 directions in a plane, 14 in space. A two-sided normal presses with
+N = N+ + N-, N+ - N- = z: w = N+ = z + N- beside N- >= 0. What slides already exerts -mu N along its velocity.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 from typing import Final
 
 import numpy as np
@@ -23,6 +24,8 @@ from multibody_sym.numerics.rank import least_squares
 EDGES: Final = 8
 LINE: Final = np.array([[1.0], [-1.0]])
 CIRCLE: Final = np.array([[np.cos(k), np.sin(k)] for k in 2.0 * np.pi * np.arange(EDGES) / EDGES])
+_CORNERS: Final = np.array(list(product((1.0, -1.0), repeat=3))) / np.sqrt(3.0)
+SPHERE: Final = np.vstack([np.eye(3), -np.eye(3), _CORNERS])
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,7 @@ class _Unknowns:
 
 
 def edges(part: Part) -> Floats:
-    return CIRCLE if part.in_space else LINE
+    return {1: LINE, 2: CIRCLE, 3: SPHERE}[len(part.rows)]
 
 
 def propose(problem: Scaled, small: Reduced, mu: Floats, pressing: dict[int, Floats]) -> Proposal:
@@ -143,7 +146,7 @@ def _read(problem: Scaled, small: Reduced, unknowns: _Unknowns, found: Complemen
     y, basic = found.z, found.basic
     z, a = small.z0 + small.Z @ f, small.a0 + small.K @ f
     parts = len(problem.parts)
-    mode = Modes(np.zeros(problem.count, dtype=np.intp), np.zeros(parts, dtype=np.intp), np.zeros((parts, 2)))
+    mode = Modes(np.zeros(problem.count, dtype=np.intp), np.zeros(parts, dtype=np.intp), np.zeros((parts, 3)))
     carrying = np.zeros(problem.count, dtype=bool)
     carrying[problem.kinematic] = carrying[problem.defining] = True
     for k, i in unknowns.normal.items():
@@ -180,6 +183,6 @@ def _read_part(
         force = -a[part.rows]
     if part.in_space:
         mode.slips[number] = IN_SPACE
-        mode.directions[number] = -force / (float(np.linalg.norm(force)) or 1.0)
+        mode.direction(part)[:] = -force / (float(np.linalg.norm(force)) or 1.0)
     else:
         mode.slips[number] = 1 if force[0] < 0.0 else -1

@@ -56,10 +56,14 @@ class Part:
 
 @dataclass(frozen=True)
 class PartTable:
-    """Rows of all parts (`first` and `last`, the same on a line), and their normals with `base`, from `starts` on."""
+    """Rows of all parts, `sizes` many from `first` on, and their normals with `base`, from `starts` on.
 
+    `first` and `starts` are places in `rows` and `normals`.
+    """
+
+    rows: Places
     first: Places
-    last: Places
+    sizes: Places
     normals: Places
     starts: Places
     base: Floats
@@ -103,9 +107,11 @@ class Scaled:
     def table(self) -> PartTable:
         """All parts at once."""
         starts = np.cumsum([0, *(len(p.normals) for p in self.parts)])[:-1]
+        first = np.cumsum([0, *(len(p.rows) for p in self.parts)])[:-1]
         return PartTable(
-            np.array([p.rows[0] for p in self.parts], dtype=np.intp),
-            np.array([p.rows[-1] for p in self.parts], dtype=np.intp),
+            np.concatenate([np.zeros(0, dtype=np.intp), *(p.rows for p in self.parts)]),
+            first.astype(np.intp),
+            np.array([len(p.rows) for p in self.parts], dtype=np.intp),
             np.concatenate([np.zeros(0, dtype=np.intp), *(p.normals for p in self.parts)]),
             starts.astype(np.intp),
             np.concatenate([np.zeros(0), *(p.base for p in self.parts)]),
@@ -133,8 +139,17 @@ class Scaled:
 
     def rubbing(self, z: Floats) -> Floats:
         """Return (p) how large the friction of all parts is."""
-        first, last = self.table.first, self.table.last
-        return np.where(first == last, np.abs(z[first]), np.hypot(z[first], z[last]))
+        table = self.table
+        if not len(table.first):
+            return np.zeros(0)
+        return np.asarray(np.sqrt(np.add.reduceat(z[table.rows] ** 2, table.first)), dtype=float)
+
+    def of_all_rows(self, flags: Flags) -> Flags:
+        """Return (p) for which parts flags (m) of all their rows are set."""
+        table = self.table
+        if not len(table.first):
+            return np.zeros(0, dtype=bool)
+        return np.asarray(np.logical_and.reduceat(flags[table.rows], table.first), dtype=bool)
 
     @cached_property
     def norms(self) -> Floats:
@@ -177,7 +192,7 @@ def scaled(problem: LawProblem) -> Scaled:
 
 
 def _lengths(rows: Floats, parts: Sequence[FrictionLaw]) -> Floats:
-    """Return the lengths of rows, 1 where they are zero, the larger one for both rows of a part in space."""
+    """Return the lengths of rows, 1 where they are zero, the largest one for all rows of a part in space."""
     lengths = np.asarray(np.linalg.norm(rows, axis=1), dtype=float)
     lengths[lengths == 0.0] = 1.0
     for part in parts:
@@ -196,7 +211,10 @@ def _part(number: int, part: FrictionLaw, sizes: Floats) -> Part:
 
 @dataclass(frozen=True)
 class Modes:
-    """A mode in arrays: `sides` (m), `slips` (p), `directions` (p, 2), zeros where there is none."""
+    """A mode in arrays: `sides` (m), `slips` (p), `directions` (p, 3), zeros where there is none.
+
+    A part has as many components as it has rows; the others are zero.
+    """
 
     sides: Places
     slips: Places
@@ -204,3 +222,7 @@ class Modes:
 
     def copy(self) -> Modes:
         return Modes(self.sides.copy(), self.slips.copy(), self.directions.copy())
+
+    def direction(self, part: Part) -> Floats:
+        """Return the direction of a part, with one component for each of its rows."""
+        return self.directions[part.number, : len(part.rows)]

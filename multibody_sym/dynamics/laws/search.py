@@ -139,12 +139,19 @@ class _Search:
             end.kinetic,
             tuple(int(k) for k in np.flatnonzero(end.labels.unsure)),
             end.labels.at_limit,
-            _told(end.trial.mode),
+            self._told(end.trial.mode),
         )
 
     def _state(self, trial: Trial, mode: Modes, kinetic: frozenset[int]) -> LawState:
         """Return a state in the units of the problem."""
-        return LawState(_told(mode), trial.x, trial.z / self.problem.sizes, trial.a * self.problem.lengths, kinetic)
+        return LawState(
+            self._told(mode), trial.x, trial.z / self.problem.sizes, trial.a * self.problem.lengths, kinetic
+        )
+
+    def _told(self, mode: Modes) -> LawMode:
+        ways = [mode.direction(part) for part in self.problem.parts]
+        directions = tuple(tuple(way.tolist()) if way.any() else None for way in ways)
+        return LawMode(tuple(int(k) for k in mode.sides), tuple(int(k) for k in mode.slips), directions)
 
     def words(self, verdict: Verdict) -> str:
         """Return what was searched."""
@@ -157,11 +164,6 @@ class _Search:
         return found.get(verdict, "several states found, others not searched")
 
 
-def _told(mode: Modes) -> LawMode:
-    directions = tuple((float(d[0]), float(d[1])) if d.any() else None for d in mode.directions)
-    return LawMode(tuple(int(k) for k in mode.sides), tuple(int(k) for k in mode.slips), directions)
-
-
 def _begin(problem: Scaled, previous: LawState | LawMode | None) -> list[Near]:
     """Return where to begin."""
     if isinstance(previous, LawState):
@@ -172,8 +174,9 @@ def _begin(problem: Scaled, previous: LawState | LawMode | None) -> list[Near]:
 def modes_of(problem: Scaled, previous: LawMode) -> Modes:
     """Return a mode by numbers; what moves slips as it does, and what has no direction to slip in sticks."""
     sides, slips = np.array(previous.sides, dtype=np.intp), np.array(previous.slips, dtype=np.intp)
-    directions = np.array([d or (0.0, 0.0) for d in previous.directions], dtype=float).reshape(len(slips), 2)
+    directions = np.zeros((len(slips), 3))
     for part in problem.parts:
+        directions[part.number, : len(part.rows)] = previous.directions[part.number] or 0.0
         if not part.rests:
             slips[part.number] = IN_SPACE if part.in_space else int(np.sign(part.velocity[0]))
         elif part.in_space and slips[part.number] and not directions[part.number].any():

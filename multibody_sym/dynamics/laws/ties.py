@@ -43,7 +43,7 @@ def tied(problem: Scaled, trial: Trial, mode: Modes, unsure: Flags) -> Ties:
     closed = problem.unilateral[mode.sides[problem.unilateral] > 0]
     still = (np.abs(trial.z[closed]) <= force) & (np.abs(trial.a[closed]) <= gap[closed]) & ~unsure[closed]
     table = problem.table
-    stuck = sticking(problem, mode, trial.mu)[table.first] & ~table.enough & ~unsure[table.first] & ~unsure[table.last]
+    stuck = problem.of_all_rows(sticking(problem, mode, trial.mu) & ~unsure) & ~table.enough
     bound, size = trial.mu * problem.pressed(trial.z), problem.rubbing(trial.z)
     limit = np.abs(size - bound) <= 10.0 * TIED * np.maximum(size, bound) + force
     parts = np.flatnonzero(stuck & (bound > force) & limit)
@@ -119,7 +119,7 @@ class _Rates:
             self.held += part.rows.tolist()
 
     def _begun(self, part: Part, slip: int) -> Floats:
-        return self.mode.directions[part.number] if part.in_space else np.array([float(slip)])
+        return self.mode.direction(part) if part.in_space else np.array([float(slip)])
 
     def _follow(self, part: Part, exerts: Floats) -> None:
         """Let the normals exert the part's friction too."""

@@ -1,13 +1,14 @@
 """Forces that a mode leaves open: admissible ones among them, and what of them, or of the motion, is unique.
 
 zeta = zeta_0 + W t fulfils a mode's equations for all t (W: what they do not see). Inequalities on forces are linear in
-t but for those of circles and of two-sided normals; the former are taken with 16 edges where forces are chosen, and
-judged exactly afterwards, the latter are left out, as both are where uniqueness is asked for.
+t but for those of circles and of two-sided normals; the former are taken with 16 edges (26 faces) where forces are
+chosen, and judged exactly afterwards, the latter are left out, as both are where uniqueness is asked for.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 from typing import Final
 
 import numpy as np
@@ -20,6 +21,10 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import ROUNDED, null_space
 
 POLYGON: Final = 16
+_CUBE: Final = np.array([way for way in product((1.0, 0.0, -1.0), repeat=3) if any(way)])
+_POLYHEDRON: Final = _CUBE / np.linalg.norm(_CUBE, axis=1)[:, None]
+_INSIDE: Final = float(1.0 / np.linalg.norm([1.0, np.sqrt(2.0) - 1.0, np.sqrt(3.0) - np.sqrt(2.0)]))
+"""How far the 26 faces of a polyhedron across these directions are from its centre inside the unit sphere."""
 NEAR: Final = 1e-9
 """Margins below this part of the largest force may be none: whether they can be made larger is asked."""
 SEEN: Final = 1e-9
@@ -157,6 +162,12 @@ def _limits(problem: Scaled, trial: Trial, polygon: int) -> tuple[Floats, Floats
     return np.concatenate([forces @ trial.z, gaps @ trial.a]), slopes
 
 
+def _polygon(edges: int) -> tuple[Floats, float]:
+    """Return the directions across a polygon's edges, and how far these are from its centre inside the unit circle."""
+    angles = 2.0 * np.pi * np.arange(edges) / edges
+    return np.column_stack([np.cos(angles), np.sin(angles)]), float(np.cos(np.pi / edges))
+
+
 def _cone(problem: Scaled, part: Part, trial: Trial, polygon: int) -> list[Floats]:
     """Return what must be >= 0 of a part that sticks."""
     row = np.zeros(problem.count)
@@ -165,8 +176,7 @@ def _cone(problem: Scaled, part: Part, trial: Trial, polygon: int) -> list[Float
     if not part.in_space:
         ways, factor = np.array([[1.0], [-1.0]]), 1.0
     else:
-        angles = 2.0 * np.pi * np.arange(polygon) / polygon
-        ways, factor = np.column_stack([np.cos(angles), np.sin(angles)]), float(np.cos(np.pi / polygon))
+        ways, factor = _polygon(polygon) if len(part.rows) == 2 else (_POLYHEDRON, _INSIDE)
     made = []
     for way in ways:
         limit = factor * row

@@ -46,9 +46,7 @@ def reactions(
     return found
 
 
-def _cut_reaction(
-    motion: Motion, cut: CutJoint, rows: Sequence[RowMotion], multipliers: Sequence[S]
-) -> tuple[S, ...]:
+def _cut_reaction(motion: Motion, cut: CutJoint, rows: Sequence[RowMotion], multipliers: Sequence[S]) -> tuple[S, ...]:
     """Return what a cut joint exerts on its child, about the joint's point, in the parent's joint frame."""
     frame, point = cut.frames
     force, moment = _driven(motion, cut, rows, multipliers)
@@ -76,7 +74,7 @@ def _driven(motion: Motion, cut: CutJoint, rows: Sequence[RowMotion], multiplier
     if not loads and not cut.drives and not one_way:
         return NO_WRENCH
     of_speed = applied(motion, loads, weight=False).of_speed
-    beside = {k: other for k in one_way if (other := rows[k].beside) is not None}
+    beside = {k: others for k in one_way if (others := rows[k].beside)}
     exerted = along_reactions([row.forces for row in rows], beside, multipliers) if one_way else []
     for k in one_way:
         of_speed = [q + multipliers[k] * x for q, x in zip(of_speed, exerted[k], strict=True)]

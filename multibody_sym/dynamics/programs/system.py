@@ -121,7 +121,7 @@ def _friction(dynamics: TreeDynamics, acting: Sequence[int]) -> Friction | None:
     if whole is None:
         return None
     coupling = [[as_node(whole.coupling[j][k]) for k in acting] for j in acting]
-    beside = {acting.index(k): acting.index(other) for k, other in whole.beside.items()}
+    beside = {acting.index(k): tuple(map(acting.index, others)) for k, others in whole.beside.items()}
     return Friction(_nodes([whole.exerts[k] for k in acting]), coupling, beside)
 
 

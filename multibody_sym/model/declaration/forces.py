@@ -155,7 +155,9 @@ class Friction(Element):
     `length` two such bearings stand so far apart along the axis. What such a force leaves out, a couple or a force
     along the axis, is told. A cylindrical joint rubs along and, with a radius, about its axis; a screw on a thread of
     mean `radius`. What slides on a plane (planar, point) rubs with mu |N| against the velocity of the joint's point, N
-    along the normal; a universal joint on two pins of `radius`, each with the force across it. `static` may be the word
+    along the normal; a planar joint with a `radius` on a ring of it, whose force F and couple C have together the size
+    sqrt(F^2 + (C/radius)^2) = mu |N|. A ball (spherical) of `radius` rubs with mu radius |F| against its angular
+    velocity; a universal joint on two pins of `radius`, each with the force across it. `static` may be the word
     `enough`. One coefficient that is left out is as large as the other.
     `regularised`: a speed (m/s) below which friction is made smooth, so that nothing ever sticks.
     """

@@ -93,9 +93,8 @@ def slip_of(part: FrictionPart, mode: Mode) -> int:
 
 
 def _by_length(element: OneWay, part: FrictionPart, place: int, sliding: Sliding) -> Sliding:
-    """Return friction that the length of a vector presses, of which one of two normals is a component."""
-    (other,) = (element.normals[k].name for k in part.normals if k != place)
-    return replace(sliding, beside=other)
+    """Return friction that the length of a vector presses, of which one of its normals is a component."""
+    return replace(sliding, beside=tuple(element.normals[k].name for k in part.normals if k != place))
 
 
 def _sliding(part: FrictionPart, mode: Mode, parameters: ParameterVector, side: int) -> Sliding:
@@ -107,5 +106,5 @@ def _sliding(part: FrictionPart, mode: Mode, parameters: ParameterVector, side: 
     slip = slip_of(part, mode)
     starts = None
     if slip == ALONG_VELOCITY and part.name in mode.directions:
-        starts = (parameters.slot(_direction_name(part.name, 0)), parameters.slot(_direction_name(part.name, 1)))
+        starts = tuple(parameters.slot(_direction_name(part.name, k)) for k in range(len(part.rows)))
     return Sliding(part.rows, coefficient, slip, part.wrap, starts)

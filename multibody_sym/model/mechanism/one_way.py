@@ -25,7 +25,7 @@ OneWayKind = Literal["contact", "rope", "stop", "friction"]
 
 @dataclass(frozen=True)
 class FrictionPart:
-    """Friction along one row, or two rows across each other in space, by Coulomb's law.
+    """Friction along one row, or in space two or three rows across each other, by Coulomb's law.
 
     `static` and `kinetic` are coefficients (m for rolling resistance, whose rows are of turning). With `enough` it
     never slips. N is the sum of the sizes of the multipliers of `normals`, places among those of its element, or with
@@ -93,6 +93,6 @@ class Mode:
 
     sides: Mapping[str, int]
     slips: Mapping[str, int] = field(default_factory=dict)
-    directions: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    directions: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     carried: Mapping[str, int] = field(default_factory=dict)
     idle: tuple[str, ...] = ()

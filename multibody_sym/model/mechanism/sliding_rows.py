@@ -12,20 +12,20 @@ from multibody_sym.scalars.node import Node
 
 @dataclass(frozen=True)
 class Sliding:
-    """Friction while it slides: along one row with a `sense`, the sign of v_t, or along two against their velocity.
+    """Friction while it slides: along one row with a `sense`, the sign of v_t, or along several against v_t.
 
     `coefficient` times the normal force acts. `starts` is where to it slides in space from rest (a unit vector).
-    With `wrap` the coefficient is tanh(coefficient phi / 2), phi being the wrap of that row's rope. With the multiplier
-    of the row named `beside` that of the sliding row makes a vector, whose length presses. `regularised` by a speed e
-    the force is along -v / sqrt(v^2 + e^2).
+    With `wrap` the coefficient is tanh(coefficient phi / 2), phi being the wrap of that row's rope. With those of the
+    rows named `beside` the multiplier of the sliding row makes a vector, whose length presses. `regularised` by a speed
+    e the force is along -v / sqrt(v^2 + e^2).
     """
 
     rows: tuple[Row, ...]
     coefficient: Node
     sense: int
     wrap: int | None = None
-    starts: tuple[Node, Node] | None = None
-    beside: str = ""
+    starts: tuple[Node, ...] | None = None
+    beside: tuple[str, ...] = ()
     regularised: Node | None = None
 
 

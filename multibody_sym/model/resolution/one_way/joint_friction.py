@@ -14,6 +14,7 @@ from typing import Final
 
 from multibody_sym.errors import at
 from multibody_sym.model.declaration.forces import Friction
+from multibody_sym.model.declaration.joints import Spherical
 from multibody_sym.model.declaration.steps import Rotate, Screw, Step, Translate
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.force_rows import BrakingRow, ReactionRow, RubbingRow
@@ -22,7 +23,7 @@ from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.resolution.cuts import normals_of
 from multibody_sym.model.resolution.one_way.rubbing import NOWHERE_YET, Made, Rubbing, aligned
-from multibody_sym.model.resolution.one_way.wide_joints import plate, two_pins
+from multibody_sym.model.resolution.one_way.wide_joints import ball, plate, two_pins
 from multibody_sym.model.resolution.plane import in_plane
 from multibody_sym.model.resolution.references import References
 from multibody_sym.scalars.functions import sqrt
@@ -46,7 +47,7 @@ def _friction(name: str, element: Friction, references: References, flat: bool) 
     with at("joint"):
         references.verify_joint(element.joint)
     joint = references.system.joints[element.joint]
-    make = _MAKERS.get(tuple(type(step) for step in joint.moves))
+    make = ball if isinstance(joint, Spherical) else _MAKERS.get(tuple(type(step) for step in joint.moves))
     asked = Rubbing(name, element, joint, tuple(references.freedoms(element.joint).values()), flat)
     if make is None or any(step.motion is not None for step in joint.moves):
         raise asked.another()

@@ -26,7 +26,7 @@ Made = tuple[list[ReactionRow], list[FrictionPart]]
 
 _KINDS: Final = (
     "friction is for joints with a reaction that presses and coordinates of their own: prismatic, revolute, "
-    "cylindrical, screw, planar, universal, point in a plane; {!r} is another, or prescribed"
+    "cylindrical, screw, planar, universal, spherical, point in a plane; {!r} is another, or prescribed"
 )
 _PARALLEL: Final = 1e-9
 

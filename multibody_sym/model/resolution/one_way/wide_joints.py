@@ -1,10 +1,14 @@
-"""Friction in joints of several freedoms: a plate that slides on a plane, and a cross that turns on two pins.
+"""Friction in joints of several freedoms: plates that slide on a plane, balls, and crosses that turn on two pins.
 
-A plate rubs against the velocity of the joint's point with mu times the normal force. Each pin of a universal joint is
-a journal, on which the force across it presses.
+A plate rubs against the velocity of the joint's point with mu times the normal force N. One that bears on a ring of a
+radius r rubs about its normal too: force F and couple C together have the size (F^2 + (C/r)^2)^(1/2) = mu N while it
+slides, against the velocity and r times the angular velocity. A ball in its socket rubs with mu r |F| against the
+angular velocity. Each pin of a universal joint is a journal, on which the force across it presses.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 from multibody_sym.errors import ModelError
 from multibody_sym.model.declaration.values import Point
@@ -13,9 +17,9 @@ from multibody_sym.model.mechanism.mass import ORIGIN, unit_vector
 from multibody_sym.model.mechanism.one_way import FrictionPart
 from multibody_sym.model.resolution.cuts import normals_of
 from multibody_sym.model.resolution.one_way.rubbing import Made, Rubbing, aligned
-from multibody_sym.scalars.node import as_node
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node
 from multibody_sym.scalars.rotations import turned
-from multibody_sym.scalars.vectors import Vec, apply, cross
+from multibody_sym.scalars.vectors import UNIT_MATRIX, Mat, Vec, add, apply, cross, product, scale
 
 
 def plate(asked: Rubbing) -> Made:
@@ -26,13 +30,39 @@ def plate(asked: Rubbing) -> Made:
             "contact rub, or give the model what leaves the plane: a weight, a force"
         ).under("joint")
     asked.without("length", "pads are for sliders and hinges; a plane joint rubs with the force along its normal")
-    moves = asked.joint.moves
+    moves, radius = asked.joint.moves, asked.element.radius
+    if len(moves) == 2:
+        asked.without("radius", f"{asked.element.joint!r} does not turn, so that nothing rubs at a radius")
     first, second = (unit_vector(step.slides[0]) for step in moves[:2])
     normal: Point = unit_vector(_nodes(cross(first, second)))
     if not aligned(cross(normal, first), second) or not all(aligned(step.turns[0], normal) for step in moves[2:]):
         raise asked.another()
-    rows = tuple(RubbingRow(f"{asked.name}.friction{k}", rate) for k, rate in enumerate(asked.rates[:2], 1))
+    speeds = [*asked.rates[:2], *([] if radius is None else [radius * asked.rates[2]])]
+    rows = tuple(RubbingRow(f"{asked.name}.friction{k}", speed) for k, speed in enumerate(speeds, 1))
     return asked.reactions([(normal, ORIGIN)]), [asked.part(rows, range(1))]
+
+
+def ball(asked: Rubbing) -> Made:
+    """Return the friction of a ball in its socket, against its angular velocity."""
+    asked.without("length", "a ball has none; give its radius")
+    radius = asked.radius("a ball rubs at its radius: give it")
+    rows = tuple(BrakingRow(f"{asked.name}.friction{k}", speed) for k, speed in enumerate(_turning(asked), 1))
+    units = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
+    return asked.reactions([(unit, ORIGIN) for unit in units]), [asked.part(rows, range(3), radius, norm=True)]
+
+
+def _turning(asked: Rubbing) -> Sequence[Node]:
+    """Return the angular velocity along axes at right angles: the child's, the parent's where angles are chosen."""
+    if len(asked.joint.moves) == 1:
+        return asked.rates
+    R: Mat = UNIT_MATRIX
+    total: Vec = (ZERO, ZERO, ZERO)
+    for step, freedom in zip(asked.joint.moves, asked.freedoms, strict=True):
+        assert freedom.coordinate is not None
+        axis = unit_vector(step.turns[0])
+        total = add(total, scale(freedom.rate, apply(R, axis)))
+        R = product(R, turned(axis, freedom.coordinate))
+    return _nodes(total)
 
 
 def two_pins(asked: Rubbing) -> Made:
