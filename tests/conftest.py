@@ -1,4 +1,8 @@
-"""Makes the shared modules beside it (`mechanisms`) importable from every test, and gives all tests one cache."""
+"""Makes the shared modules beside it (`mechanisms`) importable from every test, and gives all tests one cache.
+
+OpenBLAS has one thread, told before NumPy is imported: tests run beside each other and solve small systems, for which
+threads that wait for each other cost ten times what they compute.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +10,8 @@ import os
 from collections.abc import Iterator
 
 import pytest
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 @pytest.fixture(scope="session", autouse=True)

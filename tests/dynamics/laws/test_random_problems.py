@@ -6,7 +6,8 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from one_way_problems import Blocks, BruteState, brute_force, random_blocks
+from one_way_brute_force import BruteState, brute_force
+from one_way_problems import Blocks, random_blocks
 
 from multibody_sym.dynamics.laws.problem import Found, LawState
 from multibody_sym.dynamics.laws.search import find
@@ -77,9 +78,35 @@ def compare(seeds: range, most: int, two_state: int, sliding: bool = True) -> Co
     return verdicts
 
 
+def tied_together(horizontal: float) -> Blocks:
+    """Return two blocks of 2 and 3 kg on a rough floor, and a string between them; the second one is pulled away."""
+    blocks = Blocks(np.array([2.0, 3.0]), np.array([[0.0, -20.0], [horizontal, -30.0]]))
+    for block in range(2):
+        blocks.contact(block, -1, np.array([0.0, 1.0]), (0.5, 0.25))
+    blocks.rope({0: np.array([1.0, 0.0]), 1: np.array([-1.0, 0.0])})
+    return blocks
+
+
+@pytest.mark.parametrize("pull", [0.0, 6.0, 20.0])
+def test_brute_force_knows_how_large_the_tension_between_blocks_that_rest_may_be(pull: float) -> None:
+    """The first block holds up to 0.5 * 20 N, the second one pull + 0.5 * 30 N; at least what the second cannot hold.
+
+    Without a pull no force is needed along the floor, so that the least solution has none there.
+    """
+    (state,) = brute_force(tied_together(pull))
+    assert (state.least[4], state.most[4]) == pytest.approx((max(0.0, pull - 15.0), 10.0), abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", [2709, 2891])
+def test_what_rests_without_need_of_a_force_that_may_be_is_one_state(seed: int) -> None:
+    """Stuck, at either limit, and without force: one motion, and forces from one limit to the other."""
+    assert compare(range(seed, seed + 1), most=3, two_state=3) == {"one": 1}
+
+
 @pytest.mark.parametrize("block", range(5))
 def test_states_of_random_systems_are_those_of_brute_force(block: int) -> None:
-    verdicts = compare(range(100 * block, 100 * block + 100), most=2, two_state=2)
+    verdicts = compare(range(100 * block, 100 * block + 95), most=3, two_state=3)
+    verdicts += compare(range(100 * block + 95, 100 * block + 100), most=5, two_state=3)
     assert verdicts["one"] > 80
     assert verdicts["several"]
 
