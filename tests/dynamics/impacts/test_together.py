@@ -95,7 +95,7 @@ def struck_alone(impact: Impact, law: str) -> tuple[np.ndarray, list[int]] | Non
 def test_impulses_at_once_are_those_of_brute_force(law: str) -> None:
     """Three contacts with friction and a constraint: all modes, twice for Poisson, one solution of which is told."""
     tried = 0
-    for seed in range(60):
+    for seed in range(24):
         impact = random_impact(np.random.default_rng(seed), 3, both_ways=seed % 2)
         if (found := struck_alone(impact, law)) is None:
             continue
@@ -115,7 +115,7 @@ def test_impulses_at_once_are_those_of_brute_force(law: str) -> None:
                 ends += [p + q for q in solutions(impact, v + W @ p, least, closed)]
         size = np.abs(impulses).max()
         assert min(np.abs(p - impulses).max() for p in ends) < 1e-9 * size, seed
-    assert tried > 15
+    assert tried > 5
 
 
 def test_boxes_that_land_flat_tell_the_sum_of_dependent_impulses() -> None:
