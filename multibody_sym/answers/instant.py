@@ -14,7 +14,7 @@ from multibody_sym.algebra.decimals import with_doubles
 from multibody_sym.algebra.quotient_functions import doubled, sign
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.closed_form import ClosedForms, closed_forms, linear_equations, unknowns
-from multibody_sym.answers.symbolic_start import declared_state
+from multibody_sym.answers.symbolic_start import begins_along, declared_state, with_directions
 from multibody_sym.answers.symbolic_state import SymbolicState
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
@@ -270,11 +270,10 @@ def solved_in(
         for change in undetermined(dynamics, found)
     )
     formal, sides = straightened(resolved, begin.q, begin.u, begin.parameters)
-    symbolic = declared_state(formal, begin)
-    nodes = Instant(motion_of(formal, symbolic.state), *unknowns(formal))
     reasons: dict[str, None] = {}
+    symbolic, forms = _closed(formal, begin, sides, reasons)
+    nodes = Instant(motion_of(formal, symbolic.state), *unknowns(formal))
     slots = Instant(motion_of(formal, slot_state(formal)), *unknowns(formal))
-    forms = forms_of(formal, symbolic, sides, reasons)
     facts = decided or Decided()
     return Solved(system, resolved, begin, numbers, others, symbolic, nodes, slots, forms, reasons, facts)
 
@@ -295,6 +294,19 @@ def _solved_bounds(matrix: list[list[Node]], right: list[Node], known: Mapping[N
     inverse = np.abs(least_squares(values[: size * size].reshape(size, size), np.eye(size)))
     terms = bounds[size * size :] + bounds[: size * size].reshape(size, size) @ np.abs(x)
     return [float(bound) for bound in inverse @ terms + EPSILON * np.abs(x)]
+
+
+def _closed(
+    formal: Mechanism, begin: Start, sides: Sequence[Side], reasons: dict[str, None]
+) -> tuple[SymbolicState, ClosedForms | None]:
+    """Return the start over Nodes and the closed forms there, in directions of slip that hold whatever the values."""
+    declared = declared_state(formal, begin)
+    directed = with_directions(formal, declared, begin)
+    if directed is not declared:
+        found = forms_of(formal, directed, sides, {})
+        if found is not None and begins_along(formal, directed, found):
+            return directed, found
+    return declared, forms_of(formal, declared, sides, reasons)
 
 
 def forms_of(

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final, Literal
+
+import numpy as np
 
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.conditions import Condition, within
@@ -15,13 +17,18 @@ from multibody_sym.answers.one_way import Acting, is_active, rubs, slip_of
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.expressions.printer import text
 from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.rows import coefficients
+from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Skin
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.modes import in_mode
+from multibody_sym.model.mechanism.modes import with_coefficients
 from multibody_sym.model.mechanism.one_way import ALONG_VELOCITY, STICKS, FrictionPart, OneWay
 from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.model.mechanism.rows import RopeRow
-from multibody_sym.scalars.node import Node, as_node, quantity
+from multibody_sym.model.mechanism.sliding_rows import Sliding
+from multibody_sym.numerics.outline import outline
+from multibody_sym.scalars.node import Node, as_node, negate, quantity
+from multibody_sym.scalars.vectors import ZERO_VECTOR, cross, dot, subtract
 
 Kind = Literal["least", "more", "within", "circle"]
 """a >= 0; a > 0; |a| <= b; a^2 + b^2 <= c^2."""
@@ -46,19 +53,19 @@ class Inequality:
             return within(terms[0], terms[1], self.broken)
         if self.kind == "circle":
             *parts, limit = terms
+            left = [part for part in parts if not part.is_zero]
+            if len(left) <= 1:
+                return within(left[0] if left else parts[0], limit, self.broken)
             square = limit * limit
-            for part in parts:
+            for part in left:
                 square = square - part * part
             return [Condition(square, broken=self.broken)]
         return [Condition(terms[0], self.kind == "more", self.broken)]
 
 
-def inequalities(acting: Acting, touching: Collection[str], moving: Collection[str]) -> Iterator[Inequality]:
-    """Yield the inequalities of the mode over Nodes.
-
-    `touching`: the elements that might act; `moving`: the friction parts that slide already.
-    """
-    mechanism = acting.mechanism
+def inequalities(acting: Acting, solved: Solved) -> Iterator[Inequality]:
+    """Yield the inequalities of the mode of a solved start over Nodes, at this instant or one with other forces."""
+    mechanism, touching, moving = acting.mechanism, solved.decided.touching, solved.decided.moving
     for element in mechanism.one_way:
         if element.unilateral:
             yield from _normal(acting, element, touching)
@@ -68,6 +75,7 @@ def inequalities(acting: Acting, touching: Collection[str], moving: Collection[s
             if rubs(part):
                 yield from _friction(acting, element, part, part.name in moving)
     yield from _groups(acting)
+    yield from _standing(acting, Acting(solved.numbers))
     yield from _taut_ropes(acting)
 
 
@@ -102,6 +110,9 @@ def _friction(acting: Acting, element: OneWay, part: FrictionPart, moves: bool) 
             yield from _gripping(acting, part, part.rows[0])
         elif not part.enough:
             yield _sticking(acting, element, part, rows)
+    elif slip == ALONG_VELOCITY and not moves and acting.begins(part):
+        told = f"{name} slides: its acceleration along its direction > 0"
+        yield Inequality("more", _nodes(acting.starting(part)), told, f"{name} does not slide", rows)
     elif slip != ALONG_VELOCITY:
         rate = acting.rows[rows[0]].phidot if moves else acting.acceleration(rows[0])
         what = "velocity" if moves else "acceleration"
@@ -169,16 +180,21 @@ def _turned(a: Quotient) -> Quotient:
 
 def _groups(acting: Acting) -> Iterator[Inequality]:
     """Yield that corners which all stick do not slip together: their single forces may not be unique, their sum is."""
+    for name, elements in _corner_groups(acting):
+        parts = [part for element in elements for part in element.frictions[:1] if rubs(part) and not part.enough]
+        sticking = all(slip_of(acting.mechanism, part) == STICKS for part in parts)
+        if len(elements) > 1 and len(parts) == len(elements) and sticking:
+            yield _sticking_together(acting, name, elements, parts)
+
+
+def _corner_groups(acting: Acting) -> Iterator[tuple[str, list[OneWay]]]:
+    """Yield the declared contacts that have several corners, with those that act."""
     groups: dict[str, list[OneWay]] = {}
     for element in acting.mechanism.one_way:
         is_corner = element.kind == "contact" and element.group not in ("", element.name)
         if is_corner and is_active(acting.mechanism, element):
             groups.setdefault(element.group, []).append(element)
-    for name, elements in groups.items():
-        parts = [part for element in elements for part in element.frictions[:1] if rubs(part) and not part.enough]
-        sticking = all(slip_of(acting.mechanism, part) == STICKS for part in parts)
-        if len(elements) > 1 and len(parts) == len(elements) and sticking and len(parts[0].rows) == 1:
-            yield _sticking_together(acting, name, elements, parts)
+    yield from groups.items()
 
 
 def _sticking_together(
@@ -187,44 +203,93 @@ def _sticking_together(
     statics = [coefficients(acting.instant.motion, part.rows, [part.static])[0] for part in parts]
     pairs = zip(statics, elements, parts, strict=True)
     limit = sum((static * acting.pressing(element, part) for static, element, part in pairs), 0)
-    force = sum((acting.friction(part)[0] for part in parts), 0)
+    forces = [sum(each[1:], each[0]) for each in zip(*map(acting.friction, parts), strict=True)]
     told = f"abs(friction({name})) <= static*normal({name})"
     rows = tuple(row.name for part in parts for row in part.rows)
-    return Inequality("within", _nodes(force, limit), told, f"{name} slips", rows)
+    kind: Kind = "within" if len(forces) == 1 else "circle"
+    return Inequality(kind, _nodes(*forces, limit), told, f"{name} slips", rows)
+
+
+def _standing(acting: Acting, numbers: Acting) -> Iterator[Inequality]:
+    """Yield that a body on so many corners that their single forces are not unique stands between all of them.
+
+    Their sum acts inside the outline of the corners; where it gets past a side of that the body tips about it.
+    `numbers` are the same start in floats, which tell the outline.
+    """
+    for name, elements in _corner_groups(acting):
+        face = next((skin for skin in _skins(elements[0]) if isinstance(skin, Flat)), None)
+        places = [numbers.place(element) for element in elements]
+        if face is None or any(place is None for place in places):
+            continue
+        normal = np.array(direction(numbers.instant.motion, face.place, face.normal), dtype=float)
+        corners = outline(np.array(places, dtype=float), normal)
+        if len(elements) > (3 if len(corners) > 2 else 2):
+            rows = tuple(element.normals[0].name for element in elements)
+            whole = sum((acting.normal(element) for element in elements), 0)
+            yield Inequality("least", _nodes(whole), f"normal({name}) >= 0", f"{name} opens", rows)
+            for side in zip(corners, (*corners[1:], corners[0]), strict=True):
+                yield _inside(acting, name, elements, face if len(corners) > 2 else None, side)
+
+
+def _inside(
+    acting: Acting, name: str, elements: Sequence[OneWay], face: Flat | None, side: tuple[int, int]
+) -> Inequality:
+    """Return that the moment of normal forces about a side of the outline of corners presses inward.
+
+    Where all corners are on a line (without a `face`) it is the one about its first corner.
+    """
+    places = [acting.place(element) or ZERO_VECTOR for element in elements]
+    start, along = places[side[0]], subtract(places[side[1]], places[side[0]])
+    inward = along if face is None else cross(direction(acting.instant.motion, face.place, face.normal), along)
+    arms = (dot(inward, subtract(place, start)) for place in places)
+    moment = sum((acting.normal(x) * arm for x, arm in zip(elements, arms, strict=True)), 0)
+    about = ", ".join(elements[k].name.removeprefix(f"{name}.") for k in sorted(side[: 1 if face is None else 2]))
+    told = f"the normal force of {name} acts on the inner side of {about}"
+    rows = tuple(element.normals[0].name for element in elements)
+    return Inequality("least", _nodes(moment), told, f"{name} tips about {about}", rows)
+
+
+def _skins(element: OneWay) -> tuple[Skin, ...]:
+    row = element.normals[0]
+    return row.skins if isinstance(row, ContactRow) else ()
 
 
 def slipping(solved: Solved) -> Iterator[Condition]:
     """Yield that parts which slip from rest do so under their static coefficients too, where these are others."""
     mechanism, forms = solved.mechanism, solved.forms
+    here_first = Acting(solved.nodes)
     starting = [
-        (element, part)
+        part
         for element in mechanism.one_way
         for part in element.frictions
-        if slip_of(mechanism, part) in (1, -1) and part.name not in solved.decided.moving
+        if part.name not in solved.decided.moving and (_slips_in_line(mechanism, part) or here_first.begins(part))
     ]
-    if forms is None or all(part.static is part.kinetic for _, part in starting):
+    if forms is None or all(part.static is part.kinetic for part in starting):
         return
-    static = _with_static(mechanism, {part.name for _, part in starting})
+    static = _with_static(mechanism, starting)
     try:
         other = closed_forms(static, solved.symbolic)
         instant = Instant(motion_of(static, solved.symbolic.state), *unknowns(static))
-        for _, part in starting:
-            rate = as_node(Acting(instant).acceleration(part.rows[0].name)) * slip_of(mechanism, part)
-            (here,) = forms.of([book_form(other.of([as_node(rate)])[0])])
+        for part in starting:
+            rate = as_node(Acting(instant).starting(part))
+            (here,) = forms.of([book_form(other.of([rate])[0])])
             yield Condition(here, True, f"{part.name} sticks")
     except NoClosedFormError as reason:
         solved.reasons[str(reason)] = None
 
 
-def _with_static(mechanism: Mechanism, parts: Collection[str]) -> Mechanism:
+def _slips_in_line(mechanism: Mechanism, part: FrictionPart) -> bool:
+    return slip_of(mechanism, part) in (1, -1)
+
+
+def _with_static(mechanism: Mechanism, parts: Sequence[FrictionPart]) -> Mechanism:
     """Return the mechanism in the mode in which parts slide with their static coefficients."""
+    by_rows = {tuple(row.name for row in part.rows): part for part in parts}
 
-    def changed(element: OneWay) -> OneWay:
-        frictions = (replace(p, kinetic=p.static) if p.name in parts else p for p in element.frictions)
-        return replace(element, frictions=tuple(frictions))
+    def static(sliding: Sliding) -> Node:
+        part = by_rows.get(tuple(row.name for row in sliding.rows))
+        if part is None:
+            return sliding.coefficient
+        return part.static if sliding.coefficient is part.kinetic else negate(part.static)
 
-    one_way = tuple(changed(element) for element in mechanism.one_way)
-    names = {row.name for element in one_way for row in element.rows}
-    rows = tuple(row for row in mechanism.rows if row.name not in names)
-    assert mechanism.mode is not None
-    return in_mode(replace(mechanism, one_way=one_way, rows=rows), mechanism.mode, mechanism.held)
+    return with_coefficients(mechanism, static)

@@ -103,6 +103,14 @@ class Acting:
     def _element_of(self, part: FrictionPart) -> OneWay:
         return next(element for element in self.mechanism.one_way if part in element.frictions)
 
+    def begins(self, part: FrictionPart) -> list[S]:
+        """Return the direction along a part's rows in which it begins to slide in space; nothing for others."""
+        for row in self.mechanism.rows:
+            for sliding in row.frictions if isinstance(row, SlidingRow) else ():
+                if sliding.rows == part.rows and sliding.starts is not None:
+                    return self.instant.motion.state.values(sliding.starts)
+        return []
+
     # --- motion ---------------------------------------------------------------------------------------------------
 
     @cached_property
@@ -117,6 +125,12 @@ class Acting:
         """Return H udot - gamma of a row: how fast it opens or slips faster."""
         moved = self.rows[row]
         return sum((h * a for h, a in zip(moved.jacobian, self.instant.udot, strict=True)), -moved.gamma)
+
+    def starting(self, part: FrictionPart) -> S:
+        """Return how fast what begins to slide does so faster, the way that it slides."""
+        slip, direction = slip_of(self.mechanism, part), self.begins(part)
+        rates = [self.acceleration(row.name) for row in part.rows]
+        return sum((d * a for d, a in zip(direction, rates, strict=True)), 0) if direction else slip * rates[0]
 
     def place(self, element: OneWay) -> Vec | None:
         """Return where a contact's force acts, if it is at a point of a body."""

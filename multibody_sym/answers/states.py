@@ -166,7 +166,7 @@ def _at_limit(solved: Solved) -> Iterator[tuple[str, str]]:
         return
     values = exact_values(solved)
     acting = Acting(solved.nodes)
-    for inequality in inequalities(acting, solved.decided.touching, solved.decided.moving):
+    for inequality in inequalities(acting, solved):
         if not set(inequality.rows) & set(solved.decided.at_limit):
             continue
         conditions: list[Condition] = solved.closed(inequality.conditions) or []

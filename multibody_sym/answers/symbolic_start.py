@@ -7,8 +7,9 @@ by it whatever the parameters are, takes the closed form that the rows give, or 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Final
 
 import numpy as np
@@ -17,8 +18,11 @@ from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.exact_solve import exact_solve
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
+from multibody_sym.answers.closed_form import ClosedForms, closed_forms, unknowns
+from multibody_sym.answers.one_way import Acting
 from multibody_sym.answers.symbolic_state import SymbolicState, parameter_letters
 from multibody_sym.dynamics.constraints.closing import Rows
+from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.start.constants import measured_rows, seen_axis
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.errors import ExpressionError
@@ -28,12 +32,17 @@ from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.kinematics.surface_angles import tangent_angle
 from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
+from multibody_sym.model.mechanism.modes import with_coefficients
 from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
+from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
 from multibody_sym.model.mechanism.start_constants import TangentAngle, WrapAngle
 from multibody_sym.scalars.functions import evaluate, evaluate_float, sqrt
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
 
 _AS_DECLARED: Final = 1e-12
+_ASIDE: Final = 1e-12
+"""The component of a direction (of length one) beside a tangent up to which it is rounding."""
+_SAME_DIRECTION: Final = 1e-9
 _WORK: Final = 10_000
 _MOST_GUESSES: Final = 4
 
@@ -198,6 +207,71 @@ class _SymbolicStart:
             for x, value in zip(found, wanted, strict=True)
         )
         return dict(zip(unknown, map(book_form, found), strict=True)) if all(near) else None
+
+
+# --- directions in which slip in space begins ----------------------------------------------------------------------
+
+
+def with_directions(mechanism: Mechanism, given: SymbolicState, begin: Start) -> SymbolicState:
+    """Return a state with formulas in place of the directions in which something begins to slide in space.
+
+    They are along a tangent where nothing leads aside, else those in which it would slide without friction, as far as
+    these are the ones that were found; whether they stay so with friction is for `begins_along` to tell. A state
+    without such formulas is returned as it is.
+    """
+    found: dict[Node, Node] = {}
+    for sliding in _beginning(mechanism):
+        assert sliding.starts is not None
+        numbers = [begin.parameters[leaf.data[1]] for leaf in sliding.starts]
+        if sorted(map(abs, numbers))[-2] <= _ASIDE:
+            formulas = [as_node(round(x)) for x in numbers]
+        else:
+            formulas = _smooth_direction(mechanism, given, sliding)
+        values = evaluate_float(formulas, {node: float(letter.sample) for node, letter in given.letters.items()})
+        if formulas and max(abs(a - b) for a, b in zip(values, numbers, strict=True)) <= _SAME_DIRECTION:
+            found |= dict(zip(sliding.starts, formulas, strict=True))
+    if not found:
+        return given
+    unused = {given.state.slots[leaf] for leaf in found}
+    letters = {node: letter for node, letter in given.letters.items() if node not in unused}
+    return SymbolicState(replace(given.state, slots={**given.state.slots, **found}), letters)
+
+
+def begins_along(mechanism: Mechanism, given: SymbolicState, forms: ClosedForms) -> bool:
+    """Return whether all that begins to slide in space does so along its direction, whatever the parameters are."""
+    acting = Acting(Instant(motion_of(mechanism, given.state), *unknowns(mechanism)))
+    for sliding in _beginning(mechanism):
+        assert sliding.starts is not None
+        rates = [as_node(acting.acceleration(row.name)) for row in sliding.rows]
+        pairs = combinations(zip(rates, given.state.values(sliding.starts), strict=True), 2)
+        try:
+            if not all(x.is_zero for x in forms.of([a * beside - b * along for (a, along), (b, beside) in pairs])):
+                return False
+        except NoClosedFormError:
+            return False
+    return True
+
+
+def _smooth_direction(mechanism: Mechanism, given: SymbolicState, sliding: Sliding) -> list[Node]:
+    """Return where something would begin to slide without friction; nothing without a closed form."""
+
+    variant = with_coefficients(mechanism, lambda _: ZERO)
+    acting = Acting(Instant(motion_of(variant, given.state), *unknowns(variant)))
+    try:
+        forms = closed_forms(variant, given)
+        rates = [book_form(x) for x in forms.of(as_node(acting.acceleration(row.name)) for row in sliding.rows)]
+    except (NoClosedFormError, ExpressionError):
+        return []
+    length = sqrt(sum((a * a for a in rates), ZERO))
+    return [a / length for a in rates]
+
+
+def _beginning(mechanism: Mechanism) -> Iterator[Sliding]:
+    """Yield what begins to slide in space from rest."""
+    for row in mechanism.rows:
+        for sliding in row.frictions if isinstance(row, SlidingRow) else ():
+            if sliding.starts is not None:
+                yield sliding
 
 
 def _normalized(mechanism: Mechanism, q: list[Node]) -> list[Node]:

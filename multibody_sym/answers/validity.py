@@ -60,7 +60,7 @@ def _inequalities(solved: Solved) -> Iterator[tuple[Inequality, bool]]:
     """Yield the inequalities of forces and motions that are unique, and whether their closed forms are the numbers."""
 
     def of(instant: Instant) -> Iterator[Inequality]:
-        return inequalities(Acting(instant), solved.decided.touching, solved.decided.moving)
+        return inequalities(Acting(instant), solved)
 
     numbers = [list(of(instant)) for instant in (solved.numbers, *solved.others)]
     for k, nodes in enumerate(of(solved.nodes)):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from typing import Final
 
@@ -81,6 +81,17 @@ def _rows(element: OneWay, mode: Mode, parameters: ParameterVector) -> Iterator[
         sticks = not _slides(part, mode) and part.name not in mode.carried
         if sticks and (part.enough or part.static is not ZERO):
             yield from part.rows
+
+
+def with_coefficients(mechanism: Mechanism, coefficient: Callable[[Sliding], Node]) -> Mechanism:
+    """Return a mechanism in a mode in which what slides has other coefficients of friction."""
+
+    def changed(row: Row) -> Row:
+        if not isinstance(row, SlidingRow):
+            return row
+        return replace(row, frictions=tuple(replace(f, coefficient=coefficient(f)) for f in row.frictions))
+
+    return replace(mechanism, rows=tuple(map(changed, mechanism.rows)))
 
 
 def _slides(part: FrictionPart, mode: Mode) -> bool:
