@@ -108,6 +108,11 @@ class Account:
         v = self.speeds()
         return [k for k in self.unilateral if v[k] <= self.allowed[k]]
 
+    def note(self, text: str) -> None:
+        """Tell something once."""
+        if text not in self.notes:
+            self.notes.append(text)
+
     def copy(self) -> Account:
         """Return the account as it is now, to come back to."""
         kept = replace(self)

@@ -30,16 +30,24 @@ class Moved:
     K: Floats
 
 
-def moved_by(some: Chosen, row: int, name: str) -> Moved:
-    """Return what impulses at a unilateral row of a chosen problem, and at all friction there, do.
+def moved_by(some: Chosen, own: list[int]) -> Moved:
+    """Return what impulses at some rows of a chosen problem do; no other row that holds one way has any.
+
+    Each row of friction is to be among them, as nothing that rubs follows.
+    """
+    equal = [k for k, law in enumerate(some.problem.laws) if isinstance(law, Equality)]
+    problem = some.problem
+    ordinary = not problem.coupling.any() and np.array_equal(problem.exerted[equal], problem.matrix[equal])
+    return _ordinary(some, own, equal) if ordinary else _general(some, own)
+
+
+def struck_at(some: Chosen, row: int, name: str) -> Moved:
+    """Return what impulses at a unilateral row of a chosen problem, and at its friction, do.
 
     Raises NoSolutionError where this row cannot move at all.
     """
     own = [row, *(k for k, law in enumerate(some.problem.laws) if isinstance(law, Friction))]
-    equal = [k for k, law in enumerate(some.problem.laws) if isinstance(law, Equality)]
-    problem = some.problem
-    ordinary = not problem.coupling.any() and np.array_equal(problem.exerted[equal], problem.matrix[equal])
-    moved = _ordinary(some, own, equal) if ordinary else _general(some, own)
+    problem, moved = some.problem, moved_by(some, own)
     size = float(np.linalg.norm(problem.matrix[own[0]]) * np.linalg.norm(problem.exerted[own[0]]))
     if not moved.K[0, 0] > exact(problem.matrix) ** 2 * size:
         raise NoSolutionError(f"{name} closes, but what holds both ways leaves it no motion: no impulse stops it")

@@ -1,8 +1,7 @@
 """One contact through compression and restitution: Routh's integration over its normal impulse.
 
 While it slips one way, or sticks, all impulses and speeds are linear in p_n: exact, and changed where slip stops. In
-space the direction of slip turns (`in_space`). Friction is given back last: along p_t, up to the cone, and no more than
-the work that it took.
+space the direction of slip turns (`in_space`).
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.impacts.account import Account, Chosen, chosen
-from multibody_sym.dynamics.impacts.elimination import Moved, moved_by
+from multibody_sym.dynamics.impacts.elimination import Moved, struck_at
 from multibody_sym.dynamics.impacts.in_space import turned, turns
 from multibody_sym.dynamics.impacts.pace import AT_REST, Pace, alone, among
 from multibody_sym.dynamics.impacts.problem import Stage
@@ -28,8 +27,15 @@ MOST: Final = 1000
 
 def is_followed(account: Account, row: int) -> bool:
     """Return whether the impact at one row can be followed: not where several parts rub of which one does in space."""
-    parts = chosen(account.rows, (row,)).problem.parts
-    return len(parts) <= 1 or all(len(part.rows) == 1 for part in parts)
+    some = chosen(account.rows, (row,))
+    own = some.rows.index(row)
+    return _is_alone(some, own) or all(len(part.rows) == 1 for part in some.problem.parts)
+
+
+def _is_alone(some: Chosen, row: int) -> bool:
+    """Return whether nothing rubs but the contact itself, along one or two tangents."""
+    parts = some.problem.parts
+    return not parts or (len(parts) == 1 and parts[0].normals == (row,) and len(parts[0].rows) < 3)
 
 
 def routh(account: Account, row: int) -> None:
@@ -42,7 +48,6 @@ def routh(account: Account, row: int) -> None:
     e = float(account.restitution[row])
     if e > 0.0:
         course.through("restitution", let_go(account.problem.law, e, first.v, compressed), compressed)
-    course.give_back()
 
 
 class _Course:
@@ -54,17 +59,14 @@ class _Course:
     def __init__(self, account: Account, some: Chosen, row: int) -> None:
         self.account, self.some, self.row = account, some, row
         parts = some.problem.parts
-        alone = not parts or (len(parts) == 1 and parts[0].normals == (row,))
-        name = account.problem.name(some.rows[row])
-        self.moved: Moved | None = moved_by(some, row, name) if alone else None
-        self.part: FrictionLaw | None = parts[0] if alone and parts else None
+        simple, name = _is_alone(some, row), account.problem.name(some.rows[row])
+        self.moved: Moved | None = struck_at(some, row, name) if simple else None
+        self.part: FrictionLaw | None = parts[0] if simple and parts else None
         self.tangents = list(self.part.rows) if self.part else []
         self.v = account.speeds()[some.rows]
         lengths = np.linalg.norm(some.problem.matrix, axis=1)
         lengths[lengths == 0.0] = 1.0
         self.small: Floats = AT_REST * float(np.abs(self.v / lengths).max(initial=0.0)) * lengths
-        self.rubbed, self.slid = float(account.lost[some.rows][self.tangents].sum()), np.zeros(len(self.tangents))
-        self.pushed = 0.0
 
     def through(self, stage: Stage, goal: Goal, at: Normal) -> Normal:
         """Go through a stage to its end, and return the normal state there."""
@@ -139,8 +141,6 @@ class _Course:
     ) -> None:
         z, taken = np.zeros(len(self.account.z)), None
         z[self.some.rows] = impulses[0]
-        self.slid = self.slid + impulses[0][self.tangents]
-        self.pushed += float(impulses[0][self.row])
         if lost is not None:
             taken = np.zeros(len(z))
             taken[self.some.rows] = lost
@@ -148,7 +148,7 @@ class _Course:
             stage, [self.some.rows[self.row]], self.some.of_all(slips, self.account.rows), (z, impulses[1]), taken
         )
 
-    # --- slip that turns, that stops at once, and that is given back --------------------------------------------------
+    # --- slip that turns, and that stops at once ----------------------------------------------------------------------
 
     def _around(self, stage: Stage, goal: Goal, at: Normal) -> tuple[Normal, bool]:
         assert self.moved is not None
@@ -177,21 +177,3 @@ class _Course:
         self._add("compression", (STICKS,), (self.moved.Z @ f, self.moved.X @ f))
         self.v = self.account.speeds()[self.some.rows]
         self.v[self.tangents] = 0.0
-
-    def give_back(self) -> None:
-        """Give friction of what sticks at the end back."""
-        if self.part is None or self.moved is None or self._slips(self.v[self.tangents]):
-            return
-        back = self.account.problem.given_back(self.some.parts[0])
-        size = float(np.linalg.norm(self.slid))
-        if not back or not size:
-            return
-        rows = self.some.rows
-        e, K = self.slid / size, self.moved.K[1:, 1:]
-        taken = max(float(self.account.lost[rows][self.tangents].sum()) - self.rubbed, 0.0)
-        stiff = float(e @ K @ e)
-        room = math.inf if self.part.enough else self.part.static * self.pushed - size
-        more = max(min(back * size, room, math.sqrt(2.0 * taken / stiff) if stiff > 0.0 else 0.0), 0.0)
-        f = np.concatenate([[0.0], more * e])
-        if more > 0.0:
-            self._add("given back", (STICKS,), (self.moved.Z @ f, self.moved.X @ f))

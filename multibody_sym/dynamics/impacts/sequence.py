@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.impacts.account import Account
+from multibody_sym.dynamics.impacts.giving_back import give_back
 from multibody_sym.dynamics.impacts.one_contact import is_followed, routh
 from multibody_sym.dynamics.impacts.together import newton, poisson
 from multibody_sym.dynamics.laws.problem import LawProblem
@@ -51,7 +52,7 @@ class _Counts:
         if account.restitution[rows].any():
             account.restitution[rows] = 0.0
             account.collapsed = True
-            account.notes.append(f"collapse: more than {most} impacts, so {names} struck at once without bouncing")
+            account.note(f"collapse: more than {most} impacts, so {names} struck at once without bouncing")
         poisson(account, rows)  # those that separate now too: something may drive them together again
         return True
 
@@ -94,7 +95,13 @@ def one_by_one(account: Account) -> None:
 
 
 def _strike(account: Account, rows: Collection[int]) -> None:
-    """Strike rows by the law that is asked for."""
+    """Strike rows by the law that is asked for, and let friction be given back."""
+    before = account.copy()
+    _by_law(account, rows)
+    give_back(account, rows, before)
+
+
+def _by_law(account: Account, rows: Collection[int]) -> None:
     law = account.problem.law
     if len(rows) == 1 and is_followed(account, next(iter(rows))):
         routh(account, next(iter(rows)))
@@ -103,7 +110,7 @@ def _strike(account: Account, rows: Collection[int]) -> None:
     else:
         if law == "stronge" or len(rows) == 1:
             names = ", ".join(account.problem.name(k) for k in sorted(rows))
-            account.notes.append(f"friction at {names} is that of Poisson's law at once: they are not struck alone")
+            account.note(f"friction at {names} is that of Poisson's law at once: they are not struck alone")
         poisson(account, rows)
 
 

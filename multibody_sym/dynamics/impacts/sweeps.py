@@ -13,12 +13,14 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS, LawMode, LawProblem
+from multibody_sym.dynamics.laws.proposals import SPHERE
 from multibody_sym.dynamics.laws.reduction import Reduced, reduced
 from multibody_sym.dynamics.laws.scaled import Part, Scaled, scaled
 from multibody_sym.numerics.arrays import Floats
 
 MOST: Final = 2000
-TURNS: Final = 24
+_TURNS: Final = 2.0 * np.pi * np.arange(24) / 24
+WAYS: Final = {2: np.column_stack([np.cos(_TURNS), np.sin(_TURNS)]), 3: SPHERE}
 """Directions that are tried for each slip in space beside the one that sweeps were at."""
 SETTLED: Final = 1e-13
 """Part of the largest impulse by which none changes in a sweep any more."""
@@ -38,10 +40,10 @@ def swept(problem: LawProblem) -> Iterator[LawMode]:
             break
     mode = _mode(system, small, f)
     yield mode
-    for k in (k for k, way in enumerate(mode.directions) if way is not None):
-        for angle in 2.0 * np.pi * np.arange(TURNS) / TURNS:
-            way = (float(np.cos(angle)), float(np.sin(angle)))
-            yield replace(mode, directions=(*mode.directions[:k], way, *mode.directions[k + 1 :]))
+    for k, slip in enumerate(mode.directions):
+        for way in () if slip is None else WAYS[len(slip)]:
+            turned = tuple(float(x) for x in way)
+            yield replace(mode, directions=(*mode.directions[:k], turned, *mode.directions[k + 1 :]))
 
 
 def _sweep(system: Scaled, small: Reduced, f: Floats) -> None:
@@ -69,12 +71,12 @@ def _mode(system: Scaled, small: Reduced, f: Floats) -> LawMode:
     sides = np.ones(system.count, dtype=int)
     sides[system.unilateral] = z[system.unilateral] > force
     sides[system.both] = np.where(z[system.both] < 0.0, -1, 1)
-    slips, directions = list[int](), list[tuple[float, float] | None]()
+    slips, directions = list[int](), list[tuple[float, ...] | None]()
     for part in system.parts:
         slip = a[part.rows]
         moves = float(np.linalg.norm(slip)) > speed and not part.enough
         sides[part.rows] = not moves
         slips.append((IN_SPACE if part.in_space else int(np.sign(slip[0]))) if moves else STICKS)
         e = slip / np.linalg.norm(slip) if moves else slip
-        directions.append((float(e[0]), float(e[1])) if moves and part.in_space else None)
+        directions.append(tuple(float(x) for x in e) if moves and part.in_space else None)
     return LawMode(tuple(int(k) for k in sides), tuple(slips), tuple(directions))

@@ -66,7 +66,7 @@ def _take_smallest(account: Account, closed: Collection[int], why: str) -> bool:
     least = float(account.restitution[rows].min())
     account.restitution[rows] = least
     names = ", ".join(account.problem.name(k) for k in rows)
-    account.notes.append(f"{why}: {names} have the smallest one, {least:g}")
+    account.note(f"{why}: {names} have the smallest one, {least:g}")
     return True
 
 
@@ -82,8 +82,12 @@ def _poisson(account: Account, closed: Collection[int]) -> None:
     z = _search(account, closed, none, "compression")
     given = {k: float(account.restitution[k] * z[k]) for k in closed}
     given = {k: value for k, value in given.items() if value > 0.0}
-    if given:
-        _search(account, closed, none, "restitution", given)
+    if not given:
+        return
+    if account.unsure.intersection(given) and (_differ(account, closed) or chosen(account.rows, closed).parts):
+        names = ", ".join(account.problem.name(k) for k in sorted(account.unsure.intersection(given)))
+        account.note(f"impulses of compression at {names} are not unique; restitution follows the most even ones")
+    _search(account, closed, none, "restitution", given)
 
 
 def _search(

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from impact_problems import Impact, random_impact
 
 from multibody_sym.dynamics.impacts.strike import strike
-from multibody_sym.dynamics.laws.problem import FrictionLaw
+from multibody_sym.dynamics.laws.problem import Equality, FrictionLaw, LawProblem
 from multibody_sym.errors import InputError, NoSolutionError
 
 LAWS = ("newton", "poisson", "stronge")
@@ -76,6 +77,25 @@ def test_a_superball_gives_back_no_more_than_the_cone_allows() -> None:
 def test_what_never_stops_to_slip_gives_nothing_back() -> None:
     plain, back = (strike(sphere([30.0, -3.0, 0.0], 0.1, 1.0, given_back=b).problem("poisson")) for b in (0.0, 1.0))
     assert back.impulses.tolist() == plain.impulses.tolist()
+
+
+def test_two_contacts_at_once_give_back_as_one() -> None:
+    """The floor declared twice: impulses are shared, the ball flies off as from one floor."""
+    twice = sphere([1.0, -3.0, 4.0], 5.0, 1.0, given_back=1.0)
+    twice.contact([0.0, 1.0, 0.0], 1.0, [[1.0, 0.0, 0.5]], 5.0, given_back=1.0)
+    struck = strike(twice.problem("poisson"))
+    assert struck.after == pytest.approx([3.0, -3.0, 3.0, -3.0], abs=1e-12)
+    assert struck.not_unique == (0, 1, 2, 3)
+    assert struck.energy_lost == pytest.approx(0.0, abs=1e-12)
+
+
+def test_given_back_is_no_more_than_friction_took() -> None:
+    """What sticks from the first has taken nothing, however large its p_t is where K_nt is not zero."""
+    impact = Impact(np.linalg.inv(np.array([[1.0, 0.5], [0.5, 1.0]])), np.array([-1.0, 0.0]))
+    impact.contact([1.0, 0.0], 1.0, [[0.0, 1.0]], 2.0, given_back=1.0)
+    struck = strike(impact.problem("poisson"))
+    assert struck.impulses[1] == pytest.approx(-struck.impulses[0] / 2, rel=1e-13)
+    assert struck.energy_lost == pytest.approx(0.0, abs=1e-13)
 
 
 def test_friction_that_is_always_enough_stops_slip_at_once() -> None:
@@ -311,6 +331,29 @@ def test_a_joint_that_rubs_takes_part_by_what_presses_it(law: str) -> None:
         assert struck.impulses == pytest.approx([total, total, -mu * p + mu * (total - p)], rel=1e-12)
         assert struck.after[1] == pytest.approx(back, abs=1e-12)
         assert struck.course(0) == ((1,) if e == 0.0 else (1, -1))
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("tangents", [1, 2])
+def test_a_row_that_only_tells_a_joints_impulse_changes_nothing(law: str, tangents: int) -> None:
+    """It defines its multiplier, z = A x, and exerts nothing: eliminated otherwise, to the same speeds."""
+    impact = with_friction(random_impact(np.random.default_rng(5), 1, tangents=tangents, both_ways=1))
+    plain = impact.problem(law)
+    rows, more = plain.rows, np.random.default_rng(6).normal(size=plain.rows.matrix.shape[1])
+    coupling = np.zeros((len(rows.laws) + 1,) * 2)
+    coupling[-1, -1] = -1.0
+    told = replace(
+        plain,
+        rows=LawProblem(
+            np.vstack([rows.matrix, more]), np.vstack([rows.exerted, np.zeros_like(more)]), coupling,
+            np.append(rows.right, 0.0), (*rows.laws, Equality()), rows.parts,
+        ),
+        restitution=np.append(plain.restitution, 0.0),
+    )  # fmt: skip
+    a, b = strike(told), strike(plain)
+    assert a.x == pytest.approx(b.x, rel=1e-11)
+    assert a.impulses == pytest.approx([*b.impulses, more @ b.x], rel=1e-10)
+    assert a.lost == pytest.approx([*b.lost, 0.0], abs=1e-11 * float(np.abs(b.lost).max()))
 
 
 def test_wrong_coefficients_are_refused() -> None:

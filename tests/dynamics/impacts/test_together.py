@@ -136,6 +136,19 @@ def test_boxes_that_land_flat_tell_the_sum_of_dependent_impulses() -> None:
     assert strike(three.problem()).not_unique == ()
 
 
+def test_restitution_that_depends_on_impulses_which_are_not_unique_says_so() -> None:
+    """Four legs with different e: the table turns by how compression is shared, which is evenly."""
+    table = Impact(np.diag([2.0, 1.0, 1.0]), np.array([-3.0, 0.0, 0.0]))
+    for e, (x, y) in zip((0.2, 0.4, 0.6, 0.8), product((-1.0, 1.0), repeat=2), strict=True):
+        table.contact([1.0, x, y], e)
+    struck = strike(table.problem("poisson"))
+    assert struck.compression == pytest.approx([1.5] * 4)
+    assert any("not unique" in note for note in struck.notes)
+    for k in range(4):
+        table.e[k] = 0.5
+    assert strike(table.problem("poisson")).notes == ()
+
+
 def test_stronge_several_at_once_is_refused_with_what_to_say() -> None:
     impact = random_impact(np.random.default_rng(1), 1)
     both = Impact(np.eye(2), np.array([-1.0, -1.0]))
