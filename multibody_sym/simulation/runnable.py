@@ -70,6 +70,7 @@ def runnable(
     verify_formalism(formalism)
     state = examined_state(system)
     name = formalism_name(formalism, state.mechanism)
-    form = form_of(system.simulation, constrained=any(row.restricts for row in state.mechanism.rows))
+    rows = any(row.restricts for row in state.mechanism.rows)
+    form = form_of(system.simulation, constrained=rows, varies=bool(state.declared.one_way))
     programs = compiled(state.mechanism, name, form, native=native, backend=backend)
     return Runnable(system, state.mechanism, name, programs, state.start, state)

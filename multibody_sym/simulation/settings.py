@@ -71,9 +71,10 @@ def _puts_back(method: Method, constraints: Stabilisation | None) -> bool:
     return not unwanted and not isinstance(method, LibraryMethod)
 
 
-def form_of(settings: Settings, *, constrained: bool) -> Form:
+def form_of(settings: Settings, *, constrained: bool, varies: bool = False) -> Form:
     """Return what the method asks the system for, which may be `constrained`; raises ModelError where it cannot.
 
+    Where that `varies` from one state of the system to the next, what is asked of rows is asked where there are some.
     Only a method that ends its steps with its last stage, an implicit one, keeps rows that are part of its equations.
     IDA always takes them so unless Baumgarte's terms are asked for.
     """
@@ -87,9 +88,9 @@ def form_of(settings: Settings, *, constrained: bool) -> Form:
             losing = " (Gauss methods lose order there)" if settings.method in IMPLICIT else ""
             able = ", ".join([*INDEX_2, IDA])
             raise ModelError(f"{settings.method} cannot solve equations of index 2{losing}: take {able}, or projection")
-        if not constrained:
+        if not constrained and not varies:
             raise ModelError("there are no constraints to be kept: leave it out")
-    return "index_2"
+    return "index_2" if constrained else "implicit"
 
 
 def _method(settings: Settings) -> Method:

@@ -103,6 +103,59 @@ def test_rows_of_modes_are_stabilised(cranked, method, constraints) -> None:
     assert 1e-13 < run.drift["position"] < 1e-7
 
 
+@pytest.mark.parametrize("method", ["radau_5", "ida"])
+def test_rows_are_part_of_the_equations_beside_friction_in_joints(cranked, method) -> None:
+    """What presses in the guide is no row of its own: it follows from the state."""
+    asked = {"method": available(method), "constraints": {"index_2": True} if method == "radau_5" else None}
+    run = mbs.simulate(mbs.loads(CRANK), t_end=0.35, samples=351, rtol=1e-8, **asked)
+    assert run.statistics["index_2"]
+    assert not run.statistics["projection"]
+    assert [event["kind"] for event in run.events] == [event["kind"] for event in cranked.events]
+    np.testing.assert_allclose(run["phi"], cranked["phi"], atol=1e-6)
+    np.testing.assert_allclose(run["s"], cranked["s"], atol=1e-6)
+    assert run.drift["velocity"] < 1e-6
+
+
+def test_equations_of_index_2_have_rows_where_something_touches_and_hold_what_rests() -> None:
+    """A block falls from 0.5 m, slides until v = mu g t' has stopped it, and does not move any more."""
+    text = f"""
+multibody_sym: 1
+name: falling
+gravity: [0, -{G}, 0]
+bodies: {{block: {{mass: 2}}, ground: {{surfaces: {{face: {{plane: [0, 0, 0], normal: y}}}}}}}}
+joints: {{free: {{type: point, parent: ground, child: block, q: [x, y], initial: {{q: [0, 0.5], u: [3, 0]}}}}}}
+contacts: {{c: {{between: [block, ground.face], kinetic: 0.2}}}}
+simulation: {{t_end: 2, samples: 201, method: radau_5, constraints: {{index_2: true}}}}
+"""
+    run = mbs.simulate(mbs.loads(text))
+    falls = math.sqrt(1 / G)
+    left = 3 - 0.2 * math.sqrt(G)  # the impact rubs too
+    stops = falls + left / 0.2 / G
+    assert [event["kind"] for event in run.events] == ["slide+", "stick"]
+    assert [event["t"] for event in run.events] == pytest.approx([falls, stops], rel=1e-9)
+    assert run["x"][-1] == pytest.approx(3 * falls + left**2 / 0.4 / G, rel=1e-8)
+    assert np.ptp(run["x"][run.t > stops]) == np.ptp(run["y"][run.t > stops]) == 0.0
+
+
+def test_equations_of_index_2_hold_what_rests_beside_what_moves() -> None:
+    text = """
+multibody_sym: 1
+name: beside
+gravity: [0, -9.81, 0]
+parameters: {a: 0.3}
+bodies: {block: {mass: 2}, bob: {mass: 1}, ground: {surfaces: {face: {plane: [0, 0, 0], normal: [-sin(a), cos(a), 0]}}}}
+joints:
+  free: {type: point, parent: ground, child: block, q: [x, y]}
+  swings: {type: point, parent: ground, child: bob, q: [X, Y], initial: {q: [1, 0]}}
+constraints: {rod: {type: distance, between: [bob, ground], value: 1}}
+contacts: {c: {between: [block, ground.face], static: 0.5}}
+simulation: {t_end: 1, samples: 11, method: radau_5, constraints: {index_2: true}}
+"""
+    run = mbs.simulate(mbs.loads(text))
+    assert np.ptp(run["x"]) == np.ptp(run["y"]) == 0.0
+    np.testing.assert_allclose(np.hypot(run["u_X"], run["u_Y"]) ** 2, -2 * G * run["Y"], atol=1e-7)
+
+
 def test_a_crank_goes_on_where_its_slider_stops_near_the_dead_centre(cranked) -> None:
     """A slip that counts as rest is brought to rest only where that changes nothing else."""
     laws, phi, w = cranked.modes.laws, math.pi + 1e-8, 60.0

@@ -62,7 +62,7 @@ def _programs(
         outputs=_outputs(mechanism, sources),
         events=events(mechanism, sources),
         jacobian=total_jacobian(derivative, ("qdot", "udot"), ("q", "u"), inputs) if form == "implicit" else None,
-        **(index_2_programs(mechanism, constrained, inputs) if constrained and form == "index_2" else {}),
+        **(index_2_programs(mechanism, constrained, inputs, derivative) if constrained and form == "index_2" else {}),
     )
 
 

@@ -243,5 +243,7 @@ def one_way_run(
 
 def _made(settings: Settings, formalism: str, native: bool, backend: Backend | None, entered: Mechanism) -> Compiled:
     """Return a mechanism in a mode, compiled; no closure, so that a run can be pickled."""
-    form = form_of(settings, constrained=bool(entered.rows))
+    form = form_of(settings, constrained=bool(entered.rows), varies=True)
+    if form == "index_2" and len(entered.held) == len(entered.speeds):
+        form = "implicit"  # nothing moves: no rows have to be kept
     return compiled(entered, formalism, form, native=native, backend=backend)
