@@ -124,7 +124,8 @@ def _friction(acting: Acting, element: OneWay, part: FrictionPart, moves: bool) 
 def _gripping(acting: Acting, part: FrictionPart, slip: RopeSlipRow) -> Iterator[Inequality]:
     """Yield that neither tension of a rope over a rough wheel is more than exp(mu wrap) times the other."""
     (static,) = coefficients(acting.instant.motion, part.rows, [part.static])
-    most, (before, behind) = (2 + static) / (2 - static), slip.rope.asked
+    most, wheel = (2 + static) / (2 - static), slip.rope.rubs.index(slip.name)
+    before, behind = slip.rope.asked[wheel : wheel + 2]
     tensions = acting.instant.tensions
     for smaller, larger in ((before, behind), (behind, before)):
         told = " <= ".join((_asked(larger), f"{_asked(smaller)}*exp(static*wrap)"))

@@ -144,6 +144,6 @@ class Acting:
 def _kinematic(mechanism: Mechanism) -> Iterator[Row]:
     for element in mechanism.one_way:
         if element.unilateral:
-            yield from element.normals
+            yield element.normals[0]
         for part in element.frictions:
             yield from part.rows

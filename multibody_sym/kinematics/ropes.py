@@ -1,4 +1,4 @@
-"""The path of a rope: straight segments between points and tangents of pulleys, and its whole length."""
+"""Ropes: straight segments between points and tangents of pulleys, the whole length, and what tensions do."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from multibody_sym.kinematics.motion import Motion
-from multibody_sym.kinematics.points import position
+from multibody_sym.kinematics.points import acceleration, position, velocity
+from multibody_sym.kinematics.relative import angular_acceleration, angular_velocity
 from multibody_sym.kinematics.relative import direction as world
+from multibody_sym.kinematics.wrenches import Wrench, Wrenches, add_force, add_force_at
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.rope_path import Bend
@@ -56,9 +58,7 @@ class Segment:
         return centre if wheel is None else add(centre, scale(-wheel.radius, cross(wheel.axis, self.direction)))
 
 
-def segments(
-    motion: Motion, path: Sequence[Bend], straight: Sequence[Point | None] = ()
-) -> tuple[list[Segment], S]:
+def segments(motion: Motion, path: Sequence[Bend], straight: Sequence[Point | None] = ()) -> tuple[list[Segment], S]:
     """Return the straight pieces of a rope's path and its length, arcs on wheels and what is wound on them included.
 
     `straight` are the directions (world) of pieces that keep them, None where a piece does not.
@@ -168,6 +168,59 @@ def wrap_angle(motion: Motion, row: RopeRow, k: int) -> S:
         return 0
     (turns,) = motion.state.values([2 * row.path[k].turns * PI])
     return _wrapped(motion, wheel, pieces[k - 1], pieces[k]) + turns
+
+
+# --- tensions --------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Pull:
+    """Segments under tensions: the sum of tension times d(length)/dt, of that times d^2(length)/dt^2, and wrenches."""
+
+    stretching: S
+    stretching_rate: S
+    of_body: list[Wrench]
+
+
+def pull(motion: Motion, parts: Sequence[Segment], tensions: Sequence[S], bias: Sequence[tuple[Vec, Vec]]) -> Pull:
+    """Return what tensions in straight segments do.
+
+    d(length)/dt = sum n . dv;  d^2(length)/dt^2 = sum n . da + n' . dv. On a wheel that turns with the rope, r omega
+    and r alpha about its axis are added: forces act at the rim.
+    """
+    wrenches = Wrenches(len(motion.bodies))
+    stretching: S = 0
+    stretching_rate: S = 0
+    for part, tension in zip(parts, tensions, strict=True):
+        dv = subtract(velocity(motion, part.ends[1]), velocity(motion, part.ends[0]))
+        da = subtract(acceleration(motion, part.ends[1], bias), acceleration(motion, part.ends[0], bias))
+        along = dot(part.direction, dv)
+        rate, further = along, dot(part.direction, da)
+        further = further + _turning(motion, part, dv, along)
+        for end, sense in enumerate((-1, 1)):
+            wheel, marker, force = part.grips[end], part.ends[end], scale(-sense * tension, part.direction)
+            if wheel is None:
+                add_force(wrenches, motion, marker, force)
+                continue
+            rate = rate + sense * wheel.radius * dot(wheel.axis, angular_velocity(motion, marker.body))
+            spinning = dot(wheel.axis, angular_acceleration(motion, marker.body, bias))
+            further = further + sense * wheel.radius * spinning
+            add_force_at(wrenches, motion, marker.body, part.touches(motion, end), force)
+        stretching = stretching + tension * rate
+        stretching_rate = stretching_rate + tension * further
+    return Pull(stretching, stretching_rate, wrenches.of_body)
+
+
+def _turning(motion: Motion, part: Segment, dv: Vec, along: S) -> S:
+    """Return n' . dv. Between points l n' = dv - (n . dv) n; in the plane across an axis a, n' . a = -n . a'."""
+    if part.steady:
+        return 0
+    if part.plane is None:
+        return (dot(dv, dv) - along * along) / part.length
+    axis = part.plane.normal
+    across = dot(cross(axis, part.direction), dv)
+    tilting = dot(part.direction, cross(angular_velocity(motion, part.plane.body), axis))
+    return across * across / part.length - dot(axis, dv) * tilting
 
 
 # --- what is wound on a wheel ---------------------------------------------------------------------------------------

@@ -27,7 +27,7 @@ from multibody_sym.model.mechanism.impacts import JumpRow, MeetingRow
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import IDENTITY
 from multibody_sym.model.mechanism.mechanism import TIME
-from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
+from multibody_sym.model.mechanism.rope_rows import MeanTensionRow, RopeSlipRow
 from multibody_sym.model.mechanism.rows import (
     AngleRow,
     DistanceRow,
@@ -239,6 +239,11 @@ def _steepness(row: ContactRow, motion: Motion) -> float:
 @_terms.register
 def _(row: SlidingRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     return _terms(row.normal, motion, bodies)
+
+
+@_terms.register
+def _(row: MeanTensionRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+    return 0.0
 
 
 @_terms.register

@@ -7,7 +7,7 @@ H_j^T is found as the generalised force of the wrenches that a unit multiplier e
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import singledispatch
 from typing import Final
@@ -18,9 +18,9 @@ from multibody_sym.errors import InputError, at
 from multibody_sym.kinematics.contacts import contact_direction, touch
 from multibody_sym.kinematics.joint_forces import part_of_reaction
 from multibody_sym.kinematics.motion import Motion, accelerations, coordinate_rates
-from multibody_sym.kinematics.points import acceleration, position, velocity
+from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.relative import angular_acceleration, angular_velocity, direction, seen, slip_velocity
-from multibody_sym.kinematics.ropes import Segment, segments, wheel_at, wrap_angle
+from multibody_sym.kinematics.ropes import Segment, pull, segments, wheel_at, wrap_angle
 from multibody_sym.kinematics.wrenches import (
     Wrench,
     Wrenches,
@@ -32,7 +32,7 @@ from multibody_sym.kinematics.wrenches import (
 from multibody_sym.model.mechanism.contact_rows import ContactRow, TurningRow
 from multibody_sym.model.mechanism.force_rows import ReactionRow
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
-from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
+from multibody_sym.model.mechanism.rope_rows import MeanTensionRow, RopeSlipRow
 from multibody_sym.model.mechanism.rows import (
     AngleRow,
     DistanceRow,
@@ -113,6 +113,10 @@ def with_reactions(motion: Motion, rows: Sequence[RowMotion]) -> list[RowMotion]
     for k, row in enumerate(motion.mechanism.rows):
         sliding = row.frictions if isinstance(row, SlidingRow) else ()
         defining = row.normal if isinstance(row, SlidingRow) else row
+        if isinstance(defining, MeanTensionRow):
+            found[k] = replace(
+                found[k], coupling={**_mean_tension(defining, motion), k: -motion.state.values([ONE])[0]}
+            )
         if not isinstance(defining, ReactionRow):
             continue
         part = part_of_reaction(defining, motion, wrenches)
@@ -127,6 +131,31 @@ def with_reactions(motion: Motion, rows: Sequence[RowMotion]) -> list[RowMotion]
         coupling[k] = -share
         found[k] = replace(found[k], jacobian=part.columns, gamma=-part.rest, coupling=coupling, beside=beside)
     return found
+
+
+def _mean_tension(row: MeanTensionRow, motion: Motion) -> dict[int, S]:
+    """Return how the mean of the tensions at a rough wheel follows from other rows' multipliers, by their numbers."""
+    names, found = [other.name for other in motion.mechanism.rows], dict[int, S]()
+    (one, half) = motion.state.values([ONE, ONE / 2])
+    if row.rope in names:
+        found[names.index(row.rope)] = one
+    for slips, factor in ((row.ahead, half), (row.passed, -half)):
+        for slip in slips:
+            for k, part in friction_on(slip, motion):
+                found[k] = found.get(k, 0) + factor * part
+    return found
+
+
+def friction_on(slip: str, motion: Motion) -> Iterator[tuple[int, S]]:
+    """Yield the rows, by number, with whose multipliers a rope's friction on a wheel grows, and by how much."""
+    for k, row in enumerate(motion.mechanism.rows):
+        if row.name == slip:
+            yield k, motion.state.values([ONE])[0]
+        for sliding in row.frictions if isinstance(row, SlidingRow) else ():
+            if sliding.rows[0].name == slip:
+                bias = accelerations(motion, [0] * len(motion.state.u)) if sliding.regularised is not None else []
+                along = [row_motion(direction, motion, bias) for direction in sliding.rows if bias]
+                yield k, friction_factors(sliding, along, motion)[0]
 
 
 def exerted(rows: Sequence[RowMotion]) -> Floats:
@@ -166,70 +195,24 @@ def _(row: RopeSlipRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowM
     parts[k - 1] = replace(parts[k - 1], grips=(parts[k - 1].grips[0], wheel))
     parts[k] = replace(parts[k], grips=(wheel, parts[k].grips[1]))
     (half,) = motion.state.values([ONE / 2])
-    pull = _pull(motion, parts, [half if i < k else -half for i in range(len(parts))], bias)
-    jacobian = generalized_forces(motion, pull.of_body)
-    return RowMotion(None, -pull.stretching, jacobian, pull.stretching_rate, pull.of_body)
+    pulled = pull(motion, parts, [half if i < k else -half for i in range(len(parts))], bias)
+    jacobian = generalized_forces(motion, pulled.of_body)
+    return RowMotion(None, -pulled.stretching, jacobian, pulled.stretching_rate, pulled.of_body)
 
 
 def _tension(
     motion: Motion, parts: Sequence[Segment], wanted: Node, length: S, bias: Sequence[tuple[Vec, Vec]]
 ) -> RowMotion:
     """Return the row phi = wanted - length of straight segments under one tension."""
-    pull, given = _pull(motion, parts, [1] * len(parts), bias), _along_motion(motion, wanted)
-    jacobian = [a + b for a, b in zip(given.jacobian, generalized_forces(motion, pull.of_body), strict=True)]
+    pulled, given = pull(motion, parts, [1] * len(parts), bias), _along_motion(motion, wanted)
+    jacobian = [a + b for a, b in zip(given.jacobian, generalized_forces(motion, pulled.of_body), strict=True)]
     return RowMotion(
-        given.phi - length, given.phidot - pull.stretching, jacobian, given.gamma + pull.stretching_rate, pull.of_body
+        given.phi - length,
+        given.phidot - pulled.stretching,
+        jacobian,
+        given.gamma + pulled.stretching_rate,
+        pulled.of_body,
     )
-
-
-@dataclass(frozen=True)
-class _Pull:
-    """Segments under tensions: the sum of tension times d(length)/dt, of that times d^2(length)/dt^2, and wrenches."""
-
-    stretching: S
-    stretching_rate: S
-    of_body: list[Wrench]
-
-
-def _pull(motion: Motion, parts: Sequence[Segment], tensions: Sequence[S], bias: Sequence[tuple[Vec, Vec]]) -> _Pull:
-    """Return what tensions in straight segments do.
-
-    d(length)/dt = sum n . dv;  d^2(length)/dt^2 = sum n . da + n' . dv. On a wheel that turns with the rope, r omega
-    and r alpha about its axis are added: forces act at the rim.
-    """
-    wrenches = Wrenches(len(motion.bodies))
-    stretching: S = 0
-    stretching_rate: S = 0
-    for part, tension in zip(parts, tensions, strict=True):
-        dv = subtract(velocity(motion, part.ends[1]), velocity(motion, part.ends[0]))
-        da = subtract(acceleration(motion, part.ends[1], bias), acceleration(motion, part.ends[0], bias))
-        along = dot(part.direction, dv)
-        rate, further = along, dot(part.direction, da)
-        further = further + _turning(motion, part, dv, along)
-        for end, sense in enumerate((-1, 1)):
-            wheel, marker, force = part.grips[end], part.ends[end], scale(-sense * tension, part.direction)
-            if wheel is None:
-                add_force(wrenches, motion, marker, force)
-                continue
-            rate = rate + sense * wheel.radius * dot(wheel.axis, angular_velocity(motion, marker.body))
-            spinning = dot(wheel.axis, angular_acceleration(motion, marker.body, bias))
-            further = further + sense * wheel.radius * spinning
-            add_force_at(wrenches, motion, marker.body, part.touches(motion, end), force)
-        stretching = stretching + tension * rate
-        stretching_rate = stretching_rate + tension * further
-    return _Pull(stretching, stretching_rate, wrenches.of_body)
-
-
-def _turning(motion: Motion, part: Segment, dv: Vec, along: S) -> S:
-    """Return n' . dv. Between points l n' = dv - (n . dv) n; in the plane across an axis a, n' . a = -n . a'."""
-    if part.steady:
-        return 0
-    if part.plane is None:
-        return (dot(dv, dv) - along * along) / part.length
-    axis = part.plane.normal
-    across = dot(cross(axis, part.direction), dv)
-    tilting = dot(part.direction, cross(angular_velocity(motion, part.plane.body), axis))
-    return across * across / part.length - dot(axis, dv) * tilting
 
 
 @row_motion.register
@@ -345,6 +328,13 @@ def tooth_wrenches(motion: Motion, row: Row, on: Sequence[tuple[int, int]]) -> l
     for body, factor in on:
         add_force_at(wrenches, motion, body, place, scale(factor, force))
     return wrenches.of_body
+
+
+@row_motion.register
+def _(row: MeanTensionRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+    """Return a row that exerts nothing; what it defines follows from all rows together (`with_reactions`)."""
+    nothing: list[S] = [0] * len(motion.state.u)
+    return RowMotion(None, 0, nothing, 0, Wrenches(len(motion.bodies)).of_body, exerts=nothing)
 
 
 @row_motion.register

@@ -150,12 +150,6 @@ def test_the_wrap_is_that_of_the_present_position() -> None:
     assert at.tensions["string.2"] / at.tensions["string.1"] == pytest.approx(math.exp(0.2 * wrap), rel=1e-12)
 
 
-def test_two_rough_wheels_on_one_run_are_told() -> None:
-    two = CAPSTAN.replace("pulleys: {", "pulleys: {other: {at: ground.left, radius: 0.05, rough: 0.1}, ")
-    with pytest.raises(mbs.ModelError, match="rubs on other and on drum: between two rough wheels it needs one"):
-        mechanism(mbs.loads(two.replace("[one, drum", "[one, other, drum")))
-
-
 @pytest.mark.parametrize(
     ("rough", "message"),
     [("-0.1", "negative"), ("{static: 0.1, kinetic: 0.2}", "static 0.1 is below kinetic 0.2"), ("{}", "give static")],

@@ -117,8 +117,7 @@ class Statics:
         group = element.group or element.name
         if element.unilateral:
             way = _WAYS.get(element.kind, "opens")
-            for row in element.normals:
-                yield Limit(way, group, element.name, ((self.place(row), ONE),))
+            yield Limit(way, group, element.name, ((self.place(element.normals[0]), ONE),))
         for normal in () if element.unilateral else element.normals:
             place = self.place(normal)
             if place in choice.sides:

@@ -33,7 +33,7 @@ def out_of_touch(statics: Statics, motion: Motion, rows: Sequence[RowMotion]) ->
     for element in statics.mechanism.one_way:
         if not element.unilateral:
             continue
-        gap = max(float(rows[statics.place(row)].phi) for row in element.normals)
+        gap = float(rows[statics.place(element.normals[0])].phi)
         if gap < -near and not element.open:
             return None
         if gap > near or element.open:

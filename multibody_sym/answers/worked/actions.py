@@ -18,6 +18,7 @@ from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench, Wrenches, add_p
 from multibody_sym.model.mechanism.force_rows import ReactionRow
 from multibody_sym.model.mechanism.loads import Load, PointPull, PointSpring, span_leaves
 from multibody_sym.model.mechanism.mechanism import COMPONENTS
+from multibody_sym.model.mechanism.rope_rows import MeanTensionRow
 from multibody_sym.model.mechanism.rows import RopeRow, Row
 from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
 from multibody_sym.scalars.vectors import (
@@ -190,6 +191,8 @@ class Actions:
         name = normal.told[0] if isinstance(normal, RopeRow) else self.element(row.name)
         if isinstance(normal, ReactionRow):
             self.laws.append(self._pressing(normal, symbol))
+        elif isinstance(normal, MeanTensionRow):
+            self.laws.append(self._defined(normal, symbol))
         else:
             bare = moved if normal is row else row_motion(normal, self.motion, self.bias)
             self._add_unit(symbol, "row", name, bare.of_body, [] if bare.all_told else bare.forces)
@@ -242,7 +245,11 @@ class Actions:
         for index, body in enumerate(self.motion.mechanism.bodies):
             if body.joint_name == row.joint:
                 return Law(self.element(row.name), left, list(zip(self.reaction_symbols(index), parts, strict=True)))
-        k = names.index(row.name)
+        return self._defined(row, symbol)
+
+    def _defined(self, row: Row, symbol: Any) -> Law:
+        """Return what a row that defines a force says, from all other forces."""
+        k = [other.name for other in self.motion.mechanism.rows].index(row.name)
         found = self.rows[k]
         right = [(self.symbols.multipliers[j], x) for j, x in found.coupling.items() if j != k]
         moving = list(zip(self.symbols.accelerations, found.jacobian, strict=True))

@@ -185,7 +185,7 @@ class PosedLaws:
                 sides[element.name] = next(iter(own.values()))
             else:
                 sides |= own
-                sides[element.name] = ACTIVE
+                sides[element.name] = own[element.normals[0].name] if element.unilateral else ACTIVE
         pairs = list(zip(self.parts, found.slips, found.directions, strict=True))
         acting = {part.name for element in self.elements if sides[element.name] for part in element.frictions}
         return Mode(

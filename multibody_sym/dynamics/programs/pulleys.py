@@ -36,8 +36,8 @@ def pulley_reactions(motion: Motion, multipliers: Sequence[S]) -> Mapping[str, d
 
 def _along_path(row: RopeRow, pulls: Sequence[S]) -> list[S]:
     """Return the tension of each piece."""
-    rough = next((k for k, bend in enumerate(row.path) if bend.rough), 0) if len(pulls) > 1 else 0
-    return [pulls[-1] if k >= rough else pulls[0] for k in range(len(row.path) - 1)]
+    rough = [k for k, bend in enumerate(row.path[:-1]) if k and bend.rough] if len(pulls) > 1 else []
+    return [pulls[sum(k <= piece for k in rough)] for piece in range(len(row.path) - 1)]
 
 
 def _components(motion: Motion, body: int, force: Vec, moment: Vec) -> dict[str, S]:

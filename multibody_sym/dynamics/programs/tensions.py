@@ -1,11 +1,11 @@
-"""Tensions of ropes: one for each run, two where a run rubs on a wheel between its ends."""
+"""Tensions of ropes: one for each run, one more for each wheel between its ends on which a run rubs."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
 from multibody_sym.kinematics.motion import Motion
-from multibody_sym.kinematics.rows import friction_factors
+from multibody_sym.kinematics.rows import friction_on
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
@@ -22,19 +22,19 @@ def ropes(mechanism: Mechanism) -> Iterator[RopeRow]:
 
 
 def tensions(motion: Motion, multipliers: Sequence[S], row: RopeRow) -> list[S]:
-    """Return the tensions of a run of rope along its path: of a run that rubs before and behind its rough wheel."""
+    """Return the tensions of a run of rope along its path: of one that rubs before and behind each rough wheel."""
     places = {row.name: k for k, row in enumerate(motion.mechanism.rows)}
     if row.name not in places:
         return [0 for _ in row.components]
     mean = multipliers[places[row.name]]
     if not row.rubs:
         return [mean]
-    acting = motion.mechanism.rows[places[row.name]]
-    friction: S = multipliers[places[row.rubs]] if row.rubs in places else 0
-    for sliding in acting.frictions if isinstance(acting, SlidingRow) else ():
-        friction = friction_factors(sliding, (), motion)[0] * mean
     (half,) = motion.state.values([ONE / 2])
-    return [mean + half * friction, mean - half * friction]
+    halves: list[S] = []
+    for slip in row.rubs:
+        parts = [half * (factor * multipliers[k]) for k, factor in friction_on(slip, motion)]
+        halves.append(parts[0] if parts else 0)
+    return [sum(halves[k:], sum((-x for x in halves[:k]), mean)) for k in range(len(halves) + 1)]
 
 
 def tensions_by_name(motion: Motion, multipliers: Sequence[S]) -> Mapping[str, S]:

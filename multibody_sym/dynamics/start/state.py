@@ -209,7 +209,7 @@ def _is_near(rows: OneWayRows, element: OneWay) -> bool:
 
 def _closing(base: Mechanism, near: Sequence[OneWay]) -> Mechanism:
     """Return the mechanism in which elements hold both ways."""
-    rows = (*base.rows, *(row for element in near for row in element.normals))
+    rows = (*base.rows, *(element.normals[0] for element in near))
     return replace(base, rows=rows, parameters=base.parameters.with_rows(len(rows)))
 
 

@@ -49,8 +49,9 @@ class FrictionPart:
 class OneWay:
     """An element that holds one way only, or rubs.
 
-    `unilateral`: its one normal row has a multiplier >= 0 and restricts motion while it is active. Otherwise `normals`
-    define components of a joint's reaction, of either sign. `words` tell whether it is active or not; `path` is where
+    `unilateral`: its first normal row has a multiplier >= 0 and restricts motion while it is active; a rope that rubs
+    on several wheels has others, which define what presses on each. Otherwise `normals` define components of a joint's
+    reaction, of either sign. `words` tell whether it is active or not; `path` is where
     the model declares it; parts of one declared element share a `group`. `open`: it does not touch at
     the start. `joint`: the one in which a stop holds, or friction rubs. `tangential_restitution` is the part of the
     tangential speed that an impact returns.

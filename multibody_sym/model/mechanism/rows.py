@@ -187,8 +187,8 @@ class RopeRow(Row):
 
     A rope that grips wheels has a row for each run between them, number `run` of `rope` (0: it is all of it). What is
     wound on a wheel at an end of its path counts to the path's length. `straight` are the directions (world) of pieces
-    that keep theirs, as far as they were found. One that rubs on a rough wheel is one run before it and one behind, and
-    the multiplier the mean of both tensions; `rubs` is the name of the row of its slip.
+    that keep theirs, as far as they were found. One that rubs on rough wheels has another tension before and behind
+    each, and the multiplier is the mean of the first and the last; `rubs` are the names of the rows of its slip.
     """
 
     unit: ClassVar[str | None] = "N"
@@ -199,7 +199,7 @@ class RopeRow(Row):
     rope: str = ""
     run: int = 0
     straight: tuple[Point | None, ...] = ()
-    rubs: str = ""
+    rubs: tuple[str, ...] = ()
 
     @property
     def multiplier(self) -> Multiplier:
@@ -241,7 +241,7 @@ class RopeRow(Row):
     @property
     def components(self) -> tuple[str, ...]:
         """What each tension of this row is called among the rope's reactions."""
-        numbers = range(self.run, self.run + 1 + bool(self.rubs))
+        numbers = range(self.run, self.run + 1 + len(self.rubs))
         return tuple(f"tension{k}" for k in numbers) if self.run else ("tension",)
 
     @property

@@ -79,7 +79,7 @@ def basic_mode(problem: PosedLaws, state: LawState) -> Mode:
     rows = acting.bilateral() + [acting.place(x) for x in acting.elements()]
     rows += [place for one in resting for place in one.rows]
     if problem.problem.coupling.any():
-        return _without_idle_joints(acting)
+        return _with_joints(acting)
     if _rank(problem, rows) == len(rows):
         return mode
     kept, idle, loose = _kept(acting, resting)
@@ -89,31 +89,55 @@ def basic_mode(problem: PosedLaws, state: LawState) -> Mode:
     return mode
 
 
-def _without_idle_joints(acting: _Acting) -> Mode:
-    """Return the mode in which friction in joints exerts nothing that stops and contacts hold at rest as well."""
+def _with_joints(acting: _Acting) -> Mode:
+    """Return the mode in which what rests exerts nothing, or its limit, where other rows hold it at rest as well.
+
+    Friction in joints then exerts nothing; a rope on one of several rough wheels perhaps its limit.
+    """
     from multibody_sym.dynamics.laws.judgement import fulfils
     from multibody_sym.dynamics.laws.mode_solve import solve_mode
     from multibody_sym.dynamics.laws.scaled import Modes, scaled
     from multibody_sym.dynamics.laws.search import modes_of
 
-    posed, law, slips = acting.problem, acting.problem.problem, acting.state.mode.slips
-    kept = acting.bilateral() + [acting.place(x) for x in acting.elements()]
-    kept += [place for one in acting.parts(resting=True) for place in one.rows]
-    own = {part.name for x in posed.elements if not x.unilateral for part in x.frictions}
-    carrying, loose = np.ones(len(law.laws), dtype=bool), []
-    for part, of_part, slip in zip(posed.parts, law.parts, slips, strict=True):
-        if part.name in own and of_part.rests and slip == STICKS and not part.enough:
-            trial = [*kept, *of_part.rows]
-            if _rank(posed, trial) == _rank(posed, kept):
-                loose.append(part.name)
-                carrying[list(of_part.rows)] = False
-            else:
-                kept = trial
+    law = acting.problem.problem
+    loose = _loose(acting)
     mu = np.array([part.static if part.rests else part.kinetic for part in law.parts])
     problem = scaled(law)
-    modes: Modes = modes_of(problem, acting.state.mode)
-    fits = bool(loose) and fulfils(problem, solve_mode(problem, modes, mu, carrying))
-    return replace(acting.mode, carried=dict.fromkeys(loose, 0)) if fits else acting.mode
+    begun: Modes = modes_of(problem, acting.state.mode)
+    for how in product(*loose.values()):
+        carrying, modes = np.ones(len(law.laws), dtype=bool), begun.copy()
+        for number, slip in zip(loose, how, strict=True):
+            modes.slips[number] = slip
+            carrying[list(law.parts[number].rows)] = False
+        if loose and fulfils(problem, solve_mode(problem, modes, mu, carrying)):
+            names = (acting.problem.parts[number].name for number in loose)
+            return replace(acting.mode, carried=dict(zip(names, how, strict=True)))
+    return acting.mode
+
+
+def _loose(acting: _Acting) -> dict[int, tuple[int, ...]]:
+    """Return the numbers of parts at rest whose rows depend on others, with what each may exert (`_ways`)."""
+    posed, law, slips = acting.problem, acting.problem.problem, acting.state.mode.slips
+    element = {part.name: x for x in posed.elements for part in x.frictions}
+    free = {part.name for part in posed.parts if len(element[part.name].normals) > 1}
+    free |= {part.name for part in posed.parts if not element[part.name].unilateral}
+    kept = acting.bilateral() + [acting.place(x) for x in acting.elements()]
+    kept += [place for one in acting.parts(resting=True) if one.part.name not in free for place in one.rows]
+    acting_too = {x.name for x in acting.elements()}
+    loose: dict[int, tuple[int, ...]] = {}
+    for number, (part, of_part) in enumerate(zip(posed.parts, law.parts, strict=True)):
+        own = element[part.name]
+        if part.name not in free or not of_part.rests or slips[number] != STICKS or part.enough:
+            continue
+        trial = [*kept, *of_part.rows]
+        if own.unilateral and own.name not in acting_too:
+            continue
+        if _rank(posed, trial) > _rank(posed, kept):
+            kept = trial
+            continue
+        sense = -1 if float(acting.state.z[of_part.rows[0]]) > 0.0 else 1
+        loose[number] = (sense, 0, -sense) if own.unilateral and len(loose) < _MOST else (0,)
+    return loose
 
 
 def _rank(problem: PosedLaws, places: Sequence[int]) -> int:

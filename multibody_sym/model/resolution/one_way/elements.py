@@ -6,8 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from multibody_sym.errors import at
-from multibody_sym.model.declaration.constraints import Rope
+from multibody_sym.model.declaration.constraints import Rope, Roughness
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
+from multibody_sym.model.mechanism.rope_rows import MeanTensionRow, RopeSlipRow
 from multibody_sym.model.mechanism.rows import RopeRow, Row
 from multibody_sym.model.resolution.contacts.elements import contacts
 from multibody_sym.model.resolution.one_way.joint_friction import joint_frictions
@@ -45,11 +46,28 @@ def _ropes(references: References, rows: Sequence[Row]) -> Iterator[OneWay]:
         name = row.name.partition(".")[0]
         with at("constraints", name):
             slips = list(rope_slips(references, row)) if isinstance(row, RopeRow) else []
+        means = _means(row, [slip.name for _, slip, _ in slips])
         parts = tuple(
-            FrictionPart(part, (slip,), _capstan(rough.sticking, slip.wrap), _capstan(rough.sliding, slip.wrap), wrap=0)
-            for part, slip, rough in slips
+            FrictionPart(part, (slip,), *_limits(rough, slip), normals=(k if means else 0,), wrap=0)
+            for k, (part, slip, rough) in enumerate(slips, 1)
         )
-        yield OneWay(row.name, "rope", ("constraints", name), (row,), frictions=parts, words=ROPE_WORDS, group=name)
+        path = ("constraints", name)
+        yield OneWay(row.name, "rope", path, (row, *means), frictions=parts, words=ROPE_WORDS, group=name)
+
+
+def _means(row: Row, slips: Sequence[str]) -> list[Row]:
+    """Return rows of what presses on each of several rough wheels; on a single one it is the rope's own multiplier."""
+    if len(slips) < 2:
+        return []
+    parts = [(tuple(slips[:k]), tuple(slips[k + 1 :])) for k in range(len(slips))]
+    return [
+        MeanTensionRow(f"{slip}.mean", row.name, passed, ahead)
+        for slip, (passed, ahead) in zip(slips, parts, strict=True)
+    ]
+
+
+def _limits(rough: Roughness, slip: RopeSlipRow) -> tuple[Node, Node]:
+    return _capstan(rough.sticking, slip.wrap), _capstan(rough.sliding, slip.wrap)
 
 
 def _capstan(coefficient: Node, wrap: Node) -> Node:

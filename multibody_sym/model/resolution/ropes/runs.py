@@ -64,25 +64,16 @@ def rope_rows(references: References, name: str, rope: Rope) -> list[RopeRow]:
         assert length is not None
         several = len(tension_names(references.system, name)) > 1
         rough = _rough(run)
-        rubs = f"{row}.{rough[0].step}" if rough else ""
+        rubs = tuple(f"{row}.{place.step}" for place in rough)
         made.append(RopeRow(row, tuple(path), length, name, number if several else 0, rubs=rubs))
-        number += 1 + bool(rough)
+        number += 1 + len(rough)
     return made
 
 
 def rope_slips(references: References, row: RopeRow) -> Iterator[tuple[str, RopeSlipRow, Roughness]]:
-    """Yield the wheels on which a run of rope rubs: what their friction is called, the row of the slip, and how rough.
-
-    Raises ModelError where there are two.
-    """
+    """Yield the wheels on which a run of rope rubs: what their friction is called, the row of the slip, how rough."""
     pulleys = references.system.pulleys
-    rough = [k for k, bend in enumerate(row.path[1:-1], 1) if bend.rough]
-    if len(rough) > 1:
-        first, second = (row.path[k].pulley for k in rough[:2])
-        raise ModelError(
-            f"it rubs on {first} and on {second}: between two rough wheels it needs one that turns with it, or a body"
-        ).under("path")
-    for k in rough:
+    for k in (k for k, bend in enumerate(row.path[1:-1], 1) if bend.rough):
         pulley = row.path[k].pulley
         slip, roughness = f"{row.name}.{pulley}", pulleys[pulley].rough
         assert roughness is not None
