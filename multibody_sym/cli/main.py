@@ -14,6 +14,7 @@ from multibody_sym.cli.options import parsed
 from multibody_sym.cli.usage import Shown
 from multibody_sym.errors import MultibodyError, OutputError
 
+_THREADS: Final = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 DEBUG: Final = "MULTIBODY_SYM_DEBUG"
 INTERRUPTED: Final = 130
 INTERNAL: Final = 70
@@ -26,6 +27,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     0 done; 2 the input is wrong; 3 no solution, a failed run or a disagreement; 4 output, compiler, memory;
     70 a defect of the toolkit; 130 Ctrl-C.
     """
+    if arguments is None:  # a process of its own
+        _one_thread()
     words = list(sys.argv[1:] if arguments is None else arguments)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
@@ -43,6 +46,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _silence(sys.stdout)
         return INTERRUPTED
     return answer.exit_code
+
+
+def _one_thread() -> None:
+    """Let linear algebra take one thread, unless the user chose: solves are small, and threads wait for busy cores.
+
+    Libraries read it when numpy is imported, which is later.
+    """
+    if not any(name in os.environ for name in _THREADS):
+        os.environ.update(dict.fromkeys(_THREADS, "1"))
 
 
 def _guarded(words: Sequence[str]) -> tuple[Answer, str | None]:
