@@ -42,9 +42,8 @@ TURN: Final = 1e-6
 class Trial:
     """What a mode leads to: x (n), z (m), a (m), whether its equations can be `solved` at all.
 
-    `columns` (k) are the rows whose z was free, `forces` (m, k) the map from these to all z, `idle` (k, j) their
-    combinations that no equation sees, and `moved` (n, j) what these do to x; `equations` and `right` are what they
-    fulfil.
+    `forces` (m, k) is the map from those z that were free to all, `idle` (k, j) combinations of them that no equation
+    sees, and `moved` (n, j) what these do to x; `basic` are the rows whose z the solution is made of.
     """
 
     mode: Modes
@@ -53,12 +52,10 @@ class Trial:
     z: Floats
     a: Floats
     solved: bool
-    columns: Places
+    basic: Places
     forces: Floats
     idle: Floats
     moved: Floats
-    equations: Floats
-    right: Floats
 
 
 def solve_mode(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None = None) -> Trial:
@@ -261,11 +258,11 @@ def _linear(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None, pr
     F = problem.defining
     equations = np.vstack([along, problem.A[F] @ beside + problem.D[F] @ S])
     right = np.concatenate([y, problem.r[F] - problem.A[F] @ still])
-    zeta, idle, solved = _basic(equations, right)
+    zeta, idle, basic, solved = _basic(equations, right)
     x = still + beside @ zeta
     z = S @ zeta
     a = problem.A @ x + problem.D @ z - problem.r
-    return Trial(mode, mu, x, z, a, solved, free, S, idle, beside @ idle, equations, right)
+    return Trial(mode, mu, x, z, a, solved, free[basic], S, idle, beside @ idle)
 
 
 def restricted(rows: Floats, right: Floats) -> tuple[Floats, Floats]:
@@ -285,13 +282,16 @@ def _triangular(R: Floats, right: Floats, *, transposed: bool = False) -> Floats
     return np.asarray(dtrsm(1.0, R, right, trans_a=int(transposed)), dtype=float)
 
 
-def _basic(equations: Floats, right: Floats) -> tuple[Floats, Floats, bool]:
-    """Return a basic solution zeta (k), combinations (k, j) that the equations do not see, and whether it solves."""
+def _basic(equations: Floats, right: Floats) -> tuple[Floats, Floats, Places, bool]:
+    """Return a basic solution zeta (k), combinations (k, j) that the equations do not see, and whether it solves.
+
+    Before the last the places of what it is made of.
+    """
     count = equations.shape[1]
     sizes = np.linalg.norm(equations, axis=0)
     sizes[sizes <= exact(equations) * float(sizes.max(initial=0.0))] = 1.0
     if not count or not len(right):
-        return np.zeros(count), np.eye(count), not right.any()
+        return np.zeros(count), np.eye(count), np.zeros(0, dtype=np.intp), not right.any()
     unit = equations / sizes
     Q, R, order, rank = pivoted_qr(unit)
     basic = R[:rank, :rank]
@@ -308,4 +308,5 @@ def _basic(equations: Floats, right: Floats) -> tuple[Floats, Floats, bool]:
     if rank < count:
         idle[order[:rank]] = -_triangular(basic, R[:rank, rank:])
         idle[order[rank:]] = np.eye(count - rank)
-    return zeta / sizes, idle / sizes[:, None], missing <= 1e-10 * terms + 1e3 * EPSILON * terms
+    solved = missing <= 1e-10 * terms + 1e3 * EPSILON * terms
+    return zeta / sizes, idle / sizes[:, None], np.asarray(order[:rank], dtype=np.intp), solved

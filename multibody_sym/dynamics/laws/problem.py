@@ -105,14 +105,26 @@ class LawMode:
 
 
 @dataclass(frozen=True)
+class Round:
+    """A solution where the parts `kinetic` have that coefficient: its mode, and the rows whose z it is made of.
+
+    It is a basic one: what carries nothing may be open in it, and what is at its limit may slide.
+    """
+
+    kinetic: frozenset[int]
+    mode: LawMode
+    carrying: tuple[int, ...]
+
+
+@dataclass(frozen=True)
 class LawState:
     """A mode that fulfils all laws, with x (n), z (m) and a (m).
 
     `kinetic` are the parts that have their kinetic coefficient: what slides, and what slips from rest under its static
     one. `not_unique` are the rows whose z may have other values beside the same x; `at_limit` the rows (of a part its
     first one) where two modes fit and rates do not tell them apart either, or were not asked for: there the mode says
-    stick before slide, closed before open, taut before slack. `carrying` is the mode of a
-    basic solution, in which what carries nothing is open and what is at its limit slides: z is found again from it.
+    stick before slide, closed before open, taut before slack. `rounds` lead
+    from static coefficients to the state, which is found again by them.
     """
 
     mode: LawMode
@@ -122,7 +134,7 @@ class LawState:
     kinetic: frozenset[int] = frozenset()
     not_unique: tuple[int, ...] = ()
     at_limit: tuple[int, ...] = ()
-    carrying: LawMode | None = None
+    rounds: tuple[Round, ...] = ()
 
 
 Verdict = Literal["one", "none", "several"]

@@ -8,7 +8,17 @@ import numpy as np
 
 from multibody_sym.dynamics.laws.judgement import labelled, slipping
 from multibody_sym.dynamics.laws.mode_solve import Trial, solve_mode
-from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS, Drift, Found, LawMode, LawProblem, LawState, Verdict
+from multibody_sym.dynamics.laws.problem import (
+    IN_SPACE,
+    STICKS,
+    Drift,
+    Found,
+    LawMode,
+    LawProblem,
+    LawState,
+    Round,
+    Verdict,
+)
 from multibody_sym.dynamics.laws.scaled import Flags, Modes, Scaled, scaled
 from multibody_sym.dynamics.laws.states import Near, States, same
 from multibody_sym.dynamics.laws.ties import rate_problem, tied, with_rates
@@ -34,7 +44,7 @@ def find(
     """
     _verify_finite(problem)
     search = _Search(scaled(problem), every, drift)
-    ends = search.run(_begin(search.problem, previous))
+    ends = search.run(*_begin(search.problem, previous))
     told = tuple(search.told(end) for end in ends)
     free = np.flatnonzero(np.any([end.labels.moving for end in ends], axis=0)) if ends else ()
     verdict: Verdict = "none" if not told else "one" if len(told) == 1 and not len(free) else "several"
@@ -51,6 +61,10 @@ def _verify_finite(problem: LawProblem) -> None:
         )
 
 
+Rounds = tuple[tuple[frozenset[int], Near], ...]
+"""Parts that have the kinetic coefficient, and a solution with it, from static coefficients on."""
+
+
 @dataclass(frozen=True)
 class _Labels:
     """The mode by what moves, rows at a limit, and (m) which forces are not unique, and which of these move things."""
@@ -63,11 +77,12 @@ class _Labels:
 
 @dataclass(frozen=True)
 class _End:
-    """A state in which no more parts slip than have the kinetic coefficient."""
+    """A state in which no more parts slip than have the kinetic coefficient, and the rounds on the way to it."""
 
     trial: Trial
     labels: _Labels
     kinetic: frozenset[int]
+    rounds: Rounds
 
 
 class _Search:
@@ -76,23 +91,28 @@ class _Search:
         self.exact = every or drift is not None
         self.states = States(problem, every)
 
-    def run(self, near: list[Near]) -> list[_End]:
-        """Return the states, from those with static coefficients on to those in which no more parts slip."""
-        waiting: list[tuple[frozenset[int], list[Near]]] = [(frozenset(), near)]
+    def run(self, near: list[Near], known: Rounds = ()) -> list[_End]:
+        """Return the states, from those with static coefficients on to those in which no more parts slip.
+
+        Modes `known` for some of the coefficients are tried before those that are near.
+        """
+        waiting: list[tuple[frozenset[int], list[Near], Rounds]] = [(frozenset(), near, ())]
         begun, ends = set[frozenset[int]](), list[_End]()
         while waiting:
-            kinetic, near = waiting.pop(0)
+            kinetic, near, rounds = waiting.pop(0)
             if kinetic in begun:
                 continue
             begun.add(kinetic)
+            near = [place for parts, place in known if parts == kinetic] + near
             for trial in self.states.at(self._coefficients(kinetic), near):
                 labels = self._labels(trial, kinetic)
                 slips = slipping(self.problem, labels.mode)
                 new = {k for k in slips - kinetic if self.problem.parts[k].kinetic != self.problem.parts[k].static}
+                to_here = (*rounds, (kinetic, self._basic(trial)))
                 if new:
-                    waiting.append((kinetic | new, [Near(trial.mode), Near(labels.mode)]))
+                    waiting.append((kinetic | new, [Near(trial.mode), Near(labels.mode)], to_here))
                 else:
-                    self._end(ends, _End(trial, labels, kinetic | slips))
+                    self._end(ends, _End(trial, labels, kinetic | slips, to_here))
         return ends
 
     def _end(self, ends: list[_End], new: _End) -> None:
@@ -103,6 +123,11 @@ class _Search:
                 ends[k] = replace(end, labels=replace(end.labels, unsure=unsure))
                 return
         ends.append(new)
+
+    def _basic(self, trial: Trial) -> Near:
+        carrying = np.zeros(self.problem.count, dtype=bool)
+        carrying[trial.basic] = True
+        return Near(trial.mode, carrying)
 
     def _coefficients(self, kinetic: frozenset[int]) -> Floats:
         parts = self.problem.parts
@@ -139,7 +164,7 @@ class _Search:
             end.kinetic,
             tuple(int(k) for k in np.flatnonzero(end.labels.unsure)),
             end.labels.at_limit,
-            self._told(end.trial.mode),
+            tuple(self._round(kinetic, place) for kinetic, place in end.rounds),
         )
 
     def _state(self, trial: Trial, mode: Modes, kinetic: frozenset[int]) -> LawState:
@@ -147,6 +172,10 @@ class _Search:
         return LawState(
             self._told(mode), trial.x, trial.z / self.problem.sizes, trial.a * self.problem.lengths, kinetic
         )
+
+    def _round(self, kinetic: frozenset[int], place: Near) -> Round:
+        carrying = () if place.carrying is None else tuple(np.flatnonzero(place.carrying).tolist())
+        return Round(kinetic, self._told(place.mode), carrying)
 
     def _told(self, mode: Modes) -> LawMode:
         ways = [mode.direction(part) for part in self.problem.parts]
@@ -164,11 +193,17 @@ class _Search:
         return found.get(verdict, "several states found, others not searched")
 
 
-def _begin(problem: Scaled, previous: LawState | LawMode | None) -> list[Near]:
-    """Return where to begin."""
+def _begin(problem: Scaled, previous: LawState | LawMode | None) -> tuple[list[Near], Rounds]:
+    """Return where to begin, and the modes that coefficients led to before."""
     if isinstance(previous, LawState):
-        return [*_begin(problem, previous.carrying), *_begin(problem, previous.mode)]
-    return [] if previous is None else [Near(modes_of(problem, previous))]
+        return _begin(problem, previous.mode)[0], tuple((x.kinetic, _near(problem, x)) for x in previous.rounds)
+    return [] if previous is None else [Near(modes_of(problem, previous))], ()
+
+
+def _near(problem: Scaled, previous: Round) -> Near:
+    carrying = np.zeros(problem.count, dtype=bool)
+    carrying[list(previous.carrying)] = True
+    return Near(modes_of(problem, previous.mode), carrying)
 
 
 def modes_of(problem: Scaled, previous: LawMode) -> Modes:

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from laws import Rows, broken, train, wall
 
+from multibody_sym.dynamics.laws import states
+from multibody_sym.dynamics.laws.mode_solve import Trial, solve_mode
 from multibody_sym.dynamics.laws.problem import LawProblem
 from multibody_sym.dynamics.laws.search import find
 
@@ -24,6 +26,18 @@ def test_a_state_of_a_hundred_contacts(make: Callable[[float], LawProblem], load
     near = find(make(load * 1.0001), state, every=False).states[0]
     assert broken(make(load * 1.0001), near) < 1e-10
     assert near.mode.slips == state.mode.slips
+
+
+@pytest.mark.parametrize(("make", "load", "slipping"), CASES)
+def test_from_the_state_before_each_pair_of_coefficients_takes_one_solve(
+    make: Callable[[float], LawProblem], load: float, slipping: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where something slips there are two: with the static coefficient first, then with the kinetic one."""
+    (state,) = find(make(load)).states
+    solved = list[Trial]()
+    monkeypatch.setattr(states, "solve_mode", lambda *asked: solved.append(solve_mode(*asked)) or solved[-1])
+    assert find(make(load * 1.0001), state, every=False).verdict == "one"
+    assert len(solved) == (2 if slipping else 1)
 
 
 def test_a_row_of_blocks_moves_when_all_of_them_slip() -> None:
