@@ -10,7 +10,7 @@ import numpy as np
 
 from multibody_sym.dynamics.laws.mode_solve import Trial, across_slip, active_rows
 from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS
-from multibody_sym.dynamics.laws.scaled import Modes, Part, Scaled
+from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Scaled
 from multibody_sym.numerics.arrays import EPSILON, Floats
 
 ACCEPTED: Final = 1e-10
@@ -70,24 +70,29 @@ def violations(problem: Scaled, trial: Trial) -> Iterator[Violation]:
     over = problem.rubbing(z) - trial.mu * problem.pressed(z)
     for number in np.flatnonzero(sticks & ~problem.table.enough & (over > force)):
         yield Violation("cone", int(number), float(over[number]) / (force / ACCEPTED))
-    for number in np.flatnonzero(touching & ~sticks):
+    yield from _of_slips(problem, trial, touching & ~sticks, gap)
+    pressing = problem.table.normals
+    turned = (touching & ~sticks & ~problem.table.norm)[problem.table.owners] & problem.two_sided[pressing]
+    for k in pressing[turned & (mode.sides[pressing] * z[pressing] < -force)]:
+        yield Violation("side", int(k), float(abs(z[k])) / (force / ACCEPTED))
+
+
+def _of_slips(problem: Scaled, trial: Trial, slides: Flags, gap: Floats) -> Iterator[Violation]:
+    """Yield which of the parts (p) that slide from rest do so where they are not going."""
+    a, table = trial.a, problem.table
+    begun, lines = slides & table.rests, table.sizes == 1
+    rows = table.rows[table.first]
+    along = trial.mode.slips * a[rows]
+    for number in np.flatnonzero(begun & lines & (along < -gap[rows])):
+        yield Violation("slip", int(number), float(-along[number] / (gap[rows[number]] / ACCEPTED)))
+    for number in np.flatnonzero(begun & ~lines):
         part = problem.parts[number]
-        yield from _of_slip(part, trial, force, float(gap[part.rows].max()))
-
-
-def _of_slip(part: Part, trial: Trial, force: float, gap: float) -> Iterator[Violation]:
-    z, a, slip = trial.z, trial.a, int(trial.mode.slips[part.number])
-    if part.rests:
-        along = slip * a[part.rows[0]] if not part.in_space else trial.mode.direction(part) @ a[part.rows]
-        if along < -gap:
-            yield Violation("slip", part.number, float(-along) / (gap / ACCEPTED))
-        if part.in_space:
-            across, size = across_slip(part, trial), float(np.linalg.norm(a[part.rows]))
-            if across > ACCEPTED * size + gap:
-                yield Violation("slip", part.number, across / size)
-    if not part.norm:
-        for k in part.normals[trial.mode.sides[part.normals] * z[part.normals] < -force]:
-            yield Violation("side", int(k), float(abs(z[k])) / (force / ACCEPTED))
+        to, allowed = a[part.rows], float(gap[part.rows].max())
+        if (forward := float(trial.mode.direction(part) @ to)) < -allowed:
+            yield Violation("slip", part.number, -forward / (allowed / ACCEPTED))
+        across, size = across_slip(part, trial), float(np.linalg.norm(to))
+        if across > ACCEPTED * size + allowed:
+            yield Violation("slip", part.number, across / size)
 
 
 def flipped(problem: Scaled, trial: Trial, found: Violation) -> Modes:

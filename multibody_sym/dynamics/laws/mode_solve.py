@@ -223,7 +223,9 @@ def _forces(problem: Scaled, mode: Modes, mu: Floats, free: Places, pressing: di
     place = np.full(problem.count, -1)
     place[free] = np.arange(len(free))
     slides = (mu != 0.0) & (~problem.table.rests | (mode.slips != STICKS)) & problem.touching(mode.sides)
-    for number in np.flatnonzero(slides):
+    lines = slides & (problem.table.sizes == 1) & ~problem.table.norm
+    _on_lines(problem, mode, mu, lines, S, place)
+    for number in np.flatnonzero(slides & ~lines):
         part, slip = problem.parts[number], int(mode.slips[number])
         if part.norm:
             weights = part.base * pressing.get(part.number, np.zeros(len(part.normals)))
@@ -234,6 +236,16 @@ def _forces(problem: Scaled, mode: Modes, mu: Floats, free: Places, pressing: di
         there = columns >= 0
         S[np.ix_(part.rows, columns[there])] = -mu[part.number] * np.outer(way, weights[there])
     return S
+
+
+def _on_lines(problem: Scaled, mode: Modes, mu: Floats, slides: Flags, S: Floats, place: Places) -> None:
+    """Let what slides on lines follow its normals."""
+    table = problem.table
+    normals = np.flatnonzero(slides[table.owners] & (place[table.normals] >= 0))
+    owners, pressing = table.owners[normals], table.normals[normals]
+    weights = table.base[normals] * np.where(mode.sides[pressing] < 0, -1.0, 1.0)
+    ways = np.where(table.rests, mode.slips, table.senses)
+    S[table.rows[table.first[owners]], place[pressing]] = -(mu * ways)[owners] * weights
 
 
 def _way(part: Part, mode: Modes, slip: int) -> Floats:

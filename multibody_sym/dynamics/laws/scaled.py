@@ -58,7 +58,8 @@ class Part:
 class PartTable:
     """Rows of all parts, `sizes` many from `first` on, and their normals with `base`, from `starts` on.
 
-    `first` and `starts` are places in `rows` and `normals`.
+    `first` and `starts` are places in `rows` and `normals`, `owners` the numbers of the parts that these normals press;
+    `senses` the signs of velocities in the first of their rows.
     """
 
     rows: Places
@@ -66,7 +67,9 @@ class PartTable:
     sizes: Places
     normals: Places
     starts: Places
+    owners: Places
     base: Floats
+    senses: Floats
     rests: Flags
     enough: Flags
     norm: Flags
@@ -114,7 +117,9 @@ class Scaled:
             np.array([len(p.rows) for p in self.parts], dtype=np.intp),
             np.concatenate([np.zeros(0, dtype=np.intp), *(p.normals for p in self.parts)]),
             starts.astype(np.intp),
+            np.repeat(np.arange(len(self.parts)), [len(p.normals) for p in self.parts]).astype(np.intp),
             np.concatenate([np.zeros(0), *(p.base for p in self.parts)]),
+            np.sign([p.velocity[0] for p in self.parts], dtype=float),
             np.array([p.rests for p in self.parts], dtype=bool),
             np.array([p.enough for p in self.parts], dtype=bool),
             np.array([p.norm for p in self.parts], dtype=bool),
