@@ -105,6 +105,13 @@ def _place_at(text: str, index: int) -> Place:
     return Place(len(ends) + 1, index - (ends[-1] if ends else 0) + 1)
 
 
+_QUOTED: Final = re.compile(r""" "(?:\\.|[^"\\])*" | '(?:''|[^'])*' """, re.VERBOSE)
+_COMMENT_LIKE_NAME: Final = re.compile(r"(?:^|(?<=[\s\[{,]))#(?=\S)")
+_COMMENT: Final = (
+    'a # behind a blank or a bracket begins a comment, which hides the rest of the line: quote the name, "b #"'
+)
+
+
 class _Events(Reader, Scanner, Parser):
     """PyYAML's reader, scanner and parser without composer, constructor and resolver."""
 
@@ -139,10 +146,28 @@ class _TreeBuilder:
     def error(self, mark: Any, message: str) -> InputError:
         return _error(self.name, Place(mark.line + 1, mark.column + 1) if mark else Place(1, 1), message)
 
+    def hidden_by_comment(self, error: MarkedYAMLError) -> Place | None:
+        """Return where a # without a blank behind it hides what closes the [ or { that an error is about."""
+        begin, end = error.context_mark, error.problem_mark
+        if begin is None or end is None or not str(error.context).startswith("while parsing a flow"):
+            return None
+        lines = self.text.splitlines()
+        first = max(begin.line - 1, 0)
+        for k, line in enumerate(lines[first : end.line + 1], first + 1):
+            plain = _QUOTED.sub(lambda quoted: "q" * len(quoted[0]), line)
+            for match in _COMMENT_LIKE_NAME.finditer(plain):
+                before = plain[: match.start()]
+                if sum(map(before.count, "[{")) > sum(map(before.count, "]}")):
+                    return Place(k, match.start() + 1)
+        return None
+
     def next(self) -> Any:
         try:
             event = self.events.get_event()
         except MarkedYAMLError as error:
+            hidden = self.hidden_by_comment(error)
+            if hidden is not None:
+                raise _error(self.name, hidden, _COMMENT) from None
             raise self.error(error.problem_mark or error.context_mark, _in_plain_words(error)) from None
         except (ValueError, OverflowError):
             raise self.error(self.events.get_mark(), "a number in this escape or directive is out of range") from None
@@ -241,9 +266,7 @@ _PLAIN_WORDS: Final[dict[str, str | Callable[[re.Match[str]], str]]] = {
     r"^expected <block end>, but found '(.*)'": lambda m: (
         f"{_found(m[1])} has no place here; does the indent fit the lines above?"
     ),
-    r"^expected ',' or '([\]}])', but got '(.*)'": lambda m: (
-        f"a ',' or '{m[1]}' is missing before {_found(m[2])}"
-    ),
+    r"^expected ',' or '([\]}])', but got '(.*)'": lambda m: f"a ',' or '{m[1]}' is missing before {_found(m[2])}",
     r"^expected the node content, but found '(.*)'": lambda m: f"a value is missing before {_found(m[1])}",
     r"^found unexpected end of stream": "the quote that opens before is never closed",
     r"^found unexpected document separator": "the quote that opens before is never closed",

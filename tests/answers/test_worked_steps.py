@@ -16,7 +16,7 @@ from multibody_sym.errors import ArgumentError, ExpressionError
 from multibody_sym.expressions.parser import parse
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
-from multibody_sym.writing.worked import worked_text
+from multibody_sym.writing.worked import worked_latex, worked_text
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 TEXTBOOK = sorted((EXAMPLES / "textbook").glob("*.yaml"))
@@ -187,3 +187,16 @@ def test_what_is_not_unique_has_no_value(work: int, monkeypatch: pytest.MonkeyPa
     assert [line for line in sentences(worked, "Result") if "not unique" in line] == [
         f"T{k} is not unique: constraints depend on each other" for k in (1, 2)
     ]
+
+
+def test_a_rope_has_the_letter_that_its_label_says() -> None:
+    path = EXAMPLES / "textbook" / "t7_atwood.yaml"
+    plain = worked_text(steps(mbs.load(path)))
+    assert "T: tension of string, up" in plain
+    labelled = steps(mbs.loads(path.read_text().replace("type: rope,", "type: rope, label: S_0,")))
+    verify(labelled)
+    text = worked_text(labelled)
+    assert "S_0: tension of string, up" in text
+    assert "S_0 = 2*m1*m2*g/(m1 + m2)" in text
+    assert "S_{0}" in worked_latex(labelled)
+    assert text.replace("S_0", "T") == plain

@@ -94,13 +94,14 @@ class _Work:
         self.unknowns = self.equations.unknowns
 
     @cached_property
-    def _lettered(self) -> set[Any]:
-        """The forces whose letter tells what they are."""
+    def _lettered(self) -> dict[Any, str]:
+        """The forces whose letter tells what they are, with it."""
         rows = zip(self.symbols.multipliers, self.mechanism.rows, strict=True)
         guides = (body for body in enumerate(self.mechanism.bodies))
         normal = {self._own(k)[across] for k, body in guides if (across := guide_normal(body)) is not None}
-        further = {each.symbol for each in self.actions.further}
-        return {s for s, row in rows if row_letter(row, self.mechanism)} | normal | further
+        found = {s: letter for s, row in rows if (letter := row_letter(row, self.mechanism))}
+        found |= dict.fromkeys(normal, NORMAL)
+        return found | {each.symbol: each.letter for each in self.actions.further}
 
     @cached_property
     def notation(self) -> Notation:
@@ -246,14 +247,14 @@ class _Work:
         yield from self._short(direction, force.action)
 
     def _acting(self, s: Any) -> str:
-        """Return what a force in a joint is: friction, what a stop exerts, or a constraint."""
+        letter = self._lettered.get(s, "")
         letter = self.notation.text(s)[:1] if s in self._lettered else ""
         return {FRICTION: "friction of", MOMENT: "friction of", NORMAL: "force of stop"}.get(letter, "force of")
 
     def _named(self, action: Action) -> str:
         """Return what acts in words."""
         of_symbol = action.kind in ("row", "reaction", "counter") and action.symbol in self._lettered
-        letter = self.notation.text(action.symbol)[:1] if of_symbol else ""
+        letter = self._lettered[action.symbol] if of_symbol else ""
         word = _WORDS.get(letter, _WORDS[action.kind])
         mean = letter == TENSION and action.element in self._rough
         return f"{'mean ' if mean else ''}{word} {action.element}".strip()

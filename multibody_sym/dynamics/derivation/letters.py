@@ -7,12 +7,14 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
+from multibody_sym.dynamics.derivation.notation import latex_name
 from multibody_sym.dynamics.derivation.record import Label
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.model.declaration.steps import is_flat
 from multibody_sym.model.mechanism.contact_rows import ContactRow, TurningRow
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism, TreeBody
 from multibody_sym.model.mechanism.rows import AngleRow, DistanceRow, GearRow, PositionRow, RopeRow, Row
+from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.scalars.node import ZERO
 
@@ -23,11 +25,15 @@ _AXES: Final = "xyz"
 
 @dataclass(frozen=True)
 class Lettered:
-    """A force that has a letter: its symbol, the letter, and the element by whose name it is told where it must be."""
+    """A force that has a letter: its symbol, the letter, and the element by whose name it is told where it must be.
+
+    `own` is the letter that the model gives it.
+    """
 
     symbol: Any
     letter: str
     element: str
+    own: str = ""
 
 
 def force_letters(
@@ -43,6 +49,8 @@ def force_letters(
     found: dict[Any, Label] = {}
     lettered = [*_of_rows(mechanism, symbols), *_of_guides(mechanism, symbols), *further]
     lettered = [each for each in lettered if each.symbol in used]
+    found.update((each.symbol, Label(each.own, latex_name(each.own))) for each in lettered if each.own)
+    lettered = [each for each in lettered if not each.own]
     order = {each.name: k for k, each in enumerate(mechanism.one_way)}
     lettered.sort(key=lambda each: order.get(each.element, -1))
     pressing: dict[str, str] = {}
@@ -124,8 +132,15 @@ def _of_rows(mechanism: Mechanism, symbols: Symbols) -> Iterable[Lettered]:
     for row, s in zip(mechanism.rows, symbols.multipliers, strict=True):
         letter = row_letter(row, mechanism)
         if letter:
-            name = row.told[0] if isinstance(row, RopeRow) else elements.get(row.name, row.name)
-            yield Lettered(s, letter, name)
+            plain = row.normal if isinstance(row, SlidingRow) else row
+            rope = plain if isinstance(plain, RopeRow) else None
+            name = rope.told[0] if rope is not None else elements.get(row.name, row.name)
+            yield Lettered(s, letter, name, own_letter(rope) if rope is not None else "")
+
+
+def own_letter(rope: RopeRow) -> str:
+    """Return the letter that a model gives the tension of a run of rope, with its number; of a mean it has none."""
+    return "" if rope.rubs or not rope.label else f"{rope.label}{rope.run or ''}"
 
 
 def row_elements(mechanism: Mechanism) -> dict[str, str]:

@@ -33,7 +33,7 @@ class Rope(Element):
     tensions differ. `wind` names pulleys on bodies at ends of the path, drums on which the rope winds (one that the
     path does not name is put at its end). `wrap` tells, for all wheels or by name, that the rope runs about a pulley's
     axis counter-clockwise (+) or clockwise (-) in path order: at drums, and where the centre is not inside the bend.
-    `turns` are full turns more that it lies around pulleys.
+    `turns` are full turns more that it lies around pulleys. `label` is the letter of its tension in equations.
     """
 
     path: tuple[str, ...] = holds(ListOf(Text(), 2))
@@ -42,6 +42,7 @@ class Rope(Element):
     wind: tuple[str, ...] = holds(ListOf(Text(), 0, 2), ())
     wrap: Mapping[str, str] = holds(OneOrMap(Choice(("+", "-"))), Names())
     turns: Mapping[str, int] = holds(OneOrMap(Count(0)), Names())
+    label: str | None = holds(Text(), None)
 
     @property
     def route(self) -> tuple[str, ...]:

@@ -189,6 +189,7 @@ class RopeRow(Row):
     wound on a wheel at an end of its path counts to the path's length. `straight` are the directions (world) of pieces
     that keep theirs, as far as they were found. One that rubs on rough wheels has another tension before and behind
     each, and the multiplier is the mean of the first and the last; `rubs` are the names of the rows of its slip.
+    `label` is the letter of the tension that the model gives.
     """
 
     unit: ClassVar[str | None] = "N"
@@ -200,6 +201,7 @@ class RopeRow(Row):
     run: int = 0
     straight: tuple[Point | None, ...] = ()
     rubs: tuple[str, ...] = ()
+    label: str = ""
 
     @property
     def multiplier(self) -> Multiplier:

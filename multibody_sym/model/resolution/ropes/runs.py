@@ -65,7 +65,8 @@ def rope_rows(references: References, name: str, rope: Rope) -> list[RopeRow]:
         several = len(tension_names(references.system, name)) > 1
         rough = _rough(run)
         rubs = tuple(f"{row}.{place.step}" for place in rough)
-        made.append(RopeRow(row, tuple(path), length, name, number if several else 0, rubs=rubs))
+        run_number, label = number if several else 0, rope.label or ""
+        made.append(RopeRow(row, tuple(path), length, name, run_number, rubs=rubs, label=label))
         number += 1 + len(rough)
     return made
 
