@@ -18,7 +18,7 @@ from multibody_sym.algebra.quotients import Field, Letter, NoClosedFormError, Qu
 from multibody_sym.algebra.solving.roots import roots
 from multibody_sym.analysis.rest.position import Position
 from multibody_sym.analysis.rest.ranges import RestEnd
-from multibody_sym.analysis.rest.statics import Balance, Curve, Statics, statics
+from multibody_sym.analysis.rest.statics import Balance, Curve, Limit, Statics, statics
 from multibody_sym.analysis.rest.touching import out_of_touch
 from multibody_sym.answers.symbolic_start import declared_state
 from multibody_sym.answers.symbolic_state import SymbolicState
@@ -155,14 +155,18 @@ class ExactEnd:
     ) -> list[Quotient]:
         """Return what must vanish for some forces to balance at the limits."""
         curves = [limit.curve for limit in self.end.limits if limit.curve is not None]
-        limits = [] if curves else balance.limits
-        matrix = [*(balance.equal[k] for k in equal), *limits]
-        right = [*(balance.right[k] for k in equal), *([0] * len(limits))]
+        aside = _beside_tangents(self.end.limits)
+        in_line = len(curves) > 1 and len(aside) == len(curves)
+        limits = balance.limits if in_line or not curves else []
+        beside = [[int(k == place) for k in range(len(balance.equal[0]))] for place in aside if in_line]
+        matrix = [*(balance.equal[k] for k in equal), *limits, *beside]
+        right = [*(balance.right[k] for k in equal), *([0] * (len(limits) + len(beside)))]
         nodes = [[as_node(x) for x in (*row, r)] for row, r in zip(matrix, right, strict=True)]
         register_angles(field, [x for row in nodes for x in row], known)
         rows = [exact(field, row, known) for row in nodes]
-        if not curves:
-            return conditions_left([row[:-1] for row in rows], [row[-1] for row in rows])
+        if in_line or not curves:
+            left = conditions_left([row[:-1] for row in rows], [row[-1] for row in rows])
+            return left if not in_line or len(left) == 1 else []
         forces = exact_solve([row[:-1] for row in rows], [row[-1] for row in rows])
         return [self._on_curve(field, known, forces, curves[0])] if len(self.end.limits) == 1 else []
 
@@ -175,6 +179,15 @@ class ExactEnd:
             for places in (curve.rubbing, curve.pressing)
         )
         return rubbing - coefficient * coefficient * pressing
+
+
+def _beside_tangents(limits: Sequence[Limit]) -> list[int]:
+    """Return for what slips along one of its two tangents the multiplier along the other, by number."""
+    return [
+        next(row for row, x in zip(limit.curve.rubbing, limit.along, strict=True) if x == 0.0)
+        for limit in limits
+        if limit.curve is not None and limit.along is not None and 0.0 in limit.along
+    ]
 
 
 def fits(root: Node, unknown: Node, value: float, sample: Mapping[Node, float]) -> bool:

@@ -159,6 +159,8 @@ def _of_groups(solved: Solved) -> dict[str, Components]:
 
         units = {**_units(solved.mechanism, elements[0]), **dict.fromkeys(AT, "m")}
         found[name] = solved.values(of_group, units)
+        if not found[name]["normal"].unique:  # it may be zero, which acts nowhere
+            found[name] |= {at: Value(None, unit="m", unique=False) for at in AT if at in found[name]}
     return found
 
 

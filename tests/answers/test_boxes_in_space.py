@@ -135,3 +135,83 @@ def test_the_outline_of_points() -> None:
     line = np.array([[0.0, 1, 0], [0, 3, 0], [0, 2, 0]])
     assert sorted(outline(line, np.array([0.0, 0.0, 1.0]))) == [0, 1]
     assert len(outline(line[[0, 0]], np.array([0.0, 0.0, 1.0]))) == 1
+
+
+TABLE = """\
+multibody_sym: 1
+name: table
+gravity: [0, 0, -g]
+parameters:
+  {g: 10 m/s^2, m: {value: 5 kg, positive: true}, a: {value: 0.6 m, positive: true}, b: {value: 0.4 m, positive: true},
+  h: 0.7 m, mu: 0.4, P: {value: 30 N, positive: true}, x: 0.2 m, y: 0.1 m}
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: z}}}
+  table:
+    mass: m
+    com: [0, 0, h]
+    inertia: {Ixx: 0.3, Iyy: 0.5, Izz: 0.6}
+    points: {l1: [-a, -b, 0], l2: [a, -b, 0], l3: [a, b, 0], l4: [-a, b, 0], load: [x, y, h]}
+joints: {J: {type: free, parent: ground, child: table}}
+forces: {P: {type: force, on: table, at: load, value: [0, 0, -P]}}
+contacts: {L: {between: ["table.l#", ground.floor], static: mu, repeat: 4}}
+"""
+
+
+def test_a_table_stands_on_four_legs() -> None:
+    """The single legs have no force that statics tells, their sum has; beyond two legs the load tips the table."""
+    found = solved(TABLE)
+    forces = found.reactions["L"]
+    assert {name: text(x.expression) for name, x in forces.items() if x.value} == {
+        "normal": "P + g*m",
+        "at_x": "P*x/(P + g*m)",
+        "at_y": "P*y/(P + g*m)",
+    }
+    assert set(found.states.values()) == {"stick"}
+    assert all(x.value == 0.0 for x in found.accelerations.values())
+    assert found.not_unique == ["L1", "L2", "L3", "L4"]
+    assert found.limits == {
+        "P*(a - x) + a*g*m >= 0": "L tips about L2, L3",
+        "P*(b - y) + b*g*m >= 0": "L tips about L3, L4",
+    }
+    assert found.verdict == "one"
+
+
+def test_a_tripod_has_a_force_in_each_leg() -> None:
+    """Moments about the line of two legs: the third carries what they do not."""
+    found = solved(TABLE.replace("l4: [-a, b, 0], ", "").replace("repeat: 4", "repeat: 3"))
+    legs = [found.reactions[f"L{k}"]["normal"].value for k in (1, 2, 3)]
+    assert legs == pytest.approx([35.0, 1.25, 43.75], rel=1e-12)  # 80 N; 6 Nm about y, 3 Nm about x
+    assert set(found.limits.values()) == {"L1 opens", "L2 opens"}
+
+
+def test_limits_of_rest_in_space_have_closed_forms() -> None:
+    """All corners slip along one tangent there; what a box on a ramp and a ladder need."""
+    ((low, high),) = mbs.range_of_rest(mbs.loads(SPACE.replace(", kinetic: nu", "")), "mu").ends
+    assert text(low.expression) == "(F + g*m*sin(alpha))/(g*m*cos(alpha))"
+    assert low.value == pytest.approx(math.tan(math.radians(25)), rel=1e-12)
+    assert high.value is None
+    ladder = """\
+multibody_sym: 1
+name: ladder
+gravity: [0, 0, -g]
+parameters: {g: 10 m/s^2, m: 20 kg, l: 4 m, b: 0.4 m, phi: 65 deg, mu: 0.5}
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: z}, wall: {plane: [0, 0, 0], normal: x}}}
+  ladder:
+    shape: {box: [l, b, 0.02 m], mass: m}
+    points: {foot1: [l/2, -b/2, 0], foot2: [l/2, b/2, 0], top1: [-l/2, -b/2, 0], top2: [-l/2, b/2, 0]}
+joints:
+  J: {type: free, parent: ground, child: ladder,
+      initial: {q: [l/2*cos(phi), 0, l/2*sin(phi), cos(phi/2), 0, sin(phi/2), 0]}}
+contacts:
+  foot: {between: ["ladder.foot#", ground.floor], static: mu, repeat: 2}
+  top: {between: ["ladder.top#", ground.wall], repeat: 2}
+"""
+    ((low, high),) = mbs.range_of_rest(mbs.loads(ladder), "mu").ends
+    assert text(low.expression) == "1/(2*tan(phi))"
+    assert (low.gives_way, high.value) == (("slips at foot",), None)
+    rubbing = ladder.replace("ground.wall], ", "ground.wall], static: 0.3, ")
+    found = solved(rubbing)
+    assert all(abs(x.value) < 1e-12 for x in found.accelerations.values())
+    assert found.not_unique == ["foot1", "foot2", "top1", "top2", "foot", "top"]
+    assert found.reactions["top"]["at_z"].value is None  # the feet alone may hold it: then the top presses nowhere

@@ -40,7 +40,8 @@ class Contact(Element):
     both, without either the contact is smooth, and where it has `enough` it never slips. `rolling_resistance` is a
     length. The normal leads from the second to the first, and friction, positive along the tangent, is that on the
     first; `tangent`, in the axes of the body with the plane, turns it around. An `open` contact does not touch at the
-    start. With `repeat` there are so many contacts, in whose names and ends `#` is 1, 2, ... and `#+1` the next.
+    start. With `repeat` there are so many contacts, in whose names and ends `#` is 1, 2, ... and `#+1` the next; the
+    forces of those of one body with another, such as a table's legs, have a sum, as those of corners do.
     """
 
     between: tuple[str, ...] = holds(ListOf(Text(), 2, 2))

@@ -73,18 +73,31 @@ def contacts(references: References) -> tuple[OneWay, ...]:
     taken = {*system.constraints, *system.joints}
     for declared, contact in system.contacts.items():
         with at("contacts", declared):
+            every = []
             for name, between in copies(declared, contact):
                 if name in taken:
                     raise ModelError(f"{name!r} is something else too, and results tell both by name; rename one")
                 taken.add(name)
                 copy = replace(contact, between=between, repeat=None)
-                found += _elements(name, ("contacts", declared), copy, references, flat)
+                every.append(tuple(_elements(name, ("contacts", declared), copy, references, flat)))
+            found += _together(declared, every, taken)
     for name, element in system.constraints.items():
         if isinstance(element, Rolling) and element.contact is not None:
             with at("constraints", name):
                 _rolling_skins(element, references, flat)
                 found += _elements(name, ("constraints", name), element.contact, references, flat)
     return tuple(found)
+
+
+def _together(declared: str, copies: Sequence[tuple[OneWay, ...]], taken: set[str]) -> Iterator[OneWay]:
+    """Yield contacts that repeat, as the legs of one table: those of one part each between the same two bodies.
+
+    Like corners their forces have a sum, under the name that is declared.
+    """
+    bodies = {_bodies(element) for copy in copies for element in copy}
+    legs = len(copies) > 1 and all(len(copy) == 1 for copy in copies) and len(bodies) == 1 and declared not in taken
+    for element in (element for copy in copies for element in copy):
+        yield replace(element, group=declared) if legs else element
 
 
 def rolling_rows(name: str, element: Rolling, references: References) -> Iterator[ContactRow]:
@@ -119,6 +132,10 @@ def copies(name: str, contact: Contact) -> Iterator[tuple[str, tuple[str, ...]]]
         return
     for k in range(1, contact.repeat + 1):
         yield f"{name}{k}", tuple(end.replace("#+1", str(k + 1)).replace("#", str(k)) for end in contact.between)
+
+
+def _bodies(element: OneWay) -> tuple[int, ...]:
+    return tuple(skin.place.body for row in element.normals if isinstance(row, ContactRow) for skin in row.skins)
 
 
 def _elements(
