@@ -73,15 +73,13 @@ def chain(onward: Onward, legs: list[Leg]) -> Loop:
 
 def _switched(progress: Progress, problem: Problem) -> int | None:
     """Return the number of the switching function of the mode at which the run stands, None where it goes on."""
-    first = len(problem.terminal) - len(problem.margins)
     last = progress.events[-1] if progress.events else None
-    return last.index - first if last is not None and last.index >= first else None
+    return last.index - problem.switches if last is not None and last.index >= problem.switches else None
 
 
 def _joined(done: Progress, latest: Progress, problem: Problem) -> Progress:
     """Return the progress of a run with a part that was done before."""
-    switches = len(problem.terminal) - len(problem.margins)
-    events: tuple[Event, ...] = tuple(event for event in latest.events if event.index < switches)
+    events: tuple[Event, ...] = tuple(event for event in latest.events if event.index < problem.switches)
     return replace(
         latest,
         statistics=done.statistics.joined(latest.statistics),

@@ -24,6 +24,7 @@ Integers = NDArray[np.intc]
 _FIRST_PIECE: Final = 200  # steps
 _LARGEST_PIECE: Final = 10_000_000
 _SECONDS: Final = 0.1
+_STARTING: Final = 0  # the phase of a run in runtime.c
 _PROGRAMS: Final = (
     "inputs",
     "state_derivative",
@@ -65,7 +66,9 @@ def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
             library.mbs_integrate(*handles, address(work), piece, room, address(samples[state.sample :]))
             done = state.status != Status.RUNNING
             left = before + steps - state.steps
-            if state.event >= 0:
+            if state.event >= problem.switches and _jumped(problem, state, work, margins):
+                done = False
+            elif state.event >= 0:
                 events.append(Event(state.t, state.event, problem.terminal[state.event]))
             singular += state.singular[: state.passed]
         seconds = max(time.perf_counter() - begin, 1e-6)
@@ -78,6 +81,22 @@ def _go_on(problem: Problem, begun: Begun, state: StateStruct) -> None:
     state.sample = begun.written
     if problem.step is not None:
         state.grid = steps_before(problem.t0, begun.time, problem.step)
+
+
+def _jumped(problem: Problem, state: StateStruct, work: Floats, margins: Floats) -> bool:
+    """Let a run that stands at a switch go on with the state after a jump, if there is one."""
+    index, size = state.event - problem.switches, len(problem.x0)
+    after = (
+        None
+        if problem.jump is None or not state.t < problem.t_end
+        else problem.jump(state.t, work[:size].copy(), index)
+    )
+    if after is None:
+        return False
+    work[:size] = after
+    margins[index] = min(margins[index], 0.0)
+    state.status, state.phase, state.crossing, state.origin = Status.RUNNING, _STARTING, -1, -1
+    return True
 
 
 def _whole_numbers(problem: Problem) -> dict[str, Integers]:

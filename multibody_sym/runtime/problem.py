@@ -24,6 +24,13 @@ class Begun:
     written: int
 
 
+Jump = Callable[[float, Floats, int], Floats | None]
+"""Returns from time, state and the number of a mode's switching function that crossed the state after a jump of speeds.
+
+The run goes on from there in the same mode, and that function may not exceed zero any more; None: the mode ends.
+"""
+
+
 @dataclass(frozen=True)
 class Problem:
     """An initial value problem for the programs in `compiled`, x = (q, u).
@@ -37,7 +44,7 @@ class Problem:
     changes sign, a step ends and the next starts afresh. `pairs`: which speeds are rates of which coordinates; None
     where each is that of the coordinate in its place. The last switching functions are those of a mode, with `margins`
     by which they may exceed zero, of which the first `limiting` keep adaptive steps short (`integrators.flow.Events`).
-    `begun`: the run goes on from q0, u0 at another time than t0.
+    `begun`: the run goes on from q0, u0 at another time than t0. `jump` may let it go on where a mode would end.
     Raises ValueError.
     """
 
@@ -63,6 +70,7 @@ class Problem:
     margins: tuple[float, ...] = ()
     limiting: int = 0
     begun: Begun | None = None
+    jump: Jump | None = None
 
     def __post_init__(self) -> None:
         for true, claim in (
@@ -94,6 +102,11 @@ class Problem:
     def x0(self) -> Floats:
         """The state (nq + nu,) at the start."""
         return np.concatenate([self.q0, self.u0]).astype(float)
+
+    @property
+    def switches(self) -> int:
+        """The number of the first switching function of the mode."""
+        return len(self.terminal) - len(self.margins)
 
     @property
     def pairing(self) -> Pairing:

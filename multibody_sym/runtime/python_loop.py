@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -121,11 +121,27 @@ class _Run:
             pairs=p.pairing,
             begun=None if p.begun is None else p.begun.time,
         )
-        for number, done in enumerate(steps(flow), 1):
-            yield done
+        number, going = 0, steps(flow)
+        while (done := next(going, None)) is not None:
+            after, number = self._jumped(flow, done), number + 1
+            yield done if after is None else replace(done, event=None)
             if number >= p.max_steps and done.t_new < p.t_end:
                 raise StepError(Status.STEP_LIMIT, done.t_new, -1)
             self._pace(done.t_new)
+            if after is not None:
+                flow, going = after, steps(after)
+
+    def _jumped(self, flow: Flow, done: Step) -> Flow | None:
+        """Return how a run goes on that stands at a switch from which a jump of speeds leads on, None elsewhere."""
+        p, index = self.problem, -1 if done.event is None else done.event - self.problem.switches
+        if flow.events is None or p.jump is None or index < 0 or not done.t_new < p.t_end:
+            return None
+        after = p.jump(done.t_new, done.x_new.copy(), index)
+        if after is None:
+            return None
+        margins = list(flow.events.margins)
+        margins[index] = min(margins[index], 0.0)
+        return replace(flow, x0=after, begun=done.t_new, events=replace(flow.events, margins=tuple(margins)))
 
     def _pace(self, time: float) -> None:
         """Raise StepError if with kinks, at the pace of the last thousandth of the time, a run takes too many steps."""

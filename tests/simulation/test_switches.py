@@ -245,7 +245,12 @@ joints:
 """
     run = simulated(BOX + more, t_end=0.6, rtol=1e-11, atol=1e-12)
     low = 0.5 - 0.2 * math.sin(0.3) - 0.1 * math.cos(0.3)
-    assert run.events[0] == {"t": pytest.approx(math.sqrt(2 * low / G)), "kind": "impact", "element": "c1.corner1"}
+    first = run.events[0]
+    assert (first["t"], first["kind"], first["element"]) == (
+        pytest.approx(math.sqrt(2 * low / G)),
+        "impact",
+        "c1.corner1",
+    )
     assert told(run)[-2:] == [("c1.corner1", "stick"), ("c1.corner2", "stick")]
     assert (run["y"][-1], run["th"][-1]) == pytest.approx((0.1, 0.0), abs=1e-14)
     taken = sum(work.total for work in run.friction_work.values()) - sum(run.impact_losses.values())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any, Final
@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.dynamics.laws.assemble import Scale, scale_of
+from multibody_sym.dynamics.programs.switching import Switching
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.integrators.flow import Status
 from multibody_sym.kinematics.motion import motion_of
@@ -25,7 +26,8 @@ from multibody_sym.runtime.problem import Event, Loop, Problem, RunFailure
 from multibody_sym.runtime.python_loop import put_back
 from multibody_sym.simulation.one_way.account import FrictionWork, friction_work
 from multibody_sym.simulation.one_way.decision import Before, Decided, decided
-from multibody_sym.simulation.one_way.facts import Laws
+from multibody_sym.simulation.one_way.facts import Facts, Laws
+from multibody_sym.simulation.one_way.impact import Blow, Bounces, bounced
 from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of
 from multibody_sym.simulation.parts import Part
 from multibody_sym.simulation.problem import own_coefficient
@@ -51,13 +53,23 @@ _UNSEEN_MOST: Final = 1e-8
 
 @dataclass(frozen=True)
 class Change:
-    """What a switch changed: at a time, the state of an element, or of a part of it; and what an impact took (J)."""
+    """What a switch changed: at a time, the state of an element, or of a part of it.
+
+    Of what was struck also its `impulse` (N s, or N m s), and the energy that was `lost` there (J).
+    """
 
     time: float
     element: str
     word: str
     before: str
-    struck: bool = False
+    impulse: float | None = None
+    lost: float = 0.0
+
+    @property
+    def told(self) -> dict[str, Any]:
+        """The change as `Trajectory.events` tells it."""
+        known = {"t": self.time, "kind": self.word, "element": self.element}
+        return known if self.impulse is None else known | {"impulse": self.impulse, "lost": self.lost}
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,9 +81,9 @@ class Stretch:
     decided: Decided
     mode: Mode
 
-    def udot(self, t: float, q: Floats, u: Floats) -> Floats:
+    def udot_at(self, at: Facts) -> Floats:
         """Return the accelerations (nu,) in the mode."""
-        compiled, known = self.problem.compiled, (t, q, u, self.problem.parameters)
+        compiled, known = self.problem.compiled, (at.t, at.q, at.u, self.problem.parameters)
         inputs = compiled["inputs"](*known)[0] if self.problem.inputs else np.zeros(0)
         return compiled["state_derivative"](*known, inputs, self.problem.modes)[1]
 
@@ -102,6 +114,7 @@ class OneWayRun:
     _scale: Scale = Scale(1.0, 1.0)
     _usual: dict[tuple[Key, int], Mode] = field(default_factory=dict)
     _recent: list[tuple[float, Key]] = field(default_factory=list)
+    _bounces: Bounces = field(default_factory=Bounces)
 
     def __post_init__(self) -> None:
         self.modes = Modes(self.laws.mechanism, self.make, self.template, self.stabilised or (0.0, 0.0))
@@ -132,7 +145,7 @@ class OneWayRun:
     @property
     def events(self) -> list[dict[str, Any]]:
         """What switches changed, as `Trajectory.events` tells it."""
-        return [{"t": each.time, "kind": each.word, "element": each.element} for each in self.changes]
+        return [each.told for each in self.changes]
 
     def parts(self, t: Floats, q: Floats, u: Floats, first: int = 0) -> tuple[Part, ...]:
         """Return samples, which begin with number `first` of the run, by the modes they are in."""
@@ -146,23 +159,46 @@ class OneWayRun:
 
     def onward(self, problem: Problem, switch: Switch) -> Problem | RunFailure | Event:
         """Return the run in the mode that follows at a switch, or why there is none."""
-        now, mechanism, nq = self.stretches[-1], self.laws.mechanism, len(self.laws.mechanism.coordinates)
-        x = switch.x if problem.project else put_back(problem, switch.begun.time, switch.x)
-        q, u = x[:nq], x[nq:]
-        self._scale = _larger(self._scale, u, self.laws.slides)
-        cause = now.program.switchings[switch.index]
-        active = [x.name for x in mechanism.one_way if x.unilateral and now.mode.sides.get(x.name, INACTIVE)]
-        closed = [name for name in active if not (cause.ends == "leaves" and name == cause.element.name)]
-        closed += [cause.element.name] if cause.ends == "closes" else []
-        usual = key_of(now.mode), switch.index
-        facts = self.laws.at(switch.begun.time, q, u, self._scale)
-        udot = now.udot(facts.t, q, u)
-        beyond = (cause.element.name,) if cause.ends == "leaves" else ()
-        found = decided(facts, closed, Before(now.mode, udot, self._usual.get(usual)), beyond=beyond)
+        now, usual = self.stretches[-1], (key_of(self.stretches[-1].mode), switch.index)
+        found = self._decided(switch.begun.time, switch.x, now.program.switchings[switch.index], self._usual.get(usual))
         if found.mode is not None:
             self._usual[usual] = found.mode
         entered = self._entered(found, switch)
         return entered if isinstance(entered, RunFailure) else self._stop(switch.begun.time) or entered
+
+    def jump(self, t: float, x: Floats, index: int) -> Floats | None:
+        """Return the state after an impact from which the run goes on in its mode; None where that ends."""
+        now, nq = self.stretches[-1], len(self.laws.mechanism.coordinates)
+        cause = now.program.switchings[index]
+        if cause.ends != "closes":
+            return None
+        facts = self.laws.at(t, x[:nq], x[nq:], self._scale)
+        if self._bounces.leaves(facts, cause.element):
+            return x
+        blow = bounced(facts, cause.element)
+        if blow is None or Before(now.mode, now.udot_at(facts), None, self._bounces).late(facts, [cause.element]):
+            found = self._decided(t, x, cause, None)
+            blow, facts = found.blow, found.facts
+            if blow is None or found.mode != now.mode or found.found.verdict != "one":
+                return None
+        else:
+            facts = replace(facts, u=facts.u + blow.jump)
+        self._hit(t, blow)
+        return np.concatenate([facts.q, facts.u])
+
+    def _decided(self, t: float, x: Floats, cause: Switching, guess: Mode | None) -> Decided:
+        """Return how the run goes on from a state at which a switching function of its mode has crossed."""
+        now, mechanism, nq = self.stretches[-1], self.laws.mechanism, len(self.laws.mechanism.coordinates)
+        x = x if now.problem.project else put_back(now.problem, t, x)
+        self._scale = _larger(self._scale, x[nq:], self.laws.slides)
+        active = [
+            each.name for each in mechanism.one_way if each.unilateral and now.mode.sides.get(each.name, INACTIVE)
+        ]
+        closed = [name for name in active if not (cause.ends == "leaves" and name == cause.element.name)]
+        closed += [cause.element.name] if cause.ends == "closes" else []
+        facts = self.laws.at(t, x[:nq], x[nq:], self._scale)
+        beyond = (cause.element.name,) if cause.ends == "leaves" else ()
+        return decided(facts, closed, Before(now.mode, now.udot_at(facts), guess, self._bounces), beyond=beyond)
 
     def _stop(self, time: float) -> Event | None:
         """Return that a state has just begun in which the run ends; its number follows those of other stops."""
@@ -180,6 +216,7 @@ class OneWayRun:
             self.trouble = f"no state of what holds one way only fulfils its laws ({found.found.searched})"
             return RunFailure(Status.NO_MODE, t, None)
         problem, program = self.modes.problem(found, None if switch is None else switch.begun)
+        problem = replace(problem, jump=self.jump)
         returns = 0 if switch is None else self._returns(t, key_of(found.mode))
         if returns > _GIVEN_UP:
             changing = ", ".join(sorted({change.element for change in self.changes[-_GIVEN_UP:]}))
@@ -203,15 +240,24 @@ class OneWayRun:
             self.changes.append(Change(time, self.laws.mechanism.one_way[0].name, SEVERAL, ""))
         before = self.stretches[-1].words if self.stretches else {}
         self.stretches.append(stretch)
-        for name in found.struck:
-            self.lost[name] = self.lost.get(name, 0.0) + found.lost / len(found.struck)
-        words = stretch.words
-        for name in found.struck:
-            if before and before.get(name) == words.get(name):
-                self.changes.append(Change(time, name, IMPACT, "", struck=True))
-        for name, word in words.items():
-            if before and before.get(name) != word:
-                self.changes.append(Change(time, name, word, before.get(name, ""), name in found.struck))
+        blow, words = found.blow, stretch.words
+        changed = {name: word for name, word in words.items() if before and before.get(name) != word}
+        if blow is not None:
+            self._hit(time, blow, {name: changed.pop(name, IMPACT) for name in blow.impulses}, found.late)
+        for name, word in changed.items():
+            self.changes.append(Change(time, name, word, before.get(name, "")))
+        self._bounces.rested([name for name, side in found.mode.sides.items() if side] if found.mode else ())
+
+    def _hit(
+        self, time: float, blow: Blow, words: Mapping[str, str] | None = None, late: Mapping[str, float] | None = None
+    ) -> None:
+        """Note what an impact did; what rests does so when it would have ceased to bounce."""
+        for name, lost in blow.lost.items():
+            self.lost[name] = self.lost.get(name, 0.0) + lost
+        for name, impulse in blow.impulses.items():
+            when, word = time + (late or {}).get(name, 0.0), (words or {}).get(name, IMPACT)
+            if impulse or word != IMPACT:
+                self.changes.append(Change(when, name, word, "", impulse, blow.lost.get(name, 0.0)))
 
 
 def _larger(scale: Scale, u: Floats, slides: Floats) -> Scale:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -16,6 +16,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_squares
 from multibody_sym.simulation.one_way.basic import basic_mode
 from multibody_sym.simulation.one_way.facts import Facts, posed
+from multibody_sym.simulation.one_way.impact import Blow, Bounces, struck
 
 _ROUNDING: Final = 1e-15
 """The part of the model's size, and of its largest speed, that is not put back."""
@@ -27,16 +28,14 @@ _SLIGHT: Final = 1e-6
 """The part of the largest speeds by which these may change: a thousand times that up to which slip counts as rest."""
 _SOON: Final = (1e-7, 1e-5, 1e-3)
 """Parts of the time in which the fastest passes the model's size: so soon it shows how forces at a limit change."""
-_RESTS: Final = 1e-9
-"""The time (s) left to bounce below which a contact rests."""
 
 
 @dataclass(frozen=True, eq=False)
 class Decided:
     """How a run goes on from an instant: with the coordinates and speeds of `facts`, in a mode.
 
-    `found` are the states that are possible, of which `state` was taken, None if there is none; `struck` what closed
-    by an impact; `lost` the kinetic energy (J) that impacts took.
+    `found` are the states that are possible, of which `state` was taken, None if there is none; `blow` what an
+    impact did, None without one; `late` how much longer (s) what rests now would still have bounced.
     """
 
     facts: Facts
@@ -44,17 +43,23 @@ class Decided:
     state: LawState | None
     found: Found
     posed: PosedLaws
-    struck: tuple[str, ...] = ()
-    lost: float = 0.0
+    blow: Blow | None = None
+    late: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
 class Before:
-    """The mode in which a run came to a switch, its accelerations (nu,) there, and a mode that may follow."""
+    """The mode in which a run came to a switch, its accelerations (nu,) there, a mode that may follow, what bounces."""
 
     mode: Mode
     udot: Floats
     guess: Mode | None
+    bounces: Bounces
+
+    def late(self, facts: Facts, closing: Iterable[OneWay]) -> dict[str, float]:
+        """Return how much longer (s) each element would bounce that comes to rest now."""
+        left = {x.name: self.bounces.remaining(facts, x, facts.falling(x, self.udot)) for x in closing}
+        return {name: time for name, time in left.items() if time is not None}
 
 
 def decided(
@@ -67,19 +72,21 @@ def decided(
     """
     touching = [name for name in _touching(facts, closed) if name not in beyond]
     facts = _moved(facts, q=_onto_rows(facts, touching))
-    struck, energy = tuple(x.name for x in _closing(facts, touching)), float(facts.known["energy"])
-    if struck:
-        facts = _moved(facts, u=_struck(facts, touching))
+    closing = _closing(facts, touching)
+    late = before.late(facts, closing) if before is not None else {}
+    blow = struck(facts, touching, late) if closing else None
+    if blow is not None:
+        facts = _moved(facts, u=facts.u + blow.jump)
         touching = [x.name for x in _named(facts, touching) if facts.standing(x) != "leaving"]
-    lost = energy - float(facts.known["energy"]) if struck else 0.0
     facts = _moved(facts, u=_at_rest(facts, touching))
     problem = posed(facts, touching)
     found = _found(problem, None if before is None else before.guess or before.mode)
     state = found.states[0] if found.states else None
     mode = None if state is None else basic_mode(problem, state)
-    if before is not None and (mode is None or mode == before.mode or _between(facts, mode, before.mode)):
+    limit = mode is None or before is None or mode == before.mode or _between(facts, mode, before.mode)
+    if before is not None and blow is None and limit:
         state, mode = _ahead(facts, touching, before, state, mode)
-    return Decided(facts, mode, state, found, problem, struck, lost)
+    return Decided(facts, mode, state, found, problem, blow, late)
 
 
 def _between(facts: Facts, mode: Mode, before: Mode) -> bool:
@@ -167,31 +174,6 @@ def _onto_rows(facts: Facts, touching: Collection[str]) -> Floats | None:
     change = facts.speeds(_least(facts.known["matrix"][places][there], -phi[there])).tolist()
     moved: Floats = facts.q + np.array(coordinate_rates(facts.laws.mechanism, facts.q.tolist(), change), dtype=float)
     return moved
-
-
-def _struck(facts: Facts, touching: Collection[str]) -> Floats | None:
-    """Return the speeds after what closes has struck, by the laws for impulses; e = 0 where it does not bounce."""
-    from multibody_sym.dynamics.laws import search
-
-    problem = posed(facts, touching)
-    speeds = facts.known["phidot"][[facts.laws.places[name] for name in problem.names]]
-    right = -speeds
-    for element in _closing(facts, touching):
-        place = problem.places[element.normals[0].name]
-        right[place] -= _restitution(facts, element) * speeds[place]
-    parts = tuple(replace(part, velocity=(0.0,) * len(part.rows)) for part in problem.problem.parts)
-    found = search.find(replace(problem.problem, right=right, parts=parts), every=False)
-    return facts.u + facts.speeds(found.states[0].x) if found.states else None
-
-
-def _restitution(facts: Facts, element: OneWay) -> float:
-    """Return the coefficient with which an element bounces; 0 where it would come to rest within the next moment."""
-    e = float(facts.known["bounces"][facts.laws.elements[element.name]])
-    if not 0.0 < e < 1.0:
-        return e
-    falling = abs(float(facts.known["jacobian"][facts.place(element.normals[0])] @ facts.known["free"]))
-    rebound = e * abs(facts.rate(element))
-    return 0.0 if 2.0 * rebound < _RESTS * falling * (1.0 - e) else e
 
 
 def _at_rest(facts: Facts, touching: Collection[str]) -> Floats | None:

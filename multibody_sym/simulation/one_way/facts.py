@@ -49,6 +49,11 @@ class Laws:
         return {element.name: k for k, element in enumerate(self.mechanism.one_way)}
 
     @cached_property
+    def unilateral(self) -> tuple[OneWay, ...]:
+        """The elements that may close."""
+        return tuple(element for element in self.mechanism.one_way if element.unilateral)
+
+    @cached_property
     def parts(self) -> dict[str, int]:
         """The number of each friction part that rubs by its name."""
         return {part.name: k for k, (_, part) in enumerate(friction_parts(self.mechanism))}
@@ -110,6 +115,19 @@ class Facts:
             return "inside"
         slow = abs(rate) <= self.allowed_speed(element.normals[0])
         return "touching" if slow else "leaving" if rate > 0.0 else "closing"
+
+    def farthest(self, element: OneWay) -> float:
+        """Return the largest length (m), or angle where the gap is one, of which the gap of an element is made."""
+        turns = element.name in self.laws.turning
+        pairs = zip(self.laws.mechanism.coordinates, np.abs(self.q).tolist(), strict=True)
+        own = (q for coordinate, q in pairs if (coordinate.unit == "rad") == turns)
+        return float(max([self.allowed_gap(element, 1.0), *own]))
+
+    def falling(self, element: OneWay, udot: Floats) -> float:
+        """Return the acceleration (m/s^2) with which an element closes under accelerations (nu,)."""
+        place = self.place(element.normals[0])
+        beside = self.known["jacobian"][place] @ (udot - self.known["free"]) - self.known["right"][place]
+        return -float(beside)
 
     def speeds(self, x: Floats) -> Floats:
         """Return the change of the speeds (nu,) that weighted coordinates x (n,) stand for."""

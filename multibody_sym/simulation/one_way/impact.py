@@ -1,0 +1,133 @@
+"""What strikes in a run: the impact by its laws, and when what bounces comes to rest."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.model.mechanism.one_way import OneWay
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.simulation.one_way.facts import Facts, posed
+
+_REMAINING: Final = 1e-9
+"""The part of the time since the first bounce that what bounces may still have left, to count as at rest."""
+_TICKS: Final = 1e3 * np.finfo(float).eps
+"""The part of the time, too: shorter flights are not resolved."""
+_HEIGHT: Final = 1e4 * np.finfo(float).eps
+"""The part of the largest length below which the height of a bounce is lost in rounding."""
+
+
+@dataclass(frozen=True)
+class Blow:
+    """An impact: the jump of the speeds (nu,), by element the impulses (N s) and the energy it took (J)."""
+
+    jump: Floats
+    impulses: Mapping[str, float]
+    lost: Mapping[str, float]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass
+class Bounces:
+    """Since when contacts have been bouncing, by element; what has come to rest begins anew."""
+
+    since: dict[str, float] = field(default_factory=dict)
+    _left: dict[str, float] = field(default_factory=dict)
+
+    def leaves(self, facts: Facts, element: OneWay) -> bool:
+        """Return whether what has bounced is only leaving, so that its gap crossed zero by rounding; once a time."""
+        known = element.name in self.since and facts.t > self._left.get(element.name, -np.inf)
+        if not known or not facts.rate(element) > 0.0:
+            return False
+        self._left[element.name] = facts.t
+        return True
+
+    def remaining(self, facts: Facts, element: OneWay, falling: float) -> float | None:
+        """Return the time (s) for which an element would still bounce that is about to rest now; None if it goes on.
+
+        `falling` (m/s^2) is the acceleration with which it closes. A bouncing point with a rebound speed v has
+        2 v/(falling (1 - e)) left in all.
+        """
+        e = restitution(facts, element)
+        if not 0.0 < e < 1.0 or not falling > 0.0:
+            return None
+        rebound = -e * facts.rate(element)
+        left = 2.0 * rebound / (falling * (1.0 - e))
+        unseen = max(_REMAINING * (facts.t - self.since.setdefault(element.name, facts.t)), _TICKS * abs(facts.t))
+        low = rebound * rebound < 2.0 * falling * _HEIGHT * facts.farthest(element)
+        return left if left < unseen or low else None
+
+    def rested(self, names: Collection[str]) -> None:
+        """Forget what rests or is apart for good."""
+        for name in names:
+            self.since.pop(name, None)
+
+
+def restitution(facts: Facts, element: OneWay) -> float:
+    """Return an element's coefficient of restitution."""
+    return float(facts.known["bounces"][facts.laws.elements[element.name]])
+
+
+def bounced(facts: Facts, element: OneWay) -> Blow | None:
+    """Return the impact of one smooth element alone where nothing else touches and no row holds; None elsewhere."""
+    laws, place, e = facts.laws, facts.place(element.normals[0]), restitution(facts, element)
+    if laws.mechanism.rows or any(part.name in laws.parts for part in element.frictions) or not e > 0.0:
+        return None
+    row, speed = facts.known["matrix"][place], facts.rate(element)
+    impulse = -(1.0 + e) * speed / float(row @ row)
+    jump = facts.speeds(impulse * row)
+    after = facts.known["phidot"] + facts.known["jacobian"] @ jump
+    if any(x is not element and _strikes(facts, x, after) for x in laws.unilateral):
+        return None
+    return Blow(jump, {element.name: impulse}, {element.name: 0.5 * impulse * (e - 1.0) * speed})
+
+
+def _strikes(facts: Facts, element: OneWay, after: Floats) -> bool:
+    """Return whether an element touches and closes before or after the impact of another one."""
+    place = facts.place(element.normals[0])
+    if facts.known["phi"][place] > facts.allowed_gap(element):
+        return False
+    allowed = facts.allowed_speed(element.normals[0])
+    return bool(min(facts.known["phidot"][place], after[place]) <= allowed)
+
+
+def struck(facts: Facts, touching: Collection[str], resting: Collection[str]) -> Blow | None:
+    """Return the impact of what touches, without a rebound of what is `resting`; None if its laws have no solution."""
+    from multibody_sym.dynamics.impacts.problem import (
+        ImpactLaw,
+        ImpactProblem,
+        Sequence,
+    )  # brings scipy, as `laws.search` does
+    from multibody_sym.dynamics.impacts.strike import strike
+    from multibody_sym.errors import NoSolutionError
+
+    problem = posed(facts, touching)
+    own = [element for element in problem.elements if element.unilateral]
+    bounces = np.zeros(len(problem.names))
+    allowed = np.zeros(len(problem.names))
+    for element in own:
+        place = problem.places[element.normals[0].name]
+        bounces[place] = 0.0 if element.name in resting else restitution(facts, element)
+        allowed[place] = facts.allowed_speed(element.normals[0])
+    speeds = facts.known["phidot"][[facts.laws.places[name] for name in problem.names]]
+    rows = replace(problem.problem, right=-speeds)
+    law: ImpactLaw = "poisson" if problem.parts else "newton"
+    sequence: Sequence = "one_by_one" if bounces.any() else "simultaneous"
+    try:
+        found = strike(ImpactProblem(rows, bounces, law=law, sequence=sequence, allowed=allowed, names=problem.names))
+    except NoSolutionError:
+        return None
+    taken = {element.name: _places(problem.places, element) for element in problem.elements}
+    return Blow(
+        facts.speeds(found.x),
+        {element.name: float(found.impulses[problem.places[element.normals[0].name]]) for element in own},
+        {name: float(np.nansum(found.lost[places])) for name, places in taken.items()},
+        found.notes,
+    )
+
+
+def _places(places: Mapping[str, int], element: OneWay) -> list[int]:
+    return [places[row.name] for row in element.rows if row.name in places]
