@@ -18,8 +18,9 @@ from multibody_sym.kinematics.relative import angular_velocity, direction
 from multibody_sym.kinematics.rows import RowMotion, row_motion
 from multibody_sym.kinematics.state import State
 from multibody_sym.kinematics.wrenches import Wrenches, add_force, generalized_forces
+from multibody_sym.model.declaration.steps import Step
 from multibody_sym.model.declaration.system import with_expressions
-from multibody_sym.model.mechanism.impacts import INSTANT, MEETING, JumpRow, MeetingRow, jump_leaf
+from multibody_sym.model.mechanism.impacts import INSTANT, JUMPED, MEETING, JumpRow, MeetingRow, jump_leaf
 from multibody_sym.model.mechanism.loads import Load
 from multibody_sym.model.mechanism.mass import ORIGIN
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism, TreeBody
@@ -96,6 +97,37 @@ def _stopped_body(body: TreeBody, jump: Node | None) -> TreeBody:
 def _jumping(jump: Node | None) -> Node:
     """Return what has the value 0, the rate 0 and the acceleration `jump` at the time 0."""
     return as_node(0) if jump is None else as_node(jump * TIME * TIME / 2)
+
+
+def jumping_motions(mechanism: Mechanism, drives: Mapping[str, Node]) -> Mechanism:
+    """Return a mechanism in which the rates of prescribed motions have jumped where `JUMPED` is 1."""
+    bodies = tuple(
+        replace(body, steps=tuple(_jumped(step, drives[body.joint_name]) for step in body.steps))
+        if body.joint_name in drives
+        else body
+        for body in mechanism.bodies
+    )
+    return replace(mechanism, bodies=bodies)
+
+
+def _jumped(step: Step, jump: Node) -> Step:
+    """Return a prescribed step with the jump of its rate."""
+    if step.motion is None:
+        return step
+    return step.with_motion(as_node(step.motion + jump * JUMPED * (TIME - INSTANT)))
+
+
+def before_impact(state: State) -> State:
+    """Return a state as one before an impact."""
+    zero = as_node(0) if state.scalar is Node else 0.0
+    return replace(state, slots={**state.slots, INSTANT: state.slots[TIME], JUMPED: zero})
+
+
+def after_impact(before: State, u: Sequence[S]) -> State:
+    """Return the state after an impact with the speeds u."""
+    one = as_node(1) if before.scalar is Node else 1.0
+    speeds = {slot("u", k): x for k, x in enumerate(u)}
+    return replace(before, u=tuple(u), slots={**before.slots, **speeds, JUMPED: one})
 
 
 def resting(before: State, jumps: Mapping[int, S]) -> State:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Final
 
+from multibody_sym.answers.impact.centres import centres_of_percussion, instantaneous_centres
 from multibody_sym.answers.impact.conditions import impact_conditions
 from multibody_sym.answers.impact.posed import PosedImpact, outcome, posed_impact
 from multibody_sym.answers.impact.record import ImpactFound
@@ -146,6 +147,8 @@ class _Answer:
             energy_lost=self._energy_lost(lost),
             lost_by=lost,
             kinetic_energy=self._kinetic_energy(),
+            instantaneous_centres=instantaneous_centres(self.posed.system, _impact(solved.numbers)),
+            centres_of_percussion=centres_of_percussion(solved),
             conditions=tuple(conditions),
             notes=self._notes(),
             limits={each: broken for each, broken in conditions.items() if broken},

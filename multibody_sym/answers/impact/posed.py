@@ -209,7 +209,7 @@ def _verify_strikes(blow: Blow, rows: OneWayRows) -> None:
     impact = blow.impact
     if impact.loads or impact.begins or impact.jumps:
         return
-    rates = [float(blow.rows[blow.names.index(x.normals[0].name)].phidot) for x in blow.elements]
+    rates = [_opening(blow, x) for x in blow.elements]
     if not blow.elements:
         raise NoSolutionError(
             "nothing strikes: no contact, rope or stop is closed at the start; start where it touches, or write "
@@ -226,8 +226,20 @@ def _verify_strikes(blow: Blow, rows: OneWayRows) -> None:
         )
 
 
+def _opening(blow: Blow, element: OneWay) -> float:
+    """Return the speed at which an element opens before the impact."""
+    return float(blow.rows[blow.names.index(element.normals[0].name)].phidot)
+
+
 def outcome(posed: PosedImpact) -> Struck:
     """Return what the impact does. Raises NoSolutionError where its laws have no solution."""
+    closing = [x for x in posed.blow.elements if float(_opening(posed.blow, x)) < 0.0]
+    if posed.law == "stronge" and posed.order == "simultaneous" and len(closing) > 1:
+        raise ModelError(
+            f"{', '.join(x.name for x in closing)} close together, and Stronge's coefficient is that of one contact; "
+            "write sequence: one_by_one, or law: poisson",
+            where=Where(path=("impact", "law")),
+        )
     from multibody_sym.dynamics.impacts.strike import strike  # brings scipy
 
     return strike(posed.problem)

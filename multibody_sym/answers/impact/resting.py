@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Final
 
 import numpy as np
 
@@ -13,21 +14,26 @@ from multibody_sym.answers.impact.posed import PosedImpact
 from multibody_sym.answers.instant import Solved, forms_of, undetermined
 from multibody_sym.answers.symbolic_start import declared_state
 from multibody_sym.answers.symbolic_state import SymbolicState
+from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.dynamics.start.examined import blame_numbers
-from multibody_sym.errors import NoSolutionError
-from multibody_sym.kinematics.impacts import before_leaf, resting
+from multibody_sym.errors import NoSolutionError, Where
+from multibody_sym.kinematics.impacts import after_impact, before_leaf, resting
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import RowMotion, friction_factors, row_motions
-from multibody_sym.kinematics.state import State, slot_state, state_of
+from multibody_sym.kinematics.state import State, slot_state
 from multibody_sym.model.mechanism.impacts import JumpRow, jump_leaf
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.vectors import S
 from multibody_sym.simulation.recall import formalism_name
+
+_CONTRADICTION: Final = 1e-8
+"""The part of the largest jump by which a row may be missed, as for accelerations."""
 
 
 @dataclass(frozen=True)
@@ -44,12 +50,7 @@ class ImpactInstant(Instant):
     @cached_property
     def later(self) -> Motion:
         """The motion after the impact, with all rows that may have acted."""
-        state, mechanism = self.before.state, self.before.mechanism
-        known = [state.slots[leaf] for leaf in slot_state(mechanism).slots if leaf.data[0] in ("parameters", "inputs")]
-        count = len(mechanism.parameters)
-        time = next(x for leaf, x in state.slots.items() if leaf.data == ("t", 0))
-        moved = state_of(mechanism, state.scalar, time, state.q, self.after, known[:count], known[count:])
-        return motion_of(mechanism, State(moved.scalar, moved.q, moved.u, {**state.slots, **moved.slots}))
+        return motion_of(self.before.mechanism, after_impact(self.before.state, self.after))
 
     @cached_property
     def rows_before(self) -> Mapping[str, RowMotion]:
@@ -115,6 +116,7 @@ def solved_at_rest(
     if not (np.isfinite(found.udot).all() and np.isfinite(found.report).all()):
         blame_numbers(posed.system)
         raise NoSolutionError("the jumps are no finite numbers: values of the model are too large or too small")
+    _verify_jumps(mechanism, dynamics, found.udot)
     motion, before = motion_of(mechanism, state), given.numbers
     numbers = ImpactInstant(motion, found.udot.tolist(), found.multipliers.tolist(), before)
     others = tuple(
@@ -130,6 +132,21 @@ def solved_at_rest(
     slots = ImpactInstant(at_slots, *unknowns(mechanism), given.slots)
     forms = None if told is None else forms_of(mechanism, symbolic, posed.sides, reasons)
     return Solved(posed.system, mechanism, posed.begin, numbers, others, symbolic, nodes, slots, forms, reasons)
+
+
+def _verify_jumps(mechanism: Mechanism, dynamics: TreeDynamics, jumps: Floats) -> None:
+    """Raise NoSolutionError where rows that depend on each other are to jump by different amounts."""
+    wanted = np.array(dynamics.constraint_forcing, dtype=float)
+    jacobian = np.array(dynamics.constraint_jacobian, dtype=float).reshape(len(wanted), len(jumps))
+    kinematic = np.array([row.kinematic for row in dynamics.rows], dtype=bool)
+    missed = np.abs(jacobian @ jumps - wanted) * kinematic
+    if missed.max(initial=0.0) > _CONTRADICTION * max(np.abs(wanted).max(initial=0.0), np.abs(jumps).max(initial=0.0)):
+        name = mechanism.rows[int(np.argmax(missed))].name
+        raise NoSolutionError(
+            f"the impulses contradict each other: no jump of speeds fulfils {name} with the others; of motions that "
+            "jump and of what begins, leave out what asks for the same speed twice",
+            where=Where(path=("impact",)),
+        )
 
 
 def by_name(mechanism: Mechanism) -> dict[str, int]:

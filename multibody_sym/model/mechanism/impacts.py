@@ -149,6 +149,8 @@ def meeting_leaf(number: int, component: int) -> Node:
 
 INSTANT: Final = slot("instant", 0)
 """The time of an impact, which stands still while it lasts."""
+JUMPED: Final = slot("jumped", 0)
+"""0 before an impact and 1 after it, for prescribed motions whose rates jump."""
 JUMP: Final = "jump"
 """The array of the jumps that rows of an impact are to have."""
 

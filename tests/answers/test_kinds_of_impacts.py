@@ -1,0 +1,143 @@
+"""What begins to hold, ropes, stops, motions that jump, hinges that are spared: each against a formula of a book."""
+
+from __future__ import annotations
+
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.answers.impact.record import ImpactFound
+from multibody_sym.expressions.printer import text
+
+HEAD = "multibody_sym: 1\nname: struck\n"
+ROD = """
+parameters: {m: {value: 2 kg, positive: true}, l: {value: 1 m, positive: true}, v: {value: 3 m/s, positive: true}}
+bodies:
+  rod: {mass: m, inertia: {Izz: m*l^2/12}, points: {end: [l/2, 0, 0], tip: [-l/2, 0, 0]}}
+  ground: {points: {hook: [l/2, 0, 0]}, surfaces: {edge: {plane: [0, 0, 0], normal: y}}}
+joints:
+  P: {type: planar, parent: ground, child: rod, initial: {u: [0, -v, 0]}}
+"""
+
+
+def found(model: str) -> ImpactFound:
+    told = mbs.solve(mbs.loads(HEAD + model)).impact
+    assert told is not None
+    return told
+
+
+def test_a_rod_caught_by_a_hook() -> None:
+    told = found(ROD + "  hook: {type: revolute, parent: ground.hook, child: rod.end, axis: z, cut: true}\n"
+                       "impact: {begins: hook}\n")
+    assert text(told.joint_impulses["hook"]["fy"].expression) == "m*v/4"
+    assert text(told.after["u_P_theta"].expression) == "3*v/(2*l)"
+    assert text(told.energy_lost.expression) == "m*v^2/8"
+    assert told.instantaneous_centres["rod"]["centre"] == pytest.approx((0.5, 0))
+
+
+def test_a_rope_that_goes_taut() -> None:
+    told = found("""
+parameters: {m: {value: 2 kg, positive: true}, M: {value: 5 kg, positive: true}, v: {value: 3 m/s, positive: true}}
+bodies: {a: {mass: m}, b: {mass: M}, ground: {points: {left: [0, 2, 0], right: [1, 2, 0]}}}
+pulleys: {P1: {at: ground.left}, P2: {at: ground.right}}
+constraints: {string: {type: rope, path: [a, P1, P2, b], slack: true, length: 5 m}}
+joints:
+  A: {type: prismatic, parent: ground, child: a, axis: y, q: y1, initial: {q: 0, u: -v}}
+  B: {type: prismatic, parent: ground.right, child: b, axis: y, q: y2, initial: {q: -2, u: 0}}
+impact: {}
+""")
+    assert text(told.impulses["string"]["normal"].expression) == "M*m*v/(M + m)"
+    assert text(told.energy_lost.expression) == "M*m*v^2/(2*(M + m))"
+    assert told.states["string"] == "stays"
+
+
+def test_a_stop_that_is_hit() -> None:
+    told = found("""
+parameters: {m: {value: 2 kg, positive: true}, v: {value: 3 m/s, positive: true}, e: {value: 0.4, positive: true}}
+bodies: {slide: {mass: m}}
+joints:
+  A: {type: prismatic, parent: ground, child: slide, axis: x, q: x, initial: {q: 1, u: v},
+      limits: {lower: 0, upper: 1, restitution: e}}
+impact: {contacts: A}
+""")
+    assert text(told.impulses["A.upper"]["normal"].expression) == "m*v*(e + 1)"
+    assert told.joint_impulses["A"]["fx"].value == pytest.approx(-2 * 3 * 1.4)
+    assert text(told.after["u_x"].expression) == "-e*v"
+
+
+def test_a_prescribed_motion_whose_speed_jumps_tells_its_impulse() -> None:
+    told = found("""
+parameters: {m: {value: 2 kg, positive: true}, l: {value: 1 m, positive: true}, w: {value: 3 rad/s, positive: true}}
+bodies:
+  crank: {mass: m, com: [l/2, 0, 0], inertia: {Izz: m*l^2/12}, points: {end: [l, 0, 0]}}
+  rod: {mass: m, com: [l/2, 0, 0], inertia: {Izz: m*l^2/12}}
+joints:
+  A: {type: revolute, parent: ground, child: crank, axis: z, motion: 0}
+  B: {type: revolute, parent: crank.end, child: rod, axis: z}
+impact: {motion: A, speed: w}
+""")
+    assert text(told.joint_impulses["A"]["mz"].expression) == "7*m*w*l^2/12"
+    assert told.kinetic_energy["after"].value == pytest.approx(2 * 9 / 6 + 2 / 4 * 9 / 2)
+    assert told.instantaneous_centres["crank"]["centre"] == pytest.approx((0, 0))
+
+
+@pytest.mark.parametrize(("where", "reaction"), [("2*b/3", 0.0), ("b/2", -3 / 4), ("b", 3 / 2)])
+def test_a_door_struck_at_its_centre_of_percussion_spares_the_hinge(where: str, reaction: float) -> None:
+    told = found(f"""
+parameters: {{m: {{value: 20 kg, positive: true}}, b: {{value: 0.9 m, positive: true}}, I: 3 N*s}}
+bodies: {{door: {{mass: m, com: [b/2, 0, 0], inertia: {{Izz: m*b^2/12}}, points: {{hit: [{where}, 0, 0]}}}}}}
+joints: {{H: {{type: revolute, parent: ground, child: door, axis: z}}}}
+impact: {{impulse: [0, I, 0], at: door.hit}}
+""")
+    assert text(told.centres_of_percussion["door"].expression) == "2*b/3"
+    assert told.joint_impulses["H"]["fy"].value == pytest.approx(reaction, abs=1e-14)
+
+
+def test_a_closed_loop_tells_its_cut_joint_and_its_dependent_rows() -> None:
+    told = found("""
+parameters: {m: 1, I: 2 N*s}
+bodies:
+  left: {mass: m, com: [0, 0.5, 0], inertia: {Izz: m/12}, points: {end: [0, 1, 0]}}
+  right: {mass: m, com: [0, 0.5, 0], inertia: {Izz: m/12}, points: {end: [0, 1, 0]}}
+  middle: {mass: m, com: [0, 0.5, 0], inertia: {Izz: m/12}, points: {end: [0, 1, 0]}}
+  beam: {mass: m, com: [1, 0, 0], inertia: {Izz: m/3}, points: {end: [2, 0, 0], middle: [1, 0, 0]}}
+  ground: {points: {b: [2, 0, 0], c: [1, 0, 0]}}
+joints:
+  A: {type: revolute, parent: ground, child: left, axis: z}
+  B: {type: revolute, parent: left.end, child: beam, axis: z}
+  C: {type: revolute, parent: ground.b, child: right, axis: z}
+  D: {type: revolute, parent: right.end, child: beam.end, axis: z, cut: true}
+  E: {type: revolute, parent: ground.c, child: middle, axis: z}
+  F: {type: revolute, parent: middle.end, child: beam.middle, axis: z, cut: true}
+impact: {impulse: [I, 0, 0], at: beam.middle}
+""")
+    assert told.after["u_A"].value == pytest.approx(-1.0, rel=1e-12)  # 3 cranks m/3 and the beam m: I/(2 m)
+    assert {"D", "F"} & set(told.not_unique)
+    assert told.joint_impulses["A"]["fx"].unique
+
+
+@pytest.mark.parametrize(
+    ("impact", "message"),
+    [
+        ("{first: {motion: drive, speed: 1}, second: {motion: again, speed: 2}}", "contradict each other"),
+        ("{first: {contacts: c1}, second: {contacts: c2}, law: stronge, sequence: simultaneous}", "one_by_one"),
+        ("{contacts: [far]}", "far is open by 1"),
+    ],
+)
+def test_what_cannot_be_is_told_with_a_cure(impact: str, message: str) -> None:
+    model = f"""
+bodies:
+  box: {{mass: 1, inertia: {{Izz: 1}}, points: {{a: [1, 0, 0], b: [-1, 0, 0], up: [0, 1, 0]}}}}
+  cart: {{mass: 1}}
+  ground: {{surfaces: {{floor: {{plane: [0, 0, 0], normal: y}}}}}}
+joints:
+  P: {{type: planar, parent: ground, child: box, initial: {{u: [0, -1, 0]}}}}
+  Q: {{type: prismatic, parent: ground, child: cart, axis: x, q: x}}
+constraints: {{drive: {{type: motion, joint: Q, value: 0*t}}, again: {{type: motion, joint: Q, value: 0*t}}}}
+contacts:
+  c1: {{between: [box.a, ground.floor], restitution: 0.5}}
+  c2: {{between: [box.b, ground.floor], restitution: 0.5}}
+  far: {{between: [box.up, ground.floor], open: true}}
+impact: {impact}
+"""
+    with pytest.raises((mbs.ModelError, mbs.NoSolutionError), match=message):
+        found(model)
