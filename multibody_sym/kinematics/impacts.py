@@ -117,17 +117,10 @@ def _jumped(step: Step, jump: Node) -> Step:
     return step.with_motion(as_node(step.motion + jump * JUMPED * (TIME - INSTANT)))
 
 
-def before_impact(state: State) -> State:
-    """Return a state as one before an impact."""
-    zero = as_node(0) if state.scalar is Node else 0.0
-    return replace(state, slots={**state.slots, INSTANT: state.slots[TIME], JUMPED: zero})
-
-
 def after_impact(before: State, u: Sequence[S]) -> State:
     """Return the state after an impact with the speeds u."""
-    one = as_node(1) if before.scalar is Node else 1.0
     speeds = {slot("u", k): x for k, x in enumerate(u)}
-    return replace(before, u=tuple(u), slots={**before.slots, **speeds, JUMPED: one})
+    return replace(before, u=tuple(u), slots={**before.slots, **speeds, JUMPED: 1})
 
 
 def resting(before: State, jumps: Mapping[int, S]) -> State:
@@ -136,7 +129,7 @@ def resting(before: State, jumps: Mapping[int, S]) -> State:
     slots = dict(before.slots)
     slots |= {slot("u", k): zero for k, zero in enumerate(zeros)}
     slots |= {before_leaf(k): u for k, u in enumerate(before.u)}
-    slots |= {INSTANT: before.slots[TIME], TIME: as_node(0) if before.scalar is Node else 0.0}
+    slots |= {TIME: as_node(0) if before.scalar is Node else 0.0}
     slots |= {jump_leaf(k): jump for k, jump in jumps.items()}
     return State(before.scalar, before.q, zeros, slots)
 

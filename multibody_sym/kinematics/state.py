@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from multibody_sym.model.mechanism.impacts import INSTANT, JUMPED
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.program.statements import Array
 from multibody_sym.scalars.functions import evaluate
@@ -37,7 +38,7 @@ def state_of(
     inputs: Sequence[S] | None = None,
 ) -> State:
     """Return the state with these values; inputs that are not given are computed from their declared expressions."""
-    slots: dict[Node, S] = {slot("t", 0): t}
+    slots: dict[Node, S] = {slot("t", 0): t, INSTANT: t, JUMPED: 0}
     for array, values in (("q", q), ("u", u), ("parameters", parameters)):
         slots.update((slot(array, i), value) for i, value in enumerate(values))
     if inputs is None:

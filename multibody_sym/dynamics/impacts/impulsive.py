@@ -19,7 +19,7 @@ from multibody_sym.dynamics.impacts.problem import ImpactLaw, ImpactProblem, Str
 from multibody_sym.dynamics.impacts.problem import Sequence as Order
 from multibody_sym.dynamics.laws.assemble import tree_dynamics_of, weighted_rows
 from multibody_sym.dynamics.laws.problem import Equality, Friction, FrictionLaw, Law, LawProblem, Unilateral
-from multibody_sym.kinematics.impacts import at_rest, before_impact, jumping_motions, resting, with_meetings
+from multibody_sym.kinematics.impacts import at_rest, jumping_motions, resting, with_meetings
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import RowMotion, coefficients, row_motions
 from multibody_sym.kinematics.state import State
@@ -71,7 +71,7 @@ class Blow:
     def before(self, state: State) -> Motion:
         """Return the motion before over the scalar of a state, with all rows that may act."""
         every = replace(self.mechanism, rows=(*self.mechanism.rows, *self.striking))
-        motion = motion_of(jumping_motions(every, self.drives), before_impact(state))
+        motion = motion_of(jumping_motions(every, self.drives), state)
         return replace(motion, state=with_meetings(motion, self.elements))
 
     def resting(self, striking: Sequence[Row]) -> Mechanism:
