@@ -12,10 +12,13 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.dynamics.laws.judgement import fulfils
+from multibody_sym.dynamics.laws.mode_solve import solve_mode
 from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS, LawMode, LawProblem
 from multibody_sym.dynamics.laws.proposals import SPHERE
 from multibody_sym.dynamics.laws.reduction import Reduced, reduced
 from multibody_sym.dynamics.laws.scaled import Part, Scaled, scaled
+from multibody_sym.dynamics.laws.search import modes_of
 from multibody_sym.numerics.arrays import Floats
 
 MOST: Final = 2000
@@ -28,9 +31,16 @@ CARRIES: Final = 1e-9
 """Part of the largest impulse below which there is none, and of the largest speed below which nothing slips."""
 
 
-def swept(problem: LawProblem) -> Iterator[LawMode]:
-    """Yield the mode that sweeps come to, or are at when there were too many; then with each slip in space turned."""
+def swept(problem: LawProblem) -> LawMode | None:
+    """Return the mode that sweeps come near, with slips in space turned if need be, in which static friction holds."""
     system = scaled(problem)
+    mu = np.array([part.static for part in system.parts], dtype=float)
+    modes = ((mode, solve_mode(system, modes_of(system, mode), mu)) for mode in _modes(system))
+    return next((mode for mode, trial in modes if fulfils(system, trial)), None)
+
+
+def _modes(system: Scaled) -> Iterator[LawMode]:
+    """Yield the mode that sweeps come to, or are at when there were too many; then with each slip in space turned."""
     small = reduced(system)
     f = np.zeros(len(small.own))
     for _ in range(MOST):

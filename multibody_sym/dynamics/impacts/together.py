@@ -29,17 +29,22 @@ from multibody_sym.numerics.rank import DRAWN, exact, least_squares, null_space
 def joined(account: Account) -> None:
     """Let what holds both ways take the speeds that are wanted of it, where they are not there already."""
     if account.unfulfilled():
-        _search(account, (), np.zeros(len(account.z)), "joined")
+        _found(account, (), "joined")
 
 
 def newton(account: Account, closed: Collection[int]) -> None:
-    """Strike rows at once by Newton's coefficients: by the smallest where different ones contradict each other."""
-    try:
-        _newton(account, closed)
-    except NoSolutionError:
-        if not _take_smallest(account, closed, "no impulses fulfil Newton's law with different coefficients"):
-            raise
-        _newton(account, closed)
+    """Strike rows at once by Newton's coefficients: by the smallest where different ones contradict each other.
+
+    In a wedge what separates, though by next to nothing, contradicts what is to bounce: then it takes no part.
+    """
+    if _newton(account, closed):
+        return
+    v = account.speeds()
+    if _newton(account, [k for k in closed if v[k] <= account.rounding[k]]):
+        return
+    differ = _take_smallest(account, closed, "no impulses fulfil Newton's law with different coefficients")
+    if not (differ and _newton(account, closed)):
+        raise NoSolutionError(_nothing(account, closed))
 
 
 def poisson(account: Account, closed: Collection[int]) -> None:
@@ -70,16 +75,18 @@ def _take_smallest(account: Account, closed: Collection[int], why: str) -> bool:
     return True
 
 
-def _newton(account: Account, closed: Collection[int]) -> None:
+def _newton(account: Account, closed: Collection[int]) -> bool:
+    """Strike rows at once; return whether that is possible."""
     wanted, rows, now = np.zeros(len(account.z)), list(closed), account.speeds()
     wanted[rows] = -account.restitution[rows] * np.minimum(now[rows], 0.0)
     z = _search(account, closed, wanted, "at once")
-    account.compression = account.compression + z / (1.0 + account.restitution)
+    if z is not None:
+        account.compression = account.compression + z / (1.0 + account.restitution)
+    return z is not None
 
 
 def _poisson(account: Account, closed: Collection[int]) -> None:
-    none = np.zeros(len(account.z))
-    z = _search(account, closed, none, "compression")
+    z = _found(account, closed, "compression")
     given = {k: float(account.restitution[k] * z[k]) for k in closed}
     given = {k: value for k, value in given.items() if value > 0.0}
     if not given:
@@ -87,13 +94,24 @@ def _poisson(account: Account, closed: Collection[int]) -> None:
     if account.unsure.intersection(given) and (_differ(account, closed) or chosen(account.rows, closed).parts):
         names = ", ".join(account.problem.name(k) for k in sorted(account.unsure.intersection(given)))
         account.note(f"impulses of compression at {names} are not unique; restitution follows the most even ones")
-    _search(account, closed, none, "restitution", given)
+    _found(account, closed, "restitution", given)
+
+
+def _found(account: Account, closed: Collection[int], stage: Stage, given: Mapping[int, float] | None = None) -> Floats:
+    """Add and return the impulses (m) after which all laws hold. Raises NoSolutionError where there are none."""
+    z = _search(account, closed, np.zeros(len(account.z)), stage, given)
+    if z is None:
+        raise NoSolutionError(_nothing(account, closed))
+    return z
 
 
 def _search(
     account: Account, closed: Collection[int], wanted: Floats, stage: Stage, given: Mapping[int, float] | None = None
-) -> Floats:
-    """Add and return the impulses (m) after which all laws hold for v+ - wanted; `given` are those of rows at least."""
+) -> Floats | None:
+    """Add and return the impulses (m) after which all laws hold for v+ - wanted; `given` are those of rows at least.
+
+    Returns None where there are none.
+    """
     given = given or {}
     some = chosen(account.rows, closed)
     now = account.speeds()
@@ -101,11 +119,10 @@ def _search(
     right = _consistent(account, some, (wanted - now)[some.rows])
     problem = _with_given(replace(some.problem, right=right), here)
     found = find(problem, every=False)
+    if not found.states and (mode := swept(problem)) is not None:
+        found = find(problem, mode, every=False)
     if not found.states:
-        nearly = (find(problem, mode, every=False) for mode in swept(problem))
-        found = next((there for there in nearly if there.states), found)
-    if not found.states:
-        raise NoSolutionError(_nothing(account, closed))
+        return None
     state, count = found.states[0], len(some.rows)
     shared, unsure = _shared(problem, state)
     z = np.zeros(len(now))

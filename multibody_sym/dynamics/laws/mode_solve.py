@@ -64,7 +64,7 @@ def solve_mode(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None 
     norms = [p for p in problem.parts if p.norm and (mode.slips[p.number] != STICKS or not p.rests) and mu[p.number]]
     turning = [p for p in problem.parts if p.in_space and p.rests and mode.slips[p.number] == IN_SPACE]
     trial = _linear(problem, mode, mu, carrying, pressing)
-    if any(_stands(problem, part, trial) for part in turning):
+    if any(_stands(problem, part, trial) or not mode.direction(part).any() for part in turning):
         return _unsolved(trial)
     for k in range(TURNS if turning else PASSES if norms else 0):
         change = _press(norms, trial, pressing)

@@ -63,8 +63,11 @@ def smooth(seed: int, e: float | None) -> Impact:
     return impact
 
 
-def without_friction(seeds: Iterable[int]) -> None:
-    """Newton at once loses sum p (1 - e) (-v-) / 2, and nothing at e = 1, whatever the sequence."""
+def without_friction(seeds: Iterable[int]) -> int:
+    """Newton at once loses sum p (1 - e) (-v-) / 2, and nothing at e = 1, whatever the sequence.
+
+    Return how many were single impacts.
+    """
     single = 0
     for seed in seeds:
         impact = smooth(seed, None)
@@ -81,7 +84,7 @@ def without_friction(seeds: Iterable[int]) -> None:
             struck = strike(elastic.problem(law, sequence))
             if not struck.collapsed:
                 assert elastic.energy(elastic.after(struck)) == pytest.approx(before, rel=1e-12)
-    assert single
+    return single
 
 
 def test_energy_of_some_impacts() -> None:
@@ -91,7 +94,14 @@ def test_energy_of_some_impacts() -> None:
     at_once(range(15), equal=False)
     at_once(range(5), equal=True, tangents=2)
     one_by_one(range(40))
-    without_friction(range(60))
+    assert without_friction(range(60)) > 30
+
+
+def test_what_separates_by_next_to_nothing_in_a_wedge_takes_no_part() -> None:
+    """It contradicts what is to bounce: random systems whose contacts let nothing move at the end."""
+    for seed in (95, 163, 190):
+        impact = smooth(seed, None)
+        assert impact.missed(strike(impact.problem())) < MISSED
 
 
 @pytest.mark.long
@@ -108,4 +118,4 @@ def test_several_contacts_never_make_energy(block: int) -> None:
     at_once(range(1000 * block, 1000 * block + 200), equal=False)
     at_once(range(1000 * block, 1000 * block + 40), equal=True, tangents=2)
     one_by_one(range(1000 * block, 1000 * block + 200))
-    without_friction(range(1000 * block, 1000 * block + 260))
+    assert without_friction(range(1000 * block, 1000 * block + 260)) > 100

@@ -184,3 +184,39 @@ def test_newton_with_friction_tells_the_energy_that_it_makes() -> None:
     for law in ("poisson", "stronge"):
         assert struck[law].gained == 0.0
         assert impact.gain(struck[law]) < 0.0
+
+
+def test_a_wedge_that_lets_nothing_move_ends_at_rest() -> None:
+    """Three walls around a body."""
+    wedge = Impact(np.eye(2), np.array([-1.0, -0.3]))
+    for angle, e in ((0.0, 0.3), (2.2, 0.5), (4.2, 0.7)):
+        wedge.contact([np.cos(angle), np.sin(angle)], e)
+    struck = strike(wedge.problem())
+    assert struck.after == pytest.approx([0.0, 0.0, 0.0], abs=1e-8)
+    assert wedge.gain(struck) == pytest.approx(-1.0, abs=1e-12)
+
+
+def nearly_dependent(seed: int) -> Impact:
+    """Return contacts of which one has nearly a constraint's row, another one nearly that of the first."""
+    rng = np.random.default_rng(seed)
+    both_ways, equal, tangents = int(rng.integers(0, 3)), bool(rng.integers(2)), int(rng.choice([1, 1, 2]))
+    contacts = int(rng.integers(1, 4))
+    impact = random_impact(rng, contacts, both_ways=both_ways, equal=equal, tangents=tangents)
+    normals = [k for k, law in enumerate(impact.laws) if isinstance(law, Unilateral)]
+    if contacts > 1:
+        impact.rows[normals[1]] = impact.rows[normals[0]] + 1e-6 * impact.rows[normals[1]]
+    if both_ways:
+        impact.rows[normals[0]] = impact.rows[0] + 1e-4 * impact.rows[normals[0]]
+        held = impact.H[:both_ways]
+        impact.u = impact.u - np.linalg.pinv(held) @ (held @ impact.u)
+    if (impact.H[normals] @ impact.u > 0.0).all():
+        impact.u = -impact.u
+    return impact
+
+
+def test_contacts_that_nearly_depend_are_struck_with_all_their_digits() -> None:
+    for seed in range(8):
+        impact = nearly_dependent(seed)
+        struck = strike(impact.problem("poisson"))
+        assert impact.missed(struck) < 1e-10
+        assert impact.gain(struck) <= 1e-12

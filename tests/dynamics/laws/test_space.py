@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from one_way_problems import random_blocks
 
+from multibody_sym.dynamics.laws.mode_solve import solve_mode
 from multibody_sym.dynamics.laws.problem import (
+    IN_SPACE,
     Equality,
     Friction,
     FrictionLaw,
@@ -14,6 +16,7 @@ from multibody_sym.dynamics.laws.problem import (
     LawState,
     Unilateral,
 )
+from multibody_sym.dynamics.laws.scaled import Modes, scaled
 from multibody_sym.dynamics.laws.search import find
 
 FLOOR = (Unilateral(), Friction(0, 0), Friction(0, 1))
@@ -171,3 +174,11 @@ def test_a_journal_rubs_by_the_length_of_its_reaction(pull: float, velocity: flo
     force = np.hypot(pull, W - m * R * alpha)
     assert inertia * alpha == pytest.approx(m * g * R - s * mu * r * force, rel=1e-12)
     assert state.z == pytest.approx([pull, W - m * R * alpha, -s * mu * r * force], rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.filterwarnings("error")
+def test_slip_in_space_without_a_direction_is_no_state() -> None:
+    """What sticks may be flipped where its force is zero: then there is none to slip along."""
+    problem = scaled(particle(np.array([3.0, 4.0]), 0.4, 0.4))
+    nowhere = Modes(np.array([1, 0, 0]), np.array([IN_SPACE]), np.zeros((1, 3)))
+    assert not solve_mode(problem, nowhere, np.array([0.4])).solved
