@@ -186,13 +186,8 @@ def test_tangents_in_space_start_along_ground(between: str, sense: int) -> None:
     found, other = (solved(TABLE.format(turn=turn, between=between), {"c": 1}, {}) for turn in (0.0, 0.8))
     for row in ("c.normal", "c.friction1", "c.friction2"):
         assert other[row] == pytest.approx(found[row], rel=1e-12)
-    held = solved(
-        TABLE.format(turn=0.8, between=between)
-        .replace("type: revolute", "type: fixed")
-        .replace(", axis: y, q: phi, initial: {q: 0.8}", ""),
-        {"c": 1},
-        {},
-    )
+    held = solved(TABLE.format(turn=0.8, between=between).replace("type: revolute", "type: fixed").replace(
+        ", axis: y, q: phi, initial: {q: 0.8}", ""), {"c": 1}, {})
     assert held["c.friction1"] == pytest.approx(-3.0 * sense, rel=1e-12)  # along x; t2 = n x t1 is -z
     assert held["c.friction2"] == pytest.approx(1.0, rel=1e-12)
 

@@ -66,18 +66,10 @@ def quaternion(rotation: np.ndarray) -> np.ndarray:
         [
             [rotation[0, 0] - rotation[1, 1] - rotation[2, 2], 0, 0, 0],
             [rotation[0, 1] + rotation[1, 0], rotation[1, 1] - rotation[0, 0] - rotation[2, 2], 0, 0],
-            [
-                rotation[0, 2] + rotation[2, 0],
-                rotation[1, 2] + rotation[2, 1],
-                rotation[2, 2] - rotation[0, 0] - rotation[1, 1],
-                0,
-            ],
-            [
-                rotation[2, 1] - rotation[1, 2],
-                rotation[0, 2] - rotation[2, 0],
-                rotation[1, 0] - rotation[0, 1],
-                np.trace(rotation),
-            ],
+            [rotation[0, 2] + rotation[2, 0], rotation[1, 2] + rotation[2, 1],
+             rotation[2, 2] - rotation[0, 0] - rotation[1, 1], 0],
+            [rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1],
+             np.trace(rotation)],
         ]
     )
     x, y, z, w = vectors[:, np.argmax(values)]

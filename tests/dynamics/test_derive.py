@@ -37,14 +37,7 @@ from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.resolve import mechanism
 
 READABLE_SYSTEMS = [
-    pendulum,
-    cart_pole,
-    elastic_pendulum,
-    double_pendulum,
-    spherical_pendulum,
-    top,
-    hanging_mass,
-    pendulum_in_xy,
+    pendulum, cart_pole, elastic_pendulum, double_pendulum, spherical_pendulum, top, hanging_mass, pendulum_in_xy,
 ]
 
 
@@ -84,7 +77,9 @@ def test_equations_are_printed_as_in_a_book(system: Callable[[], System]) -> Non
 
 def test_equations_show_themselves_in_a_notebook() -> None:
     shown = derive(pendulum())._repr_latex_()
-    assert shown == (r"$\displaystyle \begin{aligned}m l^{2} \ddot{\theta} + m g l \sin \theta &= 0\end{aligned}$")
+    assert shown == (
+        r"$\displaystyle \begin{aligned}m l^{2} \ddot{\theta} + m g l \sin \theta &= 0\end{aligned}$"
+    )
 
 
 @pytest.mark.parametrize("system", READABLE_SYSTEMS, ids=lambda system: system.__name__)
@@ -140,17 +135,8 @@ def test_the_method_follows_from_the_model() -> None:
 def test_steps_lead_from_coordinates_to_matrices() -> None:
     steps = derive(pendulum()).steps
     assert [step.title for step in steps] == [
-        "Coordinates",
-        "Positions and velocities",
-        "Kinetic energy",
-        "Potential energy",
-        "Generalised forces",
-        "Momenta",
-        "Their rates",
-        "Gradient of T",
-        "Gradient of V",
-        "Equations of motion",
-        "Matrix form",
+        "Coordinates", "Positions and velocities", "Kinetic energy", "Potential energy", "Generalised forces",
+        "Momenta", "Their rates", "Gradient of T", "Gradient of V", "Equations of motion", "Matrix form",
     ]
     assert "Constraints" in [step.title for step in derive(hanging_mass()).steps]
 
@@ -175,7 +161,9 @@ def test_any_name_may_be_a_parameter() -> None:
     resolved = mechanism(system)
     values = [1 + 0.1 * k for k in range(len(words.split()))]
     expected = composite_body(resolved, state_of(resolved, float, 0.0, [0.4], [0.2], values))
-    assert equations.lambdify()([0.4], [0.2], 0.0, values) == pytest.approx(forward_dynamics(expected).udot, rel=1e-12)
+    assert equations.lambdify()([0.4], [0.2], 0.0, values) == pytest.approx(
+        forward_dynamics(expected).udot, rel=1e-12
+    )
 
 
 def test_names_of_sub_expressions_avoid_those_of_the_model() -> None:
@@ -188,12 +176,8 @@ def test_names_of_sub_expressions_avoid_those_of_the_model() -> None:
 
 def test_parameters_are_positive_where_the_model_says_so() -> None:
     equations = derive(
-        System(
-            "signs",
-            parameters={"m": Parameter(value=1, positive=True), "k": 2},
-            bodies={"b": Body(mass="m", com=["k", 0, 0])},
-            joints={"j": Revolute("ground", "b")},
-        )
+        System("signs", parameters={"m": Parameter(value=1, positive=True), "k": 2},
+               bodies={"b": Body(mass="m", com=["k", 0, 0])}, joints={"j": Revolute("ground", "b")})
     )
     m, k = equations.symbols.parameters
     assert m.is_positive

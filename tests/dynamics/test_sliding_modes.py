@@ -35,9 +35,9 @@ def incline():
         joints={"free": mbs.Planar("ground", "rod", initial={"u": [0.3, 0.3 * math.tan(ALPHA), 0.5]})},
     )
     resolved = mechanism(system)
-    normal, along = (
-        [as_node(x) for x in v] for v in ((-math.sin(ALPHA), math.cos(ALPHA), 0), (math.cos(ALPHA), math.sin(ALPHA), 0))
-    )
+    normal, along = ([as_node(x) for x in v] for v in (
+        (-math.sin(ALPHA), math.cos(ALPHA), 0), (math.cos(ALPHA), math.sin(ALPHA), 0)
+    ))
     ends = NOWHERE, replace(NOWHERE, body=0)
     rows = PositionRow("c.normal", ends, tuple(normal)), PositionRow("c.friction", ends, tuple(along))
     part = FrictionPart("c", (rows[1],), resolved.parameters.slot("mu"), resolved.parameters.slot("mu"))

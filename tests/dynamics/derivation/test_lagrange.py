@@ -99,11 +99,8 @@ def test_double_pendulum_in_relative_angles() -> None:
     outer = m2 * l2**2 + m2 * l1 * l2 * cos(q2)
     weight = m2 * g * l2 * sin(q1 + q2)
     book = [
-        ((m1 + m2) * l1**2 + m2 * l2**2 + 2 * m2 * l1 * l2 * cos(q2)) * a1
-        + outer * a2
-        - m2 * l1 * l2 * sin(q2) * (2 * u1 * u2 + u2**2)
-        + (m1 + m2) * g * l1 * sin(q1)
-        + weight,
+        ((m1 + m2) * l1**2 + m2 * l2**2 + 2 * m2 * l1 * l2 * cos(q2)) * a1 + outer * a2
+        - m2 * l1 * l2 * sin(q2) * (2 * u1 * u2 + u2**2) + (m1 + m2) * g * l1 * sin(q1) + weight,
         outer * a1 + m2 * l2**2 * a2 + m2 * l1 * l2 * sin(q2) * u1**2 + weight,
     ]
     assert_same(residuals(equations), book)

@@ -67,15 +67,8 @@ def test_latex_braces_balance(seed: int) -> None:
 @pytest.mark.parametrize(
     ("name", "latex"),
     [
-        ("theta", r"\theta"),
-        ("theta1", r"\theta_{1}"),
-        ("theta_rel", r"\theta_{\mathrm{rel}}"),
-        ("m", "m"),
-        ("m_12", "m_{12}"),
-        ("Jxx2", r"\mathrm{Jxx}_{2}"),
-        ("a_b_c", "a_{b,c}"),
-        ("lambda", r"\lambda"),
-        ("E", "E"),
+        ("theta", r"\theta"), ("theta1", r"\theta_{1}"), ("theta_rel", r"\theta_{\mathrm{rel}}"), ("m", "m"),
+        ("m_12", "m_{12}"), ("Jxx2", r"\mathrm{Jxx}_{2}"), ("a_b_c", "a_{b,c}"), ("lambda", r"\lambda"), ("E", "E"),
         ("q_phi", r"q_{\phi}"),
     ],
 )

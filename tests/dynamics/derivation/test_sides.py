@@ -49,8 +49,7 @@ def test_the_plainest_machine_with_a_symbolic_radius_is_as_short_as_without() ->
     assert "    phi_string = length_of_string - pi*R - 2*h + y1 + y2" in lines
     place = lines.index("Sides at the start, on which these equations hold")
     assert lines[place + 1 : place + 3] == [
-        "    string, one to ground.top: h - y1 > 0",
-        "    string, ground.top to two: h - y2 > 0",
+        "    string, one to ground.top: h - y1 > 0", "    string, ground.top to two: h - y2 > 0"
     ]
 
 

@@ -102,11 +102,8 @@ def test_every_equation_holds(seed: int, rows: bool) -> None:
 def test_row_that_turns_a_ball_acts_through_it() -> None:
     """The moment of the ball's reaction is the row's, not zero: J omega' = lambda about the axis that it drives."""
     system = System(
-        "driven_ball",
-        bodies={"body": Body(mass=1, inertia={"Ixx": 1, "Iyy": 1, "Izz": "J"})},
-        parameters={"J": 2},
-        joints={"ball": Spherical("ground", "body")},
-        constraints={"spin": VelocityConstraint("ball_wz - 3")},
+        "driven_ball", bodies={"body": Body(mass=1, inertia={"Ixx": 1, "Iyy": 1, "Izz": "J"})}, parameters={"J": 2},
+        joints={"ball": Spherical("ground", "body")}, constraints={"spin": VelocityConstraint("ball_wz - 3")},
     )
     last = derive(system, "newton_euler").equations[-1]
     assert (str(last.left), str(last.right)) == ("J*ball_wz_rate", "lambda_spin")
@@ -131,13 +128,8 @@ def test_euler_s_equations_of_what_a_ball_carries() -> None:
 def test_drive_of_a_joint_is_no_unknown_and_acts_back_on_the_carrier() -> None:
     bodies = {"arm": Body(mass=1, inertia={"Izz": "J"}), "wheel": Body(mass=2, inertia={"Izz": "I"})}
     joints = {"A": Revolute("ground", "arm", q="a"), "B": Revolute("arm", "wheel", q="b")}
-    system = System(
-        "driven",
-        parameters={"J": 3, "I": 1, "tau": 2},
-        bodies=bodies,
-        joints=joints,
-        forces={"motor": Torque("tau", joint="B")},
-    )
+    system = System("driven", parameters={"J": 3, "I": 1, "tau": 2}, bodies=bodies, joints=joints,
+                    forces={"motor": Torque("tau", joint="B")})
     found = derive(system, "newton_euler")
     assert "J*a'' = -tau" in str(found)
     assert "I*a'' + I*b'' = tau" in str(found)
@@ -146,10 +138,7 @@ def test_drive_of_a_joint_is_no_unknown_and_acts_back_on_the_carrier() -> None:
 
 def test_slide_along_no_axis_keeps_two_components_and_says_so() -> None:
     system = System(
-        "incline",
-        gravity=[0, "-g", 0],
-        parameters={"m": 1, "g": 9.81, "a": 0.3},
-        bodies={"block": Body(mass="m")},
+        "incline", gravity=[0, "-g", 0], parameters={"m": 1, "g": 9.81, "a": 0.3}, bodies={"block": Body(mass="m")},
         joints={"plane": Prismatic("ground", "block", axis=["cos(a)", "sin(a)", 0], q="s")},
     )
     found = derive(system, "newton_euler")

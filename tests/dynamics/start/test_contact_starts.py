@@ -113,10 +113,7 @@ def test_equal_boxes_on_each_other_touch_top_to_bottom() -> None:
         pushed = closed(two_boxes([far, 0.2, 0.0, 0.0, 0.0, 0.0], sizes))
         assert pushed == {"c.corner1.top", "c.bottom.corner3"}
     assert closed(two_boxes([-0.4, 0.0, 0.0, 0.0, 0.0, 0.0], sizes)) == {
-        "c.corner2.left",
-        "c.corner3.left",
-        "c.right.corner1",
-        "c.right.corner4",
+        "c.corner2.left", "c.corner3.left", "c.right.corner1", "c.right.corner4"
     }
 
 

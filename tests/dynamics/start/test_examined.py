@@ -35,15 +35,8 @@ forces:
 outputs: {o: OUTPUT}
 """
 USUAL = {
-    "GRAVITY": "-9.81",
-    "HOOK": "1",
-    "MASS": "1",
-    "COM": "-1",
-    "INERTIA": "0.1",
-    "ANGLE": "0.5",
-    "STIFFNESS": "10",
-    "TORQUE": "0",
-    "OUTPUT": "phi",
+    "GRAVITY": "-9.81", "HOOK": "1", "MASS": "1", "COM": "-1", "INERTIA": "0.1", "ANGLE": "0.5", "STIFFNESS": "10",
+    "TORQUE": "0", "OUTPUT": "phi",
 }
 COMMANDS = ("check", "solve", "linearize", "equilibrium", "simulate", "export", "derive")
 
