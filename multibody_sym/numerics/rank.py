@@ -42,6 +42,8 @@ GROWING: Final = 1e-4
 """Parts between rounding and this multiply forces by ten thousand and more: no state to compare two routes at."""
 ROUNDED: Final = 1e-12
 """Singular values of unit rows below this are rounding of a combination that vanishes."""
+SWITCHED: Final = 1e-9
+"""For rows where a mode of contacts and ropes ends: as exact as the time at which it does, found to 1e-12 of itself."""
 PIVOT: Final = 10.0 * EPSILON
 """Times the size of M, the part of its own diagonal element below which a pivot of M is what subtractions left."""
 

@@ -17,9 +17,8 @@ import numpy as np
 from multibody_sym.dynamics.laws.assemble import PosedLaws
 from multibody_sym.dynamics.laws.problem import LawState
 from multibody_sym.model.mechanism.one_way import STICKS, FrictionPart, Mode, OneWay
-from multibody_sym.numerics.rank import least_squares, rank
+from multibody_sym.numerics.rank import SWITCHED, least_squares, rank
 
-_INDEPENDENT: Final = 1e-9
 _ALLOWED: Final = 1e-9
 """The part of the largest force by which bounds may be missed."""
 _MOST: Final = 4
@@ -141,7 +140,7 @@ def _loose(acting: _Acting) -> dict[int, tuple[int, ...]]:
 
 
 def _rank(problem: PosedLaws, places: Sequence[int]) -> int:
-    return rank(problem.problem.matrix[list(places)], _INDEPENDENT) if len(places) else 0
+    return rank(problem.problem.matrix[list(places)], SWITCHED) if len(places) else 0
 
 
 def _kept(acting: _Acting, resting: Sequence[_Resting]) -> tuple[list[int], tuple[str, ...], list[_Resting]]:

@@ -13,15 +13,14 @@ from multibody_sym.dynamics.laws.problem import Found, LawState
 from multibody_sym.kinematics.motion import coordinate_rates
 from multibody_sym.model.mechanism.one_way import INACTIVE, Mode, OneWay
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.numerics.rank import least_squares
+from multibody_sym.numerics.rank import SWITCHED, least_squares
 from multibody_sym.simulation.one_way.basic import basic_mode
 from multibody_sym.simulation.one_way.facts import Facts, posed
 from multibody_sym.simulation.one_way.impact import Blow, Bounces, struck
 
 _ROUNDING: Final = 1e-15
 """The part of the model's size, and of its largest speed, that is not put back."""
-_INDEPENDENT: Final = 1e-9
-_COARSER: Final = (_INDEPENDENT, 1e-7, 1e-5, 1e-3)
+_COARSER: Final = (SWITCHED, 1e-7, 1e-5, 1e-3)
 """Tolerances of rows that bring to rest what hardly moves, until they change speeds slightly: near a dead centre what
 stands still holds nothing else, and a crank does not stop for a slider that does."""
 _SLIGHT: Final = 1e-6
@@ -155,7 +154,7 @@ def _closing(facts: Facts, touching: Collection[str]) -> list[OneWay]:
 
 def _least(matrix: Floats, wanted: Floats) -> Floats:
     """Return the x of least norm with matrix x = wanted, as far as dependent rows allow."""
-    return least_squares(matrix, wanted, _INDEPENDENT)
+    return least_squares(matrix, wanted, SWITCHED)
 
 
 def _kept(facts: Facts, touching: Collection[str]) -> list[int]:
