@@ -212,13 +212,14 @@ class Solved:
         return ask
 
 
-def solved_start(system: System, formalism: str | None = None) -> Solved:
+def solved_start(system: System, formalism: str | None = None, left: Mapping[str, float] | None = None) -> Solved:
     """Return the system solved at its start, the numbers by a formalism, in coordinates of its joints.
 
-    What holds one way only is in the first mode that fulfils all laws. Raises InputError, and NoSolutionError where
+    What holds one way only is in the first mode that fulfils all laws, those of exact numbers where these say what is
+    `left` at limits, by rows. Raises InputError, and NoSolutionError where
     there is no start, no mode, no inertia, or constraints contradict each other.
     """
-    state = examined_state(system)
+    state = examined_state(system, left=left)
     mechanism, begin = state.in_joints
     return solved_in(system, mechanism, begin, formalism, _decided(state))
 
@@ -266,8 +267,7 @@ def solved_in(
     _verify(resolved, dynamics, found)
     numbers = Instant(motion, found.udot.tolist(), found.multipliers.tolist())
     others = tuple(
-        Instant(motion, numbers.udot, (found.multipliers + change).tolist())
-        for change in undetermined(dynamics, found)
+        Instant(motion, numbers.udot, (found.multipliers + change).tolist()) for change in undetermined(dynamics, found)
     )
     formal, sides = straightened(resolved, begin.q, begin.u, begin.parameters)
     reasons: dict[str, None] = {}

@@ -13,7 +13,7 @@ from multibody_sym.answers.left_out import left_out
 from multibody_sym.answers.questions import answered
 from multibody_sym.answers.reactions import place_of, reactions_of
 from multibody_sym.answers.solution import OtherState, RowKind, Solution
-from multibody_sym.answers.states import state_found
+from multibody_sym.answers.states import beyond_limits, state_found
 from multibody_sym.answers.validity import validity
 from multibody_sym.dynamics.start.examined import numbers_of
 from multibody_sym.expressions.values import Value
@@ -50,13 +50,20 @@ def solve(
     with numbers_of(asked):
         if asked.impact is not None:
             return solution_of_impact(asked, formalism)
-        solved = solved_start(asked, formalism)
+        solved = exactly_solved_start(asked, formalism)
         found = solution_of(solved)
         if not flag("steps", steps):
             return found
         from multibody_sym.answers.worked.worked import worked
 
         return replace(found, steps=worked(solved, found))
+
+
+def exactly_solved_start(system: System, formalism: str | None) -> Solved:
+    """Return the system solved at its start, in the state of exact numbers where floats cannot tell it."""
+    solved = solved_start(system, formalism)
+    beyond = beyond_limits(solved)
+    return solved_start(system, formalism, beyond) if beyond else solved
 
 
 def solution_of_impact(system: System, formalism: str | None) -> Solution:

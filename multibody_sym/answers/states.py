@@ -177,6 +177,23 @@ def _at_limit(solved: Solved) -> Iterator[tuple[str, str]]:
             yield inequality.broken, "at the limit as far as numbers tell: not decided exactly"
 
 
+def beyond_limits(solved: Solved) -> dict[str, float]:
+    """Return what exact numbers say is left at limits, by rows, where some of it is negative: the state is another.
+
+    Empty where all is as floats have it.
+    """
+    found = dict[str, float]()
+    if solved.decided.at_limit:
+        values = exact_values(solved)
+        for inequality in inequalities(Acting(solved.nodes), solved):
+            conditions: list[Condition] = solved.closed(inequality.conditions) or []
+            if inequality.rows[0] in solved.decided.at_limit and conditions:
+                least = min((condition.value for condition in conditions), key=lambda value: float(value.sample))
+                if decided_sign(least, values):
+                    found.setdefault(inequality.rows[0], float(least.sample))
+    return found if any(value < 0.0 for value in found.values()) else {}
+
+
 def exact_values(solved: Solved) -> dict[Node, Node]:
     """Return the exact values of the parameters that formulas name."""
     named = {symbol(entry.name): entry.value for entry in solved.mechanism.parameters}

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from fractions import Fraction
+
 import pytest
 
 import multibody_sym as mbs
@@ -134,6 +137,24 @@ def test_a_block_at_the_angle_of_friction_is_at_the_limit_exactly(mu: str, how: 
     solution = solved(ramp, {"c1": 0}, at_limit=("c1.friction",))
     assert solution.at_limit == {"c1 slips": how}
     assert "  at the limit: a little further on c1 slips" in solution_text(solution).splitlines()
+
+
+@pytest.mark.parametrize("mu", ["0.5773502691896", "0.577350269189625", "0.577350269189626", "0.5773502691897"])
+def test_a_block_slips_where_its_coefficient_is_below_the_tangent_by_less_than_floats_tell(mu: str) -> None:
+    """tan 30 deg = 1/sqrt(3), so that it slips for 3 mu^2 < 1, under the kinetic coefficient then."""
+    found = mbs.solve(mbs.loads(HEAD + RAMP.replace("mu: 0.8", f"mu: {mu}")))
+    slips = 3 * Fraction(mu) ** 2 < 1
+    assert (found.states, found.at_limit) == ({"c1": "slide-" if slips else "stick"}, {})
+    along = (0.5 * math.sqrt(3) / 2 - 0.5) * 10 if slips else 0.0
+    wanted = [along * math.sqrt(3) / 2, along / 2]
+    assert [a.value for a in found.accelerations.values()] == pytest.approx(wanted, abs=1e-14)
+
+
+@pytest.mark.parametrize(("lift", "state"), [("20.000000000000004 N", "open"), ("19.999999999999996 N", "stick")])
+def test_a_block_is_lifted_by_the_last_bit(lift: str, state: str) -> None:
+    model = RAMP.replace("a: 30 deg", f"a: 0 deg, F: {lift}")
+    model += "forces: {up: {type: force, on: block, value: [0, F, 0]}}\n"
+    assert mbs.solve(mbs.loads(HEAD + model)).states == {"c1": state}
 
 
 def test_near_the_limit_is_not_at_it() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +22,7 @@ from multibody_sym.dynamics.laws.problem import (
 )
 from multibody_sym.dynamics.laws.scaled import Flags, Modes, Scaled, scaled
 from multibody_sym.dynamics.laws.states import Near, States, same
-from multibody_sym.dynamics.laws.ties import rate_problem, tied, with_rates
+from multibody_sym.dynamics.laws.ties import Ties, rate_problem, tied, with_rates
 from multibody_sym.dynamics.laws.uniqueness import undetermined
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.numerics.arrays import Floats
@@ -33,17 +34,20 @@ def find(
     *,
     every: bool = True,
     drift: Drift | None = None,
+    left: Mapping[int, float] | None = None,
 ) -> Found:
     """Return the states that fulfil all laws, from a previous state or mode where that is still near.
 
     With `every` all modes are tried as long as there are no more than 10,000; without it one state is enough, they are
     tried only where none is found, and forces that are not unique are not told. Of two coefficients the static one
     holds for what does not slip: parts at rest have it first, those that slip then get the kinetic one, until no more
-    slip. `drift` gives rates, which decide where two modes fit at the limit.
+    slip. Where two modes fit at the limit, `left` decides, where exact numbers tell what is left there, too little for
+    floats: by rows, z of what touches, and for friction (under its part's first row) mu N - |z_t|. Else rates do, which
+    `drift` gives.
     Raises NoSolutionError for rows that are not finite.
     """
     _verify_finite(problem)
-    search = _Search(scaled(problem), every, drift)
+    search = _Search(scaled(problem), every, drift, left or {})
     ends = search.run(*_begin(search.problem, previous))
     told = tuple(search.told(end) for end in ends)
     free = np.flatnonzero(np.any([end.labels.moving for end in ends], axis=0)) if ends else ()
@@ -86,8 +90,10 @@ class _End:
 
 
 class _Search:
-    def __init__(self, problem: Scaled, every: bool, drift: Drift | None = None) -> None:
-        self.problem, self.drift = problem, drift
+    def __init__(
+        self, problem: Scaled, every: bool, drift: Drift | None = None, left: Mapping[int, float] | None = None
+    ) -> None:
+        self.problem, self.drift, self.left = problem, drift, left or {}
         self.exact = every or drift is not None
         self.states = States(problem, every)
 
@@ -141,16 +147,30 @@ class _Search:
             return _Labels(mode, (), none, none)
         unsure, moving = undetermined(self.problem, solve_mode(self.problem, mode, trial.mu), trial)
         limit = tied(self.problem, trial, mode, unsure)
-        if not limit or self.drift is None:
-            return _Labels(mode, limit.rows(self.problem), unsure, moving)
-        state = self._state(trial, mode, kinetic)
-        rates = rate_problem(self.problem, trial, mode, limit, self.drift(state) / self.problem.lengths)
-        ends = _Search(rates.problem, every=True).run([])
-        if len(ends) != 1:
-            return _Labels(mode, limit.rows(self.problem), unsure, moving)
-        (end,) = ends
-        mode, again = with_rates(self.problem, (trial, mode, limit), rates, (end.trial, end.labels.mode))
-        return _Labels(mode, again.rows(self.problem), unsure, moving)
+        for changes in (self._left, self._rates):
+            if not limit or (change := changes(limit, self._state(trial, mode, kinetic))) is None:
+                continue
+            rates = rate_problem(self.problem, trial, mode, limit, *change)
+            ends = _Search(rates.problem, every=True).run([])
+            if len(ends) == 1:
+                after = ends[0].trial, ends[0].labels.mode
+                mode, limit = with_rates(self.problem, (trial, mode, limit), rates, after)
+        return _Labels(mode, limit.rows(self.problem), unsure, moving)
+
+    def _left(self, limit: Ties, state: LawState) -> tuple[Floats, Floats] | None:
+        """Return what is left at limits, to the largest, and no rates; None where exact numbers tell nothing."""
+        known = {k: self.left[k] * self.problem.sizes[k] for k in limit.rows(self.problem) if k in self.left}
+        largest = max((abs(value) for value in known.values()), default=0.0)
+        if not largest:
+            return None
+        left = np.zeros(self.problem.count)
+        left[list(known)] = np.array(list(known.values())) / largest
+        return np.zeros(self.problem.count), left
+
+    def _rates(self, limit: Ties, state: LawState) -> tuple[Floats, Floats] | None:
+        if self.drift is None:
+            return None
+        return self.drift(state) / self.problem.lengths, np.zeros(self.problem.count)
 
     # --- what is told -------------------------------------------------------------------------------------------------
 

@@ -5,8 +5,11 @@ On pairs that are both zero, and with A, C and D as they are,
     a' = A y + D z' + g,   y = C^T z'      (g: how a changes while z does not)
 
 is a problem of the same kind: 0 <= a_n' beside 0 <= z_n'; 0 <= mu N' + s z_t' beside s a_t' >= 0 where friction is at
-its limit mu N = -s z_t; Coulomb's law of z_t' where N = 0. All else of the mode stays as it is: active rows have
-a' = 0, what slides follows its normals.
+its limit mu N = -s z_t (in space along z_t; across it a_t' = 0); Coulomb's law of z_t' where N = 0. All else of the
+mode stays as it is: active rows have a' = 0, what slides follows its normals.
+
+Where exact numbers tell what is left at a limit, too little for floats, the same problem has g = 0 and 0 <= d + z_n',
+0 <= d + mu N' + s z_t' with that d: its changes z' are those that the forces need to be within their limits.
 """
 
 from __future__ import annotations
@@ -17,8 +20,8 @@ import numpy as np
 
 from multibody_sym.dynamics.laws.judgement import TIED, force_tolerance, gap_tolerance
 from multibody_sym.dynamics.laws.mode_solve import Trial, sticking
-from multibody_sym.dynamics.laws.problem import STICKS
-from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Scaled
+from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS
+from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Places, Scaled
 from multibody_sym.numerics.arrays import Floats
 
 
@@ -59,8 +62,11 @@ class RateProblem:
     parts: tuple[int, ...]
 
 
-def rate_problem(problem: Scaled, trial: Trial, mode: Modes, ties: Ties, g: Floats) -> RateProblem:
-    """Return the problem of rates; its rows are those of the problem, without laws where the mode keeps them out."""
+def rate_problem(problem: Scaled, trial: Trial, mode: Modes, ties: Ties, g: Floats, left: Floats) -> RateProblem:
+    """Return the problem of rates; its rows are those of the problem, without laws where the mode keeps them out.
+
+    `left` (m) is what is left at limits of forces, negative where they are beyond.
+    """
     made = _Rates(problem, trial, mode, ties)
     for part in problem.parts:
         made.take(part)
@@ -74,7 +80,7 @@ def rate_problem(problem: Scaled, trial: Trial, mode: Modes, ties: Ties, g: Floa
         A=made.A,
         C=made.C,
         D=made.D,
-        r=-made.sense * g,
+        r=made.A @ (made.C.T @ left) + made.D @ left - made.along_slip(g),
         kinematic=np.sort(kinematic).astype(np.intp),
         unilateral=np.sort(unilateral).astype(np.intp),
         both=np.zeros(0, dtype=np.intp),
@@ -89,7 +95,7 @@ class _Rates:
     def __init__(self, problem: Scaled, trial: Trial, mode: Modes, ties: Ties) -> None:
         self.problem, self.trial, self.mode, self.ties = problem, trial, mode, ties
         self.A, self.C, self.D = problem.A.copy(), problem.C.copy(), problem.D.copy()
-        self.sense = np.ones(problem.count)
+        self.turned = list[tuple[Places, Floats]]()
         self.held, self.one_way = list[int](), list[int]()
         self.parts = list[Part]()
         self.stuck = sticking(problem, mode, trial.mu)
@@ -105,21 +111,33 @@ class _Rates:
             self._follow(part, -mu * moving)
         elif set(part.normals.tolist()) <= set(self.ties.normals) and not part.in_space:
             self.parts.append(replace(part, static=mu, kinetic=mu))
-        elif part.number in self.ties.parts and not part.in_space:
-            sign = -float(np.sign(z[part.rows[0]]))
-            self._follow(part, np.array([-mu * sign]))
-            row = int(part.rows[0])
-            self.A[row] *= sign
-            self.C[row] *= sign
-            self.D[:, row] *= sign
-            self.D[row] *= sign
-            self.sense[row] = sign
-            self.one_way.append(row)
+        elif part.number in self.ties.parts:
+            way = against(z[part.rows])
+            self._follow(part, -mu * way)
+            self._turn(part.rows, way)
+            self.one_way.append(int(part.rows[0]))
+            self.held += part.rows[1:].tolist()
         else:
             self.held += part.rows.tolist()
 
     def _begun(self, part: Part, slip: int) -> Floats:
         return self.mode.direction(part) if part.in_space else np.array([float(slip)])
+
+    def _turn(self, rows: Places, way: Floats) -> None:
+        """Let the first of a part's rows be along a unit vector, the others across it."""
+        across = np.linalg.qr(np.column_stack([way, np.eye(len(way))]))[0].T
+        frame = np.vstack([way, across[1:]])
+        self.A[rows], self.C[rows] = frame @ self.A[rows], frame @ self.C[rows]
+        self.D[:, rows] = self.D[:, rows] @ frame.T
+        self.D[rows] = frame @ self.D[rows]
+        self.turned.append((rows, frame))
+
+    def along_slip(self, a: Floats) -> Floats:
+        """Return what rows (m) have, along and across the slip of parts at their limits."""
+        a = a.copy()
+        for rows, frame in self.turned:
+            a[rows] = frame @ a[rows]
+        return a
 
     def _follow(self, part: Part, exerts: Floats) -> None:
         """Let the normals exert the part's friction too."""
@@ -131,6 +149,11 @@ class _Rates:
         for normal, weight in zip(part.normals, weights, strict=True):
             self.C[normal] += weight * exerts @ self.C[part.rows]
             self.D[:, normal] += weight * self.D[:, part.rows] @ exerts
+
+
+def against(friction: Floats) -> Floats:
+    """Return the unit vector in which a part begins to slip at the limit of its friction."""
+    return np.asarray(-friction / np.linalg.norm(friction), dtype=float)
 
 
 def with_rates(
@@ -146,15 +169,18 @@ def with_rates(
         mode.sides[k] = labels.sides[k]
     for number in ties.parts:
         part = problem.parts[number]
-        if not part.in_space and not labels.sides[part.rows[0]]:
-            _slips(mode, part, -int(np.sign(old.z[part.rows[0]])))
+        if not labels.sides[part.rows[0]]:
+            _slips(mode, part, against(old.z[part.rows]))
     for k, number in enumerate(rates.parts):
         if labels.slips[k] != STICKS:
-            _slips(mode, problem.parts[number], int(labels.slips[k]))
-    parts = [k for k in ties.parts if problem.parts[k].in_space or still[problem.parts[k].rows[0]]]
+            _slips(mode, problem.parts[number], np.array([float(labels.slips[k])]))
+    parts = [k for k in ties.parts if still[problem.parts[k].rows[0]]]
     return mode, Ties(tuple(k for k in ties.normals if still[k]), tuple(parts))
 
 
-def _slips(mode: Modes, part: Part, slip: int) -> None:
-    mode.slips[part.number] = slip
+def _slips(mode: Modes, part: Part, way: Floats) -> None:
+    """Let a part slip along a unit vector."""
+    mode.slips[part.number] = IN_SPACE if part.in_space else int(way[0])
+    if part.in_space:
+        mode.direction(part)[:] = way
     mode.sides[part.rows] = 0

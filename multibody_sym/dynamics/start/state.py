@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Final
 
 from multibody_sym.dynamics.laws.assemble import TOUCHING, OneWayRows, Posed, one_way_rows, posed
@@ -126,16 +126,23 @@ def _soon_searched(problem: LawProblem) -> bool:
     return in_space <= _IN_SPACE
 
 
-def _found(problem: Posed) -> Found:
-    """Return what the laws leave of a problem."""
+def _found(problem: Posed, left: Mapping[str, float] | None = None) -> Found:
+    """Return what the laws leave of a problem, where exact numbers say what is `left` at limits, by rows."""
     from multibody_sym.dynamics.laws.search import find  # brings scipy, which a run without laws does not need
 
-    return find(problem.problem, every=_soon_searched(problem.problem), drift=problem.drift)
+    known = {problem.names.index(name): value for name, value in (left or {}).items()}
+    return find(problem.problem, every=_soon_searched(problem.problem), drift=problem.drift, left=known)
 
 
-def examined_state(system: System, overrides: Mapping[str, float] | None = None) -> StartState:
-    """Return the state of a system at its start, with its numbers examined."""
-    return state_at(examined(system), project=system.simulation.project, overrides=overrides)
+def examined_state(
+    system: System, overrides: Mapping[str, float] | None = None, *, left: Mapping[str, float] | None = None
+) -> StartState:
+    """Return the state of a system at its start, with its numbers examined.
+
+    `left`, by rows at their limits, is what exact numbers say is left there, which then decides.
+    """
+    search = None if left is None else partial(_found, left=left)
+    return state_at(examined(system), project=system.simulation.project, overrides=overrides, search=search)
 
 
 def rows_at(base: Mechanism, begin: Start) -> OneWayRows:

@@ -63,6 +63,26 @@ def test_a_particle_that_begins_to_slip_has_the_kinetic_coefficient() -> None:
     assert state.kinetic == {0}
 
 
+TURNS = [((0.3, 0.4), 2, ()), ((-0.3, -0.4), 0, ()), ((1.0, 0.0), 2, ()), ((-0.4, 0.3), 0, (1,)), ((-1.0, 0.0), 0, ())]
+
+
+@pytest.mark.parametrize(("rate", "slip", "at_limit"), TURNS)
+def test_a_push_at_the_limit_moves_a_particle_where_it_grows(
+    rate: tuple[float, float], slip: int, at_limit: tuple[int, ...]
+) -> None:
+    """The push is 3 and 4 N, all that the floor holds: by its rate it goes beyond, falls behind, or turns alone."""
+    asked = particle(np.array([3.0, 4.0]), 0.5, 0.4)
+    (state,) = find(asked, drift=lambda state: asked.matrix @ [*rate, 0.0]).states
+    assert (state.mode.slips, state.at_limit) == ((slip,), at_limit)
+    assert state.z == pytest.approx([10.0, *(-np.array([3.0, 4.0]) * (0.8 if slip else 1.0))], rel=1e-9)
+
+
+def test_a_particle_that_exact_numbers_say_is_beyond_its_circle_slips() -> None:
+    (state,) = find(particle(np.array([3.0, 4.0]), 0.5, 0.4), left={1: -1e-30}).states
+    assert (state.mode.slips, state.at_limit) == ((2,), ())
+    assert state.mode.directions[0] == pytest.approx((0.6, 0.8), rel=1e-9)
+
+
 def test_friction_of_what_slides_is_against_its_velocity_not_its_acceleration() -> None:
     state = only(particle(np.array([1.0, 2.0]), 0.5, 0.4, (3.0, -4.0)))
     assert state.mode.slips == (2,)

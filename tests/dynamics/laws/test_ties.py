@@ -94,3 +94,41 @@ def test_rates_are_asked_of_the_state_that_is_tied() -> None:
     find(blocks(np.array([[5.0, -G]]), 0.5, 0.4), drift=drift)
     find(blocks(np.array([[3.0, -G]]), 0.5, 0.4), drift=drift)
     assert [state.z.tolist() for state in asked] == [[10.0, -5.0]]
+
+
+@pytest.mark.parametrize(("left", "slip"), [(-1e-30, 1), (1e-30, 0)])
+def test_what_exact_numbers_say_is_left_of_friction_decides_at_the_limit(left: float, slip: int) -> None:
+    """Beyond its static limit, by however little, the block slips under the kinetic one."""
+    (state,) = find(blocks(np.array([[5.0, -G]]), 0.5, 0.4), left={1: left}).states
+    assert (state.mode.slips, state.at_limit) == ((slip,), ())
+    assert state.z == pytest.approx([G, -4.0 if slip else -5.0])
+
+
+@pytest.mark.parametrize(("left", "side"), [(-1e-30, 0), (1e-30, 1)])
+def test_what_exact_numbers_say_presses_decides_whether_a_contact_without_force_is_closed(
+    left: float, side: int
+) -> None:
+    (state,) = find(blocks(np.array([[0.0, 0.0]]), 0.5, 0.4), left={0: left}).states
+    assert (state.mode.sides[0], state.at_limit) == (side, ())
+
+
+def test_exact_numbers_come_before_rates_and_rates_decide_where_they_are_zero() -> None:
+    """The push shrinks: the block that is beyond its limit slips now, the one that is at its limit does not."""
+    asked = blocks(np.array([[5.0, -G], [5.0, -G]]), 0.5, 0.4)
+    (state,) = find(asked, drift=lambda state: asked.matrix @ [-1.0, 0.0, -1.0, 0.0], left={1: -1e-30}).states
+    assert (state.mode.slips, state.at_limit) == ((1, 0), ())
+
+
+SHARED = [((-1.0, 2.0), (0, 0), 1), ((-2.0, 1.0), (1, 1), 1), ((1.0, -2.0), (0, 1), 0)]
+
+
+@pytest.mark.parametrize(("left", "slips", "taut"), SHARED)
+def test_a_string_shares_what_is_left_between_two_blocks_at_their_limits(
+    left: tuple[float, float], slips: tuple[int, int], taut: int
+) -> None:
+    """The block behind is held by what is left at the one before it, where that is enough."""
+    plain = blocks(np.array([[5.0, -G], [5.0, -G]]), 0.5, 0.5)
+    A = np.vstack([plain.matrix, [-1.0, 0.0, 1.0, 0.0]])
+    tied = LawProblem(A, A, np.zeros((5, 5)), np.append(plain.right, 0.0), (*plain.laws, Unilateral()), plain.parts)
+    (state,) = find(tied, left={1: 1e-20 * left[0], 3: 1e-20 * left[1]}).states
+    assert (state.mode.slips, state.mode.sides[4]) == (slips, taut)
