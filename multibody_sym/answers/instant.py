@@ -301,7 +301,7 @@ def _closed(
 ) -> tuple[SymbolicState, ClosedForms | None]:
     """Return the start over Nodes and the closed forms there, in directions of slip that hold whatever the values."""
     declared = declared_state(formal, begin)
-    directed = with_directions(formal, declared, begin)
+    directed = with_directions(formal, declared)
     if directed is not declared:
         found = forms_of(formal, directed, sides, {})
         if found is not None and begins_along(formal, directed, found):

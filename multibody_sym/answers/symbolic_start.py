@@ -212,7 +212,7 @@ class _SymbolicStart:
 # --- directions in which slip in space begins ----------------------------------------------------------------------
 
 
-def with_directions(mechanism: Mechanism, given: SymbolicState, begin: Start) -> SymbolicState:
+def with_directions(mechanism: Mechanism, given: SymbolicState) -> SymbolicState:
     """Return a state with formulas in place of the directions in which something begins to slide in space.
 
     They are along a tangent where nothing leads aside, else those in which it would slide without friction, as far as
@@ -220,14 +220,15 @@ def with_directions(mechanism: Mechanism, given: SymbolicState, begin: Start) ->
     without such formulas is returned as it is.
     """
     found: dict[Node, Node] = {}
+    sample = {node: float(letter.sample) for node, letter in given.letters.items()}
     for sliding in _beginning(mechanism):
         assert sliding.starts is not None
-        numbers = [begin.parameters[leaf.data[1]] for leaf in sliding.starts]
+        numbers = evaluate_float(given.state.values(sliding.starts), sample)
         if sorted(map(abs, numbers))[-2] <= _ASIDE:
             formulas = [as_node(round(x)) for x in numbers]
         else:
             formulas = _smooth_direction(mechanism, given, sliding)
-        values = evaluate_float(formulas, {node: float(letter.sample) for node, letter in given.letters.items()})
+        values = evaluate_float(formulas, sample)
         if formulas and max(abs(a - b) for a, b in zip(values, numbers, strict=True)) <= _SAME_DIRECTION:
             found |= dict(zip(sliding.starts, formulas, strict=True))
     if not found:

@@ -26,6 +26,7 @@ from multibody_sym.model.mechanism.mass import IDENTITY
 from multibody_sym.scalars.functions import apply as operation
 from multibody_sym.scalars.functions import is_exactly, sign, sqrt, where
 from multibody_sym.scalars.vectors import (
+    ZERO_VECTOR,
     S,
     Vec,
     add,
@@ -200,7 +201,7 @@ def _(skin: Round, motion: Motion, normal: Direction) -> tuple[Vec, Vec]:
 
 @_arm.register
 def _(skin: Rim, motion: Motion, normal: Direction) -> tuple[Vec, Vec]:
-    """With the axis a and g = n - (n . a) a it is -r g / |g|."""
+    """With the axis a and g = n - (n . a) a it is -r g / |g|; of a rim parallel to a plane its centre is as near."""
     (radius,) = motion.state.values([skin.radius])
     axis = direction(motion, skin.place, skin.axis)
     axis_rate = cross(angular_velocity(motion, skin.place.body), axis)
@@ -208,6 +209,8 @@ def _(skin: Rim, motion: Motion, normal: Direction) -> tuple[Vec, Vec]:
     steep = subtract(normal.vector, scale(tilt, axis))
     steep_rate = subtract(normal.rate, add(scale(tilt_rate, axis), scale(tilt, axis_rate)))
     length = sqrt(dot(steep, steep))
+    if is_exactly(length, 0):
+        return ZERO_VECTOR, ZERO_VECTOR
     up = scale(1 / length, steep)
     up_rate = scale(1 / length, subtract(steep_rate, scale(dot(up, steep_rate), up)))
     return scale(-radius, up), scale(-radius, up_rate)
@@ -321,6 +324,16 @@ def _axis_seen(normal: Vec) -> Vec:
 
 def _crossed(a: Direction, b: Direction) -> Direction:
     return Direction(cross(a.vector, b.vector), add(cross(a.rate, b.vector), cross(a.vector, b.rate)))
+
+
+def lies_flat(row: ContactRow, motion: Motion) -> bool:
+    """Return whether a rim is parallel to the plane of its contact, at a state in floats."""
+    rim = next((skin for skin in row.skins if isinstance(skin, Rim)), None)
+    face = next((skin for skin in row.skins if isinstance(skin, Flat)), None)
+    if rim is None or face is None:
+        return False
+    steep = cross(direction(motion, rim.place, rim.axis), direction(motion, face.place, face.normal))
+    return bool(dot(steep, steep) <= _PARALLEL)
 
 
 def reach(row: ContactRow, motion: Motion) -> list[S]:

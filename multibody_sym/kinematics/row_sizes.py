@@ -233,7 +233,7 @@ def _steepness(row: ContactRow, motion: Motion) -> float:
         return 0.0
     normal, axis = direction(motion, flat.place, flat.normal), direction(motion, rim.place, rim.axis)
     tilt = dot(normal, axis)
-    return 2.0 / hypot(*subtract(normal, tuple(tilt * x for x in axis)))
+    return 2.0 / max(hypot(*subtract(normal, tuple(tilt * x for x in axis))), _PARALLEL)
 
 
 @_terms.register

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from multibody_sym.errors import ModelError, at
-from multibody_sym.kinematics.contacts import reach, touch
+from multibody_sym.kinematics.contacts import lies_flat, reach, touch
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.model.declaration.contacts import verify_coefficients
 from multibody_sym.model.mechanism.contact_rows import ContactRow
@@ -67,6 +67,13 @@ def verify_outside(motion: Motion, tolerance: float) -> None:
                 raise ModelError(
                     f"{first} starts {-gap:.6g} m inside {second}{part}; move it out along the normal "
                     "(initial: {q: ..}), or correct the surface: its normal points out of its body"
+                )
+        if gap <= tolerance and not element.open and lies_flat(row, motion):
+            first, second = (skin.place.name for skin in row.skins)
+            with at(*element.path):
+                raise ModelError(
+                    f"the rim of {first} and {second} lies flat and touches all around, in no one place: name points "
+                    "of it (points: {p1: [r, 0, 0], ..}, three or more, and contacts with repeat), or tilt it"
                 )
 
 

@@ -30,6 +30,16 @@ class CoefficientField:
 
 
 @dataclass(frozen=True)
+class KineticField(Scalar):
+    """A coefficient of friction of what slides, which is a number."""
+
+    def accept(self, value: Any) -> Node:
+        if is_text(value, ENOUGH):
+            raise ModelError("what slides rubs with a coefficient; what never slips is static: enough, without kinetic")
+        return super().accept(value)
+
+
+@dataclass(frozen=True)
 class Contact(Element):
     """Two bodies that may touch and then push each other, never pull; the first of `between` against the second.
 
@@ -46,7 +56,7 @@ class Contact(Element):
 
     between: tuple[str, ...] = holds(ListOf(Text(), 2, 2))
     static: Coefficient | None = holds(CoefficientField(), None, keyword=True)
-    kinetic: Node | None = holds(Scalar(""), None, keyword=True)
+    kinetic: Node | None = holds(KineticField(""), None, keyword=True)
     restitution: Node = holds(Scalar(""), 0, keyword=True)
     rolling_resistance: Node | None = holds(Scalar("m"), None, keyword=True)
     tangent: Point | None = holds(Direction(), None, keyword=True)

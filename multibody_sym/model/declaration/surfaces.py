@@ -77,6 +77,11 @@ class Surface(Element):
         if sum(getattr(self, kind) is not None for kind in _KINDS) != 1:
             places = "plane: [x, y, z], segment: [p, q], point: [x, y, z]"
             raise ModelError(f"a surface is one of sphere: radius, disc: radius, {places}, revolution: height")
+        for kind in ("sphere", "disc"):
+            radius = getattr(self, kind)
+            if radius is not None and radius.shadow is not None and radius.shadow <= 0:
+                told = f"a radius of {text(radius)}: what is round has a positive one, {{point: [x, y, z]}} none"
+                raise ModelError(told).under(kind)
         if self.inside and self.sphere is None and self.disc is None:
             raise ModelError("a sphere or a disc may be touched from inside, nothing else").under("inside")
         if self.between is not None and self.plane is None:

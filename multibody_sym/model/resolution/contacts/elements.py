@@ -247,12 +247,13 @@ def _across(name: str, contact: Contact, skins: tuple[Skin, Skin], references: R
     if contact.tangent is None:
         return _usual_across(name, skins, references, flat)
     usual, _ = surface_tangents(normal, flat=flat)
+    lying = subtract(contact.tangent, scale(dot(contact.tangent, normal), normal))
+    side = sample_value(dot(contact.tangent, usual) if flat else dot(lying, lying), references.parameters)
     with at("tangent"):
-        if not flat:
-            return unit_vector(subtract(contact.tangent, scale(dot(contact.tangent, normal), normal)))
-        side = sample_value(dot(contact.tangent, usual), references.parameters)
-        if not abs(side) > _ALONG_NORMAL:
+        if not abs(side) > (_ALONG_NORMAL if flat else _ALONG_NORMAL**2):
             raise ModelError("it leads along the normal; give a direction along the surface")
+    if not flat:
+        return unit_vector(lying)
     return usual if side > 0 else negate(usual)
 
 
@@ -323,6 +324,11 @@ def _cannot_touch(a: Skin, b: Skin, both: str) -> ModelError:
         return ModelError(
             f"{both} are two planes, which have no one place where they touch; name points or a round surface of one "
             "body, or give it shape: {box: ..}, whose corners touch"
+        )
+    if isinstance(a, (Edge, Flat)) and isinstance(b, (Edge, Flat)):
+        return ModelError(
+            f"{both}: a plane is touched by points and round surfaces, not by an edge; name its body by itself, whose "
+            "corners or ends touch"
         )
     if isinstance(a, Edge) or isinstance(b, Edge):
         return ModelError(

@@ -63,7 +63,8 @@ def solid_of(reference: str, references: References, *, flat: bool) -> Solid:
     """Return what `body`, `body.surface` or `body.point` touches with, in a `flat` model or in space.
 
     A body by itself is what its shape is, or its only surface that is no plane, or its point; ground its only surface;
-    a box has the faces right, top, left, bottom, front and back, in space edges by two of them, such as bottom_front.
+    a box has the faces right, top, left, bottom, front and back, corner1, .., and in space edges by two of its faces,
+    such as bottom_front; a rod has end1, end2 and its side.
     """
     name, part = body_part(reference, references.system.bodies)
     body = references.system.bodies.get(name, BARE)
@@ -71,11 +72,11 @@ def solid_of(reference: str, references: References, *, flat: bool) -> Solid:
     if part in body.surfaces:
         return _of_surface(place, body.surfaces[part])
     if part and part not in (*body.points, *body.frames):
-        faces = dict(_of_box(place, body.shape)) if body.shape is not None and body.shape.kind == "box" else {}
-        if part in faces:
-            return Solid((("", faces[part]),))
+        parts = dict(_parts(place, body.shape)) if body.shape is not None else {}
+        if part in parts:
+            return Solid((("", parts[part]),))
         if part not in OWN_POINTS:
-            known = [f"{name}.{x}" for x in (*body.surfaces, *body.points, *body.frames, *faces)]
+            known = [f"{name}.{x}" for x in (*body.surfaces, *body.points, *body.frames, *parts)]
             raise ModelError(f"{reference!r} is no surface and no point{suggestion(reference, known)}")
     if not part and body.shape is not None:
         return _of_shape(place, body.shape)
@@ -190,9 +191,10 @@ def _faces(place: _Place, shape: Shape) -> Iterator[tuple[str, Skin]]:
         yield name, Flat(face.place, face.normal, ends, tuple(other for other in faces if other is not face))
 
 
-def _of_box(place: _Place, shape: Shape) -> Iterator[tuple[str, Skin]]:
-    yield from _faces(place, shape)
-    if not place.flat:
+def _parts(place: _Place, shape: Shape) -> Iterator[tuple[str, Skin]]:
+    """Yield what may be named of a shape: corners, faces and edges of a box, ends and sides of a rod, rims."""
+    yield from ((name, skin) for name, skin in _of_shape(place, shape).skins if name)
+    if shape.kind == "box" and not place.flat:
         yield from _edges(place, shape)
 
 
