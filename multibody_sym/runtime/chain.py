@@ -7,6 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
 
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.integration import loop_for
@@ -32,6 +35,9 @@ class Switch:
     x: Floats
     index: int
 
+
+_AT_SAMPLE: Final = 1e-9
+"""The part of the time between samples within which a run stops at the one before."""
 
 Onward = Callable[[Problem, Switch], "Problem | RunFailure | Event"]
 """Returns how a run goes on after a switch, which must be a problem begun there; why it cannot; or the stop it met."""
@@ -59,6 +65,8 @@ def chain(onward: Onward, legs: list[Leg]) -> Loop:
                 return
             following = onward(problem, Switch(Begun(latest.time, latest.written), latest.x, index))
             if isinstance(following, Event):
+                latest = _told(latest, problem, samples)
+                legs[-1] = replace(legs[-1], end=latest.written)
                 yield replace(latest, events=(*latest.events, following))
                 return
             if isinstance(following, RunFailure):
@@ -69,6 +77,15 @@ def chain(onward: Onward, legs: list[Leg]) -> Loop:
             legs.append(Leg(problem, latest.written, latest.written, latest.time))
 
     return loop
+
+
+def _told(latest: Progress, problem: Problem, samples: Floats) -> Progress:
+    """Return the progress with a sample of where the run stops, if that is behind the last one."""
+    last, following = problem.times()[latest.written - 1 :][:2] if latest.written < len(samples) else (0.0, np.inf)
+    if latest.time - last <= _AT_SAMPLE * (following - last):
+        return latest
+    samples[latest.written] = latest.x
+    return replace(latest, written=latest.written + 1)
 
 
 def _switched(progress: Progress, problem: Problem) -> int | None:

@@ -74,3 +74,13 @@ def test_states_are_written_back() -> None:
 def test_a_state_in_no_known_question_is_told_the_forms_that_are_known(asked: str) -> None:
     with pytest.raises(mbs.ModelError, match=r"no known question; ask with .*\{of: body, at.*c sticks \(a state\)"):
         thrown(f"ask: {{turn: {asked}}}")
+
+
+@pytest.mark.parametrize("omega", [50, 49.95])
+def test_a_run_that_a_state_ends_has_that_moment_behind_its_last_sample(omega: float) -> None:
+    """The drum loses 10 rad/s a second, told each 0.01 s: the last sample is the moment at which it stands."""
+    run = mbs.simulate(mbs.load(TEXTBOOK / "drum_brake.yaml"), parameters={"omega": omega})
+    assert run.t[-3:] == pytest.approx([4.98, 4.99, 5.0 if omega == 50 else 4.995], rel=1e-9)
+    assert run["phi"] == pytest.approx(omega * run.t - 5 * run.t**2, rel=1e-9)
+    assert abs(run["u_phi"][-1]) < 1e-9
+    assert run.accelerations["u_phi"] == pytest.approx([-10] * len(run.t), rel=1e-9)

@@ -145,6 +145,20 @@ def ladder(p: Given) -> dict[str, float]:
     return {"phi''": 0.0, "foot": "stick", "top.normal": push, "foot.normal": p.m * p.g, "foot.friction": push}
 
 
+def ball_in_socket(p: Given) -> dict[str, float]:
+    friction = p.mu * p.r * p.m * p.g
+    return {"socket_wx''": 0.0, "socket_wy''": 0.0, "socket_wz''": -friction / p.J, "rub.friction_3": -friction,
+            "socket.fz": p.m * p.g, "rub": "slide"}
+
+
+def two_drums(p: Given) -> dict[str, float]:
+    first, k = math.exp(p.mu1 * math.pi / 2), math.exp(p.mu1 * math.pi / 2 + p.mu2 * math.pi)
+    a = p.g * (p.M - p.mu * p.m * k) / (p.M + p.m * k)
+    T1 = p.m * (a + p.mu * p.g)
+    return {"x''": a, "depth''": a, "rope.tension1": T1, "rope.tension2": T1 * first, "rope.tension3": p.M * (p.g - a),
+            "c": "slide+", "drum1": "slip+", "drum2": "slip+"}
+
+
 PROBLEMS: dict[str, Callable[[Given], dict[str, float]]] = {
     "t2_rough_plane": t2,
     "t4_table_edge": t4,
@@ -169,6 +183,8 @@ PROBLEMS: dict[str, Callable[[Given], dict[str, float]]] = {
     "movable_pulley": movable_pulley,
     "thrown_up": thrown_up,
     "ladder": ladder,
+    "ball_in_socket": ball_in_socket,
+    "two_drums": two_drums,
 }
 
 

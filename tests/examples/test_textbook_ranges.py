@@ -23,6 +23,11 @@ RANGES: dict[str, tuple[str, Callable[[SimpleNamespace], Bounds], str]] = {
         lambda p: tuple(p.g * (p.m * math.exp(sign * p.mu * math.pi) - p.m0) for sign in (-1, 1)),
         "slips at post",
     ),
+    "two_drums": (
+        "M",
+        lambda p: (0.0, p.mu * p.m * math.exp(p.mu1 * math.pi / 2 + p.mu2 * math.pi)),
+        "slips at drum2",
+    ),
     "ladder": ("mu", lambda p: (1 / (2 * math.tan(p.theta)), None), "slips at foot"),
     "jamming_drawer": ("mu", lambda p: (p.l / (2 * p.d), None), "slips at rub"),
     "bracket_on_column": ("x", lambda p: (p.l / (2 * p.mu), None), "slips at rub"),
@@ -79,3 +84,13 @@ def test_it_happens_when_the_book_says(
     name: str, kind: str, t_end: float, formula: Callable[[SimpleNamespace], float]
 ) -> None:
     assert first_change(name, kind, t_end) == pytest.approx(formula(given(from_file(name))), rel=1e-9)
+
+
+def test_a_lamp_in_a_rough_socket_spins_as_long_as_the_book_says() -> None:
+    """A run tells slip in space from rest down to a billionth of its largest speed."""
+    p = given(from_file("ball_in_socket"))
+    time = p.J * p.omega / (p.mu * p.r * p.m * p.g)
+    run = mbs.simulate(from_file("ball_in_socket"))
+    assert run.t[-1] == pytest.approx(time, rel=1e-8)
+    w, _, _, z = run.q[-1]
+    assert 2 * math.atan2(-z, -w) % (2 * math.pi) == pytest.approx(p.omega * time / 2 % (2 * math.pi), abs=1e-7)
