@@ -21,7 +21,7 @@ from multibody_sym.model.mechanism.mode_words import mode_words
 from multibody_sym.model.mechanism.one_way import ALONG_VELOCITY, STICKS, FrictionPart, OneWay
 from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.scalars.functions import sqrt
-from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.scalars.node import ONE, Node, symbol
 from multibody_sym.scalars.traversal import leaves
 
 _TINY: Final = 1e-12
@@ -152,9 +152,10 @@ def _least_coefficient(solved: Solved, element: OneWay, part: FrictionPart) -> V
         acting = Acting(instant)
         force = acting.friction(part)
         size = sign * force[0] if len(force) == 1 else sqrt(reduce(add, (x * x for x in force)))
-        return {"": size / acting.pressing(element, part)}
+        (arm,) = instant.motion.state.values([part.arm])
+        return {"": size / (arm * acting.pressing(element, part))}
 
-    return solved.values(ratio, {"": (part.rows[0].unit == "N*m" and "m") or ""})[""]
+    return solved.values(ratio, {"": "m" if part.rows[0].unit == "N*m" and part.arm is ONE else ""})[""]
 
 
 # --- at the limit --------------------------------------------------------------------------------------------------

@@ -65,3 +65,27 @@ def test_no_mode_changes_where_friction_is_smooth() -> None:
     run = mbs.simulate(mbs.loads(INCLINE.replace("SPEED", "-0.5")), t_end=0.3, samples=31)
     assert not run.events
     assert min(run["J_x"]) < run["J_x"][-1]
+
+
+@pytest.mark.parametrize("everywhere", [True, False])
+@pytest.mark.parametrize("joint", ["revolute, axis: z", "spherical", "universal"])
+def test_what_turns_at_a_radius_is_smooth_by_the_speed_there(joint: str, everywhere: bool) -> None:
+    """J omega' = -mu r m g omega r / sqrt((omega r)^2 + e^2), with e in m/s at r = 0.02 m."""
+    turns = {"spherical": "u: [0, 0, 0.3]", "universal": "u: [0.3, 0]"}.get(joint, "u: 0.3")
+    whole = f"simulation: {{friction: {{regularised: {E}}}}}" if everywhere else ""
+    own = "" if everywhere else f", regularised: {E}"
+    system = mbs.loads(f"""\
+multibody_sym: 1
+name: spinning
+gravity: {"[0, -9.81, 0]" if "revolute" in joint else "[0, 0, -9.81]"}
+bodies: {{b: {{mass: 2, inertia: {{Ixx: 0.1, Iyy: 0.1, Izz: 0.1}}}}}}
+joints: {{J: {{type: {joint}, parent: ground, child: b, initial: {{{turns}}}}}}}
+forces: {{rub: {{type: friction, joint: J, static: 0.5, radius: 0.02{own}}}}}
+{whole}
+""")
+    found = examined_state(system)
+    state = state_of(found.mechanism, float, 0.0, found.start.q, found.start.u, found.start.parameters)
+    speed = 0.3 * 0.02
+    wanted = 0.5 * 0.02 * 2 * G * speed / math.hypot(speed, E) / 0.1
+    size = np.linalg.norm(forward_dynamics(composite_body(found.mechanism, state)).udot)
+    assert size == pytest.approx(wanted, rel=1e-12)

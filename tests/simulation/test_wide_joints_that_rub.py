@@ -193,6 +193,19 @@ def test_a_ball_by_angles_rubs_as_one_by_a_quaternion() -> None:
     assert [value(found, "rub", f"friction_{k}") for k in (1, 2, 3)] == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.parametrize("joint", ["revolute, axis: x", "universal", "spherical"])
+def test_how_rough_a_journal_must_be_is_told_as_a_coefficient(joint: str) -> None:
+    """Level, the pin holds m g * 0.5 m with m g at 0.02 m: 25, without a unit."""
+    start = {"spherical": "q: [cos(pi/4), sin(pi/4), 0, 0]", "universal": "q: [pi/2, 0]"}.get(joint, "q: pi/2")
+    text = (
+        HINGE.replace("revolute, axis: x", joint)
+        .replace("q: 0.7, u: 1", start)
+        .replace("static: 0.3", "static: enough")
+    )
+    (needed,) = [x for x in solve(loads(text)).needed.values() if x.value]
+    assert (needed.value, needed.unit) == (pytest.approx(25, rel=1e-12), "")
+
+
 @pytest.mark.parametrize(
     ("text", "old", "new", "message"),
     [

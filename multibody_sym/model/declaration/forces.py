@@ -159,7 +159,7 @@ class Friction(Element):
     sqrt(F^2 + (C/radius)^2) = mu |N|. A ball (spherical) of `radius` rubs with mu radius |F| against its angular
     velocity; a universal joint on two pins of `radius`, each with the force across it. `static` may be the word
     `enough`. One coefficient that is left out is as large as the other.
-    `regularised`: a speed (m/s) below which friction is made smooth, so that nothing ever sticks.
+    `regularised`: a speed (m/s, of what turns at its radius) below which friction is smooth, so that nothing sticks.
     """
 
     joint: str = holds(Text())

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Final, Literal
 
 from multibody_sym.model.mechanism.rows import Row
-from multibody_sym.scalars.node import ZERO, Node
+from multibody_sym.scalars.node import ONE, ZERO, Node
 
 INACTIVE: Final = 0
 ACTIVE: Final = 1
@@ -31,7 +31,8 @@ class FrictionPart:
     never slips. N is the sum of the sizes of the multipliers of `normals`, places among those of its element, or with
     `norm` their length as a vector. With `wrap` it is a rope over a rough wheel: the coefficients are
     tanh(mu phi / 2), phi being the angle over which the rope of that row is in touch there, and N the mean tension.
-    `regularised` by a speed e it is -kinetic N v / sqrt(v^2 + e^2), never sticks, and creeps where it would.
+    What turns rubs at an `arm` (m), by which the coefficients are multiplied already. `regularised` by a speed e it is
+    -kinetic N v / sqrt(v^2 + e^2), never sticks, and creeps where it would.
     """
 
     name: str
@@ -43,6 +44,7 @@ class FrictionPart:
     norm: bool = False
     wrap: int | None = None
     regularised: Node | None = None
+    arm: Node = ONE
 
 
 @dataclass(frozen=True)

@@ -37,8 +37,8 @@ def one_way_elements(references: References, slack: Sequence[Row]) -> tuple[OneW
 
 def _smoothed(element: OneWay, speed: Node) -> OneWay:
     """Return an element whose friction is smooth below a speed, if it does not have one of its own."""
-    parts = tuple(replace(part, regularised=speed) if part.regularised is None else part for part in element.frictions)
-    return replace(element, frictions=parts)
+    parts = (x if x.regularised is not None else replace(x, regularised=speed / x.arm) for x in element.frictions)
+    return replace(element, frictions=tuple(parts))
 
 
 def _ropes(references: References, rows: Sequence[Row]) -> Iterator[OneWay]:

@@ -71,8 +71,8 @@ class Rubbing:
         assert static is not None
         assert kinetic is not None
         limits = arm * static, arm * kinetic
-        smooth = element.regularised
-        return FrictionPart(name or self.name, rows, *limits, enough, tuple(normals), norm, regularised=smooth)
+        smooth = None if element.regularised is None else element.regularised / arm
+        return FrictionPart(name or self.name, rows, *limits, enough, tuple(normals), norm, regularised=smooth, arm=arm)
 
     def radius(self, advice: str) -> Node:
         """Return the radius. Raises ModelError with advice where none is given."""
