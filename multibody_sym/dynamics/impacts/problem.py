@@ -82,11 +82,11 @@ class Struck:
 
     `x` (n) is the weighted jump of speeds, `impulses` (m) and those `compression` (m) had of them, `before` and `after`
     (m) the speeds of the rows, `lost` (m, J) what each row took of the energy: minus the work of its impulse on the way
-    (rows that exert another force than their own, and define none: nan). A sum below zero is a gain, which Newton's
-    law with friction may have. `closed` are the unilateral rows that took part, `restitution` (m) the e that was used.
-    `phases` tell the course (none: nothing strikes), `impacts` how many there were. `not_unique` are rows whose
-    impulses may have other values beside the same x. `collapsed`: there were too many impacts, and the last one struck
-    all at once without bouncing. `notes` say what was decided otherwise than asked.
+    (of a drive: beside its new speed; of rows that exert another force than their own, without `speeds`: nan). A sum
+    below zero is a gain, which Newton's law with friction may have. `closed` are the unilateral rows that took part,
+    `restitution` (m) the e that was used. `phases` tell the course (none: nothing strikes), `impacts` how many there
+    were. `not_unique` are rows whose impulses may have other values beside the same x. `collapsed`: there were too many
+    impacts, and the last one struck all at once without bouncing. `notes` say what was decided otherwise than asked.
     """
 
     x: Floats

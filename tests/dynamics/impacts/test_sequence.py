@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from impact_problems import Impact
 
 from multibody_sym.dynamics.impacts.strike import strike
 from multibody_sym.dynamics.laws.problem import Equality
+from multibody_sym.errors import NoSolutionError
 
 
 def in_a_row(masses: list[float], u: list[float], e: list[float]) -> Impact:
@@ -110,6 +113,18 @@ def test_a_drive_whose_speed_jumps_takes_an_impulse() -> None:
     assert isinstance(problem.rows.laws[0], Equality)
     assert struck.impulses == pytest.approx([6.0])
     assert struck.after == pytest.approx([0.0], abs=1e-15)
+
+
+def test_speeds_wanted_of_one_body_that_contradict_each_other_are_refused() -> None:
+    cart = Impact(np.array([[2.0]]), np.array([0.0]))
+    for _ in range(2):
+        cart.both_ways([1.0])
+    problem = replace(cart.problem(), names=("left", "right"))
+    problem.rows.right[:] = 3.0, 4.0
+    with pytest.raises(NoSolutionError, match="contradict each other"):
+        strike(problem)
+    problem.rows.right[:] = 3.0, 3.0
+    assert strike(problem).x == pytest.approx([3.0 * np.sqrt(2.0)])
 
 
 def test_a_racket_that_is_moved_suddenly_strikes_the_ball_that_lies_on_it() -> None:

@@ -10,7 +10,9 @@ import pytest
 from impact_problems import Impact, random_impact
 
 from multibody_sym.dynamics.impacts.strike import strike
-from multibody_sym.dynamics.laws.problem import Equality, Unilateral
+from multibody_sym.dynamics.impacts.sweeps import swept
+from multibody_sym.dynamics.laws.problem import IN_SPACE, Equality, Unilateral
+from multibody_sym.dynamics.laws.search import find
 from multibody_sym.errors import InputError, NoSolutionError
 
 
@@ -116,6 +118,21 @@ def test_impulses_at_once_are_those_of_brute_force(law: str) -> None:
         size = np.abs(impulses).max()
         assert min(np.abs(p - impulses).max() for p in ends) < 1e-9 * size, seed
     assert tried > 5
+
+
+def test_sweeps_come_to_the_mode_that_the_search_finds() -> None:
+    """In space, from nothing: the mode that they lead to gives the same speeds."""
+    found = 0
+    for seed in range(8):
+        impact = random_impact(np.random.default_rng(seed), 2, tangents=2, equal=True)
+        problem = impact.problem("poisson").rows
+        state = find(problem, every=False).states[0]
+        mode = swept(problem)
+        assert mode is not None, seed
+        (trial,) = find(problem, mode, every=False).states
+        assert trial.x == pytest.approx(state.x, abs=1e-9 * float(np.abs(state.x).max()))
+        found += any(slip == IN_SPACE for slip in mode.slips)
+    assert found
 
 
 def test_boxes_that_land_flat_tell_the_sum_of_dependent_impulses() -> None:
