@@ -52,7 +52,8 @@ def _rows(some: Chosen, k: int) -> tuple[list[int], list[int]]:
 def _sticks(account: Account, some: Chosen, k: int) -> bool:
     own, normals = _rows(some, k)
     v = account.speeds()
-    at_rest = float(np.linalg.norm(v[own])) <= float(account.allowed[own].max())
+    small = float(np.maximum(account.allowed, account.rounding)[own].max())
+    at_rest = float(np.linalg.norm(v[own])) <= small
     return at_rest and account.problem.given_back(some.parts[k]) > 0.0 and set(normals) <= set(account.unilateral)
 
 

@@ -108,9 +108,11 @@ def _by_law(account: Account, rows: Collection[int]) -> None:
     elif law == "newton" or (law == "stronge" and not _rubs(account, rows)):
         newton(account, rows)
     else:
-        if law == "stronge" or len(rows) == 1:
-            names = ", ".join(account.problem.name(k) for k in sorted(rows))
-            account.note(f"friction at {names} is that of Poisson's law at once: they are not struck alone")
+        names = ", ".join(account.problem.name(k) for k in sorted(rows))
+        if len(rows) == 1:
+            account.note(f"{names}: several things rub, in space: their slip is that at the ends of both phases")
+        elif law == "stronge":
+            account.note(f"{names} strike together, which Stronge's law does not tell with friction: by Poisson's")
         poisson(account, rows)
 
 
