@@ -12,7 +12,8 @@ import numpy as np
 from multibody_sym.analysis.agreement import agreement, agrees
 from multibody_sym.analysis.limits import limits_passed
 from multibody_sym.analysis.slipped_wheels import slipped_wheels
-from multibody_sym.analysis.theorems import NEGLIGIBLE, conserved, instant_of, rates_of, theorems
+from multibody_sym.analysis.theorems.balance import NEGLIGIBLE, instants_of, theorems
+from multibody_sym.analysis.theorems.conserved import MOST, conserved
 from multibody_sym.dynamics.constraints.closing import Rows
 from multibody_sym.dynamics.constraints.contradiction import contradiction_of
 from multibody_sym.dynamics.constraints.redundancy import redundancy
@@ -55,7 +56,8 @@ class CheckReport:
     and joints whose forces are not
     determined; `dependencies`, for each redundant row the rows that follow from each other; `ambiguous`, elements whose
     forces are not determined, joints with the components; `agreement`: each formalism's worst scaled residual (rounding
-    is below 10, with constraints below 100); `theorems`: relative residuals; `conserved` quantities; `held` and
+    is below 10, with constraints below 100); `theorems`: relative residuals; `conserved` quantities, as outputs name
+    them, and the `symmetries` that give them; `held` and
     `assembled` start values, by how much given ones changed (`shifts`), and the largest such `shift`; `failure`: why
     there is no start to go on from, or no motion, if there is none; `hints` for the author; `withheld`: components of
     joints' reactions that are not determined, as constraints do not say where their forces act, with the reasons.
@@ -71,6 +73,7 @@ class CheckReport:
     agreement: Mapping[str, float] = field(default_factory=dict)
     theorems: Mapping[str, float] = field(default_factory=dict)
     conserved: tuple[str, ...] = ()
+    symmetries: Mapping[str, str] = field(default_factory=dict)
     held: tuple[str, ...] = ()
     assembled: tuple[str, ...] = ()
     shifts: Mapping[str, float] = field(default_factory=dict)
@@ -137,15 +140,14 @@ def _with_dynamics(
     compared = {name: f for name, f in FORMALISMS.items() if ROUTES[name].is_compared(resolved)}
     ratios = agreement(resolved, states, compared)
     found = [forward_dynamics(formalism(resolved, state)) for state in states]
-    rates = rates_of(resolved)
-    instants = [instant_of(resolved, rates, state, x) for state, x in zip(states, found, strict=True)]
-    residuals = theorems(instants)
+    residuals = theorems(instants_of(resolved, states, found))
     multipliers = dict(zip((row.name for row in resolved.rows), found[0].multipliers.tolist(), strict=True))
-    pulled = [*_pushing(resolved, multipliers, rank.not_unique), *_pulling(resolved, multipliers, rank.not_unique)]
+    pulled = [hint for hints in (_pushing, _pulling) for hint in hints(resolved, multipliers, rank.not_unique)]
     if not all(map(math.isfinite, (*ratios.values(), *residuals.values()))):
         blame_numbers(system)
     agreed = agrees(resolved, ratios) and all(x <= NEGLIGIBLE for x in residuals.values())
     failure = None if agreed else _contradiction(resolved, begin, states)
+    kept = {each.name: each.symmetry for each in conserved(resolved, begin)}
     return CheckReport(
         degrees_of_freedom=len(resolved.speeds) - sum(rank.doubles.values()) - rank.rank,
         rank=rank.rank,
@@ -155,7 +157,8 @@ def _with_dynamics(
         ambiguous=rank.ambiguous,
         agreement=ratios,
         theorems=residuals,
-        conserved=tuple(conserved(instants)),
+        conserved=tuple(kept),
+        symmetries=kept,
         held=begin.held,
         assembled=begin.assembled,
         shifts=begin.shifts,
@@ -186,6 +189,8 @@ def _contradiction(resolved: Mechanism, begin: Start, states: Sequence[State]) -
 def _not_compared(resolved: Mechanism) -> list[str]:
     left_out = [name for name, route in ROUTES.items() if route.is_slow(resolved)]
     hints = [f"not compared, as it would take long for so many speeds: {', '.join(left_out)}"] if left_out else []
+    if len(resolved.speeds) > MOST:
+        hints.append("conserved quantities are not looked for, for the same reason")
     return hints if len(resolved.speeds) <= MANY_SPEEDS else [*hints, "compared at the start only, for the same reason"]
 
 

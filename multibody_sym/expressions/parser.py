@@ -210,9 +210,9 @@ class _Parser:
                     break
                 if closing.kind != ",":
                     raise self.error(closing, self.no_name(token, closing))
-        wanted = QUANTITIES[token.text].arguments
-        if len(names) != len(wanted):
-            raise self.error(token, _arity(token.text, wanted, len(names)))
+        asked = QUANTITIES[token.text]
+        if asked.taking(len(names)) is None:
+            raise self.error(token, _arity(token.text, asked.arguments, len(names), asked.others))
         return quantity(token.text, names)
 
     def numbered_run(self, function: Token, names: list[str]) -> None:
@@ -378,10 +378,11 @@ def _instead(token: Token) -> str:
     return f", not '{token.text}'" if token.text else ""
 
 
-def _arity(name: str, wanted: tuple[str, ...], given: int) -> str:
-    count = "two or more" if wanted and wanted[-1] == "..." else str(len(wanted))
+def _arity(name: str, wanted: tuple[str, ...], given: int, others: tuple[tuple[str, ...], ...] = ()) -> str:
+    count = "two or more" if wanted and wanted[-1] == "..." else " or ".join(str(len(x)) for x in (wanted, *others))
     plural = "" if count == "1" else "s"
-    return f"{name}({', '.join(wanted)}) takes {count} argument{plural}, not {given}"
+    forms = " or ".join(f"{name}({', '.join(x)})" for x in (wanted, *others))
+    return f"{forms} takes {count} argument{plural}, not {given}"
 
 
 def _no_function(name: str) -> str:

@@ -7,13 +7,24 @@ from typing import Final, NamedTuple
 
 from multibody_sym.expressions.known_units import Kind, Known
 from multibody_sym.expressions.units import ENERGY, FORCE, Dimension
+from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.traversal import leaves
 
 
 class Quantity(NamedTuple):
-    """What a quantity is asked with, and its dimension (None where that depends on what is asked)."""
+    """What a quantity is asked with, and its dimension (None where that depends on what is asked).
+
+    `others`: what it may be asked with instead, other numbers of arguments. `of_run`: it adds up along a run.
+    """
 
     arguments: tuple[str, ...]
     dimension: Dimension | None
+    others: tuple[tuple[str, ...], ...] = ()
+    of_run: bool = False
+
+    def taking(self, count: int) -> tuple[str, ...] | None:
+        """Return the kinds of so many arguments; None where it is not asked with so many."""
+        return next((kinds for kinds in (self.arguments, *self.others) if len(kinds) == count), None)
 
 
 QUANTITIES: Final[dict[str, Quantity]] = {
@@ -27,16 +38,31 @@ QUANTITIES: Final[dict[str, Quantity]] = {
     "tension": Quantity(("rope",), Dimension(1, 1, -2)),
     "multiplier": Quantity(("constraint",), None),
     "total_energy": Quantity((), ENERGY),
-    "kinetic_energy": Quantity((), ENERGY),
-    "potential_energy": Quantity((), ENERGY),
+    "kinetic_energy": Quantity((), ENERGY, (("whole",),)),
+    "potential_energy": Quantity((), ENERGY, (("store",),)),
+    "jacobi_integral": Quantity((), ENERGY),
     "center_of_mass": Quantity(("axis",), Dimension(0, 1, 0)),
-    "momentum": Quantity(("axis",), Dimension(1, 1, -1)),
-    "angular_momentum": Quantity(("axis",), Dimension(1, 2, -1)),
+    "momentum": Quantity(("axis",), Dimension(1, 1, -1), (("whole", "axis"),)),
+    "angular_momentum": Quantity(("axis",), Dimension(1, 2, -1), (("whole", "axis"), ("whole", "about", "axis"))),
+    "generalized_momentum": Quantity(("freedom",), None),
+    "power": Quantity(("exerting",), Dimension(1, 2, -3)),
+    "work": Quantity(("exerting",), ENERGY, of_run=True),
+    "impulse": Quantity(("exerting", "axis"), Dimension(1, 1, -1), (("exerting", "whole", "axis"),), of_run=True),
 }
-"""Every quantity by its name; the arguments are names of the model, joined by dots."""
+"""Every quantity by its name; the arguments are names of the model, joined by dots.
+
+A `whole` is a body or the word `system`; `about` a point, or the word `com` for its own centre of mass; what is
+`exerting` a force, constraint, contact or joint, or the word `weight`; a `store` of potential energy a body or force.
+"""
+SYSTEM, OWN_CENTRE, WEIGHT = "system", "com", "weight"
 
 _ANGULAR: Final = {"angular_velocity": 1, "angular_acceleration": 1, "angular_momentum": None}
-_ENERGIES: Final = ("total_energy", "kinetic_energy", "potential_energy")
+_ENERGIES: Final = ("total_energy", "kinetic_energy", "potential_energy", "jacobi_integral", "work")
+
+
+def of_run(node: Node) -> bool:
+    """Return whether an expression names what adds up along a run: work, an impulse."""
+    return any(QUANTITIES[leaf.data[0]].of_run for leaf in leaves([node], "quantity") if leaf.data[0] in QUANTITIES)
 
 
 def component_kind(component: str) -> Kind:
@@ -45,7 +71,7 @@ def component_kind(component: str) -> Kind:
 
 
 def quantity_known(function: str, arguments: Sequence[str]) -> Known | None:
-    """Return what is known of a quantity from what is asked; None for a multiplier, which depends on the constraint."""
+    """Return what is known of a quantity from what is asked; None where that depends on the constraint or freedom."""
     if function == "reaction":
         return Known(component_kind(arguments[1]), firm=True)
     dimension = QUANTITIES[function].dimension

@@ -49,7 +49,7 @@ def _agreement(found: CheckReport) -> list[str]:
 def _theorems(found: CheckReport) -> list[str]:
     residuals = ", ".join(f"{name.replace('_', ' ')} {x:.1e}" for name, x in found.theorems.items())
     lines = [f"theorems (relative residuals): {residuals}"]
-    return [*lines, f"conserved: {_listed(found.conserved)}"] if found.conserved else lines
+    return [*lines, *(f"conserved: {name} ({found.symmetries[name]})" for name in found.conserved)]
 
 
 def _hints(hints: Sequence[str]) -> list[str]:

@@ -11,7 +11,7 @@ import pytest
 from mechanisms import Case, random_case, random_state
 
 from multibody_sym.analysis.agreement import agreement, agrees
-from multibody_sym.analysis.theorems import instant_of, rates_of, theorems
+from multibody_sym.analysis.theorems.balance import instant_of, rates_of, theorems
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.routes import FORMALISMS

@@ -11,16 +11,36 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
+from multibody_sym.dynamics.programs.exertions import SECTIONS, Exertion, exertions, resultant
+from multibody_sym.dynamics.programs.momenta import (
+    Momentum,
+    angular_momentum,
+    body_momenta,
+    centre_of_mass,
+    generalized_momenta,
+    jacobi_integral,
+    momentum,
+)
 from multibody_sym.dynamics.programs.pulleys import pulley_reactions
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.dynamics.programs.switching import SwitchingValues, switchings
 from multibody_sym.dynamics.programs.tensions import tensions_by_name
+from multibody_sym.errors import ModelError
+from multibody_sym.expressions.quantities import OWN_CENTRE, SYSTEM
 from multibody_sym.kinematics import points
-from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
+from multibody_sym.kinematics.energy import (
+    body_kinetic_energy,
+    kinetic_energy,
+    potential_energy,
+    split,
+    stored_energy,
+    weight_energy,
+)
 from multibody_sym.kinematics.loads import span, span_rate
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import arrays
+from multibody_sym.kinematics.wrenches import NO_WRENCH
 from multibody_sym.model.declaration.values import AXES
 from multibody_sym.model.mechanism.loads import PointPull
 from multibody_sym.model.mechanism.markers import Marker
@@ -29,9 +49,9 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import evaluate, sqrt
-from multibody_sym.scalars.node import Node, as_node
+from multibody_sym.scalars.node import Node, as_node, symbol
 from multibody_sym.scalars.traversal import leaves
-from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, apply, cross, dot, scale, subtract
+from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, apply, dot, subtract
 
 
 @dataclass(frozen=True)
@@ -61,6 +81,29 @@ class Instant:
     def pulleys(self) -> Mapping[str, dict[str, S]]:
         """The reactions of all massless pulleys that ropes run over."""
         return pulley_reactions(self.motion, self.multipliers)
+
+    @cached_property
+    def momenta(self) -> list[Momentum]:
+        """The momenta of all bodies."""
+        return body_momenta(self.motion)
+
+    @cached_property
+    def generalized_momenta(self) -> list[S]:
+        """dT/du (nu)."""
+        return generalized_momenta(self.motion)
+
+    @cached_property
+    def exertions(self) -> list[Exertion]:
+        """What each element exerts."""
+        return exertions(self.motion, self.udot, self.rows, self.multipliers)
+
+    def exerted_by(self, name: str) -> list[Exertion]:
+        """Return what the element of a name exerts: a force before a constraint, a contact or a joint of that name."""
+        found: dict[str, list[Exertion]] = {}
+        for each in self.exertions:
+            if each.path[1] == name:
+                found.setdefault(each.path[0], []).append(each)
+        return next((found[section] for section in SECTIONS if section in found), [])
 
     @cached_property
     def tensions(self) -> Mapping[str, S]:
@@ -94,7 +137,7 @@ def answered(trace: Trace, sources: Sources, declared: Sequence[Node]) -> list[N
     given = [trace[a.name] for a in trace.inputs]
     (kinetic,), (potential,) = trace.call(sources.energy, given)
     energies = {"kinetic_energy": kinetic, "potential_energy": potential, "total_energy": kinetic + potential}
-    found = {leaf: energies[leaf.data[0]] for leaf in asked if leaf.data[0] in energies}
+    found = {leaf: energies[leaf.data[0]] for leaf in asked if leaf.data[0] in energies and not leaf.data[1]}
     others = [leaf for leaf in asked if leaf not in found]
     if others:
         _, udot, multipliers, _ = trace.call(sources.state_derivative, given)
@@ -194,53 +237,93 @@ def _multiplier(instant: Instant, name: str) -> S:
     return instant.multipliers[rows[name]]
 
 
+def _parts(instant: Instant, whole: str) -> list[Momentum]:
+    """Return the momenta of a body, or of all where the word for the system is no body's name."""
+    names = [body.name for body in instant.motion.mechanism.bodies]
+    if whole == SYSTEM and whole not in names:
+        return instant.momenta
+    return [part for name, part in zip(names, instant.momenta, strict=True) if name == whole]
+
+
 def _center_of_mass(instant: Instant, axis: str) -> S:
-    """Return a component of the centre of mass of all bodies, sum(m r)/sum(m)."""
-    masses, total = [body.mass for body in instant.motion.masses], ZERO_VECTOR
-    for mass, (r, _) in zip(masses, _momenta(instant.motion), strict=True):
-        total = add(total, scale(mass, r))
-    return _component(total, axis) / sum(masses)
+    return _component(centre_of_mass(instant.momenta), axis)
 
 
-def _momentum(instant: Instant, axis: str) -> S:
-    return _component(_sum(p for _, p in _momenta(instant.motion)), axis)
+def _momentum(instant: Instant, *asked: str) -> S:
+    return _component(momentum(_parts(instant, asked[0] if len(asked) > 1 else SYSTEM)), asked[-1])
 
 
-def _angular_momentum(instant: Instant, axis: str) -> S:
-    motion, total = instant.motion, ZERO_VECTOR
-    momenta = zip(motion.bodies, motion.masses, _momenta(motion), strict=True)
-    for index, (moved, mass, (r, p)) in enumerate(momenta):
-        spin = apply(motion.rotation(index), apply(mass.inertia, moved.w_WB))
-        total = add(total, add(spin, cross(r, p)))
-    return _component(total, axis)
+def _angular_momentum(instant: Instant, *asked: str) -> S:
+    parts = _parts(instant, asked[0] if len(asked) > 1 else SYSTEM)
+    about = _place(instant, asked[1], parts) if len(asked) > 2 else ZERO_VECTOR
+    return _component(angular_momentum(parts, about), asked[-1])
 
 
-def _momenta(motion: Motion) -> list[tuple[Vec, Vec]]:
-    """Return each body's centre of mass and momentum, in world axes."""
-    found = []
-    for index, mass in enumerate(motion.masses):
-        com = Marker("", index, Pose(motion.mechanism.bodies[index].mass.com))
-        found.append((points.position(motion, com), scale(mass.mass, points.velocity(motion, com))))
-    return found
+def _place(instant: Instant, point: str, parts: Sequence[Momentum]) -> Vec:
+    if point == OWN_CENTRE and point not in instant.motion.mechanism.markers:
+        return centre_of_mass(parts)
+    return points.position(instant.motion, _marker(instant, point))
 
 
-def _sum(vectors: Iterable[Vec]) -> Vec:
-    total = ZERO_VECTOR
-    for vector in vectors:
-        total = add(total, vector)
-    return total
+def _generalized_momentum(instant: Instant, freedom: str) -> S:
+    """Return dT/du for a speed, or for the rate of a coordinate."""
+    mechanism = instant.motion.mechanism
+    leaf = mechanism.symbols.get(symbol(freedom))
+    rates = dict(pair for body in mechanism.bodies for pair in body.rate_pairs)
+    place = None
+    if leaf is not None and leaf.op == "slot":
+        place = leaf.data[1] if leaf.data[0] == "u" else rates.get(leaf.data[1])
+    if place is None:
+        raise ModelError(f"generalized_momentum({freedom}): {freedom!r} is no speed here, and its rate is none")
+    return instant.generalized_momenta[place]
 
 
-def _kinetic(instant: Instant) -> S:
-    return kinetic_energy(instant.motion)
+def _kinetic(instant: Instant, *whole: str) -> S:
+    motion = instant.motion
+    names = [body.name for body in motion.mechanism.bodies]
+    if not whole or (whole[0] == SYSTEM and SYSTEM not in names):
+        return kinetic_energy(motion)
+    index = names.index(whole[0])
+    return body_kinetic_energy(motion.bodies[index], motion.masses[index])
 
 
-def _potential(instant: Instant) -> S:
-    return potential_energy(instant.motion)
+def _potential(instant: Instant, *store: str) -> S:
+    """Return V, of all, of the weight of a body, or of the springs of one force."""
+    motion = instant.motion
+    names = [body.name for body in motion.mechanism.bodies]
+    if not store or (store[0] == SYSTEM and SYSTEM not in names):
+        return potential_energy(motion)
+    if store[0] in names:
+        index = names.index(store[0])
+        return weight_energy(motion.poses[index], motion.masses[index], motion.gravity)
+    own = [load for load in split(motion.mechanism.loads)[0] if load.name == store[0]]
+    return sum((stored_energy(load, motion) for load in own), 0)
 
 
 def _total(instant: Instant) -> S:
     return _kinetic(instant) + _potential(instant)
+
+
+def _jacobi(instant: Instant) -> S:
+    return jacobi_integral(instant.motion)
+
+
+def _power(instant: Instant, name: str) -> S:
+    return sum((each.power for each in instant.exerted_by(name)), 0)
+
+
+def force_on(instant: Instant, *asked: str) -> S:
+    """Return the component of what an element exerts on all bodies together, or on one."""
+    whole = asked[1] if len(asked) > 2 else SYSTEM
+    names = [body.name for body in instant.motion.mechanism.bodies]
+    found: Vec = ZERO_VECTOR
+    for each in instant.exerted_by(asked[0]):
+        if whole == SYSTEM and SYSTEM not in names:
+            own = each.of_body
+        else:
+            own = [w if name == whole else NO_WRENCH for name, w in zip(names, each.of_body, strict=True)]
+        found = add(found, resultant(instant.motion, own)[0])
+    return _component(found, asked[-1])
 
 
 _QUANTITIES: Final[dict[str, Callable[..., S]]] = {
@@ -261,4 +344,10 @@ _QUANTITIES: Final[dict[str, Callable[..., S]]] = {
     "center_of_mass": _center_of_mass,
     "momentum": _momentum,
     "angular_momentum": _angular_momentum,
+    "generalized_momentum": _generalized_momentum,
+    "jacobi_integral": _jacobi,
+    "power": _power,
+    "work": _power,
+    "impulse": force_on,
 }
+"""What adds up along a run, work and impulses, is answered with its rate here: power and force."""

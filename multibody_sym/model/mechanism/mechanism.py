@@ -153,6 +153,7 @@ class Mechanism:
     `relative` is the same system in those of its joints, in which its start is declared. `minimum_norm`:
     where rows are redundant, multipliers of least norm are asked for. `withheld`: by joint, reactions that are not
     determined; `untold` outputs name such and are not among `outputs`.
+    `run_outputs` name what adds up along a run, work and impulses, and are not among `outputs` either.
     `driving_inputs` are those that motions and constraints name, where their expressions stand.
     Of `one_way` elements none is among `rows` until a `mode` says which hold (`in_mode`); in a mode the speeds at the
     places `held` stay zero. `state_stops` end the run where an element begins to be in a state. `impact` is what
@@ -180,6 +181,7 @@ class Mechanism:
     relative: Mechanism | None = None
     withheld: Mapping[str, Withheld] = field(default_factory=dict)
     untold: tuple[str, ...] = ()
+    run_outputs: Mapping[str, Node] = field(default_factory=dict)
     driving_inputs: tuple[str, ...] = ()
     one_way: tuple[OneWay, ...] = ()
     mode: Mode | None = None

@@ -55,7 +55,8 @@ class MechanismUnits:
     @cached_property
     def outputs(self) -> dict[str, str]:
         """Of each output, measured coordinates among them; of those that cannot be told it is not asked."""
-        declared, untold = self._declared.mechanism.outputs, self.mechanism.untold
+        asked, untold = self._declared.mechanism, self.mechanism.untold
+        declared = {**asked.outputs, **asked.run_outputs}
         found = dict(zip(declared, self.of(declared.values()), strict=True))
         measured = {name: self.state[name] for name in self.mechanism.outputs if name not in found}
         return {**measured, **found, **dict.fromkeys(untold, "")}
@@ -86,6 +87,8 @@ class MechanismUnits:
         leaf = self.mechanism.symbols.get(leaf, leaf)
         if leaf.op == "quantity":
             function, arguments = leaf.data
+            if function == "generalized_momentum":
+                return None
             return quantity_known(function, arguments) or self._named_multiplier(arguments)
         return self._slot(*leaf.data) if leaf.op == "slot" else None
 

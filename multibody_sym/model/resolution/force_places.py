@@ -52,9 +52,13 @@ def with_withheld(resolved: Mechanism, system: System) -> Mechanism:
             with at("stop", name):
                 because = reasons({joint: found[joint]})[0]
                 raise ModelError(f"reaction({joint}, {component}) is not determined: {because}")
-    untold = tuple(name for name, node in resolved.outputs.items() if _undetermined(found, node))
-    outputs = {name: node for name, node in resolved.outputs.items() if name not in untold}
-    return replace(resolved, withheld=found, untold=untold, outputs=outputs)
+    declared = {**resolved.outputs, **resolved.run_outputs}
+    untold = tuple(name for name, node in declared.items() if _undetermined(found, node))
+    outputs, of_run = (
+        {name: node for name, node in own.items() if name not in untold}
+        for own in (resolved.outputs, resolved.run_outputs)
+    )
+    return replace(resolved, withheld=found, untold=untold, outputs=outputs, run_outputs=of_run)
 
 
 def is_undetermined(withheld: Mapping[str, Withheld], node: Node) -> bool:
@@ -63,8 +67,12 @@ def is_undetermined(withheld: Mapping[str, Withheld], node: Node) -> bool:
 
 
 def _undetermined(withheld: Mapping[str, Withheld], node: Node) -> list[tuple[str, str]]:
-    asked = [leaf.data[1] for leaf in leaves([node], "quantity") if leaf.data[0] == "reaction"]
-    return [(joint, part) for joint, part in asked if joint in withheld and part in withheld[joint].components]
+    found = leaves([node], "quantity")
+    asked = [leaf.data[1] for leaf in found if leaf.data[0] == "reaction"]
+    named = [leaf.data[1][0] for leaf in found if leaf.data[0] in ("power", "work", "impulse")]
+    whole = [(joint, part) for joint in named if joint in withheld for part in withheld[joint].components[:1]]
+    told = [(joint, part) for joint, part in asked if joint in withheld and part in withheld[joint].components]
+    return [*told, *whole]
 
 
 def reasons(withheld: Mapping[str, Withheld]) -> list[str]:

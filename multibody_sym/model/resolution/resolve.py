@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any, Final
 
 from multibody_sym.errors import ModelError, at
+from multibody_sym.expressions.quantities import of_run
 from multibody_sym.model.declaration.forces import Pull
 from multibody_sym.model.declaration.joint import Initial, Joint, MovingJoint
 from multibody_sym.model.declaration.states import StateCondition
@@ -88,7 +89,7 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
         speeds=tuple(replace(s, initial=_in(slots, s.initial)) for s in speeds),
         parameters=references.parameters.with_rows(len(rows)),
         inputs={name: expression_of(x) for name, x in resolved.inputs.items()},
-        outputs={**{name.data: node for name, node in told.items()}, **resolved.outputs},
+        **_outputs(resolved, told),
         stops={name: switching_function(x) for name, x in resolved.stop.items() if isinstance(x, Node)},
         kinks=_kinks(resolved),
         fades=tuple(filter(_changes, fading_functions(_declared_laws(resolved)))),
@@ -134,6 +135,13 @@ def _references(
         carrying=frozenset(tree.carrying),
         doubles={name: number for number, name in enumerate(doubled, max(numbers.values()) + 1)},
     )
+
+
+def _outputs(resolved: System, told: Mapping[Node, Node]) -> dict[str, Any]:
+    """Return the outputs that follow from the state alone, measured coordinates too, and those that add up in a run."""
+    adding = {name: node for name, node in resolved.outputs.items() if of_run(node)}
+    others = {name: node for name, node in resolved.outputs.items() if name not in adding}
+    return {"outputs": {**{name.data: node for name, node in told.items()}, **others}, "run_outputs": adding}
 
 
 def _changes(node: Node) -> bool:

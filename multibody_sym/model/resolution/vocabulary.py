@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Final
 
 from multibody_sym.errors import ExpressionError, ModelError, at, suggestion
-from multibody_sym.expressions.quantities import QUANTITIES
+from multibody_sym.expressions.quantities import OWN_CENTRE, QUANTITIES, SYSTEM, WEIGHT
 from multibody_sym.expressions.units import Dimension, dimension_of
 from multibody_sym.model.declaration.constraints import Distance, Rope, VelocityConstraint, row_names
 from multibody_sym.model.declaration.fields import Element
@@ -63,6 +63,13 @@ _MAY_NAME: Final[Mapping[str, tuple[str, ...]]] = {
     _MOTION: ("a parameter", "an input", "the time"),
 }
 _MAY_ASK: Final = ("outputs", "stop", "ask")
+_KINDS: Final[Mapping[str, str]] = {
+    "whole": "no body, nor the word system",
+    "about": "no point, nor the word com",
+    "store": "no body and no force",
+    "exerting": "no force, constraint, contact or joint, nor the word weight",
+    "freedom": "no coordinate and no speed",
+}
 
 
 def verify_expressions(system: System, names: Mapping[str, str]) -> None:
@@ -172,6 +179,25 @@ def _vocabulary(system: System) -> dict[str, list[str]]:
         "constraint": [x for names in rows.values() for x in names],
         "axis": list(AXES),
         "component": list(COMPONENTS),
+        **_of_theorems(system),
+    }
+
+
+def _of_theorems(system: System) -> dict[str, list[str]]:
+    """Return what momenta, energies, powers and impulses may be asked of."""
+    bodies = list(system.bodies)
+    points = [f"{name}.{p}" for name, b in system.bodies.items() for p in (*b.points, *b.frames, *OWN_POINTS)]
+    ground = {GROUND: BARE, **system.bodies}[GROUND]
+    declared = (system.forces, system.constraints, system.contacts, system.joints)
+    freedoms = [
+        x for name, joint in system.joints.items() for x in (*coordinate_names(name, joint), *speed_names(name, joint))
+    ]
+    return {
+        "whole": [SYSTEM, *bodies],
+        "about": [OWN_CENTRE, GROUND, *bodies, *points, *(f"{GROUND}.{p}" for p in (*ground.points, *ground.frames))],
+        "store": [SYSTEM, *bodies, *system.forces],
+        "exerting": [WEIGHT, *(name for section in declared for name in section)],
+        "freedom": freedoms,
     }
 
 
@@ -184,13 +210,16 @@ def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str
     function, arguments = leaf.data
     if section not in _MAY_ASK:
         raise ModelError(f"{leaf} can be asked in outputs, stop and ask only")
-    for kind, name in zip(QUANTITIES[function].arguments, arguments, strict=True):
+    if QUANTITIES[function].of_run and section != "outputs":
+        raise ModelError(f"{leaf} adds up along a run: it can be asked in outputs only")
+    for kind, name in zip(QUANTITIES[function].taking(len(arguments)) or (), arguments, strict=True):
         if name not in vocabulary[kind]:
             runs = sum(kind == "rope" and known.startswith(f"{name}.") for known in vocabulary[kind])
             if runs:
                 each = f"{function}({name}, 1) to {function}({name}, {runs})"
                 raise ModelError(f"{leaf}: {name!r} has a tension on each side of wheels that turn with it; ask {each}")
-            raise ModelError(f"{leaf}: {name!r} is no {kind}{suggestion(name, vocabulary[kind])}")
+            what = _KINDS.get(kind, f"no {kind}")
+            raise ModelError(f"{leaf}: {name!r} is {what}{suggestion(name, vocabulary[kind])}")
 
 
 def _listed(words: tuple[str, ...]) -> str:

@@ -8,7 +8,7 @@ from exact import Exact
 from mechanisms import random_case, random_state
 
 from multibody_sym.analysis.reference import dalembert
-from multibody_sym.analysis.theorems import rates_of
+from multibody_sym.analysis.theorems.balance import rates_of
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.formalisms.inverse_dynamics import inverse_dynamics

@@ -96,6 +96,9 @@ def test_every_quantity_of_the_language_is_known() -> None:
     _, motion, found = instant(3)
     row = motion.mechanism.rows[0].name
     names = {"point": "b1", "body": "b1", "axis": "x", "joint": "j1", "component": "fx", "constraint": row}
+    names |= {"whole": "b1", "about": "com", "store": "b1", "exerting": "weight"}
+    names["freedom"] = motion.mechanism.speeds[0].name
     for function, known in QUANTITIES.items():
-        if "rope" not in known.arguments:
-            assert np.isfinite(value(motion, found, function, *(names[a] for a in known.arguments)))
+        for arguments in (known.arguments, *known.others):
+            if "rope" not in arguments:
+                assert np.isfinite(value(motion, found, function, *(names[a] for a in arguments)))

@@ -1,4 +1,4 @@
-"""General theorems as self-checks: power, momentum, angular momentum; and what a system conserves.
+"""General theorems as self-checks at a state: power, momentum, angular momentum.
 
     dT/dt + dV/dt = power of the forces outside V, of the rows and of prescribed motion
     d/dt sum m v_C = resultant of the external forces, the ground's reactions included
@@ -26,7 +26,6 @@ from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State, slot_state
 from multibody_sym.kinematics.wrenches import Wrench, generalized_forces
-from multibody_sym.model.declaration.values import AXES
 from multibody_sym.model.mechanism.loads import Load
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.numerics.arrays import Floats
@@ -128,6 +127,12 @@ def instant_of(mechanism: Mechanism, rates: Rates, state: State, found: Accelera
     return Instant(*about, now, changes, causes, far * np.abs(causes[0]))
 
 
+def instants_of(mechanism: Mechanism, states: Sequence[State], found: Sequence[Accelerations]) -> list[Instant]:
+    """Return both sides at several states."""
+    rates = rates_of(mechanism)
+    return [instant_of(mechanism, rates, state, x) for state, x in zip(states, found, strict=True)]
+
+
 def theorems(instants: Iterable[Instant]) -> dict[str, float]:
     """Return each theorem's worst residual over states, relative to the sum of absolute values of its terms."""
     worst = dict.fromkeys(("power", "momentum", "angular_momentum"), 0.0)
@@ -139,28 +144,6 @@ def theorems(instants: Iterable[Instant]) -> dict[str, float]:
         )
         worst = {name: max(x, y) for (name, x), y in zip(worst.items(), residuals, strict=True)}
     return worst
-
-
-def conserved(instants: Sequence[Instant]) -> list[str]:
-    """Return which of energy, momentum and angular momentum about the origin stand still at all states.
-
-    They are named as outputs name them. The states' speeds must satisfy the constraints, and be of the order of one a
-    second: rates are compared with the momenta themselves. Momenta that are zero throughout are left out.
-    """
-    found = ["total_energy()"] if all(map(_keeps_energy, instants)) else []
-    for kind, name in enumerate(("momentum", "angular_momentum")):
-        now = np.array([at.momenta[kind].sum(axis=0) for at in instants])
-        rates = np.array([at.changes[kind].sum(axis=0) for at in instants])
-        sizes = [np.abs(x).sum() for at in instants for x in (at.momenta[kind], at.changes[kind], at.causes[kind])]
-        least = NEGLIGIBLE * np.array(sizes).reshape(-1, 3).sum(axis=1, keepdims=True)
-        kept = (np.abs(rates) <= least).all(axis=0) & (np.abs(now) > least).any(axis=0)
-        found += [f"{name}({axis})" for axis, is_kept in zip(AXES, kept, strict=True) if is_kept]
-    return found
-
-
-def _keeps_energy(at: Instant) -> bool:
-    terms = np.append(at.energy, at.given)
-    return abs(float(terms.sum())) <= NEGLIGIBLE * float(np.abs(terms).sum() + np.abs(at.powers).sum())
 
 
 def _unbalanced(left: Floats, right: Floats, content: Floats) -> float:

@@ -1,0 +1,110 @@
+"""What each element exerts on each body, and its power: forces, the weight, constraints, contacts and joints.
+
+The wrenches on a body together are the rate of its momentum, and all powers that of the kinetic energy. A joint has the
+power of its prescribed motion; motors, springs and friction in it have their own, though its wrench holds them too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from multibody_sym.dynamics.formalisms.inverse_dynamics import joint_wrenches
+from multibody_sym.dynamics.programs.reactions import acting
+from multibody_sym.expressions.quantities import WEIGHT
+from multibody_sym.kinematics.joint_forces import along_reactions
+from multibody_sym.kinematics.loads import applied
+from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.rows import RowMotion
+from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench, generalized_forces, to_parent
+from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, apply, cross, dot, negate, scale
+
+SECTIONS: Final = ("gravity", "forces", "constraints", "contacts", "joints")
+"""Where elements are declared, in the order in which one of several of a name is meant."""
+Path = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Exertion:
+    """What an element, declared at `path`, exerts: `of_body`, wrenches (body axes, about its origin), and its `power`.
+
+    `from_outside`: it is the weight, a load or a row, or a joint on ground; what inner joints exert cancels.
+    """
+
+    path: Path
+    of_body: Sequence[Wrench]
+    power: S
+    from_outside: bool = True
+
+
+def exertions(
+    motion: Motion, udot: Sequence[S], rows: Sequence[RowMotion], multipliers: Sequence[S]
+) -> list[Exertion]:
+    """Return what acts at a state with its accelerations (nu) and multipliers (ns), element by element."""
+    weighed = applied(motion, ()).of_body
+    found = [Exertion(("gravity", WEIGHT), weighed, power_of(motion, weighed))]
+    for load in motion.mechanism.loads:
+        forces = applied(motion, [load], weight=False)
+        along = sum((force * u for force, u in zip(forces.of_speed, motion.state.u, strict=True)), 0)
+        found.append(Exertion(("forces", load.name), forces.of_body, power_of(motion, forces.of_body) + along))
+    return [*found, *_of_rows(motion, rows, multipliers), *_of_joints(motion, udot, rows, multipliers)]
+
+
+def _of_rows(motion: Motion, rows: Sequence[RowMotion], multipliers: Sequence[S]) -> list[Exertion]:
+    beside = {k: row.beside for k, row in enumerate(rows) if row.beside is not None}
+    pushing = along_reactions([row.forces for row in rows], beside, multipliers)
+    found = []
+    for k, (row, multiplier) in enumerate(zip(rows, multipliers, strict=True)):
+        of_body = [_times(multiplier, wrench) for wrench in row.of_body]
+        told = generalized_forces(motion, row.of_body)
+        along = sum((pushing[k][j] - told[j]) * u for j, u in enumerate(motion.state.u))
+        power = power_of(motion, of_body) + multiplier * along
+        found.append(Exertion(motion.mechanism.row_path(k), of_body, power))
+    return found
+
+
+def _of_joints(
+    motion: Motion, udot: Sequence[S], rows: Sequence[RowMotion], multipliers: Sequence[S]
+) -> list[Exertion]:
+    """Return what the tree's joints exert, on their children and back on these' parents."""
+    transmitted = joint_wrenches(motion, udot, acting(motion, rows, multipliers))
+    found = []
+    for index, (body, moved) in enumerate(zip(motion.mechanism.bodies, motion.bodies, strict=True)):
+        force, moment = transmitted[index]
+        of_body = [NO_WRENCH] * len(motion.bodies)
+        of_body[index] = transmitted[index]
+        if body.parent >= 0:
+            back, turning_back = to_parent(moved, transmitted[index])
+            of_body[body.parent] = (negate(back), negate(turning_back))
+        power = dot(moved.given_linear, force) + dot(moved.given_angular, moment)
+        found.append(Exertion(("joints", body.joint_name), of_body, power, body.parent < 0))
+    return found
+
+
+def _times(factor: S, wrench: Wrench) -> Wrench:
+    if wrench is NO_WRENCH:
+        return wrench
+    force, moment = wrench
+    return scale(factor, force), scale(factor, moment)
+
+
+def power_of(motion: Motion, of_body: Sequence[Wrench]) -> S:
+    """Return the power of wrenches on the bodies: F . v + M . omega."""
+    power: S = 0
+    for moved, wrench in zip(motion.bodies, of_body, strict=True):
+        if wrench is not NO_WRENCH:
+            power = power + dot(moved.v_WB, wrench[0]) + dot(moved.w_WB, wrench[1])
+    return power
+
+
+def resultant(motion: Motion, of_body: Sequence[Wrench]) -> tuple[Vec, Vec]:
+    """Return the sum of wrenches on the bodies, and of their moments about the origin, in world axes."""
+    force, moment = ZERO_VECTOR, ZERO_VECTOR
+    for index, wrench in enumerate(of_body):
+        if wrench is NO_WRENCH:
+            continue
+        R, p = motion.poses[index]
+        own = apply(R, wrench[0])
+        force, moment = add(force, own), add(moment, add(apply(R, wrench[1]), cross(p, own)))
+    return force, moment
