@@ -93,12 +93,15 @@ class Recording:
         return growing_csv(self.path + _GROWS, names, meanwhile=True)
 
     def finish(self, run: Trajectory) -> None:
-        """Write what does not grow by itself, and a CSV that Ctrl-C may have torn. Raises OutputError."""
+        """Write what does not grow by itself, and a CSV that Ctrl-C may have torn or that tells work.
+
+        Raises OutputError.
+        """
         if not self._grows:
             self.place = write_table(self._table(run), self.path, self._begin)
             if self._growing is not None:
                 self._growing.discard()
-        elif run.interrupted and not self._through:
+        elif (run.interrupted or run.ready.mechanism.run_outputs) and not self._through:
             write_table(self._table(run), self.place)
 
 

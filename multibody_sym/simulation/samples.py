@@ -57,7 +57,8 @@ class Samples:
             columns: Mapping[str, Floats] = getattr(self, kind)
             if name in columns:
                 return columns[name]
-        known = [*self.coordinates, *self.speeds, *self.ready.mechanism.outputs, *self.ready.mechanism.inputs]
+        known = [*self.coordinates, *self.speeds, *self.ready.mechanism.outputs, *self.ready.mechanism.run_outputs]
+        known += self.ready.mechanism.inputs
         raise InputError(f"nothing in this run is called {name!r}{suggestion(name, known)}")
 
     @property
@@ -82,10 +83,17 @@ class Samples:
 
     @cached_property
     def outputs(self) -> Mapping[str, Floats]:
-        """Each declared output (m,) by name; nan where it hangs on a reaction that is withheld."""
+        """Each declared output (m,) by name; nan where it hangs on a reaction that is withheld.
+
+        Work and impulses are those since the start of the run; samples that are reported meanwhile have nan.
+        """
         (values,) = self._evaluated("outputs")
         untold = {name: np.full(len(self.t), np.nan) for name in self.ready.mechanism.untold}
-        return {**dict(zip(self.ready.mechanism.outputs, values.T, strict=True)), **untold}
+        return {**dict(zip(self.ready.mechanism.outputs, values.T, strict=True)), **untold, **self._run_outputs()}
+
+    def _run_outputs(self) -> dict[str, Floats]:
+        """Return the outputs that add up along a run (m,): samples alone do not tell them."""
+        return {name: np.full(len(self.t), np.nan) for name in self.ready.mechanism.run_outputs}
 
     @cached_property
     def kinetic_energy(self) -> Floats:

@@ -23,6 +23,9 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.crossed_boxes import crossed_boxes
+from multibody_sym.simulation.along.adding import Adding, told
+from multibody_sym.simulation.along.fine import Stretch
+from multibody_sym.simulation.along.verified import Miss, verified
 from multibody_sym.simulation.oddities import (
     accuracy_of,
     coordinates_too_far,
@@ -110,6 +113,27 @@ class Trajectory(Samples):
     def impact_losses(self) -> Mapping[str, float]:
         """The kinetic energy in J that impacts took, by what closed."""
         return {} if self.modes is None else self.modes.lost
+
+    @property
+    def stretches(self) -> list[Stretch]:
+        """The parts of the run between switches of its mode; one where it has no modes."""
+        if self.modes is not None:
+            return self.modes.along
+        end, ready = self.integration, self.ready
+        return [Stretch(ready.mechanism, ready.compiled, self.problem, end.t_final, end.statistics.steps)]
+
+    def verified(self) -> dict[str, Miss]:
+        """Return how well the general theorems hold along the run: the largest miss of each by name, with its time.
+
+        `momentum`, `angular_momentum` (about the origin) and `power` at each instant; `impulse`, `angular_impulse` and
+        `work` from event to event, which tell the accuracy of the integration too. Relative to the sums of absolute
+        values of the terms. Every stretch is run once more, in fine samples.
+        """
+        return verified(self.stretches)
+
+    def _run_outputs(self) -> dict[str, Floats]:
+        asked = self.ready.mechanism.run_outputs
+        return told(Adding(asked), self.stretches, self._parts) if asked else {}
 
     @property
     def final(self) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 from contextlib import ExitStack
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Final
 
 from multibody_sym.cli.answer import Answer
@@ -41,6 +42,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--plot", metavar="PNG", nargs="?", const="", help=figure)
     for name, described in _SETTINGS.items():
         parser.add_argument("--" + name.replace("_", "-"), metavar=name.upper(), help=described)
+    verify = "tell how well the theorems of momentum, angular momentum and energy hold along the run"
+    parser.add_argument("--verify", action="store_true", help=verify)
     parser.add_argument("--native", action="store_true", help="code for this processor only")
     parser.add_argument("--backend", choices=("c", "python"), help="default: C, or Python where there is no compiler")
 
@@ -59,14 +62,18 @@ def run(options: argparse.Namespace) -> Answer:
     if figure is not None:
         done.plot(figure, units)
     from multibody_sym.writing.run_summary import run_summary
+    from multibody_sym.writing.theorems import theorems_text
 
+    misses = done.verified() if options.verify else None
     written = [path for path in (table and table.place, figure) if path is not None]
-    lines = [run_summary(done, units), *(f"wrote {path}" for path in written)]
+    told = theorems_text(misses, units) if misses is not None else []
+    lines = [run_summary(done, units), *told, *(f"wrote {path}" for path in written)]
     code = _INTERRUPTED if done.interrupted else 0
     if table is not None and table.lost:
         lines.append(f"{table.path} is another run's: it was written while this one lasted")
         code = code or OutputError.exit_code
-    return Answer({**done.as_json(), "written": written}, "\n".join(lines), code)
+    theorems = {} if misses is None else {"theorems": {name: asdict(miss) for name, miss in misses.items()}}
+    return Answer({**done.as_json(), **theorems, "written": written}, "\n".join(lines), code)
 
 
 def _recording(output: str | None, units: Units) -> Recording | None:

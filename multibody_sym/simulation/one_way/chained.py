@@ -24,6 +24,7 @@ from multibody_sym.runtime.chain import Leg, Switch, chain
 from multibody_sym.runtime.loading import Backend, Compiled
 from multibody_sym.runtime.problem import Event, Loop, Problem, RunFailure
 from multibody_sym.runtime.python_loop import put_back
+from multibody_sym.simulation.along.fine import Stretch as AlongStretch
 from multibody_sym.simulation.one_way.account import FrictionWork, friction_work
 from multibody_sym.simulation.one_way.decision import Before, Decided, decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws
@@ -141,6 +142,15 @@ class OneWayRun:
         """The work of friction (J) at each part, once the run is done."""
         programs = (stretch.program for stretch in self.stretches)
         return friction_work(list(zip(programs, self.legs, strict=False)), self.laws.mechanism)
+
+    @property
+    def along(self) -> list[AlongStretch]:
+        """The stretches as they are run once more, for what adds up along them."""
+        pairs = zip(self.stretches, self.legs, strict=False)
+        return [
+            AlongStretch(each.program.mechanism, each.program.compiled, leg.problem, leg.until, leg.steps)
+            for each, leg in pairs
+        ]
 
     @property
     def events(self) -> list[dict[str, Any]]:

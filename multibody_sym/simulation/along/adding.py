@@ -1,0 +1,90 @@
+"""Outputs that name work and impulses: integrals of powers and forces from the start of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from multibody_sym.dynamics.programs.quantities import quantities
+from multibody_sym.expressions.quantities import QUANTITIES
+from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.state import arrays, slot_state
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.program.program import Program
+from multibody_sym.program.statements import Array
+from multibody_sym.program.trace import Trace
+from multibody_sym.runtime.loading import Compiled, load
+from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.node import Node, as_node
+from multibody_sym.scalars.traversal import leaves
+from multibody_sym.simulation.along.fine import Stretch, integral_until, lasting
+from multibody_sym.simulation.parts import Part
+
+
+@dataclass(frozen=True, eq=False)
+class Adding:
+    """The expressions of `asked` outputs, and which of their leaves add up."""
+
+    asked: Mapping[str, Node]
+
+    @property
+    def leaves(self) -> list[Node]:
+        """What adds up: work and impulses."""
+        found = dict.fromkeys(leaves(self.asked.values(), "quantity"))
+        return [leaf for leaf in found if leaf.data[0] in QUANTITIES and QUANTITIES[leaf.data[0]].of_run]
+
+    def rates(self, mechanism: Mechanism) -> Program:
+        """Return (t, q, u, ..., udot (nu), multipliers (ns)) -> values (leaves): powers and forces."""
+        trace = _trace("rates", mechanism)
+        motion = motion_of(mechanism, slot_state(mechanism))
+        found = quantities(motion, trace["udot"], trace["multipliers"], self.leaves)
+        return trace.finish({"values": ((len(found),), [as_node(x) for x in found.values()])})
+
+    def outputs(self, mechanism: Mechanism) -> Program:
+        """Return (t, q, u, ..., udot (nu), multipliers (ns), sums (leaves)) -> values (asked)."""
+        sums = self.leaves
+        trace = _trace("run_outputs", mechanism, Array("sums", (len(sums),)))
+        others = [leaf for leaf in leaves(self.asked.values(), "quantity") if leaf not in sums]
+        motion = motion_of(mechanism, slot_state(mechanism))
+        found = quantities(motion, trace["udot"], trace["multipliers"], others)
+        known = {**found, **dict(zip(sums, trace["sums"], strict=True))}
+        values = evaluate(self.asked.values(), lambda leaf: known.get(leaf, leaf))
+        return trace.finish({"values": ((len(values),), [as_node(x) for x in values])})
+
+
+def _trace(name: str, mechanism: Mechanism, *more: Array) -> Trace:
+    unknown = (Array("udot", (len(mechanism.speeds),)), Array("multipliers", (len(mechanism.rows),)))
+    return Trace(name, (*arrays(mechanism), *unknown, *more))
+
+
+def told(adding: Adding, stretches: Sequence[Stretch], parts: Sequence[Part]) -> dict[str, Floats]:
+    """Return outputs at the samples of a run's parts (m,), which are in the modes of its stretches."""
+    count = len(adding.leaves)
+    times = np.concatenate([part.t for part in parts]) if parts else np.zeros(0)
+    sums = np.zeros((len(times), count))
+    programs: dict[int, Compiled] = {}
+    for stretch in lasting(stretches):
+        key = id(stretch.mechanism)
+        if key not in programs:
+            made = {"rates": adding.rates(stretch.mechanism)}
+            programs[key] = load(made, backend=stretch.compiled.likewise)
+        fine = stretch.fine()
+        (values,) = programs[key].map("rates", *fine.arguments, *fine.derivative[1:3])
+        within = np.clip(times, fine.t[0], fine.t[-1])
+        sums += integral_until(within, values, fine.t)
+    return _outputs(adding, parts, sums)
+
+
+def _outputs(adding: Adding, parts: Sequence[Part], sums: Floats) -> dict[str, Floats]:
+    found, first = [], 0
+    for part in parts:
+        own = sums[first : first + len(part.t)]
+        first += len(part.t)
+        program = load({"run_outputs": adding.outputs(part.mechanism)}, backend=part.compiled.likewise)
+        (values,) = program.map("run_outputs", *part.arguments, *part.derivative[1:3], own)
+        found.append(values)
+    columns = np.concatenate(found) if found else np.zeros((0, len(adding.asked)))
+    return dict(zip(adding.asked, columns.T, strict=True))

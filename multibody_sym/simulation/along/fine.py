@@ -1,0 +1,96 @@
+"""Stretches of a run in fine samples, and integrals over them.
+
+Between two events nothing jumps. A stretch is run once more with four places in each of many pieces, over which the
+polynomial through five places is integrated (Boole's rule at their ends).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.runtime.integration import integrate
+from multibody_sym.runtime.loading import Compiled
+from multibody_sym.runtime.problem import Problem
+from multibody_sym.simulation.parts import Part
+
+NEVER: Final = 1e300
+"""A margin that no switching function exceeds."""
+LEAST, PIECES = 64, 4
+"""The fewest pieces of a stretch, and those of a step: methods of order 8 take long steps."""
+_NODES: Final = np.linspace(0.0, 1.0, 5)
+_POWERS: Final = np.arange(1, 6)
+_MONOMIALS: Final = np.linalg.inv(np.vander(_NODES, increasing=True))
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """A part of a run in one mode: its Programs, its problem, until when, in how many steps."""
+
+    mechanism: Mechanism
+    compiled: Compiled
+    problem: Problem
+    until: float
+    steps: int
+
+    @property
+    def duration(self) -> float:
+        """How long it lasts."""
+        return self.until - self.problem.start
+
+    def fine(self) -> Part:
+        """Return evenly spaced samples, one more than four times a number of pieces."""
+        problem, pieces = self.problem, max(LEAST, PIECES * self.steps)
+        again = replace(
+            problem,
+            t0=problem.start,
+            t_end=self.until,
+            begun=None,
+            samples=4 * pieces + 1,
+            margins=(NEVER,) * len(problem.margins),
+            limiting=0,
+        )
+        run = integrate(again)
+        count = 4 * ((len(run.t) - 1) // 4) + 1
+        return Part(self.mechanism, self.compiled, problem.parameters, run.t[:count], run.q[:count], run.u[:count])
+
+
+def integral(values: Floats, t: Floats) -> Floats:
+    """Return the integrals (pieces + 1, ...) of values (4 pieces + 1, ...) from the first time to the end of pieces."""
+    pieces = (len(t) - 1) // 4
+    weights = integrated(1.0)
+    of_piece = sum(weights[k] * values[k : 4 * pieces + k : 4] for k in range(4)) if pieces else values[:0]
+    of_piece = of_piece + weights[4] * values[4 : 4 * pieces + 1 : 4] if pieces else of_piece
+    lengths = (t[4::4] - t[:-4:4]).reshape(-1, *(1,) * (values.ndim - 1)) if pieces else np.zeros(0)
+    found: Floats = np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(of_piece * lengths, axis=0)])
+    return found
+
+
+def integrated(part: float) -> Floats:
+    """Return the weights (5) of a piece's values in the integral over its first part."""
+    found: Floats = (part**_POWERS / _POWERS) @ _MONOMIALS
+    return found
+
+
+def integral_until(times: Floats, values: Floats, t: Floats) -> Floats:
+    """Return the integrals (times, ...) of values at t (4 pieces + 1) from the first of t until each of some times."""
+    found = np.zeros((len(times), *values.shape[1:]))
+    whole, ends = integral(values, t), t[::4]
+    for k, time in enumerate(times):
+        piece = int(np.clip(np.searchsorted(ends, time, side="right") - 1, 0, max(len(ends) - 2, 0)))
+        found[k] = whole[piece]
+        if len(ends) > 1:
+            length = ends[piece + 1] - ends[piece]
+            weights = integrated(float(np.clip((time - ends[piece]) / length, 0.0, 1.0))) * length
+            found[k] += np.tensordot(weights, values[4 * piece : 4 * piece + 5], axes=1)
+    return found
+
+
+def lasting(stretches: Sequence[Stretch]) -> list[Stretch]:
+    """Return the stretches that take time."""
+    return [stretch for stretch in stretches if stretch.duration > 0.0]
