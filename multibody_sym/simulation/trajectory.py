@@ -22,10 +22,10 @@ from multibody_sym.model.mechanism.parameters import ALPHA, BETA
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem
-from multibody_sym.simulation.crossed_boxes import crossed_boxes
 from multibody_sym.simulation.along.adding import Adding, told
 from multibody_sym.simulation.along.fine import Stretch
 from multibody_sym.simulation.along.verified import Miss, verified
+from multibody_sym.simulation.crossed_boxes import crossed_boxes
 from multibody_sym.simulation.oddities import (
     accuracy_of,
     coordinates_too_far,

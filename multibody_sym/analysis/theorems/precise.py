@@ -148,7 +148,7 @@ class Precise:
         """Return udot of M udot - C^T lambda = f, H udot + D lambda = gamma."""
         found, n = self._equations, len(self.mechanism.speeds)
         s = len(found.rows)
-        if any(row.beside is not None for row in found.rows):
+        if any(row.beside for row in found.rows):
             raise UndefinedValueError("friction has a direction that is not linear in the forces")
         coupling = [[row.coupling.get(k, 0) for k in range(s)] for row in found.rows]
         matrix = [[*found.mass_matrix[i], *(-row.forces[i] for row in found.rows)] for i in range(n)]

@@ -52,7 +52,7 @@ def exertions(
 
 
 def _of_rows(motion: Motion, rows: Sequence[RowMotion], multipliers: Sequence[S]) -> list[Exertion]:
-    beside = {k: row.beside for k, row in enumerate(rows) if row.beside is not None}
+    beside = {k: row.beside for k, row in enumerate(rows) if row.beside}
     pushing = along_reactions([row.forces for row in rows], beside, multipliers)
     found = []
     for k, (row, multiplier) in enumerate(zip(rows, multipliers, strict=True)):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any, Final
@@ -100,7 +101,8 @@ class OneWayRun:
 
     Rows are put back after each step if the template's are, or `stabilised` by Baumgarte's alpha, beta (1/s).
     `changes` are what switches did in the order of time, `stretches` the modes, `lost` what impacts took (J), by
-    element. `trouble` says why a run could not go on.
+    element. `trouble` says why a run could not go on. `jumps` are those after which a stretch went on: its number, the
+    time, and the state after it.
     """
 
     laws: Laws
@@ -112,6 +114,7 @@ class OneWayRun:
     lost: dict[str, float] = field(default_factory=dict)
     trouble: str = ""
     legs: list[Leg] = field(default_factory=list)
+    jumps: list[tuple[int, float, Floats]] = field(default_factory=list)
     _scale: Scale = Scale(1.0, 1.0)
     _usual: dict[tuple[Key, int], Mode] = field(default_factory=dict)
     _recent: list[tuple[float, Key]] = field(default_factory=list)
@@ -140,17 +143,27 @@ class OneWayRun:
     @cached_property
     def friction_work(self) -> dict[str, FrictionWork]:
         """The work of friction (J) at each part, once the run is done."""
-        programs = (stretch.program for stretch in self.stretches)
-        return friction_work(list(zip(programs, self.legs, strict=False)), self.laws.mechanism)
+        return friction_work([(stretch.program, leg) for stretch, leg in self._smooth()], self.laws.mechanism)
 
     @property
     def along(self) -> list[AlongStretch]:
-        """The stretches as they are run once more, for what adds up along them."""
-        pairs = zip(self.stretches, self.legs, strict=False)
+        """The stretches between jumps as they are run once more, for what adds up along them."""
         return [
             AlongStretch(each.program.mechanism, each.program.compiled, leg.problem, leg.until, leg.steps)
-            for each, leg in pairs
+            for each, leg in self._smooth()
         ]
+
+    def _smooth(self) -> Iterator[tuple[Stretch, Leg]]:
+        """Yield the legs of the run in parts within which speeds do not jump."""
+        nq = len(self.laws.mechanism.coordinates)
+        for number, (stretch, leg) in enumerate(zip(self.stretches, self.legs, strict=False)):
+            problem, lasted = replace(leg.problem, jump=None), leg.until - leg.problem.start
+            for t, x in [(t, x) for k, t, x in self.jumps if k == number]:
+                steps = math.ceil(leg.steps * (t - problem.start) / lasted) if lasted > 0.0 else 0
+                yield stretch, replace(leg, problem=problem, until=t, steps=steps)
+                problem = replace(problem, begun=None, t0=t, q0=x[:nq], u0=x[nq:])
+            steps = math.ceil(leg.steps * (leg.until - problem.start) / lasted) if lasted > 0.0 else 0
+            yield stretch, replace(leg, problem=problem, steps=steps)
 
     @property
     def events(self) -> list[dict[str, Any]]:
@@ -194,7 +207,9 @@ class OneWayRun:
         else:
             facts = replace(facts, u=facts.u + blow.jump)
         self._hit(t, blow)
-        return np.concatenate([facts.q, facts.u])
+        after = np.concatenate([facts.q, facts.u])
+        self.jumps.append((len(self.stretches) - 1, t, after.copy()))
+        return after
 
     def _decided(self, t: float, x: Floats, cause: Switching, guess: Mode | None) -> Decided:
         """Return how the run goes on from a state at which a switching function of its mode has crossed."""
