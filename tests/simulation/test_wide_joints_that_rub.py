@@ -180,6 +180,13 @@ def test_a_ball_that_turns_about_any_axis_stops_at_once_about_all_and_stays_to_t
     assert run.q[-1] == pytest.approx(expected, abs=1e-7)
 
 
+@pytest.mark.parametrize("text", [BALL, RING, PUCK], ids=["ball", "ring", "plate"])
+def test_joints_without_coordinates_of_their_own_rub_the_same(text: str) -> None:
+    """In absolute coordinates rows hold the joint, and their multipliers press; one component is zero by symmetry."""
+    run, other = (simulate(loads(text), t_end=0.3, samples=4, coordinates=x) for x in ("relative", "absolute"))
+    assert np.column_stack(list(other.speeds.values()))[-1, -3:] == pytest.approx(run.u[-1][-3:], rel=1e-7, abs=1e-9)
+
+
 def test_a_ball_by_angles_rubs_as_one_by_a_quaternion() -> None:
     """The speeds are rates of angles: 2, -3 and 6 rad/s about the axes x, y and z, each turned by those before."""
     text = BALL.replace("spherical,", "spherical, angles: xyz,").replace(

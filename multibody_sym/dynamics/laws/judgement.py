@@ -31,7 +31,7 @@ class Violation:
 def gap_tolerance(problem: Scaled, x: Floats, z: Floats, part: float) -> Floats:
     """Return (m) what of a counts as zero: a part of each row's terms, and rounding of the largest ones."""
     largest = float(np.linalg.norm(x)) + float(np.abs(problem.r).max(initial=0.0))
-    rounding = 100.0 * EPSILON * problem.norms * largest
+    rounding = 100.0 * EPSILON * (problem.norms * largest + problem.couplings * float(np.abs(z).max(initial=0.0)))
     return np.asarray(part * problem.terms(x, z) + rounding + 1e-300, dtype=float)
 
 

@@ -161,6 +161,11 @@ class Scaled:
         """Lengths (m) of rows of A, one but for those that are zero."""
         return np.asarray(np.linalg.norm(self.A, axis=1), dtype=float)
 
+    @cached_property
+    def couplings(self) -> Floats:
+        """Lengths (m) of rows of D."""
+        return np.asarray(np.linalg.norm(self.D, axis=1), dtype=float)
+
     def terms(self, x: Floats, z: Floats) -> Floats:
         """Return (m) how large the terms of which a consists are."""
         return np.asarray(np.abs(self.A) @ np.abs(x) + np.abs(self.D) @ np.abs(z) + np.abs(self.r), dtype=float)
