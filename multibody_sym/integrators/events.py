@@ -45,6 +45,7 @@ class Watch:
 
     def __init__(self, flow: Flow, events: Events) -> None:
         self.flow = flow
+        self.events = events
         self.values = events.beyond
         self.terminal = np.array(events.terminal, dtype=bool)
         self.sides = events.sides(flow.start, flow.x0)
@@ -83,7 +84,7 @@ class Watch:
         """Return the longest step that may be tried from (t, x), a run in modes being looked at now and then."""
         if not self.switches:
             return math.inf
-        most = longest_in_modes(self.flow.t_end - self.flow.t0, slope)
+        most = min(longest_in_modes(self.flow.t_end - self.flow.t0, slope), self.events.to_moment(t))
         if self.origin is not None:
             self.reach.forget()
         if not self.reach.limiting:

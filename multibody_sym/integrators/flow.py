@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import IntEnum
+from sys import float_info
 from typing import Final, Protocol
 
 import numpy as np
@@ -64,13 +66,14 @@ class Events:
     one starts afresh. What is zero at the start crosses nothing until it has left zero.
     The last are the switching functions of a mode, with `margins` by which they may exceed zero: the run stops where
     one exceeds that, from whichever side it starts; if it is negative, once it has been below it. The first `limiting`
-    of these keep adaptive steps short.
+    of these keep adaptive steps short, none of which leads over one of the `moments`, times that rise.
     """
 
     values: Callable[[float, Floats], Floats]
     terminal: tuple[bool, ...]
     margins: tuple[float, ...] = ()
     limiting: int = 0
+    moments: tuple[float, ...] = ()
 
     def beyond(self, t: float, x: Floats) -> Floats:
         """Return the values (ng,), those of a mode less their margins."""
@@ -79,6 +82,11 @@ class Events:
             values = values.copy()
             values[len(values) - len(self.margins) :] -= self.margins
         return values
+
+    def to_moment(self, t: float) -> float:
+        """Return the way to the next moment, later than round-off tells apart; infinity where there is none."""
+        place = bisect_right(self.moments, t + 16.0 * float_info.epsilon * abs(t))
+        return self.moments[place] - t if place < len(self.moments) else math.inf
 
     def sides(self, t: float, x: Floats) -> Floats:
         """Return the sides (ng,) of zero on which the functions stand at the start, 0 for none yet.

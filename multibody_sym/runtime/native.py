@@ -73,6 +73,8 @@ class SystemStruct(ctypes.Structure):
         *((name, ctypes.c_int) for name in ("plains", "balls")),
         ("margins", ctypes.c_void_p),
         *((name, ctypes.c_int) for name in ("switches", "limiting")),
+        ("moments", ctypes.c_void_p),
+        ("moment_count", ctypes.c_int),
     )
 
 

@@ -41,10 +41,10 @@ _PROGRAMS: Final = (
 
 def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     """Integrate in C; see `Loop`. What was written before an interruption stays in `samples`."""
-    given = (problem.parameters, problem.modes, problem.margins)
-    parameters, modes, margins = (np.array(values, dtype=float) for values in given)
+    given = _given(problem)
+    margins = given[2]
     method, whole = method_struct(problem.method), _whole_numbers(problem)
-    system = _system(problem, (parameters, modes, margins), whole)
+    system = _system(problem, given, whole)
     structure = _problem(problem, method, system)
     x0 = problem.x0
     state, steps, done = StateStruct(), _FIRST_PIECE, False
@@ -105,9 +105,15 @@ def _whole_numbers(problem: Problem) -> dict[str, Integers]:
     return {name: np.array(values, dtype=np.intc).ravel() for name, values in lists.items()}
 
 
-def _system(problem: Problem, given: tuple[Floats, Floats, Floats], whole: dict[str, Integers]) -> SystemStruct:
+def _given(problem: Problem) -> tuple[Floats, ...]:
+    """Return parameters, modes, margins and moments, which must live as long as the system for C."""
+    given = (problem.parameters, problem.modes, problem.margins, problem.moments)
+    return tuple(np.array(values, dtype=float) for values in given)
+
+
+def _system(problem: Problem, given: tuple[Floats, ...], whole: dict[str, Integers]) -> SystemStruct:
     """Return the system for C; it points into the arrays, which must live as long."""
-    parameters, modes, margins = given
+    parameters, modes, margins, moments = given
     programs = {}
     for name in _PROGRAMS:
         if name in problem.compiled and (name != "inputs" or problem.inputs):
@@ -128,6 +134,8 @@ def _system(problem: Problem, given: tuple[Floats, Floats, Floats], whole: dict[
         margins=address(margins),
         switches=len(margins),
         limiting=problem.limiting,
+        moments=address(moments),
+        moment_count=len(moments),
         **{name: address(values) for name, values in whole.items()},
     )
 

@@ -43,7 +43,8 @@ class Problem:
     switching function of the program `events` whether the run stops where it becomes positive; where another one
     changes sign, a step ends and the next starts afresh. `pairs`: which speeds are rates of which coordinates; None
     where each is that of the coordinate in its place. The last switching functions are those of a mode, with `margins`
-    by which they may exceed zero, of which the first `limiting` keep adaptive steps short (`integrators.flow.Events`).
+    by which they may exceed zero, of which the first `limiting` keep adaptive steps short, and no adaptive step leads
+    over one of the `moments` (`integrators.flow.Events`).
     `begun`: the run goes on from q0, u0 at another time than t0. `jump` may let it go on where a mode would end.
     Raises ValueError.
     """
@@ -69,6 +70,7 @@ class Problem:
     pairs: Pairing | None = None
     margins: tuple[float, ...] = ()
     limiting: int = 0
+    moments: tuple[float, ...] = ()
     begun: Begun | None = None
     jump: Jump | None = None
 

@@ -116,7 +116,7 @@ class _Run:
             atol=p.atol,
             stages=self.stages(),
             counts=self.counts,
-            events=Events(self.switching, p.terminal, p.margins, p.limiting) if p.terminal else None,
+            events=Events(self.switching, p.terminal, p.margins, p.limiting, p.moments) if p.terminal else None,
             rows=Rows(lambda: self.independence, self.independence_at, self.closed, p.project) if p.rows else None,
             pairs=p.pairing,
             begun=None if p.begun is None else p.begun.time,

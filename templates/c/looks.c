@@ -63,6 +63,21 @@ static double reach(double now, double largest, double b, double c)
     return rate > 0.0 ? 2.0 * allowed / rate : HUGE_VAL;
 }
 
+/* The way from t to the next moment over which no step leads, later than round-off tells apart. */
+static double to_moment(const mbs_system *s, double t)
+{
+    int low = 0, high = s->moment_count;
+    double here = t + 16.0 * MBS_EPSILON * fabs(t);
+    while (low < high) {
+        int middle = (low + high) / 2;
+        if (s->moments[middle] > here)
+            high = middle;
+        else
+            low = middle + 1;
+    }
+    return low < s->moment_count ? s->moments[low] - t : HUGE_VAL;
+}
+
 double mbs_longest(mbs_run *r)
 {
     const mbs_system *s = r->system;
@@ -70,6 +85,8 @@ double mbs_longest(mbs_run *r)
         return HUGE_VAL;
     double count = mbs_largest(r->n, r->slope) > 0.0 ? LEAST_STEPS : STANDING;
     double longest = (r->problem->t_end - r->problem->t0) / count, t = r->state->t, seen = r->past[0];
+    double way = to_moment(s, t);
+    longest = way < longest ? way : longest;
     if (s->limiting == 0)
         return longest;
     double *latest = r->past + 3, *before = latest + s->limiting, *largest = before + s->limiting;

@@ -129,6 +129,8 @@ typedef struct {
                               exceed zero: the run stops where it exceeds that, from whichever side it starts; if that is
                               negative, once it has been below it */
     int switches, limiting; /* how many they are, and how many of them, the first, keep adaptive steps short */
+    const double *moments;  /* times, rising, over which no adaptive step of a run with such functions leads */
+    int moment_count;
 } mbs_system;
 
 typedef struct {

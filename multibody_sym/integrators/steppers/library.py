@@ -12,6 +12,7 @@ import importlib
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any, Final, Protocol
 
 import numpy as np
@@ -279,20 +280,32 @@ class _Crossing:
         if self.events is None:
             return solver.t, None
         end, values = solver.t, self.events.beyond(solver.t, solver.x)
-        crossed = self._crossed(values)
-        if not len(crossed):
-            end = self._seen(flow, t, x, solver, values)
-            crossed = self._crossed(self._at(end, solver))
-        if not len(crossed):
+        crossed, event = self._crossed(values), None
+        if len(crossed):
+            end, event = self._earliest(crossed, t, end, solver)
+        seen = self._seen(flow, t, x, solver, end, crossed)
+        if seen < end:
+            crossed, end, event = self._crossed(self._at(seen, solver)), seen, None
+            if len(crossed):
+                end, event = self._earliest(crossed, t, seen, solver)
+        if event is None:
             self.sides = np.where(values == 0.0, self.sides, np.sign(values))
             return end, None
-        times = {int(i): self._time(int(i), t, end, solver) for i in crossed}
-        event = min(times, key=lambda i: times[i])
-        here = self.events.beyond(times[event], solver.value(times[event]))
+        here = self.events.beyond(end, solver.value(end))
         sides = np.where(here == 0.0, self.sides, np.sign(here))
         sides[event] = -self.sides[event]
         self.sides = sides
-        return times[event], event
+        return end, event
+
+    def _earliest(self, crossed: NDArray[np.intp], t: float, end: float, solver: _Solver) -> tuple[float, int]:
+        """Return when the first of functions crosses that have crossed at a time `end`, and which.
+
+        Where a force jumps what stops the run may cross with it: it comes first.
+        """
+        times = {int(i): self._time(int(i), t, end, solver) for i in crossed}
+        event = min(times, key=lambda i: times[i])
+        here = self._crossed(self._at(times[event], solver))
+        return times[event], int(next(iter(here[self.terminal[here]]), event))
 
     def _crossed(self, values: Floats) -> NDArray[np.intp]:
         """Return which functions have crossed: a stop upwards, a kink in both directions."""
@@ -302,41 +315,55 @@ class _Crossing:
         assert self.events is not None
         return self.events.beyond(time, solver.x if time == solver.t else solver.value(time))
 
-    def _seen(self, flow: Flow, t: float, x: Floats, solver: _Solver, values: Floats) -> float:
-        """Return the first time in a step, that nothing crosses at its end, at which something has; else its end.
+    def _seen(self, flow: Flow, t: float, x: Floats, solver: _Solver, end: float, crossed: NDArray[np.intp]) -> float:
+        """Return the first time before `end` at which something has crossed that has not there; `end` if nothing has.
 
-        It is looked for on the library's way, and on the cubic that nothing between the ends can bend.
+        It is looked for on the library's way, and on the cubic that nothing between the ends can bend, from each moment
+        to the next.
         """
         assert self.events is not None
         h, values_at = solver.t - t, self.events.beyond
         slopes = flow.slope(t, x), flow.slope(solver.t, solver.x)
 
-        def along(theta: float) -> Floats:
-            return values_at(t + theta * h, hermite(x, slopes[0], solver.x, slopes[1], h, theta))
+        def along(time: float) -> Floats:
+            return values_at(time, hermite(x, slopes[0], solver.x, slopes[1], h, (time - t) / h))
 
-        ways = (along, lambda theta: self._at(t + theta * h, solver))
-        least = float(np.spacing(abs(t))) / h
-        part = min(self._part_seen(way, values, least) for way in ways)
-        return t + h * part if part < 1.0 else solver.t
+        for start, stop in pairwise(self._moments(t, end)):
+            ways = (along, lambda time: self._at(time, solver))
+            seen = min(self._first_seen(way, start, stop, crossed) for way in ways)
+            if seen < stop:
+                return seen
+        return end
 
-    def _part_seen(self, way: Callable[[float], Floats], values: Floats, least: float) -> float:
-        """Return the first part of a step at which something has crossed on a way; 1 if nothing does.
+    def _moments(self, t: float, end: float) -> list[float]:
+        """Return two times and the moments between them."""
+        assert self.events is not None
+        found = [t]
+        while found[-1] + (way := self.events.to_moment(found[-1])) < end:
+            found.append(found[-1] + way)
+        return [*found, end]
 
-        Up to the part `least`, in which time does not move, everything is on its side, whatever round-off says.
+    def _first_seen(self, way: Callable[[float], Floats], begin: float, end: float, crossed: NDArray[np.intp]) -> float:
+        """Return the first time before `end` at which something has crossed on a way; `end` if nothing has.
+
+        As long as time does not move, everything is on its side, whatever round-off says.
         """
-        start, after, before = (way(part) for part in (0.0, PROBE, 1.0 - PROBE))
+        h, least = end - begin, float(np.spacing(abs(begin)))
+        start, after, before, values = (way(begin + part * h) for part in (0.0, PROBE, 1.0 - PROBE, 1.0))
         self.sides = np.where(self.sides == 0.0, np.sign(after), self.sides)
         sides, high = self.sides, 1.0
         ends = Ends(np.maximum(sides * start, 0.0), sides * after, sides * before, sides * values)
-        for index in np.flatnonzero(ends.uncertain() & ~(self.terminal & (sides > 0.0))).tolist():
+        looked = ends.uncertain() & ~(self.terminal & (sides > 0.0))
+        looked[crossed] = False
+        for index in np.flatnonzero(looked).tolist():
 
             def value(theta: float, i: int = index) -> float:
-                found = float(sides[i] * way(theta)[i])
-                return max(found, 0.0) if theta <= least else found
+                found = float(sides[i] * way(begin + theta * h)[i])
+                return max(found, 0.0) if theta * h <= least else found
 
             seen = first_seen(value, *ends.looks(index))
             high = high if seen is None else min(high, seen)
-        return high
+        return begin + high * h if high < 1.0 else end
 
     def _time(self, index: int, t: float, end: float, solver: _Solver) -> float:
         """Return where a function that has crossed at `end` does, within round-off, on the far side.

@@ -31,6 +31,7 @@ from multibody_sym.simulation.one_way.decision import Before, Decided, decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws
 from multibody_sym.simulation.one_way.impact import Blow, Bounces, bounced
 from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of
+from multibody_sym.simulation.one_way.moments import moments
 from multibody_sym.simulation.parts import Part
 from multibody_sym.simulation.problem import own_coefficient
 from multibody_sym.simulation.recall import compiled, compiled_laws
@@ -301,7 +302,8 @@ def one_way_run(
     make = partial(_made, ready.system.simulation, ready.formalism, native, backend)
     places = [ready.mechanism.parameters.places[entry.name] for entry in declared.parameters]
     laws = Laws(declared, compiled_laws(declared, native=native, backend=backend), ready.parameters[places])
-    template = replace(template, project=settings.project)
+    known = tuple(moments(ready.system, ready.parameter_values, settings.t_end).tolist())
+    template = replace(template, project=settings.project, moments=known)
     if settings.baumgarte is None:
         return OneWayRun(laws, make, template)
 
