@@ -8,6 +8,7 @@ Each room stands on those below it:
     derivation       equations with sympy, as a person derives and reads them
     start            parameters, and the state at which a motion begins
     constraints      do rows hold, do they depend on each other, do they contradict each other
+    impacts          what strikes: impulses and the jumps of speeds, in numbers, and the mechanism at rest that has them
     laws             what holds one way only: contacts, ropes, stops and friction at an instant, in numbers
     programs         the equations as Programs: named, shaped inputs and outputs
     formalisms       each route from a moving mechanism to its equations, over any scalar
