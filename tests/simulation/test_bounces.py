@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -104,3 +106,91 @@ contacts:
     last = run.events[-1]
     assert (last["element"], last["kind"]) == ("strike", "closed")
     assert last["t"] == pytest.approx(rest(0.5), rel=1e-9)
+
+
+BOX = f"""
+multibody_sym: 1
+name: box
+gravity: [0, -{G}, 0]
+parameters: {{e: 0.5, mu: 0, u: 0}}
+bodies:
+  ground: {{surfaces: {{floor: {{plane: [0, 0, 0], normal: y}}}}}}
+  box: {{shape: {{box: [0.4, 0.2, 0.3], mass: 2}}}}
+joints: {{free: {{type: planar, parent: ground, child: box, q: [x, y, th], initial: {{q: [0, 1.1, 0], u: [u, 0, 0]}}}}}}
+contacts: {{c: {{between: [box, ground.floor], restitution: e, static: mu, kinetic: mu}}}}
+"""
+
+
+def test_a_box_that_lands_flat_bounces_flat_to_rest():
+    run = mbs.simulate(mbs.loads(BOX), parameters={"mu": 0.3}, t_end=1.1 * rest(0.5))
+    assert [event["element"] for event in run.events[:2]] == ["c.corner1", "c.corner2"]
+    assert [event["kind"] for event in run.events[-2:]] == ["stick", "stick"]
+    assert run.events[-1]["t"] == pytest.approx(rest(0.5), rel=1e-9)
+    assert abs(run["th"]).max() < 1e-12
+
+
+def test_a_box_thrown_on_a_rough_floor_tumbles_to_rest():
+    """Its corners strike in turn, without end, until it rocks lower than what counts as touching."""
+    run = mbs.simulate(mbs.loads(BOX), parameters={"mu": 0.3, "u": 1.0}, t_end=2.0)
+    assert [event["kind"] for event in run.events[-2:]] == ["stick", "stick"]
+    assert (run["y"][-1], run["th"][-1], run["u_x"][-1]) == pytest.approx((0.1, 0.0, 0.0), abs=1e-12)
+    taken = sum(work.total for work in run.friction_work.values()) - sum(run.impact_losses.values())
+    assert run.energy[-1] - run.energy[0] == pytest.approx(taken, rel=1e-8)
+
+
+def line(speeds, masses, e, *, gap, walls):
+    """Blocks of length 1 - gap on a smooth line, one at each metre, perhaps between walls."""
+    n = len(speeds)
+    right = (
+        f"ground: {{surfaces: {{left: {{plane: [0, 0, 0], normal: x}}, right: {{plane: [{n}, 0, 0], normal: -x}}}}}}"
+    )
+    text = ["multibody_sym: 1", "name: line", "gravity: [0, 0, 0]", "bodies:", f"  {right}"]
+    face, size = "surfaces: {face: {plane: [0, 0, 0], normal: -x}}", 1.0 - gap
+    text += [f"  b{k}: {{mass: {m!r}, points: {{end: [{size!r}, 0, 0]}}, {face}}}" for k, m in enumerate(masses)]
+    start = gap / 2 if walls else 0.0
+    text += ["joints:"] + [
+        f"  j{k}: {{type: prismatic, parent: ground, child: b{k}, axis: x, q: x{k}, "
+        f"initial: {{q: {k + start!r}, u: {u!r}}}}}"
+        for k, u in enumerate(speeds)
+    ]
+    pairs = [(f"b{k}.end", f"b{k + 1}.face") for k in range(n - 1)]
+    pairs += [("b0", "ground.left"), (f"b{n - 1}.end", "ground.right")] if walls else []
+    text += ["contacts:"] + [f"  c{k}: {{between: [{a}, {b}], restitution: {e!r}}}" for k, (a, b) in enumerate(pairs)]
+    return mbs.loads("\n".join(text) + "\n")
+
+
+def struck_in_turn(speeds, masses, e, gap, end):
+    """Positions and speeds at a time, from impact to impact in exact fractions."""
+    n, e, size = len(speeds), Fraction(e), Fraction(1.0 - gap)
+    x, v, m = [Fraction(k + gap / 2) for k in range(n)], [*map(Fraction, speeds)], [*map(Fraction, masses)]
+    left = Fraction(end)
+    while True:
+        gaps = [x[0], *(b - a - size for a, b in pairwise(x)), n - x[-1] - size]
+        rates = [v[0], *(b - a for a, b in pairwise(v)), -v[-1]]
+        time, k = min((g / -r, k) for k, (g, r) in enumerate(zip(gaps, rates, strict=True)) if r < 0)
+        x = [a + b * min(time, left) for a, b in zip(x, v, strict=True)]
+        if time >= left:
+            return x, v
+        left -= time
+        if k in (0, n):
+            v[k - (k == n)] *= -e
+        else:
+            p = (1 + e) * (v[k - 1] - v[k]) / (1 / m[k - 1] + 1 / m[k])
+            v[k - 1], v[k] = v[k - 1] - p / m[k - 1], v[k] + p / m[k]
+        x, v = ([Fraction(round(y * 10**60), 10**60) for y in values] for values in (x, v))
+
+
+@pytest.mark.parametrize(("count", "e"), [(6, 1.0), (6, 0.95), pytest.param(50, 1.0, marks=pytest.mark.long)])
+def test_unequal_blocks_between_walls_strike_each_other_in_turn(count, e):
+    rng = np.random.default_rng(3)
+    masses, speeds = (10 ** rng.uniform(-0.5, 0.5, count)).tolist(), rng.normal(size=count).tolist()
+    run = mbs.simulate(line(speeds, masses, e, gap=0.5, walls=True), t_end=10.0, samples=2)
+    x, v = struck_in_turn(speeds, masses, e, 0.5, 10)
+    assert [run[f"x{k}"][-1] for k in range(count)] == pytest.approx([float(a) for a in x], abs=1e-10)
+    assert [run[f"u_x{k}"][-1] for k in range(count)] == pytest.approx([float(a) for a in v], abs=1e-10)
+
+
+def test_of_five_blocks_in_touch_the_last_one_flies_off():
+    run = mbs.simulate(line([1.0, 0.0, 0.0, 0.0, 0.0], [1.0] * 5, 1.0, gap=0.0, walls=False), t_end=0.5)
+    assert [run[f"u_x{k}"][-1] for k in range(5)] == pytest.approx([0, 0, 0, 0, 1], abs=1e-14)
+    assert [event["impulse"] for event in run.events] == pytest.approx([1.0] * 4)

@@ -200,7 +200,8 @@ class OneWayRun:
         if self._bounces.leaves(facts, cause.element):
             return x
         blow = bounced(facts, cause.element)
-        if blow is None or Before(now.mode, now.udot_at(facts), None, self._bounces).late(facts, [cause.element]):
+        before, alone = Before(now.mode, now.udot_at(facts), None, self._bounces), [cause.element]
+        if blow is None or before.late(facts, alone, [cause.element.name]):
             found = self._decided(t, x, cause, None)
             blow, facts = found.blow, found.facts
             if blow is None or found.mode != now.mode or found.found.verdict != "one":
@@ -243,13 +244,14 @@ class OneWayRun:
             return RunFailure(Status.NO_MODE, t, None)
         problem, program = self.modes.problem(found, None if switch is None else switch.begun)
         problem = replace(problem, jump=self.jump)
-        returns = 0 if switch is None else self._returns(t, key_of(found.mode))
+        returns = 0 if switch is None or found.blow is not None else self._returns(t, key_of(found.mode))
         if returns > _GIVEN_UP:
             changing = ", ".join(sorted({change.element for change in self.changes[-_GIVEN_UP:]}))
             self.trouble = f"the state of {changing or 'what touches'} goes back and forth and time does not go on"
             return RunFailure(Status.NO_MODE, t, None)
         if returns >= _RETURNS:
-            problem = replace(problem, margins=tuple(_KEPT * margin for margin in problem.margins))
+            forces, others = problem.margins[: problem.limiting], problem.margins[problem.limiting :]
+            problem = replace(problem, margins=(*(_KEPT * margin for margin in forces), *others))
         self._note(t, found, Stretch(program, problem, found, found.mode))
         return problem
 
@@ -282,6 +284,8 @@ class OneWayRun:
             self.lost[name] = self.lost.get(name, 0.0) + lost
         for name, impulse in blow.impulses.items():
             when, word = time + (late or {}).get(name, 0.0), (words or {}).get(name, IMPACT)
+            if impulse:
+                self._bounces.hit(time, name)
             if impulse or word != IMPACT:
                 self.changes.append(Change(when, name, word, "", impulse, blow.lost.get(name, 0.0)))
 

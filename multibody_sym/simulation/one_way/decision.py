@@ -16,7 +16,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import SWITCHED, least_squares
 from multibody_sym.simulation.one_way.basic import basic_mode
 from multibody_sym.simulation.one_way.facts import Facts, posed
-from multibody_sym.simulation.one_way.impact import Blow, Bounces, struck
+from multibody_sym.simulation.one_way.impact import Blow, Bounces, low_bounce, struck
 
 _ROUNDING: Final = 1e-15
 """The part of the model's size, and of its largest speed, that is not put back."""
@@ -55,10 +55,12 @@ class Before:
     guess: Mode | None
     bounces: Bounces
 
-    def late(self, facts: Facts, closing: Iterable[OneWay]) -> dict[str, float]:
-        """Return how much longer (s) each element would bounce that comes to rest now."""
-        left = {x.name: self.bounces.remaining(facts, x, facts.falling(x, self.udot)) for x in closing}
-        return {name: time for name, time in left.items() if time is not None}
+    def late(self, facts: Facts, closing: Iterable[OneWay], touching: Collection[str]) -> dict[str, float]:
+        """Return how much longer (s) each element would bounce that comes to rest now, or collapses with others."""
+        alone = len(touching) == 1
+        left = {x.name: self.bounces.remaining(facts, x, facts.falling(x, self.udot), alone) for x in closing}
+        ending = dict.fromkeys(self.bounces.collapsing(facts.t, len(facts.laws.unilateral)), 0.0)
+        return ending | {name: time for name, time in left.items() if time is not None}
 
 
 def decided(
@@ -72,11 +74,11 @@ def decided(
     touching = [name for name in _touching(facts, closed) if name not in beyond]
     facts = _moved(facts, q=_onto_rows(facts, touching))
     closing = _closing(facts, touching)
-    late = before.late(facts, closing) if before is not None else {}
+    late = before.late(facts, closing, touching) if before is not None else {}
     blow = struck(facts, touching, late) if closing else None
     if blow is not None:
         facts = _moved(facts, u=facts.u + blow.jump)
-        touching = [x.name for x in _named(facts, touching) if facts.standing(x) != "leaving"]
+        touching = [x.name for x in _named(facts, touching) if not _leaves(facts, x, before if late else None)]
     facts = _moved(facts, u=_at_rest(facts, touching))
     problem = posed(facts, touching)
     found = _found(problem, None if before is None else before.guess or before.mode)
@@ -86,6 +88,12 @@ def decided(
     if before is not None and blow is None and limit:
         state, mode = _ahead(facts, touching, before, state, mode)
     return Decided(facts, mode, state, found, problem, blow, late)
+
+
+def _leaves(facts: Facts, element: OneWay, before: Before | None) -> bool:
+    """Return whether an element leaves after an impact; not where others rest, `before`, if it hardly gets off."""
+    low = before is not None and low_bounce(facts, element, facts.falling(element, before.udot), facts.rate(element))
+    return facts.standing(element) == "leaving" and not low
 
 
 def _between(facts: Facts, mode: Mode, before: Mode) -> bool:

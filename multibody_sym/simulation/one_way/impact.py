@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
@@ -35,6 +36,8 @@ class Bounces:
     """Since when contacts have been bouncing, by element; what has come to rest begins anew."""
 
     since: dict[str, float] = field(default_factory=dict)
+    _hits: deque[tuple[float, str]] = field(default_factory=deque)
+    _first: float = np.inf
     _left: dict[str, float] = field(default_factory=dict)
 
     def leaves(self, facts: Facts, element: OneWay) -> bool:
@@ -45,11 +48,27 @@ class Bounces:
         self._left[element.name] = facts.t
         return True
 
-    def remaining(self, facts: Facts, element: OneWay, falling: float) -> float | None:
+    def hit(self, time: float, name: str) -> None:
+        """Note an impact of an element."""
+        self._first = min(self._first, time)
+        self._hits.append((time, name))
+
+    def collapsing(self, time: float, contacts: int) -> frozenset[str]:
+        """Return the elements whose impacts follow each other so fast that they never end, some without weight.
+
+        More than 100 + 20 of them for each contact in the last 1e-9 of the time since the first impact.
+        """
+        while self._hits and time - self._hits[0][0] > _REMAINING * (time - self._first):
+            self._hits.popleft()
+        many = len(self._hits) > 100 + 20 * contacts
+        return frozenset(name for _, name in self._hits) if many else frozenset()
+
+    def remaining(self, facts: Facts, element: OneWay, falling: float, alone: bool) -> float | None:
         """Return the time (s) for which an element would still bounce that is about to rest now; None if it goes on.
 
         `falling` (m/s^2) is the acceleration with which it closes. A bouncing point with a rebound speed v has
-        2 v/(falling (1 - e)) left in all.
+        2 v/(falling (1 - e)) left in all. Bounces that are lower than what counts as touching are none where others
+        touch as well.
         """
         e = restitution(facts, element)
         if not 0.0 < e < 1.0 or not falling > 0.0:
@@ -57,13 +76,19 @@ class Bounces:
         rebound = -e * facts.rate(element)
         left = 2.0 * rebound / (falling * (1.0 - e))
         unseen = max(_REMAINING * (facts.t - self.since.setdefault(element.name, facts.t)), _TICKS * abs(facts.t))
-        low = rebound * rebound < 2.0 * falling * _HEIGHT * facts.farthest(element)
+        low = low_bounce(facts, element, falling, rebound, alone)
         return left if left < unseen or low else None
 
     def rested(self, names: Collection[str]) -> None:
         """Forget what rests or is apart for good."""
         for name in names:
             self.since.pop(name, None)
+
+
+def low_bounce(facts: Facts, element: OneWay, falling: float, rebound: float, alone: bool = False) -> bool:
+    """Return whether a bounce is lost in rounding, or is lower than what counts as touching, as others touch too."""
+    least = _HEIGHT * facts.farthest(element) if alone else facts.allowed_gap(element)
+    return rebound * rebound < 2.0 * falling * least
 
 
 def restitution(facts: Facts, element: OneWay) -> float:
