@@ -14,6 +14,7 @@ from multibody_sym.analysis.limits import limits_passed
 from multibody_sym.analysis.slipped_wheels import slipped_wheels
 from multibody_sym.analysis.theorems.balance import NEGLIGIBLE, instants_of, theorems
 from multibody_sym.analysis.theorems.conserved import MOST, conserved
+from multibody_sym.analysis.theorems.short_run import short_run_misses
 from multibody_sym.dynamics.constraints.closing import Rows
 from multibody_sym.dynamics.constraints.contradiction import contradiction_of
 from multibody_sym.dynamics.constraints.redundancy import redundancy
@@ -56,8 +57,9 @@ class CheckReport:
     and joints whose forces are not
     determined; `dependencies`, for each redundant row the rows that follow from each other; `ambiguous`, elements whose
     forces are not determined, joints with the components; `agreement`: each formalism's worst scaled residual (rounding
-    is below 10, with constraints below 100); `theorems`: relative residuals; `conserved` quantities, as outputs name
-    them, and the `symmetries` that give them; `held` and
+    is below 10, with constraints below 100); `theorems`: relative residuals, of rates at
+    states and of changes along a short run (`impulse`, `angular_impulse`, `work`); `conserved` quantities, as outputs
+    name them, and the `symmetries` that give them; `held` and
     `assembled` start values, by how much given ones changed (`shifts`), and the largest such `shift`; `failure`: why
     there is no start to go on from, or no motion, if there is none; `hints` for the author; `withheld`: components of
     joints' reactions that are not determined, as constraints do not say where their forces act, with the reasons.
@@ -140,7 +142,7 @@ def _with_dynamics(
     compared = {name: f for name, f in FORMALISMS.items() if ROUTES[name].is_compared(resolved)}
     ratios = agreement(resolved, states, compared)
     found = [forward_dynamics(formalism(resolved, state)) for state in states]
-    residuals = theorems(instants_of(resolved, states, found))
+    residuals = theorems(instants_of(resolved, states, found)) | short_run_misses(resolved, formalism, states[-1])
     multipliers = dict(zip((row.name for row in resolved.rows), found[0].multipliers.tolist(), strict=True))
     pulled = [hint for hints in (_pushing, _pulling) for hint in hints(resolved, multipliers, rank.not_unique)]
     if not all(map(math.isfinite, (*ratios.values(), *residuals.values()))):

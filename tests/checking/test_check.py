@@ -43,7 +43,8 @@ def test_pendulum_is_as_it_should_be() -> None:
     assert (found.degrees_of_freedom, found.rank, found.redundant, found.not_unique) == (1, 0, (), ())
     assert set(found.agreement) == set(FORMALISMS)
     assert max(found.agreement.values()) < 10
-    assert set(found.theorems) == {"power", "momentum", "angular_momentum"}
+    integrals = {"impulse", "angular_impulse", "work"}
+    assert set(found.theorems) == {"power", "momentum", "angular_momentum", *integrals}
     assert max(found.theorems.values()) < 1e-13
     assert found.conserved == ("total_energy()",)
     assert found.agrees

@@ -28,6 +28,9 @@ from multibody_sym.scalars.vectors import S
 THEOREMS: Final = {"momentum": slice(0, 3), "angular_momentum": slice(3, 6), "power": slice(6, 7)}
 """The places of each theorem's components among the seven."""
 
+INTEGRAL: Final = {"momentum": "impulse", "angular_momentum": "angular_impulse", "power": "work"}
+"""What each theorem is called in integral form."""
+
 
 def theorems_program(mechanism: Mechanism) -> Program:
     """Return (t, q, u, ..., udot (nu), multipliers (ns)) -> value, left, right, size, content, each (7).

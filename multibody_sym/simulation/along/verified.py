@@ -9,17 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
-from multibody_sym.analysis.theorems.program import THEOREMS, theorems_program
+from multibody_sym.analysis.theorems.program import INTEGRAL, THEOREMS, theorems_program
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.loading import Backend, Compiled, load
 from multibody_sym.simulation.along.fine import Stretch, integral, lasting
-
-INTEGRAL: Final = {"momentum": "impulse", "angular_momentum": "angular_impulse", "power": "work"}
-"""What each theorem is called in integral form."""
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,122 @@
+"""The theorems in integral form along a short run: changes against impulses and work, by one method for both.
+
+State and integrals of the causes go on together by steps of order 8 in floats, without Programs, so that the two differ
+by rounding only; what a force leaves out of momentum or energy adds up.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.analysis.theorems.program import INTEGRAL, THEOREMS
+from multibody_sym.dynamics.formalisms.equations import Formalism
+from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.programs.exertions import exertions, resultant
+from multibody_sym.dynamics.programs.momenta import angular_momentum, body_momenta
+from multibody_sym.errors import MultibodyError
+from multibody_sym.integrators.methods.dormand_prince_8 import dormand_prince_8
+from multibody_sym.kinematics.energy import kinetic_energy
+from multibody_sym.kinematics.motion import Motion, motion_of
+from multibody_sym.kinematics.state import State, state_of
+from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
+from multibody_sym.numerics.arrays import UNDEFINED, Floats
+from multibody_sym.scalars.node import slot
+
+MOST: Final = 60
+"""Speeds beyond which the short run would take seconds."""
+_STEPS: Final = 2
+_PART: Final = 0.02
+"""The part of the shortest time that speeds and accelerations tell of which a step is long: of order 8, it is exact."""
+
+
+def short_run_misses(mechanism: Mechanism, formalism: Formalism, state: State) -> dict[str, float]:
+    """Return by how much impulse, angular impulse and work miss the changes along a short run from a state.
+
+    Relative to the integrals of absolute values of all causes and of what they change, which counts by the second.
+    Empty where something declared has no value soon after that state, and for more than `MOST` speeds.
+    """
+    if len(mechanism.speeds) > MOST:
+        return {}
+    try:
+        return _misses(mechanism, formalism, state)
+    except (*UNDEFINED, MultibodyError):
+        return {}
+
+
+def _misses(mechanism: Mechanism, formalism: Formalism, state: State) -> dict[str, float]:
+    run = _Run(mechanism, formalism, state)
+    q, u, t = (np.array(x, dtype=float) for x in (state.q, state.u, state.slots[TIME]))
+    rates = run.rates(float(t), q, u)
+    fastest = max(float(np.abs(u).max(initial=0.0)), float(np.sqrt(np.abs(rates[1]).max(initial=0.0))))
+    h = _PART / (1.0 + fastest)
+    begin, adding, sizes = _values(run.motion(float(t), q, u)), np.zeros(7), np.zeros(7)
+    for _ in range(_STEPS):
+        q, u, adding, sizes = _stepped(run, float(t), h, (q, u, adding, sizes))
+        t = t + h
+    missed = np.abs(_values(run.motion(float(t), q, u)) - begin - adding)
+    found = {}
+    for name, own in THEOREMS.items():
+        size = float(sizes[own].max())
+        found[INTEGRAL[name]] = 0.0 if not missed[own].any() else float(missed[own].max()) / size
+    return found
+
+
+_Integrated = tuple[Floats, Floats, Floats, Floats]
+
+
+def _stepped(run: _Run, t: float, h: float, x: _Integrated) -> _Integrated:
+    """Return q, u and the integrals of causes and sizes after a step of order 8."""
+    method, slopes = dormand_prince_8(), list[_Integrated]()
+    for row, c in zip(method.A[:-1], method.c, strict=False):
+        at = _moved(x, slopes, [h * float(a) for a in row])
+        slopes.append(run.rates(t + h * float(c), at[0], at[1]))
+    last = [h * float(b) for b in method.A[-1]]  # the last stage is where the next step begins
+    return _moved(x, slopes, last)
+
+
+def _moved(x: _Integrated, slopes: list[_Integrated], weights: list[float]) -> _Integrated:
+    q, u, adding, sizes = (
+        part + sum((w * slope[k] for w, slope in zip(weights, slopes, strict=False)), np.zeros_like(part))
+        for k, part in enumerate(x)
+    )
+    return q, u, adding, sizes
+
+
+class _Run:
+    """A mechanism's motion by a formalism, with the parameters of a state."""
+
+    def __init__(self, mechanism: Mechanism, formalism: Formalism, state: State) -> None:
+        self._mechanism, self._formalism = mechanism, formalism
+        self._parameters = [state.slots[slot("parameters", k)] for k in range(len(mechanism.parameters))]
+
+    def motion(self, t: float, q: Floats, u: Floats) -> Motion:
+        """Return the motion of all bodies."""
+        return motion_of(self._mechanism, self._state(t, q, u))
+
+    def rates(self, t: float, q: Floats, u: Floats) -> _Integrated:
+        """Return qdot, udot, the causes of the changes of P, L and T, and the sizes (7) of all terms."""
+        dynamics = self._formalism(self._mechanism, self._state(t, q, u))
+        motion, found = self.motion(t, q, u), forward_dynamics(dynamics)
+        acting = exertions(motion, found.udot.tolist(), dynamics.rows, found.multipliers.tolist())
+        outside = [resultant(motion, each.of_body) for each in acting if each.from_outside]
+        forces = np.array([[*force, *moment] for force, moment in outside], dtype=float).reshape(-1, 6)
+        powers = np.array([each.power for each in acting], dtype=float)
+        causes = np.append(forces.sum(axis=0), powers.sum())
+        parts = [[*part.momentum, *angular_momentum([part])] for part in body_momenta(motion)]
+        content = np.abs(np.array(parts, dtype=float).reshape(-1, 6)).sum(axis=0)
+        size = np.append(np.abs(forces).sum(axis=0) + content, np.abs(powers).sum() + float(kinetic_energy(motion)))
+        far = max((float(np.linalg.norm(np.array(p, dtype=float))) for _, p in motion.poses), default=0.0)
+        size[3:6] += far * size[:3].sum()
+        return np.array(dynamics.rates, dtype=float), found.udot, causes, size
+
+    def _state(self, t: float, q: Floats, u: Floats) -> State:
+        return state_of(self._mechanism, float, t, q.tolist(), u.tolist(), self._parameters)
+
+
+def _values(motion: Motion) -> Floats:
+    """Return P, L about the origin and T (7)."""
+    parts = [[*part.momentum, *angular_momentum([part])] for part in body_momenta(motion)]
+    found: Floats = np.append(np.array(parts, dtype=float).reshape(-1, 6).sum(axis=0), float(kinetic_energy(motion)))
+    return found
