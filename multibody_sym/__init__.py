@@ -104,6 +104,7 @@ if TYPE_CHECKING:
     from multibody_sym.scalars.functions import tan as tan
     from multibody_sym.scalars.functions import where as where
     from multibody_sym.simulation.export import export as export
+    from multibody_sym.simulation.impact_function import impact as impact
     from multibody_sym.simulation.right_side import compile as compile
     from multibody_sym.simulation.right_side import state_derivative as state_derivative
     from multibody_sym.simulation.simulate import simulate as simulate
@@ -145,6 +146,7 @@ _NAMES = {
     "model.resolution.resolve": "mechanism",
     "scalars.functions": "absolute acos asin atan atan2 cos exp log maximum minimum pi sign sin sqrt tan where",
     "simulation.export": "export",
+    "simulation.impact_function": "impact",
     "simulation.right_side": "compile state_derivative",
     "simulation.simulate": "simulate",
     "simulation.trajectory": "Trajectory",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -142,7 +142,7 @@ _PENDULUM: dict[str, Any] = {
     "joints": {"A": {"type": "revolute", "parent": "ground", "child": "b"}},
     "forces": {"f": {"type": "force", "on": "b", "value": [0, 0, 1]}},
     "constraints": {"c": {"type": "expression", "zero": "A"}}, "pulleys": {"P": {"at": "b"}}, "contacts": {},
-    "inputs": {"F": "t"},
+    "impact": None, "inputs": {"F": "t"},
     "outputs": {"o": "A"}, "stop": {"s": "A < 0"}, "ask": {"a": "A"}, "simulation": {"t_end": 1},
 }
 
@@ -196,6 +196,7 @@ def _doors(system: mbs.System) -> list[Call]:
         Call("state_derivative", mbs.state_derivative, {**whole, "formalism": None}),
         Call("mass_matrix", mbs.mass_matrix, whole),
         Call("inverse_dynamics", mbs.inverse_dynamics, whole),
+        Call("impact", mbs.impact, {"system": replace(system, impact=mbs.Impact(impulse=[1, 0, 0], at="bob"))}),
         Call("hybrid_dynamics", mbs.hybrid_dynamics, {**whole, "given": ["hinge"]}),
         Call("compile", _compile, {"wanted": mbs.state_derivative(system), "native": False, "backend": "python"}),
     ]

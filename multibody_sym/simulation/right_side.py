@@ -16,6 +16,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.numbers import vector
 from multibody_sym.runtime.loading import Backend
 from multibody_sym.simulation.arguments import Arguments, Values
+from multibody_sym.simulation.impact_function import ImpactFunction, ImpactQuestion, impact_function
 from multibody_sym.simulation.runnable import Runnable, runnable
 from multibody_sym.simulation.settings import run_settings
 from multibody_sym.simulation.tree_functions import TreeFunction, TreeQuestion, tree_function
@@ -75,13 +76,17 @@ def compile(wanted: StateDerivative, *, native: bool = False, backend: Backend |
 
 
 @overload
+def compile(wanted: ImpactQuestion, *, native: bool = False, backend: Backend | None = None) -> ImpactFunction: ...
+
+
+@overload
 def compile(wanted: TreeQuestion, *, native: bool = False, backend: Backend | None = None) -> TreeFunction: ...
 
 
 def compile(
-    wanted: StateDerivative | TreeQuestion, *, native: bool = False, backend: Backend | None = None
-) -> RightSide | TreeFunction:
-    """Return a state derivative, inverse or hybrid dynamics or a mass matrix as a compiled function.
+    wanted: StateDerivative | TreeQuestion | ImpactQuestion, *, native: bool = False, backend: Backend | None = None
+) -> RightSide | TreeFunction | ImpactFunction:
+    """Return a state derivative, inverse or hybrid dynamics, a mass matrix or an impact as a compiled function.
 
     `native` and `backend` as for `simulate`. Raises InputError for what the model contradicts, and NoSolutionError
     where no start satisfies the constraints of a state derivative.
@@ -89,6 +94,8 @@ def compile(
     if isinstance(wanted, System):
         raise InputError("a System is not compiled itself; compile(state_derivative(system)), mass_matrix(system) ...")
     native = flag("native", native)
+    if isinstance(wanted, ImpactQuestion):
+        return impact_function(wanted, native=native, backend=backend)
     if not isinstance(wanted, (StateDerivative, *get_args(TreeQuestion))):
         raise ArgumentError(f"expected state_derivative(system), mass_matrix(system) or the like, got {shown(wanted)}")
     if not isinstance(wanted, StateDerivative):

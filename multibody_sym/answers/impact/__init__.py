@@ -1,7 +1,6 @@
 """What an impact does: jumps of speeds, impulses of contacts and in joints, in numbers and in closed form.
 
 question                                     answered by
-what strikes, in which mode                  posed (numbers)
 the mechanism of the impact, solved          resting
 what is told                                 record
 all of it                                    answer

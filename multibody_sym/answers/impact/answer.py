@@ -7,22 +7,22 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Final
 
+from multibody_sym.algebra.book_form import book_form
+from multibody_sym.analysis.struck import PosedImpact, outcome, posed_impact
 from multibody_sym.answers.impact.centres import centres_of_percussion, instantaneous_centres
 from multibody_sym.answers.impact.conditions import impact_conditions
-from multibody_sym.answers.impact.posed import PosedImpact, outcome, posed_impact
 from multibody_sym.answers.impact.record import ImpactFound
 from multibody_sym.answers.impact.resting import (
     Befores,
     ImpactInstant,
     befores,
-    by_name,
-    rates,
     row_impulses,
     solved_at_rest,
 )
 from multibody_sym.answers.instant import Solved
 from multibody_sym.dynamics.impacts.impulsive import StruckRows, rubbing, struck_rows
 from multibody_sym.dynamics.impacts.problem import Struck
+from multibody_sym.dynamics.impacts.program import StruckMode
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.errors import RunError, Where
 from multibody_sym.expressions.values import Value
@@ -92,31 +92,32 @@ class _Answer:
     ) -> Solved:
         return solved_at_rest(self.posed, self.given, mechanism, jumps, formula, self.formalism, self.reasons)
 
-    def _formula(self, before: Motion) -> Mapping[int, Node] | None:
-        """Return the jumps of rows over Nodes: restitution reverses normal speeds, what sticks loses its slip."""
-        names = [row.name for row in self.rows.mechanism.rows]
-        phidot = dict(zip(names, rates(before, names), strict=True))
-        found = {k: as_node(0) for k in range(len(names))}
-        places = by_name(self.rows.mechanism)
-        for element in self.rows.acting:
-            e, _ = before.state.values([element.restitution, element.tangential_restitution])
-            normal = element.normals[0].name
-            found[places[normal]] = as_node(-(1 + e) * phidot[normal])
-            for part in rubbing(element):
-                for row in part.rows:
-                    if row.name in places:
-                        found[places[row.name]] = as_node(-phidot[row.name])
-        return self._own_jumps(before, found, phidot)
+    @cached_property
+    def mode(self) -> StruckMode:
+        """The impact in its mode."""
+        return StruckMode(self.posed.blow, self.rows)
 
-    def _own_jumps(self, before: Motion, found: dict[int, Node], phidot: Mapping[str, Any]) -> dict[int, Node]:
-        """Return the same with the jumps of what begins and of motions."""
-        impact, places = self.posed.blow.impact, by_name(self.rows.mechanism)
-        for names in impact.begins.values():
-            found |= {places[name]: as_node(-phidot[name]) for name in names}
-        for jump in impact.jumps:
-            if jump.row:
-                found[places[jump.row]] = as_node(before.state.values([jump.by])[0])
-        return found
+    def _formula(self, before: Motion) -> Mapping[int, Node] | None:
+        """Return the jumps of rows over Nodes; None where several impacts follow each other."""
+        if self.struck.impacts > 1:
+            self.reasons["several impacts follow each other"] = None
+            return None
+        pushed = self._pushed(before) if self.mode.pushes else before
+        if pushed is None:
+            return None
+        return {k: as_node(x) for k, x in self.mode.wanted(before, pushed).items()}
+
+    def _pushed(self, before: Motion) -> Motion | None:
+        """Return the motion that given impulses, and what begins or jumps, leave: then contacts strike."""
+        mechanism = self.posed.blow.resting(())
+        wanted = {k: float(x) for k, x in enumerate(self.posed.blow.wanted[: len(mechanism.rows)])}
+
+        def own(_: Motion) -> Mapping[int, Node]:
+            return {k: as_node(x) for k, x in self.mode.own(before).items()}
+
+        solved = self._solved(mechanism, wanted, own)
+        jumps = solved.closed(lambda forms: [book_form(x) for x in forms.udot])
+        return None if jumps is None else self.mode.pushed(before, jumps)
 
     # --- what is told ---------------------------------------------------------------------------------------------
 

@@ -9,8 +9,8 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.analysis.struck import PosedImpact
 from multibody_sym.answers.closed_form import unknowns
-from multibody_sym.answers.impact.posed import PosedImpact
 from multibody_sym.answers.instant import Solved, forms_of, undetermined
 from multibody_sym.answers.symbolic_start import declared_state
 from multibody_sym.answers.symbolic_state import SymbolicState
@@ -152,12 +152,6 @@ def _verify_jumps(mechanism: Mechanism, dynamics: TreeDynamics, jumps: Floats) -
 def by_name(mechanism: Mechanism) -> dict[str, int]:
     """Return the numbers of a mechanism's rows by their names."""
     return {row.name: k for k, row in enumerate(mechanism.rows)}
-
-
-def rates(motion: Motion, names: Sequence[str]) -> list[S]:
-    """Return the speeds of rows by name."""
-    found = _by_name(motion)
-    return [found[name].phidot for name in names]
 
 
 def friction_along(told: ImpactInstant, row: str) -> S:

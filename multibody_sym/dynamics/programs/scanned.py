@@ -93,7 +93,7 @@ def _dynamics(kinds: Sequence[Kind], number: int, read: Values) -> Values:
     """Return what a body hands on in the passes of the state derivative."""
     kind = kinds[number]
     body, state = kind.body, kind.state
-    w, a, alpha = _vectors(read["motion"])
+    w, a, alpha = vectors(read["motion"])
     moved, mass = body_motion(body, moving_parent(w, ZERO_VECTOR, ZERO_VECTOR), state), body_mass(body, state)
     reached = body_acceleration(moved, w, (a, alpha), [0] * len(body.u))
     forces = applied(Motion(kind.mechanism, state, (moved,), (mass,), ZERO_VECTOR), weight=False)
@@ -101,18 +101,18 @@ def _dynamics(kinds: Sequence[Kind], number: int, read: Values) -> Values:
     needed = rigid.rate_of_momentum(reached[0], spread(reached[1], moved.w_WB))
     missing = [subtract(given, need) for given, need in zip(forces.of_body[0], needed, strict=True)]
 
-    force, moment = _vectors(read["carried"][:6])
-    inertia = articulated(rigid).plus(_unpacked(read["carried"][6:]))
+    force, moment = vectors(read["carried"][:6])
+    inertia = articulated(rigid).plus(unpacked(read["carried"][6:]))
     freedoms, left = eliminated(body.u, moved, inertia)
     remaining, wrench = inward(freedoms, forces.of_speed, (add(missing[0], force), add(missing[1], moment)))
     handed = to_parent(moved, wrench)
 
-    first, second = _vectors(read["reached"])
+    first, second = vectors(read["reached"])
     x = [e / freedom.pivot for e, freedom in zip(remaining, freedoms, strict=True)]
     udot, here = outward(freedoms, x, from_parent(moved, (first, second)))
     return {
         "motion": (*moved.w_WB, *reached[0], *reached[1]),
-        "carried": (*handed[0], *handed[1], *_packed(left.moved(moved.R_PB, moved.p_PB))),
+        "carried": (*handed[0], *handed[1], *packed(left.moved(moved.R_PB, moved.p_PB))),
         "reached": (*here[0], *here[1]),
         "qdot": joint_rates(body, state.q, state.u),
         "udot": udot,
@@ -200,7 +200,7 @@ def _placing(mechanism: Mechanism) -> Pass:
 
 def _placed(kind: Kind, read: Sequence[Node]) -> tuple[BodyMotion, tuple[Mat, Vec], Vec, list[Node]]:
     """Return a body's motion and pose, gravity in world axes, and what it hands on."""
-    w, v, gravity, x, y, z, p, in_world = _vectors(read)
+    w, v, gravity, x, y, z, p, in_world = vectors(read)
     moved = body_motion(kind.body, moving_parent(w, v, gravity), kind.state)
     R_WB, p_WB = body_pose(moved, ((x, y, z), p))
     handed = (moved.w_WB, moved.v_WB, moved.gravity, *R_WB, p_WB, in_world)
@@ -235,16 +235,16 @@ def _of_speeds(name: str, mechanism: Mechanism) -> Result:
     return Result(name, len(mechanism.speeds), tuple(min(body.u, default=0) for body in mechanism.bodies))
 
 
-def _vectors(values: Sequence[Node]) -> list[Vec]:
+def vectors(values: Sequence[Node]) -> list[Vec]:
     return [(values[k], values[k + 1], values[k + 2]) for k in range(0, len(values), 3)]
 
 
-def _packed(inertia: Inertia) -> tuple[Node, ...]:
+def packed(inertia: Inertia) -> tuple[Node, ...]:
     """Return the 21 elements of an inertia."""
     triangles = [[m[i][j] for i, j in _TRIANGLE] for m in (inertia.linear, inertia.angular)]
     return (*triangles[0], *triangles[1], *(x for row in inertia.coupling for x in row))
 
 
-def _unpacked(values: Sequence[Node]) -> Inertia:
-    rows = _vectors(values[12:])
+def unpacked(values: Sequence[Node]) -> Inertia:
+    rows = vectors(values[12:])
     return Inertia(symmetric(values[:6]), (rows[0], rows[1], rows[2]), symmetric(values[6:12]))

@@ -1,0 +1,303 @@
+"""The Program of an impact on a tree of like bodies, by scans: linear in the bodies, with one kernel for each kind.
+
+Given impulses, and a unit impulse of each row that strikes, are columns of right sides of one recursion: inward
+articulated inertias and what is left of the impulses, outward the jumps, and with them the impulses in joints. What
+strikes is solved for at the end, from the power of each row's impulse in all columns, and the columns are added up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+from multibody_sym.dynamics.formalisms.block_ldl import eliminated, inward, outward
+from multibody_sym.dynamics.impacts.impulsive import Blow, StruckRows
+from multibody_sym.dynamics.inertia.articulated import articulated
+from multibody_sym.dynamics.inertia.rigid import about_origin
+from multibody_sym.dynamics.programs.like_bodies import Kind
+from multibody_sym.dynamics.programs.scanned import packed, unpacked, vectors, worth_scanning
+from multibody_sym.kinematics.impacts import at_rest
+from multibody_sym.kinematics.motion import (
+    BodyMotion,
+    body_mass,
+    body_motion,
+    body_pose,
+    from_parent,
+    moving_parent,
+    pose,
+)
+from multibody_sym.kinematics.state import State, arrays
+from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench, to_parent
+from multibody_sym.model.declaration.values import Point
+from multibody_sym.model.mechanism.impacts import JumpRow, MeetingRow
+from multibody_sym.model.mechanism.loads import BodyTorque, PointForce
+from multibody_sym.model.mechanism.mechanism import COMPONENTS
+from multibody_sym.model.mechanism.rows import Row
+from multibody_sym.model.mechanism.sliding_rows import SlidingRow
+from multibody_sym.program.passes import Bodies, Pass, Result, Values, scan_tree
+from multibody_sym.program.program import Program
+from multibody_sym.program.trace import Trace
+from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, slot
+from multibody_sym.scalars.traversal import leaves
+from multibody_sym.scalars.vectors import (
+    UNIT_MATRIX,
+    ZERO_VECTOR,
+    Mat,
+    S,
+    Vec,
+    add,
+    apply,
+    apply_transposed,
+    cross,
+    dot,
+    product,
+    scale,
+    subtract,
+    transpose,
+)
+
+
+@dataclass(frozen=True)
+class _Push:
+    """A wrench of a column on one body: a `force` at a `point` (body axes) or a moment, along ground's axes."""
+
+    column: int
+    row: int | None
+    vector: Point
+    point: Point | None
+    factor: Node = ONE
+
+
+def scanned_impact(blow: Blow, struck: StruckRows) -> Program | None:
+    """Return the Program, None for what is not a tree of like bodies that meets points, or is pushed at them."""
+    if blow.mechanism.rows or blow.impact.jumps:
+        return None
+    like = worth_scanning(replace(at_rest(blow.mechanism, ()), bodies=blow.mechanism.bodies))
+    rows = [row.row for row in struck.mechanism.rows if isinstance(row, JumpRow)]
+    pushes = _pushes(blow, rows) if like is not None else None
+    if like is None or pushes is None:
+        return None
+    return _Scan(blow, struck, like.kinds, like.bodies, pushes, len(rows)).program()
+
+
+def _pushes(blow: Blow, rows: Sequence[Row]) -> dict[int, list[_Push]] | None:
+    """Return what acts on each body: given impulses in column 0, then the rows; None where one has another form."""
+    found: dict[int, list[_Push]] = {}
+    for load in blow.impact.loads:
+        if isinstance(load, PointForce) and load.axes < 0:
+            found.setdefault(load.at.body, []).append(_Push(0, None, load.value, load.at.pose.position))
+        elif isinstance(load, BodyTorque) and load.axes < 0:
+            found.setdefault(load.body, []).append(_Push(0, None, load.value, None))
+        else:
+            return None
+    for k, row in enumerate(rows):
+        sliding = row.frictions if isinstance(row, SlidingRow) else ()
+        parts: list[tuple[Row, Node, int | None]] = [(row.normal if isinstance(row, SlidingRow) else row, ONE, k)]
+        for friction in sliding:
+            parts += [(along, as_node(-friction.sense * friction.coefficient), None) for along in friction.rows]
+        for part, factor, measured in parts:
+            if not isinstance(part, MeetingRow) or part.frame.body >= 0:
+                return None
+            if any(leaf.data[0] != "parameters" for leaf in leaves([*part.axis, factor], "slot")):
+                return None
+            for end, sense in zip(part.ends, (ONE, as_node(-1)), strict=True):
+                if end.body >= 0:
+                    push = _Push(k + 1, measured, part.axis, end.pose.position, as_node(sense * factor))
+                    found.setdefault(end.body, []).append(push)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Scan:
+    blow: Blow
+    struck: StruckRows
+    kinds: Sequence[Kind]
+    bodies: Bodies
+    pushes: Mapping[int, list[_Push]]
+    rows: int
+
+    @property
+    def columns(self) -> int:
+        return self.rows + 1
+
+    def program(self) -> Program:
+        """Return the Program."""
+        base = self.blow.mechanism
+        trace = Trace("impact", arrays(base))
+        given = [trace[array.name] for array in trace.inputs]
+        kinds, pushed, bodies = self._struck_kinds()
+        parents, c = tuple(body.parent for body in base.bodies), self.columns
+        flat = tuple(as_node(x) for row in UNIT_MATRIX for x in row)
+        passes = [
+            Pass("motion", parents, 18, (*(ZERO,) * 6, *flat, *(ZERO,) * 3)),
+            Pass("carried", parents, 6 * c + 21),
+            Pass("reached", parents, 6 * c, (ZERO,) * (6 * c)),
+        ]
+        count = len(base.bodies)
+        first = tuple(min(body.u, default=0) for body in base.bodies)
+        once = (0,) * count
+        results = [Result(_called("jump", j), len(base.speeds), first) for j in range(c)]
+        results += [Result(_called("told", j), 6 * count, tuple(range(0, 6 * count, 6))) for j in range(c)]
+        results += [Result(_called("power", k), c + 1, once, adds=True) for k in range(self.rows)]
+        found = scan_tree(trace, given, bodies, passes, results, partial(self._step, kinds, pushed))
+        impulses = self._impulses(trace, [found[_called("power", k)] for k in range(self.rows)])
+        after, joints = self._added(trace, found, impulses, first)
+        return trace.finish(
+            {
+                "after": ((len(after),), after),
+                "impulses": ((self.rows,), impulses),
+                "joints": ((count, len(COMPONENTS)), joints),
+            }
+        )
+
+    def _struck_kinds(self) -> tuple[list[Kind], dict[int, list[_Push]], Bodies]:
+        """Return the kinds with one more for each body that is struck, what pushes those, and the bodies."""
+        kinds, pushed = list(self.kinds), dict[int, list[_Push]]()
+        chosen, all_leaves, atoms = list(self.bodies.kinds), list(self.bodies.leaves), list(self.bodies.atoms)
+        for body, pushes in self.pushes.items():
+            known = dict(zip(atoms[body], all_leaves[chosen[body]], strict=True))
+            nodes = [x for push in pushes for x in (*push.vector, *(push.point or ()), push.factor)]
+            for leaf in leaves(nodes, "slot"):
+                if leaf not in known:
+                    there = [x.data[1] for x in known.values() if x.data[0] == leaf.data[0]]
+                    known[leaf] = slot(leaf.data[0], 1 + max(there, default=-1))
+            pushed[len(kinds)] = [_renamed(push, known) for push in pushes]
+            kind = kinds[chosen[body]]
+            state = State(Node, kind.state.q, kind.state.u, {leaf: leaf for leaf in known.values()})
+            chosen[body], atoms[body] = len(kinds), tuple(known)
+            all_leaves.append(tuple(known.values()))
+            kinds.append(Kind(kind.mechanism, state))
+        return kinds, pushed, Bodies(tuple(chosen), tuple(all_leaves), tuple(atoms))
+
+    def _step(self, kinds: Sequence[Kind], pushed: Mapping[int, list[_Push]], number: int, read: Values) -> Values:
+        """Return what a body hands on, and its jumps, impulses and powers in all columns."""
+        kind, c = kinds[number], self.columns
+        body, state = kind.body, kind.state
+        w, v, x, y, z, p = vectors(read["motion"])
+        moved = body_motion(body, moving_parent(w, v, ZERO_VECTOR), state)
+        R_WB, p_WB = body_pose(moved, ((x, y, z), p))
+        own, measured = _wrenches(pushed.get(number, []), R_WB, c, self.rows)
+        inertia = articulated(about_origin(body_mass(body, state))).plus(unpacked(read["carried"][6 * c :]))
+        freedoms, left = eliminated(body.u, moved, inertia)
+        handed, jumps, told, here = list[Node](), {}, {}, list[Wrench]()
+        for j in range(c):
+            force, moment = vectors(read["carried"][6 * j : 6 * j + 6])
+            wrench = add(own[j][0], force), add(own[j][1], moment)
+            remaining, on = inward(freedoms, [0] * len(body.u), wrench)
+            up = to_parent(moved, on)
+            handed += [*map(as_node, (*up[0], *up[1]))]
+            a, alpha = vectors(read["reached"][6 * j : 6 * j + 6])
+            rates = [e / freedom.pivot for e, freedom in zip(remaining, freedoms, strict=True)]
+            jumps[_called("jump", j)], reached = outward(freedoms, rates, from_parent(moved, (a, alpha)))
+            here.append(reached)
+            needed = inertia.wrench(*reached)
+            on_child = subtract(needed[0], wrench[0]), subtract(needed[1], wrench[1])
+            told[_called("told", j)] = _told(kind, moved, on_child)
+        twists: list[Wrench] = [*here, (moved.v_WB, moved.w_WB)]
+        return {
+            "motion": (*moved.w_WB, *moved.v_WB, *(x for row in R_WB for x in row), *p_WB),
+            "carried": (*handed, *packed(left.moved(moved.R_PB, moved.p_PB))),
+            "reached": [x for a, alpha in here for x in (*a, *alpha)],
+            **jumps,
+            **told,
+            **{_called("power", k): [_power(measured[k], twist) for twist in twists] for k in range(self.rows)},
+        }
+
+    def _impulses(self, trace: Trace, powers: Sequence[Sequence[Node]]) -> list[Node]:
+        """Return the impulses p of the rows: they reverse the speeds that given impulses have left."""
+        c = self.columns
+        bounce = {x.normals[0].name: x.restitution for x in self.struck.acting}
+        right, matrix = [], []
+        for row, power in zip(self.struck.mechanism.rows, powers, strict=True):
+            right.append(as_node(-(1 + bounce.get(row.name, ZERO)) * (power[c] + power[0])))
+            matrix.append(list(power[1:c]))
+        if len(right) == 1:
+            return [right[0] / matrix[0][0]]
+        return list(trace.solve(matrix, right, len(right)).solution) if right else []
+
+    def _added(
+        self, trace: Trace, found: Mapping[str, Sequence[Node]], impulses: Sequence[Node], first: Sequence[int]
+    ) -> tuple[list[Node], list[Node]]:
+        """Return the speeds after, and the impulses in joints, by another scan."""
+        base, c = self.blow.mechanism, self.columns
+        names = [_called("jump", j) for j in range(c)] + [_called("told", j) for j in range(c)]
+        given = [trace["u"], *(found[name] for name in names), tuple(impulses)]
+        sizes = sorted({len(body.u) for body in base.bodies})
+        kinds = tuple(sizes.index(len(body.u)) for body in base.bodies)
+        all_leaves = tuple(_summed_leaves(size, c) for size in sizes)
+        atoms = []
+        for k, body in enumerate(base.bodies):
+            places = range(first[k], first[k] + len(body.u))
+            own = [given[0][i] for i in places]
+            own += [given[1 + j][i] for j in range(c) for i in places]
+            own += [given[1 + c + j][6 * k + i] for j in range(c) for i in range(6)]
+            atoms.append((*own, *impulses))
+        results = [
+            Result("after", len(base.speeds), tuple(first)),
+            Result("joints", 6 * len(atoms), tuple(range(0, 6 * len(atoms), 6))),
+        ]
+        step = partial(_sum, sizes, c)
+        summed = scan_tree(trace, given, Bodies(kinds, all_leaves, tuple(atoms)), [], results, step)
+        return list(summed["after"]), list(summed["joints"])
+
+
+def _called(word: str, number: int) -> str:
+    """Return the name of an array of a column or row: a word and letters."""
+    return f"{word}_{''.join(chr(ord('a') + int(digit)) for digit in str(number))}"
+
+
+def _summed_leaves(size: int, columns: int) -> tuple[Node, ...]:
+    """Return the leaves of a body's speeds, jumps and impulses in all columns, and of the impulses that strike."""
+    speeds = [slot("u", i) for i in range(size)]
+    jumps = [slot(_called("jump", j), i) for j in range(columns) for i in range(size)]
+    told = [slot(_called("told", j), i) for j in range(columns) for i in range(6)]
+    return (*speeds, *jumps, *told, *(slot("impulse", j) for j in range(columns - 1)))
+
+
+def _sum(sizes: Sequence[int], columns: int, number: int, read: Values) -> Values:
+    weights = [ONE, *(slot("impulse", j) for j in range(columns - 1))]
+
+    def added(name: str, i: int) -> Node:
+        return sum((w * slot(_called(name, j), i) for j, w in enumerate(weights)), ZERO)
+
+    after = [slot("u", i) + added("jump", i) for i in range(sizes[number])]
+    return {"after": after, "joints": [added("told", i) for i in range(6)]}
+
+
+def _renamed(push: _Push, known: Mapping[Node, Node]) -> _Push:
+    """Return a push in the leaves of its kind."""
+
+    def local(nodes: Point) -> Point:
+        x, y, z = (as_node(n) for n in evaluate(nodes, lambda leaf: known.get(leaf, leaf)))
+        return x, y, z
+
+    point = None if push.point is None else local(push.point)
+    (factor,) = evaluate([push.factor], lambda leaf: known.get(leaf, leaf))
+    return replace(push, vector=local(push.vector), point=point, factor=as_node(factor))
+
+
+def _wrenches(pushes: Sequence[_Push], R_WB: Mat, columns: int, rows: int) -> tuple[list[Wrench], list[Wrench]]:
+    """Return the wrench of each column on a body, and that whose power is the speed of each row (body axes)."""
+    own, measured = [NO_WRENCH] * columns, [NO_WRENCH] * rows
+    for push in pushes:
+        vector = scale(push.factor, apply_transposed(R_WB, push.vector))
+        wrench = (ZERO_VECTOR, vector) if push.point is None else (vector, cross(push.point, vector))
+        own[push.column] = add(own[push.column][0], wrench[0]), add(own[push.column][1], wrench[1])
+        if push.row is not None:
+            k = push.row
+            measured[k] = add(measured[k][0], wrench[0]), add(measured[k][1], wrench[1])
+    return own, measured
+
+
+def _told(kind: Kind, moved: BodyMotion, wrench: Wrench) -> list[S]:
+    """Return a joint's impulse about its point, in the frame on the parent."""
+    R_PF, _ = pose(kind.state, kind.body.frame_on_parent)
+    _, point = pose(kind.state, kind.body.frame_on_body)
+    turn = product(transpose(R_PF), moved.R_PB)
+    return [*apply(turn, wrench[0]), *apply(turn, subtract(wrench[1], cross(point, wrench[0])))]
+
+
+def _power(wrench: Wrench, twist: tuple[Vec, Vec]) -> S:
+    return dot(wrench[0], twist[0]) + dot(wrench[1], twist[1])

@@ -1,0 +1,99 @@
+"""Impacts as compiled functions of the state: written out and scanned, in Python and C, against `solve`."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.analysis.struck import outcome, posed_impact
+from multibody_sym.dynamics.impacts.impulsive import struck_rows
+from multibody_sym.dynamics.impacts.program import StruckMode, impact_program
+
+CHAIN = """
+multibody_sym: 1
+name: struck chain
+parameters: {m: 1, e: 0.5, mu: 0.1}
+repeat: {count: COUNT, body: {shape: {rod: 1, mass: m}, points: {end: [1, 0, 0], middle: [0.5, 0, 0]}},
+  joint: {type: revolute, axis: z, parent: end, initial: {q: 0, u: -0.1}}, body_name: rod, joint_name: h}
+bodies: {ground: {points: {hit: [COUNT, 0, 0], two: [2.5, 0, 0]}}}
+impact: SECTION
+"""
+LOOP = """
+multibody_sym: 1
+name: struck four-bar
+parameters: {m: 1, e: 0.5}
+bodies:
+  left: {mass: m, com: [0, 0.5, 0], inertia: {Izz: m/12}, points: {end: [0, 1, 0]}}
+  right: {mass: m, com: [0, 0.5, 0], inertia: {Izz: m/12}, points: {end: [0, 1, 0]}}
+  beam: {mass: m, com: [1, 0, 0], inertia: {Izz: m/3}, points: {end: [2, 0, 0], middle: [1, 0, 0]}}
+  ground: {points: {b: [2, 0, 0]}}
+  ball: {mass: m}
+joints:
+  A: {type: revolute, parent: ground, child: left, axis: z, q: a, initial: {q: 0, u: 1}}
+  B: {type: revolute, parent: left.end, child: beam, axis: z}
+  C: {type: revolute, parent: ground.b, child: right, axis: z}
+  D: {type: revolute, parent: right.end, child: beam.end, axis: z, cut: true}
+  E: {type: point, parent: ground, child: ball, axes: xy, initial: {q: [1, 1], u: [0, -3]}}
+impact: {between: [ball, beam.middle], normal: [1, 1, 0], restitution: e}
+"""
+BETWEEN = "{between: [rodCOUNT.end, ground.hit], normal: y, restitution: e, kinetic: mu}"
+BOTH = """{push: {impulse: [0.3, 1, 0.2], at: rod2.middle}, turn: {couple: [0, 0, -2], on: rod4},
+  a: {between: [rodCOUNT.end, ground.hit], normal: y, restitution: e},
+  b: {between: [rod3.middle, ground.two], normal: y, restitution: e}, sequence: simultaneous}"""
+
+
+def chain(count: int, section: str) -> mbs.System:
+    return mbs.loads(CHAIN.replace("SECTION", section).replace("COUNT", str(count)))
+
+
+def assert_as_solved(system: mbs.System, *, native: bool) -> None:
+    told, begin = mbs.solve(system), mbs.solve(system)
+    function = mbs.compile(mbs.impact(system), native=native, backend="c" if native else "python")
+    found = function(0.0, list(begin.coordinates.values()), list(begin.speeds.values()))
+    impact = told.impact
+    assert impact is not None
+    assert found.u == pytest.approx([x.value for x in impact.after.values()], abs=1e-13)
+    for name, parts in impact.joint_impulses.items():
+        for component, x in parts.items():
+            assert not x.unique or found.joints[name][component] == pytest.approx(x.value, abs=1e-12), (name, component)
+    for name, parts in impact.impulses.items():
+        assert found.impulses[f"{name}.normal"] == pytest.approx(parts["normal"].value, abs=1e-12)
+
+
+@pytest.mark.parametrize("section", [BETWEEN, BOTH])
+@pytest.mark.parametrize("count", [5, 12])
+def test_as_solved_in_python(count: int, section: str) -> None:
+    """Twelve rods are scanned, five written out."""
+    assert_as_solved(chain(count, section), native=False)
+
+
+@pytest.mark.parametrize("system", [chain(12, BOTH), mbs.loads(LOOP)])
+def test_as_solved_in_c(system: mbs.System) -> None:
+    assert_as_solved(system, native=False)
+    assert_as_solved(system, native=True)
+
+
+def test_a_closed_loop_from_other_states_keeps_its_rows_and_newtons_rule() -> None:
+    function = mbs.compile(mbs.impact(mbs.loads(LOOP)), backend="python")
+    for speed in (1.0, 2.0):
+        found = function(0.0, [0.0, 0.0, 0.0, 1.0, 1.0], [speed, -speed, speed, 0.0, -3.0])
+        assert found.u[0] + found.u[1] == pytest.approx(0.0, abs=1e-13)
+        before, after = -speed, -found.u[0]  # the beam moves along x
+        normal = np.array([1.0, 1.0]) / np.sqrt(2.0)
+        closing = normal @ [0.0 - before, -3.0]
+        assert normal @ [found.u[3] - after, found.u[4]] == pytest.approx(-0.5 * closing, abs=1e-13)
+
+
+def test_many_bodies_are_scanned_not_written_out() -> None:
+    sizes = []
+    for count in (20, 40):
+        posed = posed_impact(chain(count, BETWEEN))
+        program = impact_program(StruckMode(posed.blow, struck_rows(posed.blow, outcome(posed))))
+        sizes.append(len(program.statements))
+    assert sizes[0] == sizes[1] < 10
+
+
+def test_what_has_no_one_mode_is_refused() -> None:
+    with pytest.raises(mbs.ModelError, match="has no impact"):
+        mbs.impact(mbs.System("none", bodies={"a": mbs.Body(1)}, joints={"A": mbs.Prismatic("ground", "a", axis="x")}))
