@@ -159,6 +159,16 @@ def two_drums(p: Given) -> dict[str, float]:
             "c": "slide+", "drum1": "slip+", "drum2": "slip+"}
 
 
+def ball_on_rails(p: Given) -> dict[str, float]:
+    a = p.g * math.sin(p.alpha) / (1 + 2 * p.r**2 / (5 * (p.r**2 - p.b**2)))
+    return {"free_x''": a, "free_wy''": a / math.sqrt(p.r**2 - p.b**2),
+            "A.friction_1": p.m * (a - p.g * math.sin(p.alpha)) / 2}
+
+
+def across_the_slope(p: Given) -> dict[str, float]:
+    return {"x''": 0.0, "y''": 0.0, "c": "stick", "c.friction_1": -p.m * p.g * math.sin(p.alpha), "c.friction_2": -p.F}
+
+
 PROBLEMS: dict[str, Callable[[Given], dict[str, float]]] = {
     "t2_rough_plane": t2,
     "t4_table_edge": t4,
@@ -185,6 +195,8 @@ PROBLEMS: dict[str, Callable[[Given], dict[str, float]]] = {
     "ladder": ladder,
     "ball_in_socket": ball_in_socket,
     "two_drums": two_drums,
+    "ball_on_rails": ball_on_rails,
+    "across_the_slope": across_the_slope,
 }
 
 

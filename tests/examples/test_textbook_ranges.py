@@ -34,6 +34,11 @@ RANGES: dict[str, tuple[str, Callable[[SimpleNamespace], Bounds], str]] = {
     "screw_jack": ("mu", lambda p: (p.p / (2 * math.pi * p.r), None), "slips at rub"),
     "slips_or_tips": ("alpha", lambda p: (-math.atan(p.b / p.h), math.atan(p.b / p.h)), "tips about its lower edge"),
     "pulled_box": ("F", lambda p: (0.0, p.m * p.g * p.b / (2 * p.y)), "tips about its right edge"),
+    "across_the_slope": (
+        "F",
+        lambda p: (0.0, p.m * p.g * math.sqrt((p.mu * math.cos(p.alpha)) ** 2 - math.sin(p.alpha) ** 2)),
+        "slips at c",
+    ),
     "kerb": ("F", lambda p: (0.0, p.m * p.g * math.sqrt(2 * p.R * p.h - p.h**2) / (p.R - p.h)), "lifts off at road"),
 }
 

@@ -31,6 +31,8 @@ _ROUNDING: Final = 1e-14
 _PROBES: Final = (0.731, 1.0, 1.317, 1.893)
 _CUTS: Final = 20
 _SETTLED: Final = 1e-13
+_BEYOND: Final = 1e-6
+"""The part of a range by which it is looked at from beyond its ends."""
 
 
 @dataclass(frozen=True)
@@ -252,20 +254,27 @@ class Search:
         return found
 
     def left_of(self, known: Range, limits: Sequence[Limit], choice: Choice) -> list[Range]:
-        """Return what is left of a range when circles are cut again; without bound it stays so."""
+        """Return what is left of a range when circles are cut again; without bound it stays so.
+
+        It is looked at from a little beyond its ends: at an end itself what a new cut takes away is less than is told
+        from rounding.
+        """
         low, high = known[0].value, known[1].value
         first = low if low > -inf else min(high, 0.0) - _FARTHEST * self.size
         last = high if high < inf else max(low, 0.0) + _FARTHEST * self.size
         parts = np.arange(_STEPS["again"] + 1) / _STEPS["again"]
         shrunk = parts if high < inf else parts / (1.0 + 1e3 * (1.0 - parts))
         inner = first + (last - first) * shrunk[1:-1]
-        found = feasible_set(self.at(limits), [first, *inner.tolist(), last])
+        aside = _BEYOND * (last - first) if low > -inf and high < inf else _BEYOND * abs(low if high == inf else high)
+        grid = [first - aside if known[0].limits else first, *inner.tolist(), last + aside if known[1].limits else last]
+        found = feasible_set(self.at(limits), grid)
+        ends = [(_rest_end(x.low, limits, choice), _rest_end(x.high, limits, choice)) for x in found]
         return [
             (
-                known[0] if x.low.gives_way is None and x.low.value == first else _rest_end(x.low, limits, choice),
-                known[1] if x.high.gives_way is None and x.high.value == last else _rest_end(x.high, limits, choice),
+                known[0] if not (a.limits or a.equal) and a.value == grid[0] else a,
+                known[1] if not (b.limits or b.equal) and b.value == grid[-1] else b,
             )
-            for x in found
+            for a, b in ends
         ]
 
     def cut_again(
