@@ -30,6 +30,8 @@ STILL: Final = 1e-9
 ZERO_PIVOT: Final = 1e-13
 TURNS: Final = 20
 """Passes in which directions in space settle roughly; Newton's method does the rest."""
+ALIKE: Final = 1e-4
+"""Directions of slip that differ by less have settled at the same ones."""
 AT_ONCE: Final = 2048
 _AROUND: Final = tuple((math.cos(t), math.sin(t)) for t in (0.3, 0.3 + 2 * math.pi / 3, 0.3 - 2 * math.pi / 3))
 _LOW: Final = tuple((math.sqrt(8) / 3 * x, math.sqrt(8) / 3 * y, -1 / 3) for x, y in _AROUND)
@@ -165,8 +167,11 @@ def _sides_matter(problem: Scaled, sides: dict[int, int], slip: dict[int, int], 
 
 
 def candidates(problem: Scaled, small: Reduced, mu: Floats) -> Iterator[tuple[Modes, bool]]:
-    """Yield the modes that may fulfil the laws, and whether these may need other forces than a basic solution's."""
-    everything = every_mode(problem, mu)
+    """Yield the modes that may fulfil the laws, and whether these may need other forces than a basic solution's.
+
+    Modes that were begun from different directions and have come to the same ones are one.
+    """
+    everything, seen = every_mode(problem, mu), set[bytes]()
     for first in range(0, len(everything), AT_ONCE):
         modes = everything.some(slice(first, first + AT_ONCE))
         if small.open_sides:
@@ -174,7 +179,11 @@ def candidates(problem: Scaled, small: Reduced, mu: Floats) -> Iterator[tuple[Mo
             continue
         tried = _tried(problem, small, mu, modes)
         for k in np.flatnonzero(tried.doubtful | (tried.open & tried.moved)):
-            yield modes.one(int(k)), bool(tried.open[k])
+            mode = modes.one(int(k))
+            name = b"".join(x.tobytes() for x in (mode.sides, mode.slips, np.rint(mode.directions / ALIKE) + 0.0))
+            if name not in seen:
+                seen.add(name)
+                yield mode, bool(tried.open[k])
         yield from _by_motion(problem, mu, modes, tried)
 
 

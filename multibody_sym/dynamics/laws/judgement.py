@@ -136,19 +136,23 @@ def labelled(problem: Scaled, trial: Trial) -> Modes:
     force = force_tolerance(problem, trial.z, TIED)
     mode.sides[problem.both] = np.where(np.abs(trial.z[problem.both]) <= force, 0, np.sign(trial.z[problem.both]))
     touching = problem.touching(mode.sides)
-    stands = touching & problem.table.rests & (trial.mode.slips == STICKS) & problem.touching(trial.mode.sides)
+    turned = problem.touching(trial.mode.sides)
+    stands = touching & problem.table.rests & (trial.mode.slips == STICKS) & turned
     stands |= touching & problem.table.rests & problem.of_all_rows(still)
     mode.slips[:], mode.directions[:] = STICKS, 0.0
     for number in np.flatnonzero(touching & ~(stands & (trial.mu != 0.0))):
         part = problem.parts[number]
-        mode.slips[number], mode.direction(part)[:] = _slip(part, trial, stands=bool(stands[number]))
+        mode.slips[number], mode.direction(part)[:] = _slip(part, trial, bool(stands[number]), bool(turned[number]))
     sticks = touching & problem.table.rests & (mode.slips == STICKS)
     mode.sides[problem.table.rows] = np.repeat(sticks, problem.table.sizes)
     return mode
 
 
-def _slip(part: Part, trial: Trial, *, stands: bool) -> tuple[int, Floats]:
-    """Return how a part slips, and its direction from rest in space; what is smooth never sticks."""
+def _slip(part: Part, trial: Trial, stands: bool, turned: bool) -> tuple[int, Floats]:
+    """Return how a part slips, and its direction from rest in space; what is smooth never sticks.
+
+    `turned`: it touches in the trial's mode, so that its direction there was found.
+    """
     nowhere = np.zeros(len(part.rows))
     if part.enough and part.rests:
         return STICKS, nowhere
@@ -157,7 +161,7 @@ def _slip(part: Part, trial: Trial, *, stands: bool) -> tuple[int, Floats]:
     a = trial.a[part.rows]
     if part.in_space:
         # The direction that was found has more digits than a small a_t.
-        known = trial.mode.direction(part)
+        known = trial.mode.direction(part) * turned
         first = np.eye(len(part.rows))[0]
         return IN_SPACE, known.copy() if known.any() else first if stands else a / np.linalg.norm(a)
     return (1 if stands or a[0] > 0 else -1), nowhere

@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 from scipy.linalg.blas import dtrsm
 
-from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS
+from multibody_sym.dynamics.laws.problem import STICKS
 from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Places, Scaled
 from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.numerics.pivoted_qr import pivoted_qr
@@ -61,8 +61,10 @@ class Trial:
 def solve_mode(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None = None) -> Trial:
     """Return what a mode leads to with coefficients mu (p); forces that `carrying` (m) leaves out are zero."""
     pressing: dict[int, Floats] = {}
-    norms = [p for p in problem.parts if p.norm and (mode.slips[p.number] != STICKS or not p.rests) and mu[p.number]]
-    turning = [p for p in problem.parts if p.in_space and p.rests and mode.slips[p.number] == IN_SPACE]
+    touching = problem.touching(mode.sides)
+    slides = [p for p in problem.parts if touching[p.number] and (mode.slips[p.number] != STICKS or not p.rests)]
+    norms = [p for p in slides if p.norm and mu[p.number]]
+    turning = [p for p in slides if p.in_space and p.rests]
     trial = _linear(problem, mode, mu, carrying, pressing)
     if any(_stands(problem, part, trial) or not mode.direction(part).any() for part in turning):
         return _unsolved(trial)

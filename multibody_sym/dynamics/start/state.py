@@ -32,7 +32,7 @@ from multibody_sym.scalars.node import as_node, slot
 NEAR: Final = 1e-3
 """The part of the model's size by which a contact may be missed at the start and is closed all the same."""
 _CLOSED: Final = 1e-12
-_IN_SPACE: Final = 3
+_IN_SPACE: Final = 4
 """With more friction at rest in space one state is enough, and that others were not searched is told."""
 _HOW: Final[Mapping[str, tuple[str, str]]] = {
     "rope": ("begins {:.3g} m longer than the rope is", "give it its length, or other positions (initial: {q: ..})"),
