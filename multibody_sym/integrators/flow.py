@@ -42,6 +42,7 @@ class Status(IntEnum):
     LEFT = -2
     NO_SLOPE = -3
     NO_MODE = -4
+    CHATTERS = -5
 
 
 class StepError(Exception):

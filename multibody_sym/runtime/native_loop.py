@@ -17,7 +17,7 @@ from multibody_sym.integrators.loop import steps_before
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.native import MethodStruct, NativeFunction, ProblemStruct, StateStruct, SystemStruct
 from multibody_sym.runtime.native_method import address, method_struct
-from multibody_sym.runtime.problem import Begun, Event, Problem, Progress, RunFailure, Statistics
+from multibody_sym.runtime.problem import Begun, Event, Problem, Progress, RunFailure, Statistics, chatters
 
 Integers = NDArray[np.intc]
 
@@ -70,6 +70,9 @@ def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
                 done = False
             elif state.event >= 0:
                 events.append(Event(state.t, state.event, problem.terminal[state.event]))
+                if chatters(problem, events):
+                    state.status, state.failure_time, state.component = Status.CHATTERS, state.t, -1
+                    done = True
             singular += state.singular[: state.passed]
         seconds = max(time.perf_counter() - begin, 1e-6)
         steps = max(1, min(10 * steps, int(steps * _SECONDS / seconds), _LARGEST_PIECE))

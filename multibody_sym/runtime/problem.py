@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -14,6 +15,10 @@ from multibody_sym.integrators.methods.methods import Method
 from multibody_sym.integrators.pairing import Pairing
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.loading import Compiled
+
+_CROSSINGS: Final = 300
+"""Kinks crossed one after the other in a part `_NO_TIME` of a run that are too many."""
+_NO_TIME: Final = 1e-6
 
 
 @dataclass(frozen=True)
@@ -188,7 +193,8 @@ class RunFailure:
     NOT_FINITE, STEP_UNDERFLOW, NOT_CONVERGED: component of (q, u) whose derivative is not finite, whose error does not
     get small, or that Newton's iteration moves most; NO_SLOPE: the one whose rate has no finite derivative;
     NOT_CLOSED, CONTRADICTION, LEFT: the row that is broken; None for STEP_LIMIT, INTERRUPTED,
-    NO_MODE: nothing is found in which the run could go on; and SINGULAR: rows become dependent there.
+    NO_MODE: nothing is found in which the run could go on; CHATTERS: a force jumps to and fro and time does not go on;
+    and SINGULAR: rows become dependent there.
     """
 
     status: Status
@@ -203,6 +209,16 @@ class Event:
     time: float
     index: int
     terminal: bool
+
+
+def chatters(problem: Problem, events: Sequence[Event]) -> bool:
+    """Tell whether kinks are crossed so often that a run never ends: at that pace hundreds of million times in it.
+
+    So does what a force that jumps with a speed holds at rest: it is pushed to and fro over the jump.
+    """
+    if len(events) < _CROSSINGS or events[-1].terminal:
+        return False
+    return events[-1].time - events[-_CROSSINGS].time < _NO_TIME * (problem.t_end - problem.t0)
 
 
 @dataclass(frozen=True)

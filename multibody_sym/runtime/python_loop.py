@@ -15,7 +15,7 @@ from multibody_sym.integrators.loop import at_end, reaches, sampled, steps
 from multibody_sym.integrators.singular import strays
 from multibody_sym.integrators.stage_equations import StageEquations, ordinary
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.runtime.problem import Event, Problem, Progress, RunFailure, Statistics
+from multibody_sym.runtime.problem import Event, Problem, Progress, RunFailure, Statistics, chatters
 
 _SECONDS: Final = 0.1
 _ROUNDS: Final = 20
@@ -42,6 +42,8 @@ def python_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
             reached, x = done.t_new, done.x_new
             if done.event is not None:
                 events.append(Event(reached, done.event, problem.terminal[done.event]))
+                if chatters(problem, events):
+                    raise StepError(Status.CHATTERS, reached, -1)
             singular += done.singular
             if run.stops_between_samples(done, written):
                 samples[written] = x

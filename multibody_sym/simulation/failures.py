@@ -71,9 +71,10 @@ def failure_message(run: Trajectory, failure: RunFailure) -> str:
     if failure.status is Status.NOT_CONVERGED:
         advice = "take shorter steps, or tolerances; if that does not help the motion has a jump or a singularity there"
         return f"Newton's iteration for the step does not converge {when}, on account of {what}: {advice}"
-    if failure.status is Status.STEP_LIMIT:
-        got = f"the run took its largest number of steps and got no further than t = {failure.time:.6g} s"
-        return f"{got}: {_advice_on_steps(mechanism)}"
+    if failure.status in (Status.STEP_LIMIT, Status.CHATTERS):
+        most = failure.status is Status.STEP_LIMIT
+        got = "the run took its largest number of steps and got" if most else "the run gets"
+        return f"{got} no further than t = {failure.time:.6g} s: {_advice_on_steps(mechanism)}"
     if failure.status in (Status.NO_MODE, Status.SINGULAR):
         return _singular(run, failure.time) if failure.status is Status.SINGULAR else f"{_trouble(run)} {when}"
     assert failure.status in _BROKEN
