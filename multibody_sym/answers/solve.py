@@ -8,6 +8,7 @@ from typing import Any
 
 from multibody_sym.analysis.slipped_wheels import slipped_wheels
 from multibody_sym.answers.impact.answer import impact_found
+from multibody_sym.answers.impact.asked import answered_after
 from multibody_sym.answers.instant import Solved, solved_start
 from multibody_sym.answers.left_out import left_out
 from multibody_sym.answers.questions import answered
@@ -77,7 +78,7 @@ def solution_of_impact(system: System, formalism: str | None) -> Solution:
         accelerations={},
         reactions={},
         conditions=found.conditions,
-        answers={},
+        answers=answered_after(solved),
         notes=found.notes,
         limits=found.limits,
         shifts=dict(begin.shifts),

@@ -5,20 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Final
 
-from multibody_sym.answers.impact.record import ImpactFound
+from multibody_sym.answers.impact.record import ImpactFound, ImpactStep
 from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.writing.redundancy import grouped
 
 _ROUNDING: Final = 1e-12
+_STEPS: Final = 50
+"""So many impacts one after the other are told; JSON has all."""
 _JOINTS: Final = "impulses in joints, on the child, in the axes of the joint's frame on the parent (zeros left out)"
 
 
 def impact_lines(found: ImpactFound, units: Units = SI) -> dict[str, list[str]]:
     """Return the parts of what is told of an impact by their titles."""
+    several = len(found.steps) > 1
     return {
         "impact": [_how(found), *(f"{name} {word}" for name, word in found.states.items())],
+        "one after the other": [f"{k}. {_struck(step)}" for k, step in enumerate(found.steps, 1)][: _STEPS * several],
         "impulses": [
             f"{_called(name, part, parts)} = {value.told(units)}"
             for name, parts in found.impulses.items()
@@ -35,6 +39,10 @@ def impact_lines(found: ImpactFound, units: Units = SI) -> dict[str, list[str]]:
         "instantaneous centres": list(_centres(found)),
         "centres of percussion": _equations(found.centres_of_percussion, units),
     }
+
+
+def _struck(step: ImpactStep) -> str:
+    return ", ".join(f"{name} with {impulse:.10g} N*s" for name, impulse in step.impulses.items())
 
 
 def _how(found: ImpactFound) -> str:

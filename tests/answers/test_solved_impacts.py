@@ -9,6 +9,8 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.expressions.printer import text
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import symbol
 from tests.answers.impact_models import CHAIN, COIN, TWO_BALLS
 
 
@@ -106,3 +108,59 @@ impact: {law: newton}
     assert text(told.impulses["c"]["friction"].expression) == "-m*mu*v*(e + 1)"
     assert told.states["c"] == "bounces, slides+"
     assert told.energy_lost.value == pytest.approx(80 - (6.2**2 + 2**2), rel=1e-13)
+
+
+CRADLE = """
+multibody_sym: 1
+name: Newton's cradle
+parameters: {m: {value: 1 kg, positive: true}, v: {value: 2 m/s, positive: true}, e: 1}
+bodies: {b1: {mass: m}, b2: {mass: m}, b3: {mass: m}, b4: {mass: m}, b5: {mass: m}}
+joints:
+  J1: {type: prismatic, parent: ground, child: b1, axis: x, q: x1, initial: {u: v}}
+  J2: {type: prismatic, parent: ground, child: b2, axis: x, q: x2}
+  J3: {type: prismatic, parent: ground, child: b3, axis: x, q: x3}
+  J4: {type: prismatic, parent: ground, child: b4, axis: x, q: x4}
+  J5: {type: prismatic, parent: ground, child: b5, axis: x, q: x5}
+impact:
+  c1: {between: [b2, b1], normal: x, restitution: e}
+  c2: {between: [b3, b2], normal: x, restitution: e}
+  c3: {between: [b4, b3], normal: x, restitution: e}
+  c4: {between: [b5, b4], normal: x, restitution: e}
+"""
+
+
+def test_newtons_cradle_one_by_one_and_at_once() -> None:
+    one_by_one, at_once = found(CRADLE), found(CRADLE + "  sequence: simultaneous\n")
+    assert [x.value for x in one_by_one.after.values()] == pytest.approx([0, 0, 0, 0, 2], abs=1e-15)
+    assert text(one_by_one.after["u_x5"].expression) == "v*(e + 1)^4/16"
+    assert [step.struck for step in one_by_one.steps] == [("c1",), ("c2",), ("c3",), ("c4",)]
+    assert one_by_one.sequence == "one_by_one"
+    assert [x.value for x in at_once.after.values()] == pytest.approx([-1.2, 0.8, 0.8, 0.8, 0.8], abs=1e-14)
+    assert text(at_once.impulses["c1"]["normal"].expression) == "4*m*v*(e + 1)/5"
+
+
+def test_many_impacts_one_after_the_other_have_formulas_that_are_their_numbers() -> None:
+    told = found(CRADLE.replace("e: 1}", "e: 0.5}"))
+    assert len(told.steps) == 10
+    formula = told.impulses["c1"]["normal"].expression
+    assert evaluate_float([formula], {symbol("m"): 1, symbol("v"): 2, symbol("e"): 0.5})[0] == pytest.approx(
+        sum(step.impulses.get("c1", 0) for step in told.steps), rel=1e-13
+    )
+
+
+def test_a_pushed_ball_strikes_with_what_the_push_leaves() -> None:
+    model = TWO_BALLS.replace(
+        "impact: {between: [a, b], normal: -x, restitution: e}",
+        "impact: {hit: {between: [a, b], normal: -x, restitution: e}, push: {impulse: [P, 0, 0], at: a}}",
+    ).replace("  e: 0.5", "  e: 0.5\n  P: 6")
+    told = found(model)
+    assert text(told.impulses["hit"]["normal"].expression) == "m2*(P + m1*(v1 - v2))*(e + 1)/(m1 + m2)"
+    assert told.impulses["hit"]["normal"].value == pytest.approx(1.2 * 1.5 * 6)
+
+
+def test_questions_are_answered_just_after_the_impact() -> None:
+    told = mbs.solve(mbs.loads(TWO_BALLS + "ask: {share: u_x2/v1, p: 'momentum(x)', T: 'kinetic_energy()'}\n"))
+    assert told.answers["p"].value == pytest.approx(11)
+    assert told.answers["share"].value == pytest.approx(0.7)
+    with pytest.raises(mbs.ModelError, match="has no value in an impact"):
+        mbs.solve(mbs.loads(TWO_BALLS + "ask: {a: 'acceleration(a, x)'}\n"))

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Final
 
-from multibody_sym.algebra.book_form import book_form
 from multibody_sym.analysis.struck import PosedImpact, outcome, posed_impact
 from multibody_sym.answers.impact.centres import centres_of_percussion, instantaneous_centres
 from multibody_sym.answers.impact.conditions import impact_conditions
+from multibody_sym.answers.impact.courses import Course, impact_steps
 from multibody_sym.answers.impact.record import ImpactFound
 from multibody_sym.answers.impact.resting import (
     Befores,
@@ -92,32 +92,10 @@ class _Answer:
     ) -> Solved:
         return solved_at_rest(self.posed, self.given, mechanism, jumps, formula, self.formalism, self.reasons)
 
-    @cached_property
-    def mode(self) -> StruckMode:
-        """The impact in its mode."""
-        return StruckMode(self.posed.blow, self.rows)
-
     def _formula(self, before: Motion) -> Mapping[int, Node] | None:
-        """Return the jumps of rows over Nodes; None where several impacts follow each other."""
-        if self.struck.impacts > 1:
-            self.reasons["several impacts follow each other"] = None
-            return None
-        pushed = self._pushed(before) if self.mode.pushes else before
-        if pushed is None:
-            return None
-        return {k: as_node(x) for k, x in self.mode.wanted(before, pushed).items()}
-
-    def _pushed(self, before: Motion) -> Motion | None:
-        """Return the motion that given impulses, and what begins or jumps, leave: then contacts strike."""
-        mechanism = self.posed.blow.resting(())
-        wanted = {k: float(x) for k, x in enumerate(self.posed.blow.wanted[: len(mechanism.rows)])}
-
-        def own(_: Motion) -> Mapping[int, Node]:
-            return {k: as_node(x) for k, x in self.mode.own(before).items()}
-
-        solved = self._solved(mechanism, wanted, own)
-        jumps = solved.closed(lambda forms: [book_form(x) for x in forms.udot])
-        return None if jumps is None else self.mode.pushed(before, jumps)
+        """Return the jumps of rows over Nodes, None where no formula is known."""
+        mode = StruckMode(self.posed.blow, self.rows)
+        return Course(mode, self.struck, self.given.symbolic.letters, self.reasons).jumps(before)
 
     # --- what is told ---------------------------------------------------------------------------------------------
 
@@ -152,6 +130,7 @@ class _Answer:
             centres_of_percussion=centres_of_percussion(solved),
             conditions=tuple(conditions),
             notes=self._notes(),
+            steps=tuple(impact_steps(self.posed.blow.elements, self.posed.blow.names, self.struck)),
             limits={each: broken for each, broken in conditions.items() if broken},
         )
 

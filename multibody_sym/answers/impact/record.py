@@ -10,6 +10,14 @@ from multibody_sym.expressions.values import Value
 
 
 @dataclass(frozen=True)
+class ImpactStep:
+    """One of several impacts that follow each other: what is `struck`, and the normal impulse (N s) of each."""
+
+    struck: tuple[str, ...]
+    impulses: Mapping[str, float]
+
+
+@dataclass(frozen=True)
 class ImpactFound:
     """What an impact at the given instant does.
 
@@ -21,7 +29,8 @@ class ImpactFound:
     its speed of `closing` before and of `opening` after. `energy_lost` and by which contact (`lost_by`);
     `kinetic_energy` before and after. `instantaneous_centres` of bodies in a plane, or a `direction` where they do not
     turn; `centres_of_percussion` of bodies about the hinge that carries them. `conditions` under which the formulas
-    hold, `limits` what happens where one fails; `notes`: what was decided, left out, and why.
+    hold, `limits` what happens where one fails; `notes`: what was decided, left out, and why. `steps`: the
+    impacts that follow each other, each with what is struck and its normal impulses (N s).
     """
 
     law: str
@@ -42,6 +51,7 @@ class ImpactFound:
     conditions: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     limits: Mapping[str, str] = field(default_factory=dict)
+    steps: tuple[ImpactStep, ...] = ()
 
     @property
     def not_unique(self) -> list[str]:
@@ -74,6 +84,7 @@ class ImpactFound:
             "limits": dict(self.limits),
             "not_unique": self.not_unique,
             "notes": list(self.notes),
+            "steps": [{"struck": list(step.struck), "impulses": dict(step.impulses)} for step in self.steps],
         }
 
 

@@ -1,0 +1,55 @@
+"""Answers to `ask` just after an impact: expressions of the speeds then, and of impulses where they name reactions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from multibody_sym.answers.impact.resting import ImpactInstant
+from multibody_sym.answers.instant import Solved
+from multibody_sym.dynamics.programs.quantities import Instant, quantities
+from multibody_sym.errors import ModelError, at
+from multibody_sym.expressions.values import Value
+from multibody_sym.model.mechanism.units import MechanismUnits
+from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.traversal import leaves
+
+_IMPULSES: Final = ("reaction", "tension", "multiplier")
+_RATES: Final = ("acceleration", "angular_acceleration", "power")
+
+
+def answered_after(solved: Solved) -> dict[str, Value]:
+    """Return the answers to all questions of a system. Raises ModelError for what an instant cannot tell."""
+    found: dict[str, Value] = {}
+    for name, question in solved.system.ask.items():
+        with at("ask", name):
+            if question.value is None:
+                raise ModelError(
+                    "an impact is told at its instant; ask for an expression just after it, or simulate what follows"
+                )
+            found[name] = _answer(solved, question.value)
+    return found
+
+
+def _answer(solved: Solved, node: Node) -> Value:
+    in_slots = evaluate([node], lambda leaf: solved.mechanism.symbols.get(leaf, leaf))
+    asked = leaves(in_slots, "quantity")
+    rates = [leaf.data[0] for leaf in asked if leaf.data[0] in _RATES]
+    if rates:
+        raise ModelError(f"{rates[0]}(..) has no value in an impact, in which speeds jump")
+    impulses = [leaf for leaf in asked if leaf.data[0] in _IMPULSES]
+    others = [leaf for leaf in asked if leaf not in impulses]
+
+    def ask(instant: Instant) -> Mapping[str, Any]:
+        assert isinstance(instant, ImpactInstant)
+        later = instant.later
+        nothing = [0] * len(later.state.u), [0] * len(later.mechanism.rows)
+        known = quantities(later, *nothing, others)
+        known |= quantities(instant.motion, instant.udot, instant.multipliers, impulses)
+        return {"": evaluate(in_slots, {**later.state.slots, **known}, later.state.scalar)[0]}
+
+    (unit,) = MechanismUnits(solved.mechanism).of([node])
+    if impulses:  # of a force alone it is that times s, of other expressions nobody knows
+        unit = f"{unit}*s" if unit and in_slots[0] in impulses else ""
+    return solved.values(ask, {"": unit})[""]
