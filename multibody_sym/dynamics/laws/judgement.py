@@ -29,9 +29,13 @@ class Violation:
 
 
 def gap_tolerance(problem: Scaled, x: Floats, z: Floats, part: float) -> Floats:
-    """Return (m) what of a counts as zero: a part of each row's terms, and rounding of the largest ones."""
+    """Return (m) what of a counts as zero: a part of each row's terms, and rounding of the largest ones.
+
+    x = C^T z: where things jam it is what large forces leave of each other, with their rounding.
+    """
     largest = float(np.linalg.norm(x)) + float(np.abs(problem.r).max(initial=0.0))
     rounding = 100.0 * EPSILON * (problem.norms * largest + problem.couplings * float(np.abs(z).max(initial=0.0)))
+    rounding += EPSILON * problem.norms * float(np.abs(z).sum())
     return np.asarray(part * problem.terms(x, z) + rounding + 1e-300, dtype=float)
 
 

@@ -104,6 +104,12 @@ def test_what_separates_by_next_to_nothing_in_a_wedge_takes_no_part() -> None:
         assert impact.missed(strike(impact.problem())) < MISSED
 
 
+def test_contacts_that_jam_are_not_given_up_for_the_rounding_of_their_impulses() -> None:
+    """A tangent is nearly along the normal: impulses are a thousand times those that cause them, and nothing moves."""
+    for seed in (5456, 16868):
+        judged(random_impact(np.random.default_rng(seed), 3), "poisson", "simultaneous")
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("block", range(10))
 def test_one_contact_never_makes_energy(block: int) -> None:
