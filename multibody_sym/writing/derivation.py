@@ -8,6 +8,7 @@ from typing import Any, Final
 
 import sympy
 
+from multibody_sym.analysis.theorems.symbolic import CONSERVED
 from multibody_sym.dynamics.derivation.constants import SIDES
 from multibody_sym.dynamics.derivation.notation import escaped
 from multibody_sym.dynamics.derivation.record import Equation, Label, Step
@@ -77,7 +78,7 @@ def _withheld(equations: SymbolicEquations) -> list[Step]:
 
 def _result(equations: SymbolicEquations) -> list[Step]:
     """Return the steps that stand for the result: the energies, the loads, the constraints, the equations."""
-    steps = [step for step in equations.steps if step.equations or step.title == SIDES]
+    steps = [step for step in equations.steps if step.equations or step.title in (SIDES, CONSERVED)]
     return [step for step in steps if step.title not in _ON_THE_WAY]
 
 

@@ -11,9 +11,10 @@ FEW = ["pendulum", "cart_pole", "gyroscope", "lift", "bicycle"]
 
 
 def assert_theorems_hold(name: str, backend: str | None) -> None:
-    run = mbs.simulate(
-        from_file(name), samples=3, rtol=1e-11, atol=1e-12, method="dormand_prince_8", backend=backend
-    )
+    system = from_file(name)
+    kept = system.simulation.constraints
+    method = None if kept is not None and kept.index_2 else "dormand_prince_8"
+    run = mbs.simulate(system, samples=3, rtol=1e-11, atol=1e-12, method=method, backend=backend)
     assert {theorem: miss for theorem, miss in run.verified().items() if not miss.relative <= 1e-9} == {}
 
 

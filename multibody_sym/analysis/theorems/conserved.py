@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -21,9 +21,12 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.start.sampling import sampled_states
 from multibody_sym.dynamics.start.start import Start
-from multibody_sym.errors import MultibodyError
+from multibody_sym.dynamics.start.state import examined_state
+from multibody_sym.errors import MultibodyError, NoSolutionError
 from multibody_sym.kinematics.state import State
+from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, slot
@@ -79,6 +82,28 @@ def conserved(mechanism: Mechanism, begin: Start) -> list[Conserved]:
     chosen = _chosen(pool, table, proposed, table.constant(columns, alone))
     found = [_told(mechanism, pool, decide.precise_of(x), decide.exact) for x in chosen]
     return sorted(found, key=lambda x: _TOLD.index(x.kind))
+
+
+def conserved_by(
+    system: System,
+    *,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    formalism: str | None = None,
+) -> list[Conserved]:
+    """Return what a system conserves, from its start on; nothing where it has no start.
+
+    `parameters` .. `project`: what the call changes of the system (`Changes`); the formalism makes no difference.
+    """
+    asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    try:
+        state = examined_state(asked)
+    except NoSolutionError:
+        return []
+    return conserved(state.mechanism, state.start)
 
 
 Combination = dict[int, float]

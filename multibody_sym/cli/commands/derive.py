@@ -23,18 +23,27 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     budget = "the time that the derivation may take; default: 60"
     parser.add_argument("--budget", metavar="SECONDS", type=float, help=budget)
     parser.add_argument("--steps", action="store_true", help="show every step of the derivation")
+    theorems = "add the theorems of momentum, angular momentum and energy, and what is conserved"
+    parser.add_argument("--theorems", action="store_true", help=theorems)
     parser.add_argument("--format", choices=_FORMATS, default=_FORMATS[0], help="how to print it; default: text")
 
 
 def run(options: argparse.Namespace) -> Answer:
     """Derive and print in the format asked for."""
+    from multibody_sym.analysis.theorems.conserved import conserved_by
+    from multibody_sym.analysis.theorems.symbolic import with_theorems
     from multibody_sym.cli.model import model, shared
     from multibody_sym.dynamics.derive import derive
     from multibody_sym.writing.derivation import derivation_data
 
     with model(options) as system:
         equations = derive(system, options.method, budget=options.budget, **shared(options))
+        kept = conserved_by(system, **shared(options)) if options.theorems else []
+        if options.theorems:
+            equations = with_theorems(equations, kept)
         data = derivation_data(equations)
+        if options.theorems:
+            data["conserved"] = {each.name: each.symmetry for each in kept}
         text = json.dumps(data, indent=1) if options.format == "json" else _written(equations, options)
     return Answer(data, text)
 
