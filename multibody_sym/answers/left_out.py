@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
 
 from multibody_sym.answers.instant import Solved
 from multibody_sym.model.declaration.values import Point
-from multibody_sym.model.mechanism.force_rows import ReactionRow
+from multibody_sym.model.mechanism.force_rows import BrakingRow, ReactionRow
 from multibody_sym.model.mechanism.mass import ORIGIN
 from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.model.mechanism.one_way import OneWay
@@ -33,8 +33,11 @@ def _notes(solved: Solved, element: OneWay) -> Iterator[str]:
     if not all(row.share is ONE for row in normals) or sum(len(step.turns) for step in body.steps) == 3:
         return  # on a thread force and couple go together, a ball bears forces only
     held = _Held(solved, element.joint)
-    if len(body.steps) > 1 and sum(bool(step.slides) for step in body.steps) != 1:
-        yield from _of_plate(held, element, normals[0], turns=turns) if slides else _of_pins(held, element, normals)
+    if len(element.frictions) > 1 and all(row.moment is ORIGIN for row in normals):
+        yield from _of_pins(held, element)
+        return
+    if sum(bool(step.slides) for step in body.steps) > 1:
+        yield from _of_plate(held, element, normals[0], turns=turns)
         return
     axis = next(axis for step in body.steps for axis in (*step.slides, *step.turns))
     along = held.unit(axis)
@@ -77,15 +80,20 @@ def _of_plate(held: _Held, element: OneWay, row: ReactionRow, *, turns: bool) ->
         yield f"{element.name} rubs with its force alone; the couple of {twist:.6g} N*m about its normal is left out"
 
 
-def _of_pins(held: _Held, element: OneWay, normals: Sequence[ReactionRow]) -> Iterator[str]:
-    """Yield the couple that the pins of a universal joint transmit, and the forces along them."""
-    pairs = zip(normals[::2], normals[1::2], strict=True)
-    pins = [np.cross(held.unit(first.force), held.unit(second.force)) for first, second in pairs]
-    across = np.cross(pins[0], pins[1])
-    couple = abs(float(held.moment @ across)) / (float(np.linalg.norm(across)) or 1.0)
+def _of_pins(held: _Held, element: OneWay) -> Iterator[str]:
+    """Yield the couple that pins and guides one on the other transmit, and the forces along the pins."""
+    pins: dict[str, Floats] = {}
+    for part in element.frictions:
+        rows = [element.normals[k] for k in part.normals]
+        first, second = (held.unit(row.force) for row in rows if isinstance(row, ReactionRow)) if part.norm else (0, 0)
+        if isinstance(part.rows[0], BrakingRow):
+            pins[part.name] = np.cross(first, second)
+    axes = np.array(list(pins.values())).reshape(-1, 3).T
+    free = axes @ np.linalg.lstsq(axes, held.moment, rcond=None)[0] if pins else np.zeros(3)
+    couple = float(np.linalg.norm(held.moment - free))
     if couple > _ROUNDING * held.size:
         yield f"{element.name} rubs with its force alone; the couple of {couple:.6g} N*m that it transmits is left out"
-    for number, pin in enumerate(pins, 1):
+    for name, pin in pins.items():
         push = abs(float(held.force @ pin))
         if push > _ROUNDING * held.size:
-            yield f"{element.name}.pin{number} rubs with the force across it; {push:.6g} N along the pin are left out"
+            yield f"{name} rubs with the force across it; {push:.6g} N along the pin are left out"

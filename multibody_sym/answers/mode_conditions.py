@@ -69,7 +69,7 @@ def inequalities(acting: Acting, solved: Solved) -> Iterator[Inequality]:
     for element in mechanism.one_way:
         if element.unilateral:
             yield from _normal(acting, element, touching)
-        elif len(element.normals) == 1 or not any(part.norm for part in element.frictions):
+        else:
             yield from _sides(acting, element)
         for part in element.frictions if is_active(mechanism, element) else ():
             if rubs(part):
@@ -91,9 +91,10 @@ def _normal(acting: Acting, element: OneWay, touching: Collection[str]) -> Itera
 
 
 def _sides(acting: Acting, element: OneWay) -> Iterator[Inequality]:
-    """Yield on which side each reaction presses that rubs."""
+    """Yield on which side each reaction presses that rubs, but for those that press with the length of a vector."""
     sides = acting.mechanism.mode.sides if acting.mechanism.mode else {}
-    for row in element.normals:
+    alone = {k for part in element.frictions if not part.norm or len(element.normals) == 1 for k in part.normals}
+    for row in (element.normals[k] for k in sorted(alone)):
         side = sides.get(row.name, sides.get(element.name, 0))
         if side:
             force = acting.multiplier(row.name)

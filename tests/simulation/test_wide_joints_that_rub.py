@@ -200,6 +200,65 @@ def test_a_ball_by_angles_rubs_as_one_by_a_quaternion() -> None:
     assert [value(found, "rub", f"friction_{k}") for k in (1, 2, 3)] == pytest.approx(expected, rel=1e-12)
 
 
+# --- freedoms one on the other ----------------------------------------------------------------------------------------
+
+SLOT = f"""\
+multibody_sym: 1
+name: pin_in_slot
+gravity: [0, -{G}, 0]
+bodies: {{b: {{mass: 2, inertia: {{Izz: 0.1}}}}}}
+joints:
+  J: {{type: custom, free: [{{translate: x}}, {{rotate: z}}], parent: ground, child: b, initial: {{u: [1, 5]}}}}
+forces: {{rub: {{type: friction, joint: J, static: {MU}, radius: 0.02}}}}
+"""
+
+
+@pytest.mark.parametrize("order", ["{translate: x}, {rotate: z}", "{rotate: z}, {translate: x}"])
+def test_a_pin_in_a_slot_rubs_along_the_slot_and_on_the_pin(order: str) -> None:
+    """m x'' = -mu N with N = m g, and the pin bears both: Izz phi'' = -mu r N sqrt(1 + mu^2).
+
+    In the other order the slot turns with the body, whose centre is at the pin: there Coriolis's force presses too.
+    """
+    text = SLOT.replace("{translate: x}, {rotate: z}", order)
+    turned = order.startswith("{rotate")
+    found = solve(loads(text.replace("u: [1, 5]", "u: [5, 1]") if turned else text))
+    slide, pin = ("slide2", "pin1") if turned else ("slide1", "pin2")
+    assert (found.states[f"rub.{slide}"], found.states[f"rub.{pin}"]) == ("slide+", "slide+")
+    across = abs(value(found, "J", "fy"))
+    names = {slide: value(found, "rub", "friction" if not turned else slide), pin: 0.0}
+    names[pin] = value(found, "rub", pin if not turned else "friction")
+    assert names[slide] == pytest.approx(-MU * across, rel=1e-12)
+    whole = math.hypot(value(found, "J", "fx"), value(found, "J", "fy"))
+    assert names[pin] == pytest.approx(-MU * 0.02 * whole, rel=1e-12)
+    if not turned:
+        accelerations = [x.value for x in found.accelerations.values()]
+        expected = [-MU * G, -MU * 0.02 * 2 * G * math.sqrt(1 + MU**2) / 0.1]
+        assert accelerations == pytest.approx(expected, rel=1e-12)
+
+
+def test_the_slide_of_a_pin_in_a_slot_stops_and_stays_while_the_pin_turns_on() -> None:
+    """Along the slot nothing presses on the pin from then on: -mu r m g / Izz, and the slide rests to the last bit."""
+    run = simulate(loads(SLOT), t_end=5, samples=51)
+    slide, later = 1 / (MU * G), MU * 0.02 * 2 * G / 0.1
+    left = 5 - slide * MU * 0.02 * 2 * G * math.sqrt(1 + MU**2) / 0.1
+    assert [(c["element"], c["kind"]) for c in run.changes] == [("rub.slide1", "stick"), ("rub.pin2", "stick")]
+    assert [c["t"] for c in run.changes] == pytest.approx([slide, slide + left / later], rel=1e-9)
+    still = run.t > slide
+    assert not run.u[still, 0].any()
+    assert (run.q[still, 0] == run.q[still][0, 0]).all()
+
+
+def test_three_rings_of_a_gimbal_are_three_journals() -> None:
+    """A body that hangs in its centre, level rings: m g is across two of the axes and along the third."""
+    text = BALL.replace("spherical", "custom, free: [{rotate: x}, {rotate: y}, {rotate: z}]").replace(
+        "q: [cos(0.35), sin(0.35), 0, 0], u: [1, 0, 0]", "u: [1, -1, 1]"
+    )
+    found = solve(loads(text.replace("com: [0, 0, -0.5], ", "")))
+    assert [value(found, "rub", x) for x in ("friction", "pin2", "pin3")] == pytest.approx(
+        [-MU * 0.02 * 2 * G, MU * 0.02 * 2 * G, 0], rel=1e-12, abs=1e-12
+    )
+
+
 @pytest.mark.parametrize("joint", ["revolute, axis: x", "universal", "spherical"])
 def test_how_rough_a_journal_must_be_is_told_as_a_coefficient(joint: str) -> None:
     """Level, the pin holds m g * 0.5 m with m g at 0.02 m: 25, without a unit."""
@@ -222,10 +281,10 @@ def test_how_rough_a_journal_must_be_is_told_as_a_coefficient(joint: str) -> Non
         (
             PUCK,
             "type: planar",
-            "type: custom, free: [{translate: x}, {translate: [1, 1, 0]}, {rotate: z}]",
-            "is another",
+            "type: custom, free: [{rotate: x}, {rotate: y}, {rotate: z}]",
+            "on a pin: give its radius",
         ),
-        (PUCK, "type: planar", "type: custom, free: [{rotate: x}, {rotate: y}, {rotate: z}]", "is another"),
+        (PUCK, "type: planar", "type: point, axes: xyz", "is another"),
         (BALL, ", radius: 0.02", "", "a ball rubs at its radius: give it"),
         (
             RING,

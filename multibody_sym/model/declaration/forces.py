@@ -157,8 +157,9 @@ class Friction(Element):
     mean `radius`. What slides on a plane (planar, point) rubs with mu |N| against the velocity of the joint's point, N
     along the normal; a planar joint with a `radius` on a ring of it, whose force F and couple C have together the size
     sqrt(F^2 + (C/radius)^2) = mu |N|. A ball (spherical) of `radius` rubs with mu radius |F| against its angular
-    velocity; a universal joint on two pins of `radius`, each with the force across it. `static` may be the word
-    `enough`. One coefficient that is left out is as large as the other.
+    velocity; a universal joint on two pins of `radius`, each with the force across it, as the freedoms of a
+    custom joint do, one on the other. `static` may be the word `enough`. One coefficient that is left out is as large
+    as the other.
     `regularised`: a speed (m/s, of what turns at its radius) below which friction is smooth, so that nothing sticks.
     """
 

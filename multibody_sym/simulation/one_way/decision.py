@@ -97,9 +97,13 @@ def _leaves(facts: Facts, element: OneWay, before: Before | None) -> bool:
 
 
 def _between(facts: Facts, mode: Mode, before: Mode) -> bool:
-    """Tell whether a reaction that pressed on one side presses on none: it is about to press on the other."""
+    """Tell whether a reaction that pressed on one side presses on none: it is about to press on the other.
+
+    Components of a vector whose length presses have no sides.
+    """
     two_sided = [x for x in facts.laws.mechanism.one_way if not x.unilateral]
-    names = [row.name if len(x.normals) > 1 else x.name for x in two_sided for row in x.normals]
+    sided = [(x, x.normals[k]) for x in two_sided for part in x.frictions if not part.norm for k in part.normals]
+    names = [row.name if len(x.normals) > 1 else x.name for x, row in sided]
     return any(before.sides.get(name, INACTIVE) and not mode.sides.get(name, INACTIVE) for name in names)
 
 

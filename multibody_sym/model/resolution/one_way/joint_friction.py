@@ -14,7 +14,7 @@ from typing import Final
 
 from multibody_sym.errors import at
 from multibody_sym.model.declaration.forces import Friction
-from multibody_sym.model.declaration.joints import Spherical
+from multibody_sym.model.declaration.joints import Custom, Spherical
 from multibody_sym.model.declaration.steps import Rotate, Screw, Step, Translate
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.force_rows import BrakingRow, ReactionRow, RubbingRow
@@ -23,7 +23,7 @@ from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.resolution.cuts import normals_of
 from multibody_sym.model.resolution.one_way.rubbing import NOWHERE_YET, Made, Rubbing, aligned
-from multibody_sym.model.resolution.one_way.wide_joints import ball, plate, two_pins
+from multibody_sym.model.resolution.one_way.wide_joints import ball, plate, stacked, two_pins
 from multibody_sym.model.resolution.plane import in_plane
 from multibody_sym.model.resolution.references import References
 from multibody_sym.scalars.functions import sqrt
@@ -47,7 +47,10 @@ def _friction(name: str, element: Friction, references: References, flat: bool) 
     with at("joint"):
         references.verify_joint(element.joint)
     joint = references.system.joints[element.joint]
-    make = ball if isinstance(joint, Spherical) else _MAKERS.get(tuple(type(step) for step in joint.moves))
+    kinds = tuple(type(step) for step in joint.moves)
+    make = ball if isinstance(joint, Spherical) else _MAKERS.get(kinds)
+    if make is None and kinds and set(kinds) <= {Translate, Rotate} and isinstance(joint, Custom):
+        make = stacked
     asked = Rubbing(name, element, joint, tuple(references.freedoms(element.joint).values()), flat)
     if make is None or any(step.motion is not None for step in joint.moves):
         raise asked.another()
@@ -66,18 +69,10 @@ def _friction(name: str, element: Friction, references: References, flat: bool) 
     )
 
 
-def _across(axis: Point, flat: bool) -> tuple[Point, ...]:
-    """Return unit vectors across an axis: one where nothing leaves the plane."""
-    if flat and axis[2] is ZERO:
-        x, y, z = cross(_UP, axis)
-        return ((x, y, z),)
-    return normals_of(axis)
-
-
 def _guide(asked: Rubbing) -> Made:
     asked.without("radius", "a slider has none; give the length over which its pads are apart, or nothing")
     axis = unit_vector(asked.joint.moves[0].slides[0])
-    across, row = _across(axis, asked.flat), RubbingRow(f"{asked.name}.friction", asked.rates[0])
+    across, row = asked.across(axis), RubbingRow(f"{asked.name}.friction", asked.rates[0])
     if asked.element.length is None:
         normals = asked.reactions([(n, ORIGIN) for n in across])
         return normals, [asked.part((row,), range(len(normals)), norm=len(normals) > 1)]
@@ -122,7 +117,7 @@ def _sleeve(asked: Rubbing) -> Made:
     asked.without("length", "pads are for sliders; give a radius, with which it rubs about its axis as well")
     axis = unit_vector(asked.joint.moves[0].slides[0])
     if not aligned(axis, unit_vector(asked.joint.moves[1].turns[0])):
-        raise asked.another()
+        return stacked(asked)
     normals = asked.reactions([(n, ORIGIN) for n in normals_of(axis)])
     rows: tuple[Row, ...] = (RubbingRow(f"{asked.name}.along", asked.rates[0]),)
     if asked.element.radius is not None:

@@ -14,6 +14,7 @@ from multibody_sym.model.mechanism.force_rows import ReactionRow
 from multibody_sym.model.mechanism.markers import NOWHERE
 from multibody_sym.model.mechanism.one_way import FrictionPart
 from multibody_sym.model.mechanism.rows import Row
+from multibody_sym.model.resolution.cuts import normals_of
 from multibody_sym.model.resolution.references import Freedom
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node
 from multibody_sym.scalars.vectors import Vec, cross
@@ -26,9 +27,11 @@ Made = tuple[list[ReactionRow], list[FrictionPart]]
 
 _KINDS: Final = (
     "friction is for joints with a reaction that presses and coordinates of their own: prismatic, revolute, "
-    "cylindrical, screw, planar, universal, spherical, point in a plane; {!r} is another, or prescribed"
+    "cylindrical, screw, planar, universal, spherical, custom without screws, point in a plane; {!r} is another, or "
+    "prescribed"
 )
 _PARALLEL: Final = 1e-9
+_UP: Final[Point] = (ZERO, ZERO, ONE)
 
 
 def aligned(a: Vec, b: Vec) -> bool:
@@ -51,6 +54,13 @@ class Rubbing:
     def rates(self) -> list[Node]:
         """The speeds of the joint."""
         return [freedom.rate for freedom in self.freedoms]
+
+    def across(self, axis: Point, *, flat: bool | None = None) -> tuple[Point, ...]:
+        """Return unit vectors across an axis: one where nothing leaves the plane."""
+        if (self.flat if flat is None else flat) and axis[2] is ZERO:
+            x, y, z = cross(_UP, axis)
+            return ((x, y, z),)
+        return normals_of(axis)
 
     def reactions(self, shares: Sequence[tuple[Point, Point]], name: str = "") -> list[ReactionRow]:
         """Return rows of the reaction's parts along pairs of a force and a moment."""

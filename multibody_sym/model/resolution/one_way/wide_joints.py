@@ -3,7 +3,8 @@
 A plate rubs against the velocity of the joint's point with mu times the normal force N. One that bears on a ring of a
 radius r rubs about its normal too: force F and couple C together have the size (F^2 + (C/r)^2)^(1/2) = mu N while it
 slides, against the velocity and r times the angular velocity. A ball in its socket rubs with mu r |F| against the
-angular velocity. Each pin of a universal joint is a journal, on which the force across it presses.
+angular velocity. Each pin of a universal joint is a journal, on which the force across it presses; so it is with
+freedoms of custom joints, one on the other, of which those that slide are guides.
 """
 
 from __future__ import annotations
@@ -15,7 +16,6 @@ from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.force_rows import BrakingRow, ReactionRow, RubbingRow
 from multibody_sym.model.mechanism.mass import ORIGIN, unit_vector
 from multibody_sym.model.mechanism.one_way import FrictionPart
-from multibody_sym.model.resolution.cuts import normals_of
 from multibody_sym.model.resolution.one_way.rubbing import Made, Rubbing, aligned
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node
 from multibody_sym.scalars.rotations import turned
@@ -36,7 +36,7 @@ def plate(asked: Rubbing) -> Made:
     first, second = (unit_vector(step.slides[0]) for step in moves[:2])
     normal: Point = unit_vector(_nodes(cross(first, second)))
     if not aligned(cross(normal, first), second) or not all(aligned(step.turns[0], normal) for step in moves[2:]):
-        raise asked.another()
+        return stacked(asked)
     speeds = [*asked.rates[:2], *([] if radius is None else [radius * asked.rates[2]])]
     rows = tuple(RubbingRow(f"{asked.name}.friction{k}", speed) for k, speed in enumerate(speeds, 1))
     return asked.reactions([(normal, ORIGIN)]), [asked.part(rows, range(1))]
@@ -68,19 +68,28 @@ def _turning(asked: Rubbing) -> Sequence[Node]:
 def two_pins(asked: Rubbing) -> Made:
     """Return the friction of the two pins of a universal joint, on each of which the force across it presses."""
     asked.without("length", "bearings a length apart are for hinges; the pins rub with the joint's force alone")
-    radius = asked.radius("a universal joint rubs on its two pins: give their radius")
-    first, second = (unit_vector(step.turns[0]) for step in asked.joint.moves)
-    angle = asked.freedoms[0].coordinate
-    assert angle is not None
-    turn = turned(first, angle)
-    across = [normals_of(first), tuple(_nodes(apply(turn, n)) for n in normals_of(second))]
+    asked.radius("a universal joint rubs on its two pins: give their radius")
+    return stacked(asked)
+
+
+def stacked(asked: Rubbing) -> Made:
+    """Return the friction of freedoms one on the other: guides and pins, each pressed by the force across it."""
+    asked.without("length", "pads and bearings a length apart are for joints with one freedom")
     normals: list[ReactionRow] = []
     parts: list[FrictionPart] = []
-    for k, (pair, rate) in enumerate(zip(across, asked.rates, strict=True), 1):
-        name = f"{asked.name}.pin{k}"
-        normals += asked.reactions([(n, ORIGIN) for n in pair], name)
-        row = BrakingRow(f"{name}.friction", rate)
-        parts.append(asked.part((row,), range(2 * k - 2, 2 * k), radius, norm=True, name=name))
+    R: Mat = UNIT_MATRIX
+    for k, (step, freedom) in enumerate(zip(asked.joint.moves, asked.freedoms, strict=True), 1):
+        axis, turns = unit_vector((*step.turns, *step.slides)[0]), bool(step.turns)
+        across = asked.across(axis, flat=asked.flat and not turns)
+        name = f"{asked.name}.{'pin' if turns else 'slide'}{k}"
+        own = range(len(normals), len(normals) + len(across))
+        normals += asked.reactions([(_nodes(apply(R, n)), ORIGIN) for n in across], name)
+        row = (BrakingRow if turns else RubbingRow)(f"{name}.friction", freedom.rate)
+        arm = asked.radius("what turns rubs on a pin: give its radius") if turns else ONE
+        parts.append(asked.part((row,), own, arm, norm=len(across) > 1, name=name))
+        if turns:
+            assert freedom.coordinate is not None
+            R = product(R, turned(axis, freedom.coordinate))
     return normals, parts
 
 
