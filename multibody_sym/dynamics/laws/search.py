@@ -21,7 +21,7 @@ from multibody_sym.dynamics.laws.problem import (
     Verdict,
 )
 from multibody_sym.dynamics.laws.scaled import Flags, Modes, Scaled, scaled
-from multibody_sym.dynamics.laws.states import Near, States, same
+from multibody_sym.dynamics.laws.states import Near, States, either_side, same
 from multibody_sym.dynamics.laws.ties import Ties, rate_problem, tied, with_rates
 from multibody_sym.dynamics.laws.uniqueness import undetermined
 from multibody_sym.errors import NoSolutionError
@@ -145,7 +145,12 @@ class _Search:
         none = np.zeros(self.problem.count, dtype=bool)
         if not self.exact:
             return _Labels(mode, (), none, none)
-        unsure, moving = undetermined(self.problem, solve_mode(self.problem, mode, trial.mu), trial)
+        unsure, moving = none.copy(), none.copy()
+        moved = solve_mode(self.problem, mode, trial.mu)
+        sided = list(either_side(self.problem, moved))
+        for here in [moved] if len(sided) == 1 else (solve_mode(self.problem, one, trial.mu) for one in sided):
+            open_ = undetermined(self.problem, here, trial)
+            unsure, moving = unsure | open_[0], moving | open_[1]
         limit = tied(self.problem, trial, mode, unsure)
         for changes in (self._left, self._rates):
             if not limit or (change := changes(limit, self._state(trial, mode, kinetic))) is None:

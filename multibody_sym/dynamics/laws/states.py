@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
@@ -23,6 +23,7 @@ from multibody_sym.numerics.arrays import Floats
 FLIPS: Final = 10
 SAME: Final = 1e-8
 """States whose accelerations differ by less than this part of the largest are one."""
+SIDED: Final = 6
 PASSES: Final = 30
 ROUGH: Final = 0.01
 """Part of the largest by which directions in space that some passes have brought near may still miss."""
@@ -181,7 +182,23 @@ class States:
 def _both_sides(problem: Scaled, mode: Modes) -> Iterator[Modes]:
     """Yield the mode with each choice of sides of normals of parts that stick."""
     stuck = [p for p in problem.parts if p.rests and mode.slips[p.number] == STICKS and not p.norm]
-    rows = sorted({int(k) for p in stuck for k in p.normals if problem.two_sided[k]})
+    yield from _with_sides(mode, {int(k) for p in stuck for k in p.normals if problem.two_sided[k]})
+
+
+def either_side(problem: Scaled, trial: Trial) -> Iterator[Modes]:
+    """Yield a trial's mode with each choice of sides of two-sided normals that have no force, but may have others.
+
+    Of the first `SIDED` of them, so that there are not too many.
+    """
+    changes = np.abs(trial.forces @ trial.idle).max(axis=1, initial=0.0)
+    open_ = (trial.mode.sides == 0) & (changes > SEEN * changes.max(initial=0.0))
+    free = problem.both[open_[problem.both]]
+    pressing = {int(k) for part in problem.parts if not part.norm for k in part.normals}
+    yield from _with_sides(trial.mode, [int(k) for k in free if int(k) in pressing][:SIDED])
+
+
+def _with_sides(mode: Modes, chosen_rows: Collection[int]) -> Iterator[Modes]:
+    rows = sorted(chosen_rows)
     for sides in product((1, -1), repeat=len(rows)):
         chosen = mode.copy()
         chosen.sides[rows] = sides

@@ -119,6 +119,16 @@ def test_a_block_jammed_between_two_walls_may_stay_or_fall() -> None:
     assert 0.0 in falls
 
 
+@pytest.mark.parametrize("wall", [1.0, -1.0])
+def test_a_falling_block_between_its_guide_and_a_wall_may_be_squeezed(wall: float) -> None:
+    """Nothing says how hard: forces N on one side of the guide slow it by more, wherever the wall is."""
+    laws = (Equality(), Friction(0), Unilateral(), Friction(1))
+    parts = (FrictionLaw((1,), (0,), 0.2, 0.1, (-1.0,)), FrictionLaw((3,), (2,), 0.5, 0.5, (-1.0,)))
+    found = find(problem([[1.0, 0.0], [0.0, 1.0], [wall, 0.0], [0.0, 1.0]], [1.0, 1.0], [0.0, -G], laws, parts))
+    assert found.verdict == "several"
+    assert {0, 2} <= set(found.free)
+
+
 def test_a_string_between_resting_blocks_has_no_value() -> None:
     """Two blocks on a rough floor, a string between them: at rest, taut, and its tension is anybody's guess."""
     rows = [[0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 1], [0, 0, 1, 0], [1, 0, -1, 0]]
