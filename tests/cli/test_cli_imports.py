@@ -33,3 +33,11 @@ def test_a_run_of_a_tree_draws_no_numbers_with_numpy(tmp_path: Path) -> None:
     arguments = ["simulate", str(model), "--t-end", "0.1", "-o", str(tmp_path / "motion.csv")]
     found = "print([m for m in ('numpy.random', 'secrets', 'sympy') if m in sys.modules])"
     assert printed(f"import sys; from multibody_sym.cli.main import main; main({arguments!r}); {found}") == "[]"
+
+
+def test_a_run_of_a_contact_imports_no_optimisation(tmp_path: Path) -> None:
+    """Linear programs are only for forces that are not unique."""
+    model = ROOT / "examples" / "textbook" / "thrown_up.yaml"
+    arguments = ["simulate", str(model), "--t-end", "1", "-o", str(tmp_path / "motion.csv")]
+    found = "print([m for m in ('scipy.optimize', 'scipy.integrate', 'sympy') if m in sys.modules])"
+    assert printed(f"import sys; from multibody_sym.cli.main import main; main({arguments!r}); {found}") == "[]"

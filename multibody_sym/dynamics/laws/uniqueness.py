@@ -12,7 +12,6 @@ from itertools import product
 from typing import Final
 
 import numpy as np
-from scipy.optimize import linprog
 
 from multibody_sym.dynamics.laws.judgement import force_tolerance
 from multibody_sym.dynamics.laws.mode_solve import Trial, sticking
@@ -42,6 +41,8 @@ def admissible(problem: Scaled, trial: Trial) -> Trial | None:
     if free == 1:
         low, high = _interval(present / scale, slopes[:, 0])
         return _moved(problem, trial, np.array([_between(low, high) * scale])) if low <= high + 1e-12 else None
+    from scipy.optimize import linprog  # takes longer to import than a run whose forces are unique
+
     # The largest margin, so that rounding of the chosen forces breaks none of them where there is room.
     found = linprog(
         np.append(np.zeros(free), -1.0),
@@ -111,6 +112,8 @@ def _unforced(problem: Scaled, trial: Trial) -> Floats:
     if free == 1:
         low, high = _interval(np.maximum(present, 0.0), slopes[:, 0])
         return np.eye(1) if high - low > NEAR / float(np.abs(slopes).max()) else np.zeros((1, 0))
+    from scipy.optimize import linprog  # as above
+
     while held.any():
         count = int(held.sum())
         found = linprog(
