@@ -50,7 +50,7 @@ def solve(
     asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
     with numbers_of(asked):
         if asked.impact is not None:
-            return solution_of_impact(asked, formalism)
+            return solution_of_impact(asked, formalism, steps=flag("steps", steps))
         solved = exactly_solved_start(asked, formalism)
         found = solution_of(solved)
         if not flag("steps", steps):
@@ -67,9 +67,14 @@ def exactly_solved_start(system: System, formalism: str | None) -> Solved:
     return solved_start(system, formalism, beyond) if beyond else solved
 
 
-def solution_of_impact(system: System, formalism: str | None) -> Solution:
+def solution_of_impact(system: System, formalism: str | None, *, steps: bool = False) -> Solution:
     """Return what the impact of a system does; accelerations and reactions belong to before or after it."""
     found, solved = impact_found(system, formalism)
+    told = None
+    if steps:
+        from multibody_sym.answers.impact.worked import worked_impact
+
+        told = worked_impact(solved, found)
     mechanism, begin = solved.mechanism, solved.begin
     return Solution(
         name=mechanism.name,
@@ -86,6 +91,7 @@ def solution_of_impact(system: System, formalism: str | None) -> Solution:
         withheld_reasons=tuple(reasons(mechanism.withheld)),
         units=MechanismUnits(mechanism).state,
         impact=found,
+        steps=told,
     )
 
 

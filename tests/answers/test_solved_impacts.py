@@ -6,11 +6,13 @@ import json
 
 import numpy as np
 import pytest
+import sympy
 
 import multibody_sym as mbs
 from multibody_sym.expressions.printer import text
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
+from multibody_sym.writing.worked import worked_latex, worked_text
 from tests.answers.impact_models import CHAIN, COIN, TWO_BALLS
 
 
@@ -164,3 +166,19 @@ def test_questions_are_answered_just_after_the_impact() -> None:
     assert told.answers["share"].value == pytest.approx(0.7)
     with pytest.raises(mbs.ModelError, match="has no value in an impact"):
         mbs.solve(mbs.loads(TWO_BALLS + "ask: {a: 'acceleration(a, x)'}\n"))
+
+
+def test_the_steps_lead_from_momentum_and_restitution_to_the_result() -> None:
+    worked = mbs.solve(mbs.loads(TWO_BALLS), steps=True).steps
+    assert worked is not None
+    lines = worked_text(worked).splitlines()
+    assert "    (1) m1*D(u_x1) = -p" in lines
+    assert "    (2) m2*D(u_x2) = p" in lines
+    assert "    (3) impact.normal: D(u_x2) - D(u_x1) = (v1 - v2)*(1 + e)" in lines
+    assert "    p = m1*m2*(v1 - v2)*(1 + e)/(m1 + m2) = 5.4 N*s" in lines
+    m1, m2, p, a, b = sympy.symbols("m1 m2 p_0 D_u_x1 D_u_x2")
+    v1, v2, e = sympy.symbols("v1 v2 e")
+    equations = [line.sides[0] - line.sides[1] for line in worked.formulas if line.tag is not None]
+    (solution,) = sympy.solve(equations, [p, a, b], dict=True)
+    assert sympy.simplify(solution[p] - (1 + e) * m1 * m2 * (v1 - v2) / (m1 + m2)) == 0
+    assert r"\Delta u_{\mathrm{x1}}" in worked_latex(worked)
