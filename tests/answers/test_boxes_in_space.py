@@ -215,3 +215,24 @@ contacts:
     assert all(abs(x.value) < 1e-12 for x in found.accelerations.values())
     assert found.not_unique == ["foot1", "foot2", "top1", "top2", "foot", "top"]
     assert found.reactions["top"]["at_z"].value is None  # the feet alone may hold it: then the top presses nowhere
+
+
+def test_what_is_dragged_across_a_slope_on_feet_slips_as_a_block_does() -> None:
+    """Each foot could take what the other one may not: together they are held as their sum is."""
+    model = """\
+multibody_sym: 1
+name: sledge
+gravity: [g*sin(alpha), 0, -g*cos(alpha)]
+parameters: {g: 10 m/s^2, m: 5 kg, mu: 0.6, alpha: 25 deg, F: {value: 12 N, positive: true}}
+bodies:
+  ground: {surfaces: {slope: {plane: [0, 0, 0], normal: z}}}
+  sledge: {mass: m, points: {p1: [-0.1, 0, 0], p2: [0.1, 0, 0], p3: [0, 0.1, 0]}}
+joints: {J: {type: point, parent: ground, child: sledge, axes: xyz}}
+forces: {pull: {type: force, on: sledge, value: [0, F, 0]}}
+contacts: {c: {between: ["sledge.p#", ground.slope], static: mu, repeat: 3}}
+"""
+    ((low, high),) = mbs.range_of_rest(mbs.loads(model), "F").ends
+    c, s = math.cos(math.radians(25)), math.sin(math.radians(25))
+    assert low.value == 0.0
+    assert high.value == pytest.approx(50 * math.sqrt((0.6 * c) ** 2 - s**2), rel=2e-9)
+    assert high.gives_way == ("slips at c",)

@@ -291,20 +291,28 @@ class Search:
         return changed
 
     def pressed(self, end: RestEnd, limits: Sequence[Limit]) -> Iterator[tuple[str, Direction]]:
-        """Yield the directions in which circles are pressed upon at an end: by forces, and in what contradicts."""
+        """Yield the directions in which circles are pressed upon at an end: by forces, and in what contradicts.
+
+        Corners of one contact may each take what another one is kept from: all are pressed as their sum is, too.
+        """
         weights: dict[str, Direction] = {}
         curves: dict[str, Curve] = {}
+        groups: dict[str, list[str]] = {}
         for limit, weight in zip(end.limits, end.shares, strict=True):
             if limit.along is not None and limit.curve is not None:
                 x, y = weights.get(limit.part, (0.0, 0.0))
                 weights[limit.part] = (x + weight * limit.along[0], y + weight * limit.along[1])
                 curves[limit.part] = limit.curve
+                if limit.part not in (parts := groups.setdefault(limit.group, [])):
+                    parts.append(limit.part)
         conditions = self.at(limits)(end.value) if weights else None
         if conditions is not None:
             forces = nearest(conditions)
-            for part, curve in curves.items():
-                x, y = (float(forces[k]) for k in curve.rubbing)
-                yield part, (x, y)
+            pressed = {part: [float(forces[k]) for k in curve.rubbing] for part, curve in curves.items()}
+            yield from ((part, (x, y)) for part, (x, y) in pressed.items())
+            for parts in groups.values():
+                x, y = (sum(along) for along in zip(*(pressed[part] for part in parts), strict=True))
+                yield from ((part, (x, y)) for part in parts)
         yield from weights.items()
 
     def intervals(self, conditions: ConditionsAt, kind: Kind, searched: tuple[float, float]) -> list[Interval]:
