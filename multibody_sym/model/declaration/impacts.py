@@ -10,7 +10,7 @@ from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.contacts import Coefficient, CoefficientField, verify_coefficients
 from multibody_sym.model.declaration.fields import Element, ListOf, MapOf, Names, Record, fields_of, fields_tree, holds
-from multibody_sym.model.declaration.values import Choice, Direction, Point, Scalar, Text, Vector, described
+from multibody_sym.model.declaration.values import Choice, Direction, Point, Scalar, Text, Vector, described, is_text
 from multibody_sym.scalars.node import Node
 
 ONLY: Final = "impact"
@@ -107,13 +107,14 @@ class Impacts(Element):
 
 
 _WHOLE: Final = ("law", "sequence")
+_CLOSING: Final = "closing"
 
 
 @dataclass(frozen=True)
 class ImpactsField:
     """What stands under `impact:`: one impact, or a map of names to several; beside either a law and a sequence.
 
-    Nothing but these, or nothing at all: whatever is declared and closes at the start strikes.
+    Nothing but these, or the word `closing`: whatever is declared and closes at the start strikes.
     """
 
     def accept(self, value: Any) -> Impacts:
@@ -121,6 +122,8 @@ class ImpactsField:
             return value
         if isinstance(value, Impact):
             return Impacts(Names({ONLY: value}))
+        if is_text(value, _CLOSING):
+            return Impacts(Names())
         if not isinstance(value, Mapping):
             raise ModelError(f"expected an impact, or a map of impacts by name, got {described(value)}")
         whole = {name: x for name, x in value.items() if name in _WHOLE}
@@ -136,10 +139,10 @@ class ImpactsField:
                 found[name] = Record(Impact).accept(x)
         return found
 
-    def tree(self, value: Impacts) -> dict[str, Any]:
+    def tree(self, value: Impacts) -> Any:
         whole = {name: getattr(value, name) for name in _WHOLE if getattr(value, name) is not None}
         trees = {name: fields_tree(impact) for name, impact in value.strikes.items()}
-        return {**(trees[ONLY] if list(trees) == [ONLY] else trees), **whole}
+        return {**(trees[ONLY] if list(trees) == [ONLY] else trees), **whole} or _CLOSING
 
 
 def _is_impact(value: Any) -> bool:

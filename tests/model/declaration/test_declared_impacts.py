@@ -50,6 +50,8 @@ def test_what_is_wrong_is_told_with_its_line(section: str, message: str) -> None
         "{between: [a, b], normal: -x, restitution: 1, law: poisson, sequence: simultaneous}",
         "{first: {between: [a, b], normal: -x, static: 0.1}, push: {impulse: [1, 0, 0], at: b}, law: newton}",
         "{impulse: {couple: [0, 0, 1], on: b}}",
+        "closing",
+        "{}",
     ],
 )
 def test_what_is_read_is_written_back(section: str) -> None:
