@@ -293,7 +293,7 @@ class _Inequalities:
         lengths = np.where(slopes > 1e-9 * np.linalg.norm(self.g, axis=1), slopes, 0.0)
         cost, left = np.append(np.zeros(len(idle)), -1.0), np.column_stack([-self.g @ idle.T, lengths])
         # What squeezes itself may do so without bound: near solutions first, as large ones are full of rounding.
-        for most in (1.0, 30.0, 1e3):
+        for most in (1.0, 30.0, 1e3, 1e4):
             best = _least(cost, left, room, (*[most] * len(idle), 1e-3))
             if best is not None and self.hold(found := y + size * (idle.T @ best[:-1])):
                 return found
