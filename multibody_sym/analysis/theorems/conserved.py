@@ -33,13 +33,15 @@ from multibody_sym.scalars.node import Node, slot
 
 MOST: Final = 60
 """Speeds beyond which expressions of the rates would be too long."""
-MANY: Final = 12
+MANY: Final = 6
 """Speeds beyond which their momenta are looked at one by one, not in combinations."""
 _SPARE: Final = 3
 _PROPOSED: Final = 1e-7
 """The part of a column that combinations of others leave up to which 50 digits are asked."""
 _BY_FLOATS: Final = 1e-11
 """The same part below which floats decide alone, where expressions have no value in 50 digits."""
+_SAME: Final = 1e-6
+"""The part of a combination that others leave below which it says nothing new."""
 _SEED: Final = 11
 _ORDER: Final[tuple[Kind, ...]] = ("momentum", "axis", "centre", "energy", "jacobi", "speed")
 """The plainest first."""
@@ -78,8 +80,10 @@ def conserved(mechanism: Mechanism, begin: Start) -> list[Conserved]:
     kinds = [x.kind for x in pool]
     columns = sorted(range(len(pool)), key=lambda k: (not alone or kinds[k] != "speed", _COMBINED.index(kinds[k])))
     decide = _Decision(mechanism, begin, pool, states)
-    proposed = [x for x in table.vanishing(columns, alone) if decide.confirms(x)]
-    chosen = _chosen(pool, table, proposed, table.constant(columns, alone))
+    trivial = table.constant(columns, alone)
+    known = [table.scaled(x) for x in trivial]
+    proposed = [x for x in table.vanishing(columns, alone) if not _in_span(table.scaled(x), known)]
+    chosen = _chosen(pool, table, [x for x in proposed if decide.confirms(x)], trivial)
     found = [_told(mechanism, pool, decide.precise_of(x), decide.exact) for x in chosen]
     return sorted(found, key=lambda x: _TOLD.index(x.kind))
 
@@ -244,14 +248,20 @@ def _chosen(
         if any(pool[k].kind == "centre" and pool[k].place in turning for k in x) or _follows(pool, x, found):
             continue
         vector = table.scaled(x)
-        if known:
-            basis = np.array(known).T
-            rest = vector - basis @ np.linalg.lstsq(basis, vector, rcond=None)[0]
-            if np.linalg.norm(rest) <= 1e-6:
-                continue
+        if _in_span(vector, known):
+            continue
         known.append(vector)
         found.append(x)
     return found
+
+
+def _in_span(vector: Floats, known: Sequence[Floats]) -> bool:
+    """Return whether a unit vector is a combination of others."""
+    if not known:
+        return False
+    basis = np.array(known).T
+    rest = vector - basis @ np.linalg.lstsq(basis, vector, rcond=None)[0]
+    return bool(np.linalg.norm(rest) <= _SAME)
 
 
 def _follows(pool: Sequence[Candidate], x: Combination, found: Sequence[Combination]) -> bool:
