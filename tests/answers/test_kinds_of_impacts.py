@@ -141,3 +141,16 @@ impact: {impact}
 """
     with pytest.raises((mbs.ModelError, mbs.NoSolutionError), match=message):
         found(model)
+
+
+def test_a_box_that_lands_flat_tells_the_sum_of_its_corners() -> None:
+    told = found("""
+parameters: {m: {value: 2, positive: true}, v: {value: 2, positive: true}}
+bodies: {box: {shape: {box: [1, 0.5, 1], mass: m}}, ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}}
+joints: {P: {type: planar, parent: ground, child: box, initial: {q: [0, 0.25, 0], u: [3, -v, 0]}}}
+contacts: {c: {between: [box, ground.floor], restitution: 0.5, kinetic: 0.1}}
+impact: {sequence: simultaneous}
+""")
+    assert text(told.impulses["c"]["normal"].expression) == "3*m*v/2"
+    assert told.impulses["c"]["friction"].value == pytest.approx(-0.6)
+    assert told.after["u_P_theta"].value == pytest.approx(0, abs=1e-14)

@@ -143,7 +143,23 @@ class _Answer:
 
             units = dict.fromkeys(("normal", "friction", "friction_1", "friction_2"), "N*s")
             found[element.name] = self.solved.values(of_element, units)
-        return found | self._impulses_of_constraints()
+        return found | self._impulses_of_groups() | self._impulses_of_constraints()
+
+    def _impulses_of_groups(self) -> dict[str, Values]:
+        """Return for each contact of several corners the sum of their impulses, which is unique where each is not."""
+        groups: dict[str, list[OneWay]] = {}
+        for element in self.rows.acting:
+            if element.group not in ("", element.name):
+                groups.setdefault(element.group, []).append(element)
+        found: dict[str, Values] = {}
+        for name, elements in groups.items():
+
+            def of_group(instant: Instant, elements: Sequence[OneWay] = elements) -> Mapping[str, Any]:
+                every = [_impulses_of(instant, element) for element in elements]
+                return {part: sum((each[part] for each in every if part in each), 0) for part in every[0]}
+
+            found[name] = self.solved.values(of_group, dict.fromkeys(("normal", "friction"), "N*s"))
+        return found
 
     def _impulses_of_constraints(self) -> dict[str, Values]:
         """Return the impulses of declared constraints, and of what moves as prescribed and jumps."""
