@@ -17,13 +17,16 @@ ANGLES = [(6 - i) * np.pi / 10 for i in range(1, 12)]
 RADIUS = 1 / (2 * np.tan(np.pi / 20))
 
 
+SYSTEM = mbs.load(FILE)
+
+
 def cross(a, b):
     return a[0] * b[1] - a[1] * b[0]
 
 
 @pytest.fixture(scope="module")
 def struck():
-    return mbs.solve(mbs.load(FILE)).impact
+    return mbs.solve(SYSTEM).impact
 
 
 @pytest.fixture(scope="module")
@@ -95,3 +98,28 @@ def test_centres_of_neighbours_are_on_a_line_through_their_hinge(struck, places)
     for first, second, hinge in zip(centres, centres[1:], places[1], strict=False):
         a, b = first - hinge, second - hinge
         assert abs(cross(a, b)) <= 1e-12 * np.hypot(*a) * np.hypot(*b)
+
+
+def test_the_chain_meets_itself_and_keeps_its_momenta_and_energy(struck):
+    """On through the impact of its end on the seventh rod, of which it is no part of the start."""
+    run = mbs.simulate(SYSTEM, initial={name: value.value for name, value in struck.after.items()}, samples=301)
+    (met,) = run.events
+    assert (met["element"], met["kind"]) == ("meet", "impact")
+    assert met["t"] == pytest.approx(11.254, abs=1e-3)
+    assert met["impulse"] > 0.1
+    assert np.ptp(run.energy) < 1e-10
+    phi = np.cumsum([run[f"phi{k}"] for k in range(1, 12)], axis=0)
+    turning = np.cumsum([run[f"u_phi{k}"] for k in range(1, 12)], axis=0)
+    along = np.stack([np.cos(phi), np.sin(phi)], axis=1)
+    across = np.stack([-np.sin(phi), np.cos(phi)], axis=1) * turning[:, None]
+    starts = np.array([run["x1"], run["y1"]]) + np.vstack([np.zeros((1, *along[0].shape)), np.cumsum(along, axis=0)])
+    rates = np.array([run["u_x1"], run["u_y1"]]) + np.vstack(
+        [np.zeros((1, *along[0].shape)), np.cumsum(across, axis=0)]
+    )
+    centres, speeds = starts[:11] + along / 2, rates[:11] + across / 2
+    particle, speed = np.array([run["x"], run["y"]]), np.array([run["u_x"], run["u_y"]])
+    momentum = speeds.sum(axis=0) + speed
+    moment = sum(cross(c, v) for c, v in zip(centres, speeds, strict=True)) + turning.sum(axis=0) / 12
+    moment = moment + cross(particle, speed)
+    assert np.ptp(momentum, axis=1).max() < 1e-10
+    assert np.ptp(moment) < 1e-10
