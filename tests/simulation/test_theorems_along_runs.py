@@ -137,3 +137,13 @@ def test_integrals_over_pieces() -> None:
     np.testing.assert_allclose(integral(values, t)[-1], [(3**5 - 1) / 5, 2.0], rtol=1e-14)
     at = np.array([1.0, 1.7, 2.5, 3.0])
     np.testing.assert_allclose(integral_until(at, values, t)[:, 0], (at**5 - 1) / 5, rtol=1e-13, atol=1e-14)
+
+
+def test_bounces_part_what_is_run_once_more(tmp_path: Path) -> None:
+    """The weight's work is that from 1 m down to the floor and up again, whatever number of bounces lies between."""
+    text = SLIDE.replace("u: [2, 0]", "q: [0, 1], u: [0, 0]").replace("static: 0.3, kinetic: 0.2", "restitution: 0.6")
+    text = text[: text.index("outputs:")] + 'outputs: {W: work(weight), h: "position(box, y)"}\n'
+    run = mbs.simulate(loaded(text, tmp_path), t_end=1.2, samples=25, backend="python")
+    assert sum(event["kind"] == "impact" for event in run.events) >= 2
+    np.testing.assert_allclose(run["W"], 3 * G * (1 - run["h"]), atol=1e-7)
+    assert max(miss.relative for miss in run.verified().values()) < 1e-7
