@@ -166,3 +166,20 @@ def test_a_crank_goes_on_where_its_slider_stops_near_the_dead_centre(cranked) ->
     found = decided(laws.at(0.0, place, np.array([w, turning - w, slip]), Scale(0.3, 60.0)), ())
     assert 0 < abs(slip) < 6e-8
     assert found.facts.u == pytest.approx([w, turning - w, 0.0], abs=1e-6)
+
+
+@pytest.mark.parametrize("method", ["LSODA", "cvode_bdf"])
+def test_a_ball_bounces_by_a_library_too(method) -> None:
+    """It falls for t1 = sqrt(2 h / g), and is in the air for 2 e^k t1 after the k-th impact."""
+    text = f"""
+multibody_sym: 1
+name: ball
+gravity: [0, -{G}, 0]
+bodies: {{b: {{mass: 1}}, ground: {{surfaces: {{f: {{plane: [0, 0, 0], normal: y}}}}}}}}
+joints: {{j: {{type: point, parent: ground, child: b, q: [x, y], initial: {{q: [0, 1]}}}}}}
+contacts: {{c: {{between: [b, ground.f], restitution: 0.8}}}}
+"""
+    run = mbs.simulate(mbs.loads(text), t_end=2.0, samples=3, method=available(method))
+    falls = math.sqrt(2 / G)
+    wanted = [falls, falls * (1 + 2 * 0.8), falls * (1 + 2 * 0.8 + 2 * 0.64)]
+    assert [event["t"] for event in run.events] == pytest.approx(wanted, rel=1e-7)

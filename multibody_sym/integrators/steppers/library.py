@@ -235,7 +235,7 @@ def library_steps(flow: Flow) -> Iterator[Step]:
     What crosses within a step may have bent it: steps are taken again from its start to the crossing.
     Raises StepError and MissingPackageError.
     """
-    crossing = _Crossing(flow.events, flow.start, flow.x0)
+    crossing = _Crossing(flow.events, flow.start, flow.x0, flow.slope(flow.start, flow.x0))
     t, x, bound, again = flow.start, flow.x0, flow.t_end, 0
     solver = _open(flow, t, x)
     while t < flow.t_end:
@@ -267,10 +267,13 @@ def _step(flow: Flow, solver: _Solver, t: float, x: Floats, t_new: float, x_new:
 class _Crossing:
     """The sides of zero on which switching functions were last seen; one that is zero at the start has none yet."""
 
-    def __init__(self, events: Events | None, t: float, x: Floats) -> None:
+    def __init__(self, events: Events | None, t: float, x: Floats, slope: Floats) -> None:
         self.events = events
         self.terminal = np.array(events.terminal if events else (), dtype=bool)
         self.sides = events.sides(t, x) if events else np.zeros(0)
+        if events and events.margins:  # what has just bounced is on its way back
+            here, soon = events.beyond(t, x), events.beyond(t + _SOON, x + _SOON * slope)
+            self.sides[(here > 0.0) & (soon < here)] = 1.0
 
     def first(self, flow: Flow, t: float, x: Floats, solver: _Solver) -> tuple[float, int | None]:
         """Return where the step from (t, x) ends: at the first function that crosses in it, or at its end.
