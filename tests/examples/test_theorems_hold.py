@@ -7,7 +7,7 @@ from twins import FILES, from_file
 
 import multibody_sym as mbs
 
-FEW = ["pendulum", "cart_pole", "gyroscope", "lift", "bicycle"]
+FEW = ["pendulum", "cart_pole", "gyroscope", "lift"]
 
 
 def assert_theorems_hold(name: str, backend: str | None) -> None:

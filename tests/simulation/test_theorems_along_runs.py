@@ -88,7 +88,7 @@ def test_integrals_tell_a_coarse_run(fall: mbs.Trajectory) -> None:
 
 
 def test_friction_of_a_contact_that_slides_to_rest(tmp_path: Path) -> None:
-    run = mbs.simulate(loaded(SLIDE, tmp_path), backend="python")
+    run = mbs.simulate(loaded(SLIDE, tmp_path))
     rest = 2 / (0.2 * G)
     t = np.minimum(run.t, rest)
     np.testing.assert_allclose(run["across"], -3 * 0.2 * G * t, atol=1e-7)

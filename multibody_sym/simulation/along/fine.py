@@ -21,8 +21,8 @@ from multibody_sym.simulation.parts import Part
 
 NEVER: Final = 1e300
 """A margin that no switching function exceeds."""
-LEAST, PIECES = 64, 4
-"""The fewest pieces of a stretch, and those of a step: methods of order 8 take long steps."""
+LEAST, IN_MODES, PIECES = 1024, 64, 4
+"""The fewest pieces of a whole run, of a stretch in one of many modes, and of a step: those of order 8 are long."""
 _NODES: Final = np.linspace(0.0, 1.0, 5)
 _POWERS: Final = np.arange(1, 6)
 _MONOMIALS: Final = np.linalg.inv(np.vander(_NODES, increasing=True))
@@ -45,7 +45,7 @@ class Stretch:
 
     def fine(self) -> Part:
         """Return evenly spaced samples, one more than four times a number of pieces."""
-        problem, pieces = self.problem, max(LEAST, PIECES * self.steps)
+        problem, pieces = self.problem, max(LEAST if self.mechanism.mode is None else IN_MODES, PIECES * self.steps)
         again = replace(
             problem,
             t0=problem.start,
