@@ -81,6 +81,12 @@ def driving(mechanism: Mechanism) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*loads, *_timed(mechanism), *rows)))
 
 
+def works_unseen(mechanism: Mechanism) -> bool:
+    """Return whether something does work that no load tells: drives, springs and rows that time moves, given speeds."""
+    rows = [row for row in mechanism.rows if isinstance(row, VelocityRow) and _at_rest(row.zero) is not ZERO]
+    return bool(mechanism.drives or _timed(mechanism) or rows)
+
+
 def moved_by_time(mechanism: Mechanism) -> bool:
     """Return whether time, or an input, moves a load or a row that does work."""
     held = (getattr(load, f.name) for load in mechanism.loads for f in fields(load))

@@ -16,6 +16,7 @@ from multibody_sym.dynamics.constraints.redundancy import Redundancy, doubles_of
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.expressions.chosen_units import Units, chosen_units
 from multibody_sym.integrators.flow import Status
+from multibody_sym.kinematics.energy import works_unseen
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.parameters import ALPHA, BETA
@@ -107,7 +108,7 @@ class Trajectory(Samples):
     @property
     def friction_work(self) -> Mapping[str, FrictionWork]:
         """The work of friction in J by contact or joint friction, on all bodies and on each."""
-        return {} if self.modes is None else self.modes.friction_work
+        return {} if self.modes is None else self.modes.account.friction
 
     @property
     def impact_losses(self) -> Mapping[str, float]:
@@ -134,6 +135,19 @@ class Trajectory(Samples):
     def _run_outputs(self) -> dict[str, Floats]:
         asked = self.ready.mechanism.run_outputs
         return told(Adding(asked), self.stretches, self._parts) if asked else {}
+
+    @property
+    def energy_residual(self) -> float:
+        """The change of T + V in J that the work of friction and loads and what impacts took leave over.
+
+        For systems of which some holds one way only; nan for others, for runs without a sample at their end, and where
+        prescribed motion, or a spring or row that time moves, does work that is not accounted.
+        """
+        if self.modes is None or len(self) < 2 or self.t[-1] != self.t_final or works_unseen(self.ready.mechanism):
+            return math.nan
+        account = self.modes.account
+        given = account.loads + sum(work.total for work in account.friction.values()) - sum(self.impact_losses.values())
+        return float(self.energy[-1] - self.energy[0]) - given
 
     @property
     def final(self) -> dict[str, Any]:
@@ -209,9 +223,10 @@ class Trajectory(Samples):
             "units": {"t": "s", **{kind: {x: known[kind][x] for x in named} for kind, named in columns.items()}},
             "events": self.events,
             "final": self.final,
-            "drift": {name: x if math.isfinite(x) else None for name, x in self.drift.items()},
+            "drift": {name: _finite(x) for name, x in self.drift.items()},
             "friction_work": {name: asdict(work) for name, work in self.friction_work.items()},
             "impact_losses": dict(self.impact_losses),
+            "energy_residual": _finite(self.energy_residual),
             "withheld": {name: list(components) for name, components in self.withheld.items()},
             "withheld_reasons": self.withheld_reasons,
             "redundancy": {**asdict(found), "rows": rows},
@@ -242,4 +257,8 @@ def _largest_change(values: Floats) -> float:
 def _plain(values: Floats) -> list[float | None]:
     if np.isfinite(values).all():
         return list(values.tolist())
-    return [x if math.isfinite(x) else None for x in values.tolist()]
+    return [_finite(x) for x in values.tolist()]
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

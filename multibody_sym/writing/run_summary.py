@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -76,18 +77,41 @@ def _end(run: Trajectory, units: Units) -> list[str]:
 def _energy(run: Trajectory, units: Units) -> list[str]:
     if len(run) == 0:
         return []
-    drives = ", ".join(run.ready.mechanism.drives)
-    told = f"it changed by at most {units.said(run.drift['energy'], 'J', '.2g')}"
-    rubbing = [name for name, work in run.friction_work.items() if work.total < 0.0]
-    acting = list(dict.fromkeys((*working(run.ready.mechanism), *rubbing, *run.impact_losses)))
-    if acting:
-        more = f" and {len(acting) - _MOST_NAMED} more" if len(acting) > _MOST_NAMED else ""
-        told += f", the work of {', '.join(acting[:_MOST_NAMED])}{more} included"
-    if drives:
-        told = f"prescribed motion ({drives}) does work, so that its change tells nothing about the integration"
     rounding = _ROUNDING * float(np.nanmax(np.abs(run.kinetic_energy), initial=0.0))
     begin = 0.0 if abs(run.energy[0]) <= rounding else float(run.energy[0])
-    return [f"total energy {units.said(begin, 'J', '.6g')} at the start; {told}", *_taken(run, units)]
+    closes = math.isfinite(run.energy_residual)
+    told = _account(run, units) if closes else f"; {_change(run, units)}"
+    return [f"total energy {units.said(begin, 'J', '.6g')} at the start{told}", *_taken(run, units)]
+
+
+def _change(run: Trajectory, units: Units) -> str:
+    """Return by how much the energy changed, and what may have done it."""
+    if run.ready.mechanism.drives:
+        drives = ", ".join(run.ready.mechanism.drives)
+        return f"prescribed motion ({drives}) does work, so that its change tells nothing about the integration"
+    told = f"it changed by at most {units.said(run.drift['energy'], 'J', '.2g')}"
+    rubbing = [name for name, work in run.friction_work.items() if work.total < 0.0]
+    acting = _named(list(dict.fromkeys((*working(run.ready.mechanism), *rubbing, *run.impact_losses))))
+    return f"{told}, the work of {acting} included" if acting else told
+
+
+def _account(run: Trajectory, units: Units) -> str:
+    """Return the energy at the end, who took it or gave it, and what that leaves over."""
+    assert run.modes is not None
+    account = run.modes.account
+    rubbing = {name: work.total for name, work in account.friction.items() if work.total}
+    lost, acting = run.impact_losses, working(run.ready.mechanism)
+    told = [f"friction took {units.said(-sum(rubbing.values()), 'J', '.6g')} at {_named(rubbing)}"] if rubbing else []
+    told += [f"impacts took {units.said(sum(lost.values()), 'J', '.6g')} at {_named(lost)}"] if lost else []
+    told += [f"the work of {_named(acting)} is {units.said(account.loads, 'J', '.6g')}"] if acting else []
+    left = f"the energy account closes to {units.said(abs(run.energy_residual), 'J', '.2g')}"
+    return "; ".join([f", {units.said(float(run.energy[-1]), 'J', '.6g')} at the end", *told, left])
+
+
+def _named(names: Collection[str]) -> str:
+    """Return the first of some names and how many more there are."""
+    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+    return ", ".join(list(names)[:_MOST_NAMED]) + more
 
 
 def _taken(run: Trajectory, units: Units) -> list[str]:

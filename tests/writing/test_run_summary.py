@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -88,3 +90,47 @@ def test_the_redundancy_of_a_planar_model_is_two_short_lines() -> None:
         "forces that are not unique: fz mx my of A, B, D, C; all others are",
     ]
     assert not any("elasticity" in line for line in lines)
+
+
+THROWN = """
+multibody_sym: 1
+name: thrown
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+  block: {mass: 2}
+joints: {free: {type: point, parent: ground, child: block, q: [x, y], initial: {u: [3, 0]}}}
+contacts: {c1: {between: [block, ground.floor], static: 0.3, kinetic: 0.3}}
+"""
+
+
+@pytest.mark.parametrize("drag", [0.0, 1.5])
+def test_the_energy_account_of_friction_closes(drag: float) -> None:
+    """A block slides to rest: friction and a drag c v take its 9 J, by m v' = -mu m g - c v; nothing is left over.
+
+    With c: v = (v0 + a) exp(-t/tau) - a, a = mu m g/c, tau = m/c, at rest after tau log(1 + v0/a).
+    """
+    force = f"forces: {{air: {{type: drag, on: block, linear: {drag}}}}}" if drag else ""
+    run = mbs.simulate(mbs.loads(THROWN + force), t_end=2, rtol=1e-11, atol=1e-12, backend="python")
+    rub, m, v0 = 0.3 * 2 * 9.81, 2.0, 3.0
+    if drag:
+        a, tau = rub / drag, m / drag
+        end = tau * math.log(1 + v0 / a)
+        way = (v0 + a) * tau * (1 - math.exp(-end / tau)) - a * end
+    else:
+        way = m * v0 * v0 / 2 / rub
+    assert run.friction_work["c1"].total == pytest.approx(-rub * way, rel=1e-9)
+    assert abs(run.energy_residual) < 1e-9 * 9
+    line = next(line for line in run_summary(run).splitlines() if line.startswith("total energy"))
+    assert line.startswith(f"total energy 9 J at the start, 0 J at the end; friction took {rub * way:.6g} J at c1; ")
+    assert (f"the work of air is {rub * way - 9:.6g} J; " in line) == bool(drag)
+    closes, unit = line.partition("the energy account closes to ")[2].split()
+    assert unit == "J" and float(closes) == pytest.approx(abs(run.energy_residual), rel=0.05)
+
+
+def test_what_slips_out_of_the_energy_account_is_told() -> None:
+    """Half of the friction's power that is not accounted leaves half of the energy: the residual is no mere zero."""
+    run = mbs.simulate(mbs.loads(THROWN), t_end=2, rtol=1e-11, atol=1e-12, backend="python")
+    assert run.modes is not None
+    run.modes.account.friction["c1"].total /= 2
+    assert run.energy_residual == pytest.approx(-4.5, rel=1e-9)

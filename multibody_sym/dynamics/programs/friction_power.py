@@ -1,7 +1,7 @@
-"""The Program of what friction does in a mode: forces, and power on all and on each body.
+"""The Program of what friction does in a mode: forces, and power on all and on each body; and the power of loads.
 
 The normal force N, the force l_t along each of the rows, its power l_t v_t, and that on each body alone: on two blocks
-that stick together these are opposite.
+that stick together these are opposite. Loads: those whose work the potential energy does not hold.
 """
 
 from __future__ import annotations
@@ -10,6 +10,8 @@ from collections.abc import Sequence
 
 from multibody_sym.dynamics.programs.law_rows import friction_parts
 from multibody_sym.dynamics.programs.switching import SwitchingValues, length
+from multibody_sym.kinematics.energy import split
+from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import RowMotion, coefficients
 from multibody_sym.kinematics.state import arrays, slot_state
@@ -24,9 +26,9 @@ from multibody_sym.scalars.vectors import S, dot
 
 
 def friction_power_program(mechanism: Mechanism) -> Program:
-    """Return (t, q, u, ..., multipliers (ns)) -> normal (parts), force (parts, 2), power (parts), share.
+    """Return (t, q, u, ..., multipliers (ns)) -> normal (parts), force (parts, 2), power (parts), share, loads.
 
-    The last is (parts, bodies). For all friction parts of a mechanism in a mode, those of `friction_parts`; zero where
+    `share` is (parts, bodies), `loads` the one power of what the potential energy does not hold. For all friction parts of a mechanism in a mode, those of `friction_parts`; zero where
     one does not act.
     """
     trace = Trace("friction_power", (*arrays(mechanism), Array("multipliers", (len(mechanism.rows),))))
@@ -43,6 +45,7 @@ def friction_power_program(mechanism: Mechanism) -> Program:
             "force": ((count, 2), flat([(*forces, ZERO)[:2] for _, forces, _, _ in found])),
             "power": ((count,), [as_node(power) for _, _, power, _ in found]),
             "share": ((count, bodies), flat([share for *_, share in found])),
+            "loads": ((1,), [as_node(_of_loads(values.motion))]),
         }
     )
 
@@ -73,6 +76,13 @@ def _of_part(values: SwitchingValues, element: OneWay, part: FrictionPart) -> tu
         forces = [-kinetic * N * way for way in along]
     power = sum((force * row.phidot for force, row in zip(forces, rows, strict=True)), start=ZERO)
     return N, forces, power, _shares(motion, forces, rows)
+
+
+def _of_loads(motion: Motion) -> S:
+    """Return the power of the loads that do work instead of storing energy."""
+    loads = split(motion.mechanism.loads)[1]
+    forces = applied_generalized_forces(motion, applied(motion, loads, weight=False))
+    return sum((force * speed for force, speed in zip(forces, motion.state.u, strict=True)), start=ZERO)
 
 
 def _shares(motion: Motion, forces: Sequence[S], rows: Sequence[RowMotion]) -> list[S]:

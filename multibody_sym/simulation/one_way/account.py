@@ -1,4 +1,4 @@
-"""What friction took in a run, at each part and from each body: its power, integrated over every stretch."""
+"""What friction took in a run, at each part and from each body, and what loads gave: power, integrated by stretches."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from multibody_sym.dynamics.programs.friction_power import friction_power_program
 from multibody_sym.dynamics.programs.law_rows import friction_parts
+from multibody_sym.kinematics.energy import split
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import STICKS
 from multibody_sym.model.mechanism.rows import VelocityRow
@@ -38,28 +39,38 @@ class FrictionWork:
     bodies: dict[str, float] = field(default_factory=dict)
 
 
-def friction_work(stretches: Sequence[tuple[ModeProgram, Leg]], mechanism: Mechanism) -> dict[str, FrictionWork]:
-    """Return the work of each friction part of a run by name."""
+@dataclass
+class EnergyAccount:
+    """The work of each friction part by name, and that of the loads that the potential energy does not hold, in J."""
+
+    friction: dict[str, FrictionWork]
+    loads: float = 0.0
+
+
+def energy_account(stretches: Sequence[tuple[ModeProgram, Leg]], mechanism: Mechanism) -> EnergyAccount:
+    """Return the work of the friction and of the loads of a run."""
     parts = friction_parts(mechanism)
     names = [body.name for body in mechanism.bodies]
     found = {part.name: FrictionWork() for _, part in parts}
     told = [any(not isinstance(row, VelocityRow) for row in part.rows) for _, part in parts]
+    account = EnergyAccount(found)
     for stretch in _worked(stretches):
+        account.loads += float(stretch["loads"][0])
         for k, (_, part) in enumerate(parts):
             work = found[part.name]
             work.total += float(stretch["power"][k])
             for body, share in zip(names, stretch["share"][k].tolist(), strict=True):
                 if told[k] and (share != 0.0 or body in work.bodies):
                     work.bodies[body] = work.bodies.get(body, 0.0) + share
-    return found
+    return account
 
 
 def _worked(stretches: Sequence[tuple[ModeProgram, Leg]]) -> Iterator[Mapping[str, Floats]]:
-    """Yield the integrals of power and share over each stretch."""
+    """Yield the integrals of power, share and the loads' power over each stretch in which something may do work."""
     for program, leg in stretches:
         duration = leg.until - leg.problem.start
-        rubs = friction_parts(program.mechanism)
-        if duration > 0.0 and rubs and not _still(program):
+        works = friction_parts(program.mechanism) or split(program.mechanism.loads)[1]
+        if duration > 0.0 and works and not _still(program):
             yield _integrals(program, leg, duration)
 
 
@@ -88,9 +99,8 @@ def _integrals(program: ModeProgram, leg: Leg, duration: float) -> Mapping[str, 
     rubbing = load({"friction_power": friction_power_program(program.mechanism)}, backend=program.compiled.likewise)
     values = rubbing.map("friction_power", *part.arguments, part.derivative[2])
     pieces = (len(run.t) - 1) // 4
-    return {
-        name: _integral(value, pieces, duration) for name, value in zip(("power", "share"), values[2:], strict=True)
-    }
+    named = zip(("power", "share", "loads"), values[2:], strict=True)
+    return {name: _integral(value, pieces, duration) for name, value in named}
 
 
 def _integral(values: Floats, pieces: int, duration: float) -> Floats:

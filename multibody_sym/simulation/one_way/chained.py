@@ -26,7 +26,7 @@ from multibody_sym.runtime.loading import Backend, Compiled
 from multibody_sym.runtime.problem import Event, Loop, Problem, RunFailure
 from multibody_sym.runtime.python_loop import put_back
 from multibody_sym.simulation.along.fine import Stretch as AlongStretch
-from multibody_sym.simulation.one_way.account import FrictionWork, friction_work
+from multibody_sym.simulation.one_way.account import EnergyAccount, energy_account
 from multibody_sym.simulation.one_way.decision import Before, Decided, decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws
 from multibody_sym.simulation.one_way.impact import Blow, Bounces, bounced
@@ -142,9 +142,9 @@ class OneWayRun:
         return chain(self.onward, self.legs)
 
     @cached_property
-    def friction_work(self) -> dict[str, FrictionWork]:
-        """The work of friction (J) at each part, once the run is done."""
-        return friction_work([(stretch.program, leg) for stretch, leg in self._smooth()], self.laws.mechanism)
+    def account(self) -> EnergyAccount:
+        """The work of friction at each part and of the loads (J), once the run is done."""
+        return energy_account([(stretch.program, leg) for stretch, leg in self._smooth()], self.laws.mechanism)
 
     @property
     def along(self) -> list[AlongStretch]:
