@@ -21,7 +21,7 @@ from multibody_sym.algebra.positivity import least_sign
 from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
 from multibody_sym.expressions.printer import text
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import ZERO, Node, add, multiply, negate
+from multibody_sym.scalars.node import ZERO, Node, add, multiply, negate, sqrt
 from multibody_sym.scalars.traversal import flatten
 
 _LONGEST_FACTORED: Final = 60
@@ -31,7 +31,8 @@ _LONGEST_FACTORED: Final = 60
 class Condition:
     """value > 0 where it is `strict`, else value >= 0; `broken` says what happens where it fails.
 
-    `size` is (x, y) where this is one half of |x| <= y; a condition with both halves is `whole`.
+    `size` is (x, y) where this is one half of |x| <= y; a condition with both halves is `whole`. `circle` is (x,
+    ..., z) where this says sqrt(x^2 + ...) <= z.
     """
 
     value: Quotient
@@ -39,13 +40,27 @@ class Condition:
     broken: str = ""
     size: tuple[Quotient, Quotient] | None = None
     whole: bool = False
+    circle: tuple[Quotient, ...] | None = None
 
     def __str__(self) -> str:
         """Return the comparison in the model's own language; raises NoClosedFormError where it is too long."""
         if self.size is not None and self.whole:
             x, y = self.size
             return f"abs({text(with_doubles(_short(x)))}) {'<' if self.strict else '<='} {text(_form(y))}"
+        if self.circle is not None:
+            *parts, most = (_form(part) for part in _in_proportion(self.circle))
+            size = sqrt(reduce(add, (multiply(part, part) for part in parts)))
+            return f"{text(size)} <= {text(most)}"
         return comparison(self.value, self.strict)
+
+
+def in_circle(parts: Sequence[Quotient], most: Quotient, broken: str = "") -> list[Condition]:
+    """Return sqrt(x^2 + ...) <= most for parts x, ... of which those that are zero are left out; |x| <= most for one."""
+    left = [part for part in parts if not part.is_zero] or [parts[0]]
+    if len(left) == 1:
+        return within(left[0], most, broken)
+    squares = reduce(lambda a, b: a + b, (part * part for part in left))
+    return [Condition(most * most - squares, False, broken, circle=(*left, most))]
 
 
 def within(x: Quotient, y: Quotient, broken: str = "") -> list[Condition]:
@@ -113,21 +128,30 @@ class _Said:
         return min((product, quotient), key=_length)
 
 
-def reduced(conditions: Iterable[Condition]) -> list[Condition]:
+def reduced(conditions: Iterable[Condition], given: Iterable[Condition] = ()) -> list[Condition]:
     """Return the conditions that say something, none of which follows from the others, in their order.
 
-    All are over one field, and hold at its sample.
+    All are over one field, and hold at its sample; so do those that are `given`: they hold for all parameters allowed.
     """
     said = [_Said(c, factors) for c in conditions if (factors := _undecided(c)) is not None]
     said = _without_doubles(_divided(said))
     if not said:
         return []
-    breaking = Breaking(said[0].condition.value.field, [each.factors for each in said])
-    kept = list(range(len(said)))
+    always = [factors for c in given if (factors := _undecided(c)) is not None]
+    limits = [_limit(each.condition) for each in said]
+    bounds = [factors for factors in limits if factors is not None]
+    breaking = Breaking(said[0].condition.value.field, [*(each.factors for each in said), *always, *bounds])
+    of_limit = {k: len(said) + len(always) + sum(x is not None for x in limits[:k]) for k, x in enumerate(limits) if x}
+    kept = list(range(len(said) + len(always)))
     for k in reversed(range(len(said))):
-        if not breaking.broken_alone(k, kept):
+        if not breaking.broken_alone(k, [*kept, *(of_limit[j] for j in kept if j != k and j in of_limit)]):
             kept.remove(k)
-    return list(_joined([replace(said[k].condition, value=said[k].value) for k in kept]))
+    return list(_joined([replace(said[k].condition, value=said[k].value) for k in kept if k < len(said)]))
+
+
+def _limit(condition: Condition) -> list[Poly] | None:
+    """Return what a circle says besides its squares: that its limit is not negative; None where that is so anyway."""
+    return None if condition.circle is None else _undecided(Condition(condition.circle[-1]))
 
 
 def _undecided(condition: Condition) -> list[Poly] | None:
@@ -245,6 +269,16 @@ def _length(a: Quotient) -> int:
         return len(comparison(a))
     except NoClosedFormError:
         return a.size * _LONGEST_FACTORED
+
+
+def _in_proportion(parts: tuple[Quotient, ...]) -> tuple[Quotient, ...]:
+    """Return quotients without denominators and without what all share, as far as that is positive; the last counts."""
+    field, last = parts[-1].field, parts[-1]
+    ratios = [part / last for part in parts[:-1]]
+    scaled = field.whole(reduce(lambda a, b: a.lcm(b), (field.in_ring(ratio.below) for ratio in ratios)))
+    if scaled.sample < 0:
+        scaled = -scaled
+    return parts if _undecided(Condition(last / scaled)) is not None else (*(x * scaled for x in ratios), scaled)
 
 
 def _without_shared(x: Quotient, y: Quotient) -> tuple[Quotient, Quotient] | None:

@@ -9,7 +9,7 @@ from typing import Final, Literal
 import numpy as np
 
 from multibody_sym.algebra.book_form import book_form
-from multibody_sym.algebra.conditions import Condition, within
+from multibody_sym.algebra.conditions import Condition, in_circle, within
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.closed_form import ClosedForms, closed_forms, unknowns
 from multibody_sym.answers.instant import Solved
@@ -31,7 +31,7 @@ from multibody_sym.scalars.node import Node, as_node, negate, quantity
 from multibody_sym.scalars.vectors import ZERO_VECTOR, cross, dot, subtract
 
 Kind = Literal["least", "more", "within", "circle"]
-"""a >= 0; a > 0; |a| <= b; a^2 + b^2 <= c^2."""
+"""a >= 0; a > 0; |a| <= b; sqrt(a^2 + b^2) <= c."""
 
 _PRESSES: Final = {"contact": ("normal", "opens"), "rope": ("tension", "slackens"), "stop": ("force", "lets go")}
 
@@ -52,14 +52,7 @@ class Inequality:
         if self.kind == "within":
             return within(terms[0], terms[1], self.broken)
         if self.kind == "circle":
-            *parts, limit = terms
-            left = [part for part in parts if not part.is_zero]
-            if len(left) <= 1:
-                return within(left[0] if left else parts[0], limit, self.broken)
-            square = limit * limit
-            for part in left:
-                square = square - part * part
-            return [Condition(square, broken=self.broken)]
+            return in_circle(terms[:-1], terms[-1], self.broken)
         return [Condition(terms[0], self.kind == "more", self.broken)]
 
 
@@ -282,6 +275,18 @@ def slipping(solved: Solved) -> Iterator[Condition]:
 
 def _slips_in_line(mechanism: Mechanism, part: FrictionPart) -> bool:
     return slip_of(mechanism, part) in (1, -1)
+
+
+def declared(solved: Solved) -> Iterator[Condition]:
+    """Yield what holds of coefficients as they are declared: none is larger in sliding than before."""
+    mechanism, forms = solved.mechanism, solved.forms
+    for part in (part for element in mechanism.one_way for part in element.frictions):
+        if forms is not None and part.static is not part.kinetic and not part.enough:
+            static, kinetic = coefficients(solved.nodes.motion, part.rows, [part.static, part.kinetic])
+            try:
+                yield Condition(forms.of([as_node(static - kinetic)])[0])
+            except NoClosedFormError:
+                continue
 
 
 def _with_static(mechanism: Mechanism, parts: Sequence[FrictionPart]) -> Mechanism:

@@ -10,7 +10,7 @@ from multibody_sym.algebra.conditions import Condition, reduced
 from multibody_sym.algebra.quotients import NoClosedFormError
 from multibody_sym.answers.closed_form import WORK
 from multibody_sym.answers.instant import AGREEMENT, Solved
-from multibody_sym.answers.mode_conditions import Inequality, inequalities, pivots, slipping
+from multibody_sym.answers.mode_conditions import Inequality, declared, inequalities, pivots, slipping
 from multibody_sym.answers.one_way import Acting
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.errors import NoSolutionError, Where
@@ -84,7 +84,7 @@ def told_conditions(solved: Solved, conditions: list[Condition]) -> dict[str, st
     found = {}
     conditions[0].value.field.work += WORK
     try:
-        conditions = reduced(conditions)
+        conditions = reduced(conditions, declared(solved))
     except NoClosedFormError:
         solved.reasons["a condition is too long"] = None
     for condition in conditions:

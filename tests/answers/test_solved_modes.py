@@ -120,15 +120,41 @@ def test_what_sticks_says_how_far_it_is_from_slipping() -> None:
 
 
 def test_what_slips_from_rest_does_so_under_its_static_coefficient() -> None:
-    """Once it slides it would go on for tan a > nu; that it starts needs tan a > mu."""
+    """It goes on for tan a > nu; that it starts needs tan a > mu, which says that too: no nu is above its mu."""
     solution = solved(RAMP.replace("a: 30 deg", "a: 40 deg"), {"c1": -1})
-    assert solution.limits == {"cos(a) >= 0": "c1 opens", "sin(a) > mu*cos(a)": "c1 sticks", **_slides(solution)}
+    assert solution.limits == {"cos(a) >= 0": "c1 opens", "sin(a) > mu*cos(a)": "c1 sticks"}
     assert solution.states == {"c1": "slide-"}
 
 
-def _slides(solution: mbs.Solution) -> dict[str, str]:
-    """That it goes on sliding is a condition of its own where nu may be above mu."""
-    return {"sin(a) > nu*cos(a)": "c1 does not slide -"}
+IN_SPACE = """
+multibody_sym: 1
+name: in_space
+gravity: [0, 0, -g]
+parameters:
+  g: {{value: 9.81, positive: true}}
+  m: {{value: 2, positive: true}}
+  mu: {{value: 0.5, positive: true}}
+  a: {{value: 0.2, positive: true}}
+  P: 3
+  Q: 2
+bodies: {{p: {{mass: m}}, ground: {{surfaces: {{table: {{plane: [0, 0, 0], normal: [-sin(a), 0, cos(a)]}}}}}}}}
+joints: {{free: {{type: point, parent: ground, child: p, axes: xyz, q: [x, y, z]}}}}
+contacts: {{c: {{between: [p, ground.table], static: mu}}}}
+forces: {{push: {{type: force, on: p, value: {force}}}}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("force", "limit"),
+    [
+        ("[P*cos(a), Q, P*sin(a)]", "sqrt((g*m*sin(a) - P)^2 + Q^2) <= g*m*mu*cos(a)"),
+        ("[0, Q, 0]", "sqrt((g*m*sin(a))^2 + Q^2) <= g*m*mu*cos(a)"),
+        ("[0, 0, 0]", "abs(sin(a)) <= mu*cos(a)"),
+    ],
+)
+def test_the_cone_in_space_is_told_as_the_size_of_friction(force: str, limit: str) -> None:
+    """Not squared; and it says already that the contact presses, so that this is no condition of its own."""
+    assert mbs.solve(mbs.loads(IN_SPACE.format(force=force))).limits == {limit: "c slips"}
 
 
 @pytest.mark.parametrize(("mu", "how"), [("1", "at the limit"), ("tan(a)", "at the limit")])
