@@ -125,7 +125,8 @@ def test_the_energy_account_of_friction_closes(drag: float) -> None:
     assert line.startswith(f"total energy 9 J at the start, 0 J at the end; friction took {rub * way:.6g} J at c1; ")
     assert (f"the work of air is {rub * way - 9:.6g} J; " in line) == bool(drag)
     closes, unit = line.partition("the energy account closes to ")[2].split()
-    assert unit == "J" and float(closes) == pytest.approx(abs(run.energy_residual), rel=0.05)
+    assert unit == "J"
+    assert float(closes) == pytest.approx(abs(run.energy_residual), rel=0.05)
 
 
 def test_what_slips_out_of_the_energy_account_is_told() -> None:

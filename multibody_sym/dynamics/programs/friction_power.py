@@ -28,8 +28,8 @@ from multibody_sym.scalars.vectors import S, dot
 def friction_power_program(mechanism: Mechanism) -> Program:
     """Return (t, q, u, ..., multipliers (ns)) -> normal (parts), force (parts, 2), power (parts), share, loads.
 
-    `share` is (parts, bodies), `loads` the one power of what the potential energy does not hold. For all friction parts of a mechanism in a mode, those of `friction_parts`; zero where
-    one does not act.
+    `share` is (parts, bodies), `loads` the one power of what the potential energy does not hold. For all friction parts
+    of a mechanism in a mode, those of `friction_parts`; zero where one does not act.
     """
     trace = Trace("friction_power", (*arrays(mechanism), Array("multipliers", (len(mechanism.rows),))))
     values = SwitchingValues(motion_of(mechanism, slot_state(mechanism)), trace["multipliers"])
