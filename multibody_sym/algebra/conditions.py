@@ -55,7 +55,7 @@ class Condition:
 
 
 def in_circle(parts: Sequence[Quotient], most: Quotient, broken: str = "") -> list[Condition]:
-    """Return sqrt(x^2 + ...) <= most for parts x, ... of which those that are zero are left out; |x| <= most for one."""
+    """Return sqrt(x^2 + ...) <= most for parts x, ... of which those that are zero are left out; |x| <= most."""
     left = [part for part in parts if not part.is_zero] or [parts[0]]
     if len(left) == 1:
         return within(left[0], most, broken)

@@ -54,6 +54,16 @@ def test_rest_is_possible_where_the_book_says(name: str) -> None:
     assert any(gives_way in why for why in (*low.gives_way, *high.gives_way))
 
 
+@pytest.mark.parametrize(("sign", "beyond"), [(-1, "slide-"), (1, "slide+")])
+def test_a_pushed_wedge_holds_its_block_between_the_forces_of_the_book(sign: int, beyond: str) -> None:
+    """(M + m) g tan(alpha -+ rho), tan(rho) = mu: the wedge moves, which is no rest, but the block sticks to it."""
+    system = from_file("pushed_wedge")
+    p = given(system)
+    limit = (p.M + p.m) * p.g * math.tan(p.alpha + sign * math.atan(p.mu))
+    states = [mbs.solve(system, parameters={"F": limit * (1 + sign * away)}).states["c"] for away in (-1e-9, 1e-9)]
+    assert states == ["stick", beyond]
+
+
 def test_the_least_pull_is_at_the_angle_of_friction() -> None:
     system = from_file("least_pull")
     p, found = given(system), mbs.least_for_motion(system, "F", "beta")
