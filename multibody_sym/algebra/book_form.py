@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import reduce
 from math import gcd
+from operator import mul
 from typing import Final
 
+from multibody_sym.algebra.angles.multiples import angles_with_multiples, is_of_angle, single_wave, wave, waves
+from multibody_sym.algebra.angles.tangents import with_tangents
 from multibody_sym.algebra.decimal_sums import decimal_scales, exact_root, looks_decimal, names_pi_alone, power_scale
 from multibody_sym.algebra.decimals import is_exact_decimal, is_long
 from multibody_sym.algebra.factors import Poly, factored
@@ -216,11 +219,33 @@ def _length(field: Field, product: _Product) -> tuple[int, int]:
 
 def _product_node(field: Field, product: _Product, atoms: Iterable[tuple[Node, int]] = ()) -> Node:
     """Return a product with a positive number as one quotient, `atoms` (other factors with exponents) included."""
-    powers = [*atoms, *((_sum(field, p, product.scales.get(p, _WHOLE)), e) for p, e in product.factors)]
-    powers = _tangents(powers)
+    product, made = _multiples_in_product(field, product)
+    if product.number < 0 and not product.scales:
+        product = _with_few_signs(field, product)
+    if product.number < 0:
+        return negate(_product_node(field, replace(product, number=-product.number), [*atoms, *made]))
+    powers = [*atoms, *made, *((_sum(field, p, product.scales.get(p, _WHOLE)), e) for p, e in product.factors)]
+    powers = with_tangents(powers)
     above = _multiplied([(node, e) for node, e in powers if e > 0])
     below = _multiplied([(node, -e) for node, e in powers if e < 0])
     return _with_number(product.number, above, below)
+
+
+def _multiples_in_product(field: Field, product: _Product) -> tuple[_Product, list[tuple[Node, int]]]:
+    """Return a product without factors that together are the sine or cosine of a multiple of an angle, and these.
+
+    What is met as cos(3 a) has the factors cos(a) and 4 cos(a)^2 - 3.
+    """
+    made: list[tuple[Node, int]] = []
+    for s, c in angles_with_multiples(field):
+        for side in (1, -1):
+            own = [(field.in_ring(p), e) for p, e in product.factors if e * side > 0 and is_of_angle(field, p, s, c)]
+            found = single_wave(field, reduce(mul, (p ** abs(e) for p, e in own), field.ring.one), s, c)
+            if found is not None:
+                left = tuple((p, e) for p, e in product.factors if (field.in_ring(p), e) not in own)
+                product = replace(product, number=product.number * found[1] ** side, factors=left)
+                made.append((found[0], side))
+    return product, made
 
 
 def _with_number(value: Fraction, above: Node, below: Node) -> Node:
@@ -235,21 +260,6 @@ def _with_number(value: Fraction, above: Node, below: Node) -> Node:
     return divide(multiply(number(value), above), below)
 
 
-def _tangents(powers: list[tuple[Node, int]]) -> list[tuple[Node, int]]:
-    """Return the factors with sin a / cos a written as tan a."""
-    exponents = dict(powers)
-    for node, sine in powers:
-        if node.op != "sin":
-            continue
-        cosine = exponents.get(BUILD["cos"](node.args[0]), 0)
-        if sine * cosine < 0:
-            shared = min(abs(sine), abs(cosine)) * (1 if sine > 0 else -1)
-            exponents[node] = sine - shared
-            exponents[BUILD["cos"](node.args[0])] = cosine + shared
-            exponents[BUILD["tan"](node.args[0])] = shared
-    return list(exponents.items())
-
-
 # --- sums and products ---------------------------------------------------------------------------------------------
 
 
@@ -260,7 +270,20 @@ def _sum(field: Field, p: Poly, scale: Fraction = _WHOLE) -> Node:
     """
     terms = {m: c * scale for m, c in _contracted(field, p).items()}
     plain = [(_term(field, m), c) for m, c in terms.items()]
-    return min((_added(_grouped(field, terms)), _added(plain)), key=lambda node: len(text(node)))
+    forms = [_added(_grouped(field, terms)), _added(plain), *_with_multiples(field, p, scale)]
+    return min(forms, key=lambda node: len(text(node)))
+
+
+def _with_multiples(field: Field, p: Poly, scale: Fraction) -> Iterator[Node]:
+    """Yield a sum with multiples of an angle, for each angle of which the model names them."""
+    p = field.in_ring(p)
+    for s, c in angles_with_multiples(field):
+        found = waves(field, p, s, c)
+        if found is not None and any(n > 1 for _, _, n in found):
+            yield _added(
+                (_multiplied([*_powers(field, rest), (wave(field, s, kind, n), 1)]), x * scale)
+                for (rest, kind, n), x in found.items()
+            )
 
 
 def _added(terms: Iterable[tuple[Node, Fraction]]) -> Node:

@@ -132,6 +132,7 @@ def sine_and_cosine(angle: Quotient) -> tuple[Quotient, Quotient]:
     field = angle.field
     sine, cosine = field.constant(0), field.constant(1)
     for base, multiple in _parts(angle):
+        field.multiples.setdefault(book_form(base), set()).add(abs(multiple))
         s, c = _multiple(*_letters(base), multiple)
         sine, cosine = sine * c + cosine * s, cosine * c - sine * s
     return sine, cosine
@@ -164,8 +165,7 @@ def _multiple_of(field: Field, terms: dict[tuple[int, ...], Fraction], constant:
     below = lcm(*(c.denominator for c in terms.values()))
     above = {m: int(c * below) for m, c in terms.items()}
     whole = 1 if constant else gcd(*above.values())
-    if whole > _HIGHEST_MULTIPLE:
-        whole = 1
+    whole = 1 if whole > _HIGHEST_MULTIPLE else whole
     first = min(above, key=lambda m: [str(field.letters[k].node) for k, e in enumerate(m) if e])
     whole = whole if above[first] > 0 else -whole
     base = field.ring.from_dict({m: c // whole for m, c in above.items()})

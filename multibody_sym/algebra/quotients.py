@@ -122,7 +122,8 @@ class Field:
     """The letters of one calculation, the ring they make, and the signs that the sample has decided.
 
     `work` is what may still be spent, counted in products of terms; when it has run out, NoClosedFormError says so.
-    Sines of sums of angles are written out if `expands`. `inverses` holds the arguments of angles such as acos(x).
+    Sines of sums of angles are written out if `expands`. `inverses` holds the arguments of angles such as acos(x),
+    `multiples` the whole numbers by which base angles have been multiplied.
     """
 
     work: int
@@ -130,6 +131,7 @@ class Field:
     letters: list[Letter] = field(default_factory=list)
     positive: list[Quotient] = field(default_factory=list)
     inverses: dict[Node, tuple[Quotient, ...]] = field(default_factory=dict)
+    multiples: dict[Node, set[int]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self._position: dict[Any, int] = {}

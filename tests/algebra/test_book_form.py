@@ -140,3 +140,36 @@ def test_what_no_one_reads_is_not_printed() -> None:
 ])  # fmt: skip
 def test_comparisons(expression: str, printed: str) -> None:
     assert comparison(closed(expression)) == printed
+
+
+@pytest.mark.parametrize(
+    ("given", "wanted"),
+    [
+        ("cos(3*a)", "cos(3*a)"),
+        ("g*m*(mu*cos(3*a) - sin(3*a))", "g*m*(mu*cos(3*a) - sin(3*a))"),
+        ("F*sin(4*a)/cos(4*a)", "F*tan(4*a)"),
+        ("cos(2*a)^2 + sin(2*a)^2 + h", "h + 1"),
+        ("sin(a)*cos(a)", "cos(a)*sin(a)"),  # nobody speaks of 2 a
+        ("-g*sin(3*a)", "-g*sin(3*a)"),
+        ("m/(M + m*cos(2*a))", "m/(M + m*cos(2*a))"),
+        ("sin(2*a)*sin(3*b)*F", "F*sin(2*a)*sin(3*b)"),
+    ],
+)
+def test_multiples_of_angles_come_back_where_they_are_named(given: str, wanted: str) -> None:
+    assert text(book_form(closed(given))) == wanted
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_sums_and_products_of_multiples_keep_their_value(seed: int) -> None:
+    rng = random.Random(seed)
+
+    def factor() -> str:
+        terms = [f"{rng.choice('ghmk')}*{rng.choice(['sin', 'cos'])}({rng.randint(1, 4)}*{rng.choice('ab')})"]
+        return f"({rng.choice(['', '-'])}{' + '.join([*terms, rng.choice(['mu', 'cos(2*a)', 'sin(3*a)*cos(a)'])])})"
+
+    expression = f"{factor()}*{factor()}/{factor()}"
+    values = {leaf: SAMPLE[leaf.data] for leaf in leaves([parse(expression)], "symbol")}
+    written = book_form(closed(expression))
+    assert evaluate_float([written], values)[0] == pytest.approx(
+        evaluate_float([parse(expression)], values)[0], rel=1e-9
+    )

@@ -195,3 +195,26 @@ def test_rough_enough_says_how_much() -> None:
     assert solution.as_json()["needed"]["c1"]["expression"] == "tan(a)"
     assert solution.found == ("c1 sticks: that needs a coefficient of tan(a) = 0.5773502692 or more",)
     assert solution.conditions == ("cos(a) >= 0",)
+
+
+@pytest.mark.parametrize(
+    ("angle", "value", "limits"),
+    [
+        ("2*a", "0.1", {"abs(sin(2*a)) <= mu*cos(2*a)": "c1 slips"}),
+        ("3*a", "0.3", {"cos(3*a) >= 0": "c1 opens", "sin(3*a) > mu*cos(3*a)": "c1 does not slide -"}),
+    ],
+)
+def test_conditions_name_the_multiple_of_an_angle_that_the_model_names(
+    angle: str, value: str, limits: dict[str, str]
+) -> None:
+    text = """
+name: steep
+gravity: [0, -g, 0]
+parameters: {g: {value: 10, positive: true}, m: {value: 2, positive: true}, mu: {value: 0.5, positive: true}, a: VALUE}
+bodies: {p: {mass: m}, ground: {surfaces: {plane: {plane: [0, 0, 0], normal: [-sin(ANGLE), cos(ANGLE), 0]}}}}
+joints: {free: {type: point, parent: ground, child: p, q: [x, y]}}
+contacts: {c1: {between: [p, ground.plane], static: mu}}
+"""
+    solution = mbs.solve(mbs.loads("multibody_sym: 1" + text.replace("ANGLE", angle).replace("VALUE", value)))
+    assert solution.limits == limits
+    assert expression(solution, "c1", "normal") == f"g*m*cos({angle})"
