@@ -8,9 +8,10 @@ from fractions import Fraction
 from functools import reduce
 from math import gcd
 from operator import mul
-from typing import Final
+from typing import Any, Final
 
 from multibody_sym.algebra.angles.multiples import angles_with_multiples, is_of_angle, single_wave, wave, waves
+from multibody_sym.algebra.angles.squares import contracted, shifted
 from multibody_sym.algebra.angles.tangents import with_tangents
 from multibody_sym.algebra.decimal_sums import decimal_scales, exact_root, looks_decimal, names_pi_alone, power_scale
 from multibody_sym.algebra.decimals import is_exact_decimal, is_long
@@ -21,6 +22,7 @@ from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.node import ONE, ZERO, Node, add, divide, multiply, negate, number, power
 
 _MOST_FORMS: Final = 8
+_MOST_PARTS: Final = 3
 _MOST_TERMS: Final = 120
 _MOST_TERMS_TRIED: Final = 30
 _LONGEST: Final = 600
@@ -42,6 +44,8 @@ def book_form(a: Quotient) -> Node:
     above, below = (trigonometric_forms(field, p) for p in (a.above, a.below))
     pairs = {field.cancelled(x, y) for x in above for y in below}
     found = min((_fraction(field, *pair) for pair in pairs), key=_reading)
+    apart = [node for pair in pairs if (node := _term_by_term(field, *pair)) is not None]
+    found = min((x for x in apart if len(text(x)) < _MUCH_SHORTER * len(text(found))), key=_reading, default=found)
     if len(text(found)) > _LONGEST:
         raise NoClosedFormError("the closed form is too long")
     return found
@@ -85,6 +89,35 @@ def _fraction(field: Field, above: Poly, below: Poly) -> Node:
     size = single.args[0] if single.op == "neg" else single
     is_product = size.op == "div" and size.args[0].op == "mul"
     return parts if len(text(parts)) < (_MUCH_SHORTER if is_product else 1) * len(text(single)) else single
+
+
+def _term_by_term(field: Field, above: Poly, below: Poly) -> Node | None:
+    """Return above / below with its one long sum divided part by part, by sines and cosines; None where none is.
+
+    cos b/sqrt(c) + l sin b/(3 c + l^2) has no shorter common denominator.
+    """
+    product = _factored(above, below)
+    factors = sorted(((p, e) for p, e in product.factors if e > 0), key=lambda factor: -len(factor[0]))
+    divisors = [(p, -e) for p, e in product.factors if e < 0]
+    if not factors or not divisors or factors[0][1] != 1:
+        return None
+    longest, others = factors[0][0], factors[1:]
+    angles = [k for k, letter in enumerate(field.letters) if _is_of_angle(letter)]
+    parts: dict[Exponents, dict[Exponents, Any]] = {}
+    for m, c in field.in_ring(longest).items():
+        parts.setdefault(tuple(m[k] for k in angles), {})[m] = c
+    if not 1 < len(parts) <= _MOST_PARTS:
+        return None
+    divisor = reduce(mul, (field.in_ring(p) ** e for p, e in divisors))
+    turned = 1 if product.number > 0 else -1
+    shares = (field.cancelled(field.ring.from_dict(x) * turned, divisor) for x in parts.values())
+    terms = sorted((_single_fraction(field, *x) for x in shares), key=lambda x: (x.op == "neg", text(x)))
+    outside = replace(product, number=abs(product.number), factors=tuple(others))
+    return _product_node(field, outside, [(reduce(add, terms), 1)])
+
+
+def _is_of_angle(letter: Letter) -> bool:
+    return letter.node is not None and letter.node.op in ("sin", "cos")
 
 
 def _single_fraction(field: Field, above: Poly, below: Poly) -> Node:
@@ -268,7 +301,7 @@ def _sum(field: Field, p: Poly, scale: Fraction = _WHOLE) -> Node:
 
     g m1 + g m2 becomes g (m1 + m2) where that is shorter.
     """
-    terms = {m: c * scale for m, c in _contracted(field, p).items()}
+    terms = {m: c * scale for m, c in contracted(field, p).items()}
     plain = [(_term(field, m), c) for m, c in terms.items()]
     forms = [_added(_grouped(field, terms)), _added(plain), *_with_multiples(field, p, scale)]
     return min(forms, key=lambda node: len(text(node)))
@@ -300,7 +333,7 @@ def _grouped(field: Field, terms: dict[Exponents, Fraction]) -> list[tuple[Node,
         for m in left:
             for k, exponent in enumerate(m):
                 if exponent == 1:
-                    groups.setdefault(_shifted(m, k, -1), []).append(m)
+                    groups.setdefault(shifted(m, k, -1), []).append(m)
         worth = [x for x, group in groups.items() if any(x) or _share_number(left, group)]
         shared = max(worth, key=lambda x: (len(groups[x]), _evenness(left, groups[x]), sum(x), x), default=None)
         if shared is None or len(groups[shared]) < 2:
@@ -350,33 +383,6 @@ def _written_root(field: Field, letter: Letter) -> list[Node]:
     square = field.in_ring(letter.square)
     scale = _square_scale(field, square)
     return [number(1 / exact_root(scale)), BUILD["sqrt"](_sum(field, square, scale))]
-
-
-def _contracted(field: Field, p: Poly) -> dict[Exponents, int]:
-    """Return the terms of a polynomial with X - X cos^2 a written as X sin^2 a, and the other way round."""
-    terms = {m: int(c) for m, c in field.in_ring(p).items()}
-    for s, letter in enumerate(field.letters):
-        if letter.cosine is not None:
-            _contract(terms, s, letter.cosine)
-            _contract(terms, letter.cosine, s)
-    return terms
-
-
-def _contract(terms: dict[Exponents, int], made: int, squared: int) -> None:
-    for m in list(terms):
-        if m[squared] < 2 or m not in terms:
-            continue
-        partner = _shifted(m, squared, -2)
-        if terms.get(partner) == -terms[m]:
-            merged = _shifted(partner, made, 2)
-            terms[merged] = terms.get(merged, 0) - terms.pop(m)
-            del terms[partner]
-            if not terms[merged]:
-                del terms[merged]
-
-
-def _shifted(m: Exponents, k: int, change: int) -> Exponents:
-    return (*m[:k], m[k] + change, *m[k + 1 :])
 
 
 def _multiplied(powers: Iterable[tuple[Node, int]]) -> Node:
