@@ -302,3 +302,22 @@ forces: {drive: {type: torque, joint: hinge, value: M}}
     angles = mbs.range_of_rest(mbs.loads(rod.replace("M: 5", "M: 4")), "a").rest
     low = math.asin(0.4)
     assert [x for pair in angles for x in pair] == pytest.approx([low, low, math.pi - low, math.pi - low], rel=1e-12)
+
+
+@pytest.mark.parametrize(("slope", "least"), [("0", 0.0), ("0.1", 0.1)])
+def test_a_coefficient_that_does_not_grow_for_ever_has_no_ray_of_rest(slope: str, least: float) -> None:
+    """tan(a) >= tan(slope) up to pi/2, beyond which the coefficient is negative, and again in the third quadrant."""
+    system = mbs.loads(f"""
+multibody_sym: 1
+name: flat
+gravity: [0, -10, 0]
+parameters: {{a: 0.3}}
+bodies: {{p: {{mass: 2}}, ground: {{surfaces: {{t: {{plane: [0, 0, 0], normal: [-sin({slope}), cos({slope}), 0]}}}}}}}}
+joints: {{free: {{type: point, parent: ground, child: p, q: [x, y]}}}}
+contacts: {{c: {{between: [p, ground.t], static: tan(a)}}}}
+""")
+    ends = [(low.value, high.value) for low, high in mbs.range_of_rest(system, "a").ends if low.value < high.value]
+    assert ends == [
+        (pytest.approx(least - math.pi), pytest.approx(-math.pi / 2)),
+        (pytest.approx(least, abs=1e-12), pytest.approx(math.pi / 2)),
+    ]

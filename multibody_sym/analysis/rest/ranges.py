@@ -29,6 +29,7 @@ _ONE: Final = 1e-12
 _ROUNDING: Final = 1e-14
 """The part of the largest force below which all forces together are none."""
 _PROBES: Final = (0.731, 1.0, 1.317, 1.893)
+_FAR_PROBES: Final = (3.1, 5.3, 9.7, 31.0, 107.0, 1009.0, _FARTHEST)
 _CUTS: Final = 20
 _SETTLED: Final = 1e-13
 _BEYOND: Final = 1e-6
@@ -160,9 +161,10 @@ class Search:
         return "angle" if self.has_period(conditions) else "other"
 
     def coefficients_grow(self) -> bool:
-        """Return whether no coefficient of friction becomes less where the parameter grows."""
+        """Return whether no coefficient of friction becomes less where the parameter grows, as far as is searched."""
         static = [part.static for element in self.position.mechanism.one_way for part in element.frictions]
-        motions = [self.position.motion({**self.others, self.name: x}, self.moves) for x in self.probes]
+        looks = [*self.probes, *(self.size * far for far in _FAR_PROBES)]
+        motions = [self.position.motion({**self.others, self.name: x}, self.moves) for x in looks]
         values = [np.array(m.state.values(static), dtype=float) for m in motions if m is not None]
         return all((b >= a).all() for a, b in pairwise(values))
 
