@@ -59,7 +59,6 @@ def formulas(found: mbs.Solution) -> dict[str, str]:
             {"mu": 0.4, "nu": 0.3},
             {
                 "F + g*m*sin(alpha) > g*m*mu*cos(alpha)": "c1.corner1 sticks",
-                "F + g*m*sin(alpha) > g*m*nu*cos(alpha)": "c1.corner1 does not slide",
                 "F*h + b*g*m*cos(alpha) + g*h*m*nu*cos(alpha) >= 0": "c1 tips about corner1, corner4",
                 "b*g*m*cos(alpha) >= F*h + g*h*m*nu*cos(alpha)": "c1 tips about corner2, corner3",
             },
