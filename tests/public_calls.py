@@ -116,6 +116,7 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
     "Rolling": {"body": "b.s", "on": "ground.p", "static": 0.2, "kinetic": 0.1},
     "Rope": {
         "path": ["a", "P", "b"], "length": 1, "slack": False, "wind": ["P"], "wrap": {"P": "+"}, "turns": {"P": 1},
+        "label": "T",
     },
     "Screw": {**_STATE, "motion": None, "axis": "x", "pitch": 1},
     "Settings": {

@@ -8,15 +8,17 @@ from typing import Final, cast
 
 import numpy as np
 
-from multibody_sym.dynamics.impacts.impulsive import Blow, pose, rubbing
+from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.impacts.impulsive import Blow, pose, rubbing, struck_rows
 from multibody_sym.dynamics.impacts.problem import ImpactLaw, ImpactProblem, Struck
 from multibody_sym.dynamics.impacts.problem import Sequence as Order
-from multibody_sym.dynamics.laws.assemble import OneWayRows
+from multibody_sym.dynamics.laws.assemble import OneWayRows, tree_dynamics_of
 from multibody_sym.dynamics.start.examined import examined
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.dynamics.start.state import closed_at, rows_at
 from multibody_sym.dynamics.start.straight import Side, straightened
 from multibody_sym.errors import ModelError, NoSolutionError, Where
+from multibody_sym.kinematics.impacts import resting
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.state import state_of
@@ -24,6 +26,7 @@ from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.impacts import MEETING, MeetingRow, StruckImpacts
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import OneWay
+from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.scalars.traversal import leaves
 
 _MET: Final = 1e-9
@@ -243,3 +246,21 @@ def outcome(posed: PosedImpact) -> Struck:
     from multibody_sym.dynamics.impacts.strike import strike  # brings scipy
 
     return strike(posed.problem)
+
+
+def after_impact(system: System) -> System:
+    """Return a system as it goes on from its impact: without one, with the speeds after it at the start.
+
+    Raises what `posed_impact` and `outcome` do, and ModelError for motions whose rates jump.
+    """
+    posed = posed_impact(system)
+    if posed.blow.impact.jumps:
+        raise ModelError(
+            "a run does not go on from a prescribed motion whose speed jumps; write the motion as it is afterwards",
+            where=Where(path=("impact",)),
+        )
+    rows = struck_rows(posed.blow, outcome(posed))
+    dynamics = tree_dynamics_of(rows.mechanism, resting(posed.blow.motion.state, rows.jumps))
+    jumps = forward_dynamics(dynamics).udot.tolist()
+    speeds = {x.name: u + du for x, u, du in zip(posed.mechanism.speeds, posed.begin.u, jumps, strict=True)}
+    return Changes(initial=speeds).of(replace(system, impact=None))

@@ -44,7 +44,7 @@ def simulate(
     backend: Backend | None = None,
     on_progress: Callable[[Samples, float], None] | None = None,
 ) -> Trajectory:
-    """Return the motion of a system from its start at t = 0 to `t_end`.
+    """Return the motion of a system from its start at t = 0 to `t_end`; where it has an `impact`, from after that.
 
     Arguments: the keys of `simulation:` in a model file, in whose place they stand (numbers, expressions of parameters,
     or text such as `2 s`; `constraints` also the word `projection`, `baumgarte` or `index_2`); `parameters` ..
@@ -62,11 +62,20 @@ def simulate(
     settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
     changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
     asked = with_settings(changed, {**settings, "constraints": named})
-    ready = runnable(asked, formalism, native=native, backend=backend)
+    ready = runnable(_begun(asked), formalism, native=native, backend=backend)
     in_numbers = settings_of(ready)
     problem = problem_of(ready, in_numbers)
     modes = one_way_run(ready, problem, in_numbers, native=native, backend=backend)
     return _run(ready, problem if modes is None else modes.begin(), modes, on_progress)
+
+
+def _begun(system: System) -> System:
+    """Return the system at the start of its run, which an impact there precedes."""
+    if system.impact is None:
+        return system
+    from multibody_sym.analysis.struck import after_impact  # brings the laws of impacts, which few runs need
+
+    return after_impact(system)
 
 
 def _run(
