@@ -170,7 +170,10 @@ def exudyns(e: float, wanted: np.ndarray) -> Iterator[Result]:
         settings.solution.file.write = False
 
         def run(system: Any = system, settings: Any = settings, nodes: list[int] = nodes) -> np.ndarray:
-            system.SolveDynamic(settings, solverType=exu.DynamicSolverType.RK44)
+            try:
+                system.SolveDynamic(settings, solverType=exu.DynamicSolverType.RK44)
+            except exu.SolverError:
+                return np.full(COUNT, math.inf)
             position = exu.OutputVariableType.Position
             return np.array([system.GetNodeOutput(node, position)[0] for node in nodes])
 
