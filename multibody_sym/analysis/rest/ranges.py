@@ -162,11 +162,18 @@ class Search:
 
     def coefficients_grow(self) -> bool:
         """Return whether no coefficient of friction becomes less where the parameter grows, as far as is searched."""
-        static = [part.static for element in self.position.mechanism.one_way for part in element.frictions]
         looks = [*self.probes, *(self.size * far for far in _FAR_PROBES)]
-        motions = [self.position.motion({**self.others, self.name: x}, self.moves) for x in looks]
-        values = [np.array(m.state.values(static), dtype=float) for m in motions if m is not None]
+        values = [found for x in looks if (found := self._coefficients(x)) is not None]
         return all((b >= a).all() for a, b in pairwise(values))
+
+    def _coefficients(self, value: float) -> Floats | None:
+        """Return the coefficients of friction at a value of the parameter, None where they are past all floats."""
+        static = [part.static for element in self.position.mechanism.one_way for part in element.frictions]
+        motion = self.position.motion({**self.others, self.name: value}, self.moves)
+        try:
+            return None if motion is None else np.array(motion.state.values(static), dtype=float)
+        except OverflowError:
+            return None
 
     @property
     def probes(self) -> list[float]:
