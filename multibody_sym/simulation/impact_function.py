@@ -14,6 +14,7 @@ from multibody_sym.analysis.struck import PosedImpact, outcome, posed_impact
 from multibody_sym.dynamics.impacts.impulsive import struck_rows
 from multibody_sym.dynamics.impacts.problem import Struck
 from multibody_sym.dynamics.impacts.program import StruckMode, impact_program
+from multibody_sym.dynamics.laws.assemble import accelerations_of
 from multibody_sym.dynamics.programs.system import inputs_program
 from multibody_sym.errors import ModelError, NoSolutionError, Where
 from multibody_sym.model.declaration.system import System, verify_system
@@ -107,8 +108,7 @@ def _compiled(mode: StruckMode, program: Program, *, native: bool, backend: Back
 
 def _verify(function: ImpactFunction, posed: PosedImpact, struck: Struck) -> None:
     """Raise NoSolutionError where the impact has no one mode at the start, as where its slip stops on the way."""
-    dynamics = posed.blow.dynamics
-    jumps = np.array(dynamics.factors.unweighted(struck.x.tolist())) + np.array(dynamics.bias_acceleration)
+    jumps = accelerations_of(posed.blow.dynamics, struck.x)
     found = function(0.0, posed.begin.q, posed.begin.u).u - np.array(posed.begin.u)
     if np.abs(found - jumps).max(initial=0.0) > _AGREE * max(np.abs(jumps).max(initial=0.0), 1e-300):
         raise NoSolutionError(

@@ -37,6 +37,8 @@ PRINTED = {
     "units": "in which units answers are printed: a function returns SI; run.plot() and run.table() take units",
     ("derive", "steps"): "how much of the equations is printed: they hold all of it",
     ("derive", "format"): "how the equations are printed: they are text, LaTeX and data at once",
+    ("derive", "theorems"): "what is printed beside the equations: check(system).symmetries holds what is conserved",
+    ("simulate", "verify"): "what run.verified() returns",
     ("solve", "format"): "how the steps are printed: they are text, LaTeX and HTML at once",
     ("simulate", "output"): "the file for the table that run.table() is",
     ("simulate", "plot"): "the file that run.plot(file) writes",

@@ -221,8 +221,7 @@ class Posed(PosedLaws):
         A difference quotient between the state and one a little later; exactly zero where nothing changes.
         """
         step = _LITTLE * self.rows.scale.length / self.rows.scale.speed if self.rows.scale.speed else _LITTLE
-        udot = np.array(self.dynamics.bias_acceleration, dtype=float)
-        udot += np.array(self.dynamics.factors.unweighted(state.x.tolist()), dtype=float)
+        udot = accelerations_of(self.dynamics, state.x)
         rows = self.rows.later(step, udot)
         places = [rows.places[name] for name in self.names]
         there = tree_dynamics_of(self.mechanism, rows.motion.state)
@@ -289,6 +288,13 @@ def _friction_law(part: FrictionPart, element: OneWay, rows: OneWayRows, found: 
 def tree_dynamics_of(mechanism: Mechanism, state: State) -> TreeDynamics:
     """Return the dynamics in floats by the formalism that is linear in the bodies, where no freedom is massless."""
     return (composite_body if massless_speeds(mechanism) else block_ldl)(mechanism, state)
+
+
+def accelerations_of(dynamics: TreeDynamics, x: Floats) -> Floats:
+    """Return the accelerations (nu,), or the jumps of an impact, that weighted coordinates x (n,) stand for."""
+    free = np.array(dynamics.bias_acceleration, dtype=float)
+    found: Floats = free + np.array(dynamics.factors.unweighted(x.tolist()), dtype=float)
+    return found
 
 
 def weighted_rows(
