@@ -14,6 +14,7 @@ from multibody_sym.model.mechanism.mass import ORIGIN
 from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import least_squares
 from multibody_sym.scalars.node import ONE
 
 _ROUNDING: Final = 1e-9
@@ -89,7 +90,7 @@ def _of_pins(held: _Held, element: OneWay) -> Iterator[str]:
         if isinstance(part.rows[0], BrakingRow):
             pins[part.name] = np.cross(first, second)
     axes = np.array(list(pins.values())).reshape(-1, 3).T
-    free = axes @ np.linalg.lstsq(axes, held.moment, rcond=None)[0] if pins else np.zeros(3)
+    free = axes @ least_squares(axes, held.moment) if pins else np.zeros(3)
     couple = float(np.linalg.norm(held.moment - free))
     if couple > _ROUNDING * held.size:
         yield f"{element.name} rubs with its force alone; the couple of {couple:.6g} N*m that it transmits is left out"

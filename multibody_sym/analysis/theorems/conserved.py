@@ -28,6 +28,7 @@ from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
+from multibody_sym.numerics.rank import least_squares
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, slot
 
@@ -136,7 +137,7 @@ class _Table:
         for place, k in enumerate(columns):
             column = matrix[:, k]
             used = basis if place >= alone else []
-            x = np.linalg.lstsq(matrix[:, used], column, rcond=None)[0] if used else np.zeros(0)
+            x = least_squares(matrix[:, used], column) if used else np.zeros(0)
             rest = column - matrix[:, used] @ x if used else column
             if np.abs(rest).max(initial=0.0) <= _PROPOSED:
                 mixed = {j: -c * self.sizes[k] / self.sizes[j] for j, c in zip(used, x, strict=True) if _counts(c)}
@@ -260,7 +261,7 @@ def _in_span(vector: Floats, known: Sequence[Floats]) -> bool:
     if not known:
         return False
     basis = np.array(known).T
-    rest = vector - basis @ np.linalg.lstsq(basis, vector, rcond=None)[0]
+    rest = vector - basis @ least_squares(basis, vector)
     return bool(np.linalg.norm(rest) <= _SAME)
 
 

@@ -20,6 +20,7 @@ from multibody_sym.dynamics.impacts.restitution import COMPRESSED, Goal, Normal,
 from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS, FrictionLaw
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import least_squares
 
 MOST: Final = 1000
 """Stretches of one impact. One part slips, sticks, slips back: three; a dozen joints that rub have a few each."""
@@ -172,7 +173,7 @@ class _Course:
         if self.part is None or self.moved is None or not self.part.enough or not self._slips(self.v[self.tangents]):
             return
         K = self.moved.K
-        held = np.linalg.lstsq(K[1:, 1:], -self.v[self.tangents], rcond=None)[0]
+        held = least_squares(K[1:, 1:], -self.v[self.tangents])
         f = np.concatenate([[0.0], held])
         self._add("compression", (STICKS,), (self.moved.Z @ f, self.moved.X @ f))
         self.v = self.account.speeds()[self.some.rows]

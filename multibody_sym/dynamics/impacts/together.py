@@ -184,8 +184,8 @@ def _shared(problem: LawProblem, state: LawState) -> tuple[Floats, list[int]]:
     if len(unsure):
         idle = trial.forces @ trial.idle
         equal = [k for k, law in enumerate(problem.laws) if isinstance(law, Equality)]
-        free = np.linalg.qr(idle @ null_space(idle[equal], DRAWN))[0]
-        even = replace(here, z=here.z - free @ (free.T @ here.z))
+        free = idle @ null_space(idle[equal], DRAWN)
+        even = replace(here, z=here.z - free @ least_squares(free, here.z))
         if fulfils(system, even):
             here = even
     return here.z / system.sizes, [int(k) for k in unsure]

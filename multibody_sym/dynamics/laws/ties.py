@@ -23,6 +23,7 @@ from multibody_sym.dynamics.laws.mode_solve import Trial, sticking
 from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS
 from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Places, Scaled
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import ROUNDED, null_space
 
 
 @dataclass(frozen=True)
@@ -125,8 +126,7 @@ class _Rates:
 
     def _turn(self, rows: Places, way: Floats) -> None:
         """Let the first of a part's rows be along a unit vector, the others across it."""
-        across = np.linalg.qr(np.column_stack([way, np.eye(len(way))]))[0].T
-        frame = np.vstack([way, across[1:]])
+        frame = np.vstack([way, null_space(way[None], ROUNDED).T])
         self.A[rows], self.C[rows] = frame @ self.A[rows], frame @ self.C[rows]
         self.D[:, rows] = self.D[:, rows] @ frame.T
         self.D[rows] = frame @ self.D[rows]
