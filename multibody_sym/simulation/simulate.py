@@ -103,6 +103,8 @@ def _trajectory(ready: Runnable, problem: Problem, done: Integration, modes: One
     parts = () if modes is None else modes.parts(done.t, done.q, done.u)
     trajectory = Trajectory(ready, problem.parameters, done.t, done.q, done.u, problem, done, parts=parts, modes=modes)
     if done.failure is None or done.failure.status is Status.INTERRUPTED:
+        if modes is not None and (passed := modes.passed_through(done.t, done.q, done.u)):
+            raise FailedRunError(passed, trajectory)
         return trajectory
     raise FailedRunError(failure_message(trajectory, done.failure), trajectory)
 

@@ -32,6 +32,7 @@ from multibody_sym.simulation.one_way.facts import Facts, Laws
 from multibody_sym.simulation.one_way.impact import Blow, Bounces, bounced
 from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of
 from multibody_sym.simulation.one_way.moments import moments
+from multibody_sym.simulation.one_way.thin_bars import passed_through, thin_bars
 from multibody_sym.simulation.parts import Part
 from multibody_sym.simulation.problem import own_coefficient
 from multibody_sym.simulation.recall import compiled, compiled_laws
@@ -125,13 +126,19 @@ class OneWayRun:
         self.modes = Modes(self.laws.mechanism, self.make, self.template, self.stabilised or (0.0, 0.0))
 
     def begin(self) -> Problem:
-        """Return the run in the mode in which it begins. Raises NoSolutionError where there is none."""
+        """Return the run in the mode in which it begins.
+
+        Raises NoSolutionError where there is none, ModelError where a point moves across a thin bar that it touches.
+        """
         t, q, u = self.template.start, self.template.q0, self.template.u0
         mechanism = self.laws.mechanism
         given = t, q.tolist(), u.tolist(), self.laws.parameters.tolist()
         scale = scale_of(motion_of(mechanism, state_of(mechanism, float, *given)))
         self._scale = replace(scale, unseen=min(_UNSEEN * self.template.atol, _UNSEEN_MOST))
-        found = self._entered(decided(self.laws.at(t, q, u, self._scale), ()), None)
+        facts = self.laws.at(t, q, u, self._scale)
+        for bar in thin_bars(mechanism):
+            bar.verify_leaving(facts)
+        found = self._entered(decided(facts, ()), None)
         if isinstance(found, RunFailure):
             raise NoSolutionError(f"{self.trouble} at the start")
         return found
@@ -170,6 +177,12 @@ class OneWayRun:
     def events(self) -> list[dict[str, Any]]:
         """What switches changed, as `Trajectory.events` tells it."""
         return [each.told for each in self.changes]
+
+    def passed_through(self, t: Floats, q: Floats, u: Floats) -> str:
+        """Return which point got through a bar without thickness between samples, empty where none did."""
+        bars = thin_bars(self.laws.mechanism)
+        facts = (self.laws.at(float(t[k]), q[k], u[k], self._scale) for k in range(len(t)))
+        return passed_through(bars, facts) if bars else ""
 
     def parts(self, t: Floats, q: Floats, u: Floats, first: int = 0) -> tuple[Part, ...]:
         """Return samples, which begin with number `first` of the run, by the modes they are in."""
