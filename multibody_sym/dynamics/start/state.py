@@ -180,9 +180,13 @@ def started(mechanism: Mechanism, base: Mechanism, begin: Start) -> Start:
 
 
 def _touching(base: Mechanism, begin: Start, overrides: Mapping[str, float] | None, project: bool) -> Start:
-    """Return the start with contacts and ropes closed that it nearly closes, and speeds not given along them."""
+    """Return the start with contacts and ropes closed that it nearly closes, and speeds not given along them.
+
+    Those that bounce and close strike instead: what moves towards another thing does not make that move with it.
+    """
     near, found = closed_at(base, begin, overrides, project=project)
     rows = rows_at(base, found)
+    near = [element for element in near if not _strikes(rows, element)]
     moving = [element for element in near if rows.standing(element) in ("closing", "leaving")]
     free = [speed for speed in base.speeds if not speed.given]
     if not moving or not free:
@@ -191,6 +195,11 @@ def _touching(base: Mechanism, begin: Start, overrides: Mapping[str, float] | No
         slowed = start(_fixed(_closing(base, near), found, begin, speeds=True), overrides, project=project)
         return replace(found, u=slowed.u, assembled=slowed.assembled, held=slowed.held)
     return found
+
+
+def _strikes(rows: OneWayRows, element: OneWay) -> bool:
+    (restitution,) = rows.motion.state.values([element.restitution])
+    return rows.standing(element) == "closing" and float(restitution) > 0.0
 
 
 def closed_at(
