@@ -80,7 +80,14 @@ def _normal(acting: Acting, element: OneWay, touching: Collection[str]) -> Itera
     elif name in touching:
         opening = acting.acceleration(rows[0])
         told = f"{name} opens: its gap's acceleration >= 0"
-        yield Inequality("least", _nodes(opening), told, f"{name} {element.words[0]}", rows)
+        yield Inequality("least", _nodes(opening), told, _begun(element), rows)
+
+
+def _begun(element: OneWay) -> str:
+    """Return what happens where an element begins to act."""
+    if element.kind == "stop":
+        return f"{element.group} rests at its {element.words[0]} stop"
+    return f"{element.name} {'becomes ' if element.kind == 'rope' else ''}{element.words[0]}"
 
 
 def _sides(acting: Acting, element: OneWay) -> Iterator[Inequality]:

@@ -64,10 +64,17 @@ def _lines(
         return  # a corner in the air
     rubbing = [part for part in element.frictions if acts and rubs(part)]
     if element.name in words and all(part.name != element.name for part in rubbing):
-        yield f"{element.name} is {words[element.name]}"
+        yield _standing(element, words[element.name])
     for part in rubbing:
         if part.name in words:
             yield f"{part.name} {_verb(words[part.name])}{_why(solved, acting, element, part, needed)}"
+
+
+def _standing(element: OneWay, word: str) -> str:
+    """Return in which state an element is that does not rub: `c is open`, `j rests at its upper stop`."""
+    if element.kind == "stop" and word == element.words[0]:
+        return f"{element.group} rests at its {word} stop"
+    return f"{element.name} is {word}"
 
 
 def _verb(word: str) -> str:

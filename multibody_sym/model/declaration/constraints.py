@@ -36,6 +36,8 @@ class Rope(Element):
     `turns` are full turns more that it lies around pulleys. `label` is the letter of its tension in equations.
     """
 
+    meant: ClassVar[Mapping[str, str]] = {"rough": "; it belongs to the pulley: pulleys: {P: {.., rough: mu}}"}
+
     path: tuple[str, ...] = holds(ListOf(Text(), 2))
     length: Node | None = holds(Scalar("m"), None)
     slack: bool = holds(Flag(), False)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from functools import cache
 from types import MappingProxyType
-from typing import Any, Final, Self
+from typing import Any, ClassVar, Final, Self
 
 from multibody_sym.errors import ModelError, at, suggestion
 from multibody_sym.model.declaration.values import (
@@ -165,7 +165,12 @@ _TEXTS: Final = "_texts"
 
 @dataclass(frozen=True)
 class Element:
-    """A frozen record that reads what its fields are given when it is made."""
+    """A frozen record that reads what its fields are given when it is made.
+
+    `meant` tells of keys that people write in their place, and that no likeness leads to, what to write.
+    """
+
+    meant: ClassVar[Mapping[str, str]] = {}
 
     def written(self) -> Iterator[tuple[tuple[str, ...], Any, str | None]]:
         """Yield what given fields hold: the steps that lead to it in a file, it, and the unit that it is read in."""
@@ -274,7 +279,7 @@ def from_fields(cls: type[Element], tree: Mapping[str, Any]) -> Element:
     for key in tree:
         if key not in known:
             with at(key):
-                raise ModelError(f"unknown key {key!r}{suggestion(str(key), known)}")
+                raise ModelError(f"unknown key {key!r}{cls.meant.get(key) or suggestion(str(key), known)}")
     for f in fields(cls):
         if f.default is MISSING and is_empty(tree.get(f.name)):
             raise ModelError(f"{f.name} is missing")

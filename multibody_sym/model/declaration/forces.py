@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import ClassVar, Final
 
 from multibody_sym.errors import ModelError
 from multibody_sym.model.declaration.contacts import Coefficient, CoefficientField, verify_coefficients
@@ -26,6 +26,8 @@ class Force(Element):
 
     Without `at` it acts at the centre of mass.
     """
+
+    meant: ClassVar[Mapping[str, str]] = {"force": "; did you mean value?", "torque": "; that is {type: torque, ..}"}
 
     on: str = holds(Text())
     value: Point = holds(Vector("N"))

@@ -164,6 +164,8 @@ FILE = {"multibody_sym": "1", "name": "x"}
         (FILE | {"parameters": {"a": {"value": ""}}}, "needs a sample value", "parameters.a"),
         (FILE | {"ask": {"a": {"x": "1", "y": "2"}}}, "name one coordinate", "ask.a"),
         (FILE | {"simulation": {"tend": "1"}}, "did you mean t_end?", "simulation.tend"),
+        (FILE | {"forces": {"F": {"type": "force", "force": [1, 0, 0]}}}, "did you mean value?", "forces.F.force"),
+        (FILE | {"constraints": {"r": {"type": "rope", "rough": 1}}}, "belongs to the pulley", "constraints.r.rough"),
     ],
 )
 def test_errors_of_files(tree: Any, message: str, path: str) -> None:

@@ -1,0 +1,47 @@
+"""What is said of stops and ropes that hold, or are about to, are sentences."""
+
+from __future__ import annotations
+
+import multibody_sym as mbs
+from multibody_sym.writing.solution import solution_text
+
+_STOP = """
+multibody_sym: 1
+name: block
+gravity: [-10, 0, 0]
+parameters: {F: 3}
+forces: {push: {type: force, on: b, value: [F, 0, 0]}}
+bodies: {b: {mass: 1}}
+joints:
+  jb: {type: prismatic, parent: ground, child: b, axis: x, q: x, initial: {q: 1}, limits: LIMITS}
+"""
+
+
+def _told(limits: str) -> str:
+    return solution_text(mbs.solve(mbs.loads(_STOP.replace("LIMITS", limits))))
+
+
+def test_a_stop_that_holds_is_what_its_joint_rests_at() -> None:
+    told = _told("{lower: 1}")
+    assert "jb rests at its lower stop" in told
+    assert "is lower" not in told
+
+
+def test_a_stop_that_is_left_would_be_rested_at() -> None:
+    told = _told("{upper: 1}")
+    assert "jb.upper is free" in told
+    assert "else jb rests at its upper stop" in told
+
+
+def test_a_rope_that_slackens_would_become_taut() -> None:
+    model = """
+multibody_sym: 1
+name: thrown
+gravity: [0, -10, 0]
+parameters: {F: 15}
+bodies: {b: {mass: 1}}
+joints: {jb: {type: prismatic, parent: ground, child: b, axis: y, q: y, initial: {q: -1}}}
+constraints: {s: {type: rope, path: [ground, b], slack: true}}
+forces: {lift: {type: force, on: b, value: [0, F, 0]}}
+"""
+    assert "else s becomes taut" in solution_text(mbs.solve(mbs.loads(model)))
