@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from multibody_sym.codegen.languages import LANGUAGES
 from multibody_sym.codegen.selftest import Samples, spread_samples
+from multibody_sym.dynamics.programs.switching import switchings
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.routes import FORMALISMS, verify_formalism
 from multibody_sym.dynamics.start.state import examined_state
@@ -72,7 +73,8 @@ def export(
         made = {key: folded(program, "parameters", begin.parameters) for key, program in made.items()}
         samples = {key: [(*s[:3], begin.parameters, *s[4:]) for s in listed] for key, listed in samples.items()}
     texts = LANGUAGES[to].files(made, samples)
-    mode = {"mode": placed.words} if resolved.one_way else {}
+    ends = [f"{one.part.name if one.part else one.element.name} {one.told}" for one in switchings(resolved)]
+    mode = {"mode": placed.words, "mode_ends": ends} if resolved.one_way else {}
     table = {"formalism": name, "folded": fold, **mode, **_names(resolved, state), "programs": _signatures(made)}
     return write_export(Path(folder), texts, table)
 

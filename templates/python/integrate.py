@@ -2,7 +2,9 @@
 
     python integrate.py [end of time in s] [step in s]
 
-Where there are constraints, each step is put back onto them, positions first.
+Where there are constraints, each step is put back onto them, positions first. What holds one way only stays in the
+state of the start, which names.json tells under `mode`; where that state ends the loop stops, as what follows it is
+another model.
 """
 
 import json
@@ -12,6 +14,7 @@ from pathlib import Path
 from model import PROGRAMS
 
 ITERATIONS = 5
+ROUNDED = 1e-9  # the part of its largest value by which what ends the state of the start may exceed zero
 NAMES = json.loads((Path(__file__).parent / "names.json").read_text(encoding="utf-8"))
 PARAMETERS = [entry["value"] for entry in NAMES["parameters"]]
 
@@ -55,11 +58,32 @@ def step(t, q, u, h):
     return kept(t + h, q, u)
 
 
+def ending(t, q, u, largest):
+    """The number of what ends the state of the start there, None where it lasts; `largest` values so far are kept."""
+    ends = NAMES.get("mode_ends", [])
+    values = list(asked("events", t, q, u)[0])[-len(ends) :] if ends else []
+    for n, value in enumerate(values):
+        largest[n] = max(largest.get(n, 0.0), abs(value))
+        if value > ROUNDED * max(1.0, largest[n]):
+            return n
+    return None
+
+
 def main(end=1.0, h=1e-3):
     q, u = ([entry["initial"] for entry in NAMES[kind]] for kind in ("coordinates", "speeds"))
-    count = max(1, round(end / h))
+    count, largest = max(1, round(end / h)), {}
+    if "mode" in NAMES:
+        print("of the state at the start only:", ", ".join(f"{name} {word}" for name, word in NAMES["mode"].items()))
+    while (number := ending(0.0, q, u, largest)) is not None:  # what has no side at the start tells nothing
+        largest[number] = float("inf")
     for n in range(count):
-        q, u = step(n * end / count, q, u, end / count)
+        after = step(n * end / count, q, u, end / count)
+        number = ending((n + 1) * end / count, *after, largest)
+        if number is not None:
+            end = n * end / count
+            print(f"stopped at t = {end:.6g} s, where that state ends: {NAMES['mode_ends'][number]}")
+            break
+        q, u = after
     for entry, x in zip(NAMES["coordinates"] + NAMES["speeds"], q + u, strict=True):
         print(f"{entry['name']} = {x!r} {entry['unit']}".rstrip())
     if "project_position" in PROGRAMS:

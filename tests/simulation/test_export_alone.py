@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.cli.main import main
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 BLOCKED = "import sys; sys.modules['multibody_sym'] = None; sys.modules['sympy'] = None; sys.path.insert(0, '.'); "
@@ -95,3 +96,36 @@ def test_the_integrator_beside_it_keeps_constraints(tmp_path: Path, name: str, e
             assert float(lines[name].split()[0]) == pytest.approx(value, rel=1e-7, abs=1e-7)
     if "largest |phi|" in lines:
         assert float(lines["largest |phi|"]) < 1e-12
+
+
+BALL = """
+multibody_sym: 1
+name: ball
+gravity: [0, -10, 0]
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+  ball: {shape: {sphere: 1, mass: 1}}
+joints: {J: {type: planar, parent: ground, child: ball, q: [x, y, a], initial: {q: [0, 1, 0], u: [7, 0, 0]}}}
+contacts: {c: {between: [ball, ground.floor], static: 0.5}}
+"""
+
+
+def test_the_integrator_stops_where_the_state_of_the_start_ends(tmp_path: Path) -> None:
+    """A ball that slides at v0 rolls from t = 2 v0/(7 mu g) = 0.4 s on."""
+    mbs.export(mbs.loads(BALL), to="python", directory=tmp_path)
+    told = json.loads((tmp_path / "names.json").read_text())
+    assert told["mode"] == {"c": "slide+"}
+    assert "c stops" in told["mode_ends"]
+    run = "import runpy; runpy.run_path('integrate.py', run_name='__main__')"
+    before, after = (alone(run, tmp_path, end, "1e-2") for end in ("0.39", "1"))
+    assert before.startswith("of the state at the start only: c slide+\n")
+    assert "stopped" not in before
+    assert "where that state ends: c stops" in after
+    assert float(after.split("stopped at t = ")[1].split()[0]) == pytest.approx(0.4, abs=0.011)
+    assert float(after.split("u_x = ")[1].split()[0]) == pytest.approx(5.0, abs=0.06)
+
+
+def test_the_command_tells_of_which_state_its_files_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "ball.yaml").write_text(BALL, encoding="utf-8")
+    assert main(["export", str(tmp_path / "ball.yaml"), "--to", "c", "-o", str(tmp_path / "out")]) == 0
+    assert "of the state at the start only, {c: slide+}" in capsys.readouterr().out

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Final
 
 from multibody_sym.cli.answer import Answer
@@ -28,5 +31,15 @@ def run(options: argparse.Namespace) -> Answer:
     with model(options) as system:
         files = export(system, options.to, options.directory, fold=options.fold, **shared(options))
     names, run = [str(file) for file in files], LANGUAGES[options.to].run
-    text = "\n".join([*(f"wrote {name}" for name in names), f"next: cd {options.directory} && {run}"])
+    lines = [*(f"wrote {name}" for name in names), *_state_told(files), f"next: cd {options.directory} && {run}"]
+    text = "\n".join(lines)
     return Answer({"to": options.to, "files": names}, text)
+
+
+def _state_told(files: Sequence[Path]) -> Iterator[str]:
+    """Yield of which state of what holds one way only the files are."""
+    table = next(file for file in files if file.name == "names.json")
+    mode = json.loads(table.read_text(encoding="utf-8")).get("mode")
+    if mode:
+        told = ", ".join(f"{name}: {word}" for name, word in mode.items())
+        yield f"of the state at the start only, {{{told}}}; it ends where the last values of `events` become positive"

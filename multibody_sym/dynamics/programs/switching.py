@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
-from typing import Literal
+from typing import Final, Literal
 
 from multibody_sym.kinematics.contacts import reach
 from multibody_sym.kinematics.motion import Motion, accelerations
@@ -34,6 +34,8 @@ from multibody_sym.scalars.vectors import S, Vec
 
 Ends = Literal["closes", "opens", "leaves", "turns", "slips", "stops", "stops in space"]
 
+_TOLD: Final = {"leaves": "gets past an edge", "turns": "presses on the other side", "stops in space": "stops"}
+
 
 @dataclass(frozen=True)
 class Switching:
@@ -48,6 +50,11 @@ class Switching:
     def limits(self) -> bool:
         """Whether it is one of forces."""
         return self.ends in ("opens", "turns", "slips")
+
+    @property
+    def told(self) -> str:
+        """What the element does there, for people."""
+        return _TOLD.get(self.ends, self.ends)
 
 
 def switchings(mechanism: Mechanism) -> tuple[Switching, ...]:
