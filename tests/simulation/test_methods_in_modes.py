@@ -26,6 +26,7 @@ joints:
   free: {{type: point, parent: ground, child: block, q: [x, y], initial: {{u: ["{V0}*cos(a)", "{V0}*sin(a)"]}}}}
 contacts: {{c: {{between: [block, ground.face], kinetic: mu}}}}
 """
+LONG = pytest.mark.long
 LIBRARIES = ["RK45", "Radau", "LSODA", "cvode_adams", "cvode_bdf", "ida"]
 
 
@@ -183,3 +184,35 @@ contacts: {{c: {{between: [b, ground.f], restitution: 0.8}}}}
     falls = math.sqrt(2 / G)
     wanted = [falls, falls * (1 + 2 * 0.8), falls * (1 + 2 * 0.8 + 2 * 0.64)]
     assert [event["t"] for event in run.events] == pytest.approx(wanted, rel=1e-7)
+
+
+LADDER = """
+multibody_sym: 1
+name: ladder
+gravity: [0, -10, 0]
+parameters: {l: 4, a: 45 deg}
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}, wall: {plane: [0, 0, 0], normal: x}}}
+  rod: {mass: 20, inertia: {Izz: 20*l^2/12}, points: {top: [-l/2, 0, 0], foot: [l/2, 0, 0]}}
+joints: {j: {type: planar, parent: ground, child: rod, initial: {q: [l/2*cos(a), l/2*sin(a), -a]}}}
+contacts: {foot: {between: [rod.foot, ground.floor]}, top: {between: [rod.top, ground.wall]}}
+"""
+
+
+@pytest.mark.parametrize(
+    "method", ["LSODA", "BDF", "cvode_bdf", *(pytest.param(m, marks=LONG) for m in ("cvode_adams", "ida"))]
+)
+def test_what_opens_slowly_is_not_closed_by_the_first_steps_of_a_library_of_order_one(method) -> None:
+    """The ladder leaves the wall at sin(a) = 2/3 sin(a0), its centre as fast as ever, with the third power of time.
+
+    a'^2 = 3 g / l (sin(a0) - sin(a)) until then, which is integrated over z, a = a0 - z^2.
+    """
+    run = mbs.simulate(mbs.loads(LADDER), t_end=0.5, samples=2, method=available(method))
+    a0, high = math.pi / 4, math.sin(math.pi / 4)
+    points, weights = np.polynomial.legendre.leggauss(20)
+    half = math.sqrt(a0 - math.asin(2 / 3 * high)) / 2
+    z = half * (1 + points)
+    leaves = np.sum(half * weights * 2 * z / np.sqrt(3 * 10 / 4 * (high - np.sin(a0 - z**2))))
+    assert [(event["element"], event["kind"]) for event in run.events] == [("top", "open")]
+    assert run.events[0]["t"] == pytest.approx(leaves, abs=1e-6)
+    assert run["u_j_x"][-1] == pytest.approx(high / 3 * math.sqrt(10 * 4 * high), abs=1e-6)

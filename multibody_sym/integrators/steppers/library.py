@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.integrators.flow import (
-    Events,
     Flow,
     Status,
     Step,
@@ -32,6 +31,7 @@ from multibody_sym.integrators.flow import (
 from multibody_sym.integrators.looks import Ends
 from multibody_sym.integrators.methods.library import IDA, SCIPY, MissingPackageError
 from multibody_sym.integrators.methods.methods import Method
+from multibody_sym.integrators.steppers.starts import once_left, with_tolerance
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.sign_changes import PROBE, first_seen
 
@@ -235,7 +235,7 @@ def library_steps(flow: Flow) -> Iterator[Step]:
     What crosses within a step may have bent it: steps are taken again from its start to the crossing.
     Raises StepError and MissingPackageError.
     """
-    crossing = _Crossing(flow.events, flow.start, flow.x0, flow.slope(flow.start, flow.x0))
+    crossing = _Crossing(flow, flow.start, flow.x0, flow.slope(flow.start, flow.x0))
     t, x, bound, again = flow.start, flow.x0, flow.t_end, 0
     solver = _open(flow, t, x)
     while t < flow.t_end:
@@ -249,6 +249,7 @@ def library_steps(flow: Flow) -> Iterator[Step]:
             continue
         t_new = solver.t if event is None else t_new
         x_new = solver.x if t_new == solver.t else solver.value(t_new)
+        crossing.passed(t_new, x_new)
         yield _step(flow, solver, t, x, t_new, x_new, event)
         if event is not None and crossing.terminal[event]:
             return
@@ -267,13 +268,19 @@ def _step(flow: Flow, solver: _Solver, t: float, x: Floats, t_new: float, x_new:
 class _Crossing:
     """The sides of zero on which switching functions were last seen; one that is zero at the start has none yet."""
 
-    def __init__(self, events: Events | None, t: float, x: Floats, slope: Floats) -> None:
-        self.events = events
+    def __init__(self, flow: Flow, t: float, x: Floats, slope: Floats) -> None:
+        self.usual = self.events = events = flow.events
         self.terminal = np.array(events.terminal if events else (), dtype=bool)
         self.sides = events.sides(t, x) if events else np.zeros(0)
         if events and events.margins:  # what has just bounced is on its way back
             here, soon = events.beyond(t, x), events.beyond(t + _SOON, x + _SOON * slope)
             self.sides[(here > 0.0) & (soon < here)] = 1.0
+            self.events = with_tolerance(flow, events, t, x)
+
+    def passed(self, t: float, x: Floats) -> None:
+        """Tell of the end of a step that was taken: what has left zero there may not exceed it any more."""
+        if self.events is not None and self.usual is not None and self.events is not self.usual:
+            self.events = once_left(self.events, self.usual, self.events.beyond(t, x))
 
     def first(self, flow: Flow, t: float, x: Floats, solver: _Solver) -> tuple[float, int | None]:
         """Return where the step from (t, x) ends: at the first function that crosses in it, or at its end.
