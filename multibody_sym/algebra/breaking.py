@@ -1,7 +1,8 @@
 """Values of parameters that break one inequality and keep the others: what an inequality must have to be worth saying.
 
-Values lie between a thousandth and a thousand times those of the sample, with their sign; what is zero there may be
-anything of such a size. At first they are drawn, then those that come nearest are varied.
+Values lie between a thousandth and a thousand times those of the sample, with their sign or, where they may turn,
+with either; what is zero there may be anything of such a size. At first they are drawn, then those that come nearest
+are varied.
 """
 
 from __future__ import annotations
@@ -37,6 +38,7 @@ class Breaking:
         used = {s for factors in inequalities for p in factors for s in field.whole(field.in_ring(p)).symbols}
         self._symbols = sorted(used, key=str)
         self._sample = np.array([float(_sample(field, s)) for s in self._symbols])
+        self._turns = np.array([_turns(field, s) for s in self._symbols], dtype=bool)
         self._rng = np.random.default_rng(0)
         self._drawn = self._scales()
         self._margins = self._looked_at(self._drawn, range(len(inequalities)))
@@ -71,7 +73,7 @@ class Breaking:
     def _looked_at(self, scales: Floats, which: Collection[int]) -> dict[int, Floats]:
         """Return for inequalities their values (n,), each divided by the size of its terms."""
         signs = np.where(self._rng.random(scales.shape) < 0.5, -1.0, 1.0)
-        around = np.where(self._sample == 0.0, signs, self._sample)
+        around = np.where(self._sample == 0.0, signs, np.where(self._turns, signs, 1.0) * self._sample)
         points = dict(zip(self._symbols, (around * 10.0**scales).T, strict=True))
         with np.errstate(all="ignore"):
             letters = _letters(self._field, points, len(scales))
@@ -81,6 +83,11 @@ class Breaking:
 def _sample(field: Field, symbol: Node) -> Any:
     place = field.position(symbol)
     return field.letters[place].sample if place is not None else 0.0
+
+
+def _turns(field: Field, symbol: Node) -> bool:
+    place = field.position(symbol)
+    return place is not None and field.letters[place].turns
 
 
 def _margin(field: Field, factors: Factors, letters: Sequence[Any]) -> Any:

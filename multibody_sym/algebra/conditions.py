@@ -1,8 +1,8 @@
 """Inequalities under which a closed form holds, as few and as short as they can be said.
 
 A condition is divided by what is positive anyway: by what declarations prove, by letters, which keep the sign that
-they have, and by what another condition says. It is dropped where it then says nothing, and where no values of the
-parameters break it alone.
+they have unless they may turn, and by what another condition says. It is dropped where it then says nothing, and
+where no values of the parameters break it alone.
 """
 
 from __future__ import annotations

@@ -14,7 +14,8 @@ Exponents = tuple[int, ...]
 def least_sign(field: Field, p: Poly) -> int | None:
     """Return 1 where a polynomial is positive whatever its letters are, 0 where it is never negative, None else.
 
-    Parameters keep the sign that they are declared to have, or have at the sample (either, if they are zero there).
+    Parameters keep the sign that they are declared to have, or have at the sample (either, if they are zero there or
+    may turn).
     """
     found = [_of_form(field, form) for form in trigonometric_forms(field, p)]
     return max((sign for sign in found if sign is not None), default=None)
@@ -48,7 +49,7 @@ def _letter_sign(letter: Letter) -> int:
     """Return the sign that a letter keeps, 0 if it may change."""
     if letter.positive:
         return 1
-    kept = letter.node is not None and letter.node.op == "symbol"
+    kept = letter.node is not None and letter.node.op == "symbol" and not letter.turns
     return int(letter.sample > 0) - int(letter.sample < 0) if kept else 0
 
 

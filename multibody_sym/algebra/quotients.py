@@ -37,6 +37,7 @@ class Letter:
     """A letter of the polynomials: what it stands for, its value at the sample, and whether it is known to be positive.
 
     `square` is set for a root (its radicand; then `node` is None) and for a sine (1 - cos^2, `cosine` its position).
+    One that `turns` may have the other sign than at the sample, as a force that pushes may pull.
     """
 
     node: Node | None
@@ -44,6 +45,7 @@ class Letter:
     positive: bool = False
     square: Poly = None
     cosine: int | None = None
+    turns: bool = False
 
 
 @dataclass(frozen=True, eq=False)

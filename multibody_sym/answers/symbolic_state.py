@@ -10,8 +10,10 @@ from typing import Final
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter
 from multibody_sym.dynamics.start.start import Start
+from multibody_sym.expressions.units import ENERGY, FORCE
 from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.parameters import ParameterEntry
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
 from multibody_sym.scalars.traversal import leaves
@@ -56,6 +58,7 @@ def parameter_letters(mechanism: Mechanism) -> tuple[list[Node], dict[Node, Lett
     known: dict[Node, Node] = {}
     letters: dict[Node, Letter] = {}
     masses = {body.mass.mass for body in mechanism.bodies}
+    turning = _turning(mechanism)
     waiting = list(range(len(entries)))
     while waiting:
         index = waiting.pop(0)
@@ -66,9 +69,44 @@ def parameter_letters(mechanism: Mechanism) -> tuple[list[Node], dict[Node, Lett
         elif not needed:
             known[place] = symbol(entries[index].name)
             sample = exact(Field(_WORK), [value], {})[0].sample
-            letters[known[place]] = Letter(known[place], sample, entries[index].positive or place in masses)
+            positive = entries[index].positive or place in masses
+            turns = place in turning and not positive
+            letters[known[place]] = Letter(known[place], sample, positive, turns=turns)
         elif all(leaf in known for leaf in needed):
             known[place] = as_node(evaluate([value], known)[0])
         else:
             waiting.append(index)
     return [known[slot("parameters", i)] for i in range(len(entries))], letters
+
+
+def _turning(mechanism: Mechanism) -> set[Node]:
+    """Return the slots of parameters with which loads are in proportion: what pushes may as well pull.
+
+    Weights, and what has another dimension than a force or a torque, keep the sign that they have.
+    """
+    weights = {body.mass.mass for body in mechanism.bodies} | set(leaves(map(as_node, mechanism.gravity), "slot"))
+    values = [value for load in mechanism.loads for value in _components(getattr(load, "value", ()))]
+    slots = {x for value in values for x in _in_proportion(value) if x not in weights}
+    return {x for x in slots if x.data[0] == "parameters" and _is_load(mechanism.parameters[x.data[1]])}
+
+
+def _components(value: Node | tuple[Node, ...]) -> tuple[Node, ...]:
+    return value if isinstance(value, tuple) else (value,)
+
+
+def _in_proportion(value: Node) -> list[Node]:
+    """Return the slots that are factors of the terms of a sum."""
+    found, waiting = [], [value]
+    while waiting:
+        node = waiting.pop()
+        if node.op == "slot":
+            found.append(node)
+        elif node.op in ("neg", "add", "mul"):
+            waiting.extend(node.args)
+        elif node.op == "div":
+            waiting.append(node.args[0])
+    return found
+
+
+def _is_load(entry: ParameterEntry) -> bool:
+    return entry.dimension in (None, FORCE, ENERGY)

@@ -218,3 +218,56 @@ contacts: {c1: {between: [p, ground.plane], static: mu}}
     solution = mbs.solve(mbs.loads("multibody_sym: 1" + text.replace("ANGLE", angle).replace("VALUE", value)))
     assert solution.limits == limits
     assert expression(solution, "c1", "normal") == f"g*m*cos({angle})"
+
+
+LOADED = """multibody_sym: 1
+name: loaded
+gravity: [0, -g, 0]
+parameters:
+  g: {value: 10, positive: true}
+  m: {value: 2 kg, positive: true}
+  mu: {value: 0.5, positive: true}
+  a: {value: 1 m, positive: true}
+  h: {value: 1 m, positive: true}
+  F: 3 N
+"""
+SLIDER = """
+bodies: {block: {mass: m}}
+joints: {J: {type: prismatic, parent: ground, child: block, axis: x}}
+forces: {f: {type: friction, joint: J, static: mu}, push: {type: force, on: block, value: [F, 0, 0]}}
+"""
+PUSHED_BOX = """
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+  box:
+    mass: m
+    com: [0, h/2, 0]
+    inertia: {Izz: 1 kg*m^2}
+    points: {top: [0, h, 0]}
+    surfaces: {bottom: {segment: [[-a/2, 0, 0], [a/2, 0, 0]]}}
+joints: {J: {type: planar, parent: ground, child: box}}
+contacts: {c: {between: [box.bottom, ground.floor], static: mu}}
+forces: {push: {type: force, on: box.top, value: [F, 0, 0]}}
+"""
+
+
+@pytest.mark.parametrize("force", ["3 N", "-3 N"])
+def test_a_push_may_turn_into_a_pull_unless_it_is_declared_positive(force: str) -> None:
+    """F = -30 N keeps F <= mu m g, and the block slides."""
+    found = mbs.solve(mbs.loads(LOADED.replace("F: 3 N", f"F: {force}") + SLIDER))
+    assert found.limits == {"abs(F) <= g*m*mu": "f slips"}
+
+
+@pytest.mark.parametrize("force", ["3 N", "-3 N"])
+def test_a_pushed_box_may_tip_about_either_edge(force: str) -> None:
+    found = mbs.solve(mbs.loads(LOADED.replace("F: 3 N", f"F: {force}") + PUSHED_BOX))
+    assert found.limits == {
+        "a*g*m >= 2*F*h": "c.end1 opens",
+        "2*F*h + a*g*m >= 0": "c.end2 opens",
+        "abs(F) <= g*m*mu": "c slips",
+    }
+
+
+def test_a_push_that_is_declared_positive_has_one_side() -> None:
+    declared = LOADED.replace("F: 3 N", "F: {value: 3 N, positive: true}")
+    assert mbs.solve(mbs.loads(declared + SLIDER)).limits == {"g*m*mu >= F": "f slips"}
