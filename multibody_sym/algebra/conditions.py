@@ -32,7 +32,7 @@ class Condition:
     """value > 0 where it is `strict`, else value >= 0; `broken` says what happens where it fails.
 
     `size` is (x, y) where this is one half of |x| <= y; a condition with both halves is `whole`. `circle` is (x,
-    ..., z) where this says sqrt(x^2 + ...) <= z.
+    ..., z) where this says sqrt(x^2 + ...) <= z. With `under_root` it says that a root is real, which others rest on.
     """
 
     value: Quotient
@@ -41,6 +41,7 @@ class Condition:
     size: tuple[Quotient, Quotient] | None = None
     whole: bool = False
     circle: tuple[Quotient, ...] | None = None
+    under_root: bool = False
 
     def __str__(self) -> str:
         """Return the comparison in the model's own language; raises NoClosedFormError where it is too long."""
@@ -52,6 +53,20 @@ class Condition:
             size = sqrt(reduce(add, (multiply(part, part) for part in parts)))
             return f"{text(size)} <= {text(most)}"
         return comparison(self.value, self.strict)
+
+
+def under_roots(values: Iterable[Quotient]) -> list[Condition]:
+    """Return that the roots in quotients are real, each once."""
+    found: dict[int, Condition] = {}
+    for a in values:
+        waiting = [a.above, a.below]
+        while waiting:
+            used = {k for m in waiting.pop() for k, exponent in enumerate(m) if exponent}
+            for k in sorted(k for k in used - found.keys() if a.field.letters[k].node is None):
+                square = a.field.letters[k].square
+                found[k] = Condition(a.field.whole(a.field.in_ring(square)), True, under_root=True)
+                waiting.append(square)
+    return list(found.values())
 
 
 def in_circle(parts: Sequence[Quotient], most: Quotient, broken: str = "") -> list[Condition]:
@@ -167,7 +182,7 @@ def _undecided(condition: Condition) -> list[Poly] | None:
         for factor, exponent in factors:
             if exponent % 2 == 0:
                 continue
-            sign = _known_sign(field, factor, condition.strict)
+            sign = _known_sign(field, factor, condition.strict, condition.under_root)
             turned = turned if sign is None or sign > 0 else -turned
             left += [factor] if sign is None else []
     left = [_without_root(field, p) for p in left]
@@ -190,15 +205,17 @@ def _without_root(field: Field, p: Poly) -> Poly:
     return p
 
 
-def _known_sign(field: Field, p: Poly, strict: bool) -> int | None:
+def _known_sign(field: Field, p: Poly, strict: bool, under_root: bool) -> int | None:
     """Return the sign that a factor has whatever its letters are (that of the sample, for numbers), None if it varies.
 
-    What can be zero is undecided only where zero is not enough; what stands under a root is positive.
+    What can be zero is undecided only where zero is not enough; what stands under a root is positive, unless it is that
+    which is to be said.
     """
     p = field.in_ring(p)
     if not field.whole(p).symbols:
         return 1 if field.value(p) > 0 else -1
-    radicands = [field.in_ring(letter.square) for letter in field.letters if letter.node is None]
+    roots = () if under_root else (letter for letter in field.letters if letter.node is None)
+    radicands = [field.in_ring(letter.square) for letter in roots]
     for sign, q in ((1, p), (-1, -p)):
         least = 1 if q in radicands else least_sign(field, q)
         if least == 1 or (least == 0 and not strict):

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
-from multibody_sym.algebra.conditions import Condition, reduced
+from multibody_sym.algebra.conditions import Condition, reduced, under_roots
 from multibody_sym.algebra.quotients import NoClosedFormError
 from multibody_sym.answers.closed_form import WORK
 from multibody_sym.answers.instant import AGREEMENT, Solved
@@ -50,6 +50,7 @@ def validity(solved: Solved, reactions: Reactions) -> Validity:
     if solved.forms is not None:
         found.closed += [*pivots(solved.mechanism, solved.forms), *slipping(solved)]
         found.closed += [Condition(positive, strict=True) for positive in solved.forms.field.positive]
+        found.closed += under_roots([*solved.forms.udot, *solved.forms.multipliers])
     found.conditions |= told_conditions(solved, found.closed)
     found.conditions |= dict.fromkeys(_not_decided(solved, reactions), "")
     found.conditions |= dict.fromkeys(_pulled_wheels(solved, reactions), "")

@@ -271,3 +271,25 @@ def test_a_pushed_box_may_tip_about_either_edge(force: str) -> None:
 def test_a_push_that_is_declared_positive_has_one_side() -> None:
     declared = LOADED.replace("F: 3 N", "F: {value: 3 N, positive: true}")
     assert mbs.solve(mbs.loads(declared + SLIDER)).limits == {"g*m*mu >= F": "f slips"}
+
+
+BALL_JOINT = """multibody_sym: 1
+name: swinging_in_a_socket
+gravity: [0, 0, -g]
+parameters:
+  g: {value: 10, positive: true}
+  m: {value: 2 kg, positive: true}
+  mu: {value: 0.3, positive: true}
+  l: {value: 1 m, positive: true}
+  r: {value: 0.1 m, positive: true}
+bodies: {b: {mass: m, com: [0, 0, -l], inertia: {Ixx: 0.1, Iyy: 0.1, Izz: 0.1}}}
+joints: {S: {type: ball, parent: ground, child: b, initial: {u: [1, 0, 0]}}}
+forces: {rub: {type: friction, joint: S, static: mu, radius: r}}
+"""
+
+
+def test_what_stands_under_a_root_has_its_condition() -> None:
+    """J alpha = mu r N with N^2 = m^2 (g + l)^2 + (m l alpha)^2 has an N for J > mu r m l alone, J = m l^2 + 0.1."""
+    found = mbs.solve(mbs.loads(BALL_JOINT))
+    assert "sqrt" in str(found.accelerations["S_wx"].as_json()["expression"])
+    assert found.conditions == ("m*l^2 + 0.1 > l*m*mu*r",)
