@@ -41,7 +41,13 @@ def validity(solved: Solved, reactions: Reactions) -> Validity:
     """
     found = Validity()
     _verify_taut(solved, reactions)
-    for inequality, known in _inequalities(solved):
+    unique = list(_inequalities(solved))
+    told = [set(inequality.rows) for inequality, known in unique if known is not None]
+    for inequality, known in unique:
+        if known is None:
+            if inequality.kind in ("within", "circle") and not any(rows.issuperset(inequality.rows) for rows in told):
+                found.conditions[f"{inequality.told} is not decided: the forces are not unique"] = ""
+            continue
         conditions = solved.closed(inequality.conditions) if known else None
         if conditions is None:
             found.conditions[inequality.told] = inequality.broken
@@ -57,8 +63,8 @@ def validity(solved: Solved, reactions: Reactions) -> Validity:
     return found
 
 
-def _inequalities(solved: Solved) -> Iterator[tuple[Inequality, bool]]:
-    """Yield the inequalities of forces and motions that are unique, and whether their closed forms are the numbers."""
+def _inequalities(solved: Solved) -> Iterator[tuple[Inequality, bool | None]]:
+    """Yield the inequalities and whether their closed forms are the numbers, None where forces are not unique."""
 
     def of(instant: Instant) -> Iterator[Inequality]:
         return inequalities(Acting(instant), solved)
@@ -67,8 +73,9 @@ def _inequalities(solved: Solved) -> Iterator[tuple[Inequality, bool]]:
     for k, nodes in enumerate(of(solved.nodes)):
         values = [[float(term.data) for term in each[k].terms] for each in numbers]
         size = max((abs(x) for x in (*values[0], *solved.numbers.multipliers)), default=0.0)
-        if all(abs(a - b) <= _NOT_UNIQUE * size for other in values[1:] for a, b in zip(values[0], other, strict=True)):
-            yield nodes, _agree(solved, nodes, values[0], size)
+        pairs = [pair for other in values[1:] for pair in zip(values[0], other, strict=True)]
+        unique = all(abs(a - b) <= _NOT_UNIQUE * size for a, b in pairs)
+        yield nodes, _agree(solved, nodes, values[0], size) if unique else None
 
 
 def _agree(solved: Solved, inequality: Inequality, values: list[float], size: float) -> bool:

@@ -235,3 +235,23 @@ contacts: {c: {between: ["sledge.p#", ground.slope], static: mu, repeat: 3}}
     assert low.value == 0.0
     assert high.value == pytest.approx(50 * math.sqrt((0.6 * c) ** 2 - s**2), rel=2e-9)
     assert high.gives_way == ("slips at c",)
+
+
+ON_RAILS = """multibody_sym: 1
+name: bar_on_rails
+gravity: [0, 0, -10]
+parameters: {m: {value: 2 kg, positive: true}, mu: {value: 0.5, positive: true}, F: {value: 3 N, positive: true}}
+bodies:
+  ground: {surfaces: {A: {segment: [[-1, -0.3, 0], [1, -0.3, 0]]}, B: {segment: [[-1, 0.3, 0], [1, 0.3, 0]]}}}
+  bar: {mass: m, inertia: {Ixx: 0.1, Iyy: 0.01, Izz: 0.1}, surfaces: {side: {segment: [[0, -1, 0], [0, 1, 0]]}}}
+joints: {J: {type: free, parent: ground, child: bar}}
+contacts: {A: {between: [bar.side, ground.A], static: mu}, B: {between: [bar.side, ground.B], static: mu}}
+forces: {push: {type: force, on: bar, value: [F, 0, 0]}}
+"""
+
+
+def test_a_bar_on_two_rails_says_that_slipping_is_not_decided() -> None:
+    """The rails may press along the bar against each other, so that no formula tells which one gives way."""
+    conditions = solved(ON_RAILS).conditions
+    for name in "AB":
+        assert f"abs(friction({name})) <= static*normal({name}) is not decided: the forces are not unique" in conditions
