@@ -150,6 +150,7 @@ class _Table:
         vector = np.zeros(len(self.sizes))
         for k, c in combination.items():
             vector[k] = c * self.sizes[k]
+        vector /= np.abs(vector).max()  # squares of energies may pass all floats
         found: Floats = vector / np.linalg.norm(vector)
         return found
 
@@ -171,6 +172,8 @@ def _tabulated(mechanism: Mechanism, pool: Sequence[Candidate], states: Sequence
     if len(rows) < len(states) - _SPARE + 1 or not states:
         return None
     both = np.array(rows, dtype=float).reshape(len(rows), len(pool), 2)
+    if not np.isfinite(both).all():
+        return None
     sizes = np.abs(both).max(axis=(0, 2), initial=0.0)
     sizes[sizes == 0.0] = 1.0
     return _Table(both[:, :, 0] / sizes, both[:, :, 1] / sizes, sizes)
