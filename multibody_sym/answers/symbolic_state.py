@@ -87,7 +87,8 @@ def _turning(mechanism: Mechanism) -> set[Node]:
     weights = {body.mass.mass for body in mechanism.bodies} | set(leaves(map(as_node, mechanism.gravity), "slot"))
     values = [value for load in mechanism.loads for value in _components(getattr(load, "value", ()))]
     slots = {x for value in values for x in _in_proportion(value) if x not in weights}
-    return {x for x in slots if x.data[0] == "parameters" and _is_load(mechanism.parameters[x.data[1]])}
+    entries = {slot("parameters", k): entry for k, entry in enumerate(mechanism.parameters)}
+    return {x for x in slots if x in entries and _is_load(entries[x])}
 
 
 def _components(value: Node | tuple[Node, ...]) -> tuple[Node, ...]:
