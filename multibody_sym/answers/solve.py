@@ -11,7 +11,7 @@ from multibody_sym.answers.impact.answer import impact_found
 from multibody_sym.answers.impact.asked import answered_after
 from multibody_sym.answers.instant import Solved, solved_start
 from multibody_sym.answers.left_out import left_out
-from multibody_sym.answers.questions import answered
+from multibody_sym.answers.questions.asked import answered
 from multibody_sym.answers.reactions import place_of, reactions_of
 from multibody_sym.answers.solution import OtherState, RowKind, Solution
 from multibody_sym.answers.states import beyond_limits, state_found

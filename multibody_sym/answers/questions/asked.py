@@ -11,8 +11,8 @@ from functools import cached_property
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.instant import Solved
-from multibody_sym.answers.simulated_motion import Simulated
-from multibody_sym.answers.uniform_motion import UniformMotion, uniform_motion
+from multibody_sym.answers.questions.simulated_motion import Simulated
+from multibody_sym.answers.questions.uniform_motion import UniformMotion, uniform_motion
 from multibody_sym.errors import ExpressionError, ModelError, at, suggestion
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.settings import Ask
