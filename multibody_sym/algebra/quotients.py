@@ -17,6 +17,7 @@ from sympy.polys.heuristicgcd import HeuristicGCDFailed
 from sympy.polys.orderings import lex
 from sympy.polys.rings import PolyRing
 
+from multibody_sym.algebra.angles.half_angles import shared_degree, turning_degree, with_half, with_whole
 from multibody_sym.algebra.factors import Poly
 from multibody_sym.scalars.node import PI, Node, negate
 from multibody_sym.scalars.traversal import leaves
@@ -212,7 +213,7 @@ class Field:
         if not above:
             return self.constant(0)
         above, below = self.cancelled(*self._without_roots_below(above, below))
-        return Quotient(self, *self._without_sines_below(above, below), sample)
+        return Quotient(self, *self._lowest_terms(*self._without_sines_below(above, below)), sample)
 
     def cancelled(self, above: Poly, below: Poly) -> tuple[Poly, Poly]:
         """Return a quotient in lowest terms."""
@@ -266,6 +267,26 @@ class Field:
                 above, below = self.cancelled(above, below)
         return above, below
 
+    def _lowest_terms(self, above: Poly, below: Poly) -> tuple[Poly, Poly]:
+        """Return a quotient without what its sides share as sin^2 + cos^2 = 1, where it has fewer terms then."""
+        for s, letter in enumerate(self.letters):
+            c = letter.cosine
+            if c is None or not any(m[s] or m[c] for m in below):
+                continue
+            n = max(turning_degree(p, s, c) for p in (above, below))
+            self.spend(len(above) + len(below))
+            if n <= _HIGHEST_POWER and shared_degree(above, below, s, c, n) > 1:
+                found = self._cancelled_by_half(above, below, s, c, n)
+                if sum(map(len, found)) < len(above) + len(below):
+                    above, below = found
+        return above, below
+
+    def _cancelled_by_half(self, above: Poly, below: Poly, s: int, c: int, n: int) -> tuple[Poly, Poly]:
+        """Return a quotient in lowest terms in tan(angle/2), written in the angle's sine and cosine."""
+        above, below = self.cancelled(*(with_half(p, s, c, n) for p in (above, below)))
+        left = (max(m[s] for p in (above, below) for m in p) + 1) // 2
+        return self.cancelled(*(with_whole(p, s, c, left) for p in (above, below)))
+
 
 # --- angles that are known by their sine and cosine --------------------------------------------------------------
 
@@ -306,4 +327,3 @@ def _function(a: Quotient) -> tuple[Node, int] | None:
         return None
     node = a.field.letters[powers.index(1)].node
     return (node, int(coefficient)) if node is not None and node.op in ("sin", "cos") else None
-
