@@ -199,7 +199,7 @@ class Watch:
             def value(theta: float, i: int = index) -> float:
                 return float(sides[i] * self._at(step, theta, along)[i])
 
-            seen = first_seen(value, *ends.looks(index))
+            seen = first_seen(value, *ends.looks(index), self.events.unseen(index))
             high = seen if high is None or (seen is not None and seen < high) else high
         return high
 

@@ -22,6 +22,7 @@ Settle = Callable[[float, Floats], Floats]
 
 LEAST_STEPS: Final = 200.0  # of a run in modes, ...
 STANDING: Final = 1000.0  # ... and of one in which nothing moves, so that no rate tells what comes
+BESIDE: Final = 32.0  # margins: what is that near zero all along a piece of a step is zero but for round-off
 LEAST_ERROR: Final = 1e-4  # remembered by the control: a lucky step does not let the next one grow without measure
 
 
@@ -83,6 +84,11 @@ class Events:
             values = values.copy()
             values[len(values) - len(self.margins) :] -= self.margins
         return values
+
+    def unseen(self, index: int) -> float:
+        """Return how far from zero the values of a function are round-off all along a piece of a step."""
+        own = index - (len(self.terminal) - len(self.margins))
+        return BESIDE * self.margins[own] if own >= 0 and self.margins[own] > 0.0 else 0.0
 
     def to_moment(self, t: float) -> float:
         """Return the way to the next moment, later than round-off tells apart; infinity where there is none."""

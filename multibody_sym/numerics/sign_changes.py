@@ -13,6 +13,8 @@ from itertools import pairwise
 from typing import Final
 
 PROBE: Final = 2.0**-10  # part of a piece over which rates at its ends are measured
+LEAST_PROBE: Final = 2.0**-18  # part of a step over which rates within it are measured at least, ...
+NEAR: Final = 2.0**-5  # ... and of half a piece over which at most: rounding must not say what they are
 LEAST_PIECE: Final = 2.0**-40  # part of a step that is not halved any more
 MOST_LOOKS: Final = 1000  # halvings in a step for one function, which is zero but for round-off if they do not suffice
 PIECES: Final = 64  # of a time, in which zeros are looked for
@@ -30,30 +32,35 @@ class Look:
     after: float
 
 
-def first_seen(value: Callable[[float], float], start: Look, end: Look) -> float | None:
-    """Return a part of the step at which a function is negative, near the first there is; None if it never is."""
+def first_seen(value: Callable[[float], float], start: Look, end: Look, unseen: float = 0.0) -> float | None:
+    """Return a part of the step at which a function is negative, near the first there is; None if it never is.
+
+    What is no farther than `unseen` from zero all along a piece is zero there but for round-off.
+    """
     left = iter(range(MOST_LOOKS))
-    return _seen(value, start, end, left)
+    return _seen(value, start, end, unseen, left)
 
 
-def _seen(value: Callable[[float], float], a: Look, b: Look, left: Iterator[int]) -> float | None:
+def _seen(value: Callable[[float], float], a: Look, b: Look, unseen: float, left: Iterator[int]) -> float | None:
     if b.value < 0.0:
         return b.theta
     width = b.theta - a.theta
     change, rise, fall = b.value - a.value, a.after * width, b.before * width
     bend = max(abs(rise - change), abs(fall - change))
+    if a.value <= unseen and b.value <= unseen and bend <= unseen:
+        return None
     if not (min(a.value, b.value) < bend and bend > 0.5 * abs(change)) or not width > LEAST_PIECE:
         return None
     if next(left, None) is None:
         return None
     half = 0.5 * width
-    middle, probe = a.theta + half, PROBE * half
+    middle, probe = a.theta + half, max(PROBE * half, min(NEAR * half, LEAST_PROBE))
     here, before, after = value(middle), value(middle - probe), value(middle + probe)
     if before < 0.0:
         return middle - probe
     look = Look(middle, here, (here - before) / probe, (after - here) / probe)
-    found = _seen(value, a, look, left)
-    return _seen(value, look, b, left) if found is None else found
+    found = _seen(value, a, look, unseen, left)
+    return _seen(value, look, b, unseen, left) if found is None else found
 
 
 def zeros(g: Function, t_end: float) -> Iterator[float]:

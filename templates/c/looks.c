@@ -11,6 +11,9 @@
 #define STANDING 1000.0     /* ... and of one in which nothing moves, so that no rate tells what comes */
 #define MOST_CHANGE 0.5     /* part of its distance from zero by which a function that keeps steps short changes in one, ... */
 #define MOST_OF_ALL 0.1     /* ... or of the largest it had */
+#define LEAST_PROBE 0x1p-18 /* part of a step over which rates within it are measured at least, ... */
+#define NEAR 0x1p-5         /* ... and of half a piece over which at most: rounding must not say what they are */
+#define BESIDE 32.0         /* margins: what is that near zero all along a piece is zero but for round-off */
 #define MOST_LOOKS 1000     /* halvings in a step for one function, which is zero but for round-off if they do not suffice */
 
 /* A function's value at theta, a part of the step, and its rates before and after it. */
@@ -18,40 +21,57 @@ typedef struct {
     double theta, value, before, after;
 } look;
 
-/* A value at both ends and its changes at the rates there do not say that it keeps its sign. */
-static int uncertain(double start, double end, double rise, double fall)
+/* A value at both ends and its changes at the rates there do not say that it keeps its sign, and not all of it is as small
+   as `unseen`. */
+static int uncertain(double start, double end, double rise, double fall, double unseen)
 {
     double change = end - start, one = fabs(rise - change), other = fabs(fall - change);
     double bend = one > other || isnan(one) ? one : other, least = start < end ? start : end;
+    if (start <= unseen && end <= unseen && bend <= unseen)
+        return 0;
     return least < bend && bend > 0.5 * fabs(change);
 }
 
+/* As far from zero the values of a switching function of a mode are round-off. */
+static double unseen_of(const mbs_run *r, int i)
+{
+    int own = i - (r->system->ng - r->system->switches);
+    return own >= 0 && r->system->margins[own] > 0.0 ? BESIDE * r->system->margins[own] : 0.0;
+}
+
+/* The part of the step over which rates in the middle of a piece are measured. */
+static double probe_of(double half)
+{
+    double part = MBS_PROBE * half, most = NEAR * half, least = most < LEAST_PROBE ? most : LEAST_PROBE;
+    return part > least ? part : least;
+}
+
 /* A part of the step at which function i is negative on its side, near the first there is; 2 if it never is. */
-static double seen(mbs_run *r, mbs_path along, int i, look a, look b, int *left)
+static double seen(mbs_run *r, mbs_path along, int i, look a, look b, double unseen, int *left)
 {
     if (b.value < 0.0)
         return b.theta;
     double width = b.theta - a.theta;
-    if (!uncertain(a.value, b.value, a.after * width, b.before * width) || !(width > LEAST_PIECE) || (*left)-- <= 0)
+    if (!uncertain(a.value, b.value, a.after * width, b.before * width, unseen) || !(width > LEAST_PIECE) || (*left)-- <= 0)
         return 2.0;
-    double half = 0.5 * width, middle = a.theta + half, probe = MBS_PROBE * half;
+    double half = 0.5 * width, middle = a.theta + half, probe = probe_of(half);
     double here = mbs_on_side(r, along, i, middle), before = mbs_on_side(r, along, i, middle - probe);
     double after = mbs_on_side(r, along, i, middle + probe);
     if (before < 0.0)
         return middle - probe;
     look m = {middle, here, (here - before) / probe, (after - here) / probe};
-    double found = seen(r, along, i, a, m, left);
-    return found > 1.0 ? seen(r, along, i, m, b, left) : found;
+    double found = seen(r, along, i, a, m, unseen, left);
+    return found > 1.0 ? seen(r, along, i, m, b, unseen, left) : found;
 }
 
 double mbs_first_seen(mbs_run *r, mbs_path along, int i, double start, double after, double before, double end)
 {
-    double rise = (after - start) / MBS_PROBE, fall = (end - before) / MBS_PROBE;
+    double rise = (after - start) / MBS_PROBE, fall = (end - before) / MBS_PROBE, unseen = unseen_of(r, i);
     int left = MOST_LOOKS;
-    if (!(end < 0.0) && !uncertain(start, end, rise, fall))
+    if (!(end < 0.0) && !uncertain(start, end, rise, fall, unseen))
         return 2.0;
     look a = {0.0, start, rise, rise}, b = {1.0, end, fall, fall};
-    return seen(r, along, i, a, b, &left);
+    return seen(r, along, i, a, b, unseen, &left);
 }
 
 /* The step in which a function at `now` is sure to change by no more than is allowed, with its rate b and half of the rate of

@@ -358,6 +358,7 @@ class _Crossing:
 
         As long as time does not move, everything is on its side, whatever round-off says.
         """
+        assert self.events is not None
         h, least = end - begin, float(np.spacing(abs(begin)))
         start, after, before, values = (way(begin + part * h) for part in (0.0, PROBE, 1.0 - PROBE, 1.0))
         self.sides = np.where(self.sides == 0.0, np.sign(after), self.sides)
@@ -371,7 +372,7 @@ class _Crossing:
                 found = float(sides[i] * way(begin + theta * h)[i])
                 return max(found, 0.0) if theta * h <= least else found
 
-            seen = first_seen(value, *ends.looks(index))
+            seen = first_seen(value, *ends.looks(index), self.events.unseen(index))
             high = high if seen is None else min(high, seen)
         return begin + high * h if high < 1.0 else end
 

@@ -14,7 +14,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import in_mode
 from multibody_sym.model.mechanism.one_way import Mode
 from multibody_sym.model.mechanism.parameters import ALPHA, BETA, INDEPENDENT
-from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.numerics.rank import ROUNDED, rank
 from multibody_sym.runtime.loading import Compiled
 from multibody_sym.runtime.problem import Begun, Problem
@@ -27,6 +27,8 @@ _FORCES: Final = 2e-13
 _SPEEDS: Final = 1e-13
 _GAPS: Final = 1e-14
 """And of the speeds along its rows, and of the model's size."""
+_TIMES: Final = 4.0 * EPSILON
+"""And of the time: what moves by a law of time is where it is at a time that is rounded."""
 _AT_REST: Final = 1e-9
 """The part of a speed along two rows below which what slides in space has stopped."""
 
@@ -146,5 +148,7 @@ def _margin(one: Switching, at: Facts, largest: float) -> float:
         return at.allowed_gap(one.element, _GAPS)
     assert one.part is not None
     if one.ends == "stops":
-        return at.allowed_speed(one.part.rows[0], _SPEEDS)
+        row = one.part.rows[0]
+        by_time = _TIMES * abs(at.t) * abs(float(at.known["right"][at.place(row)]))
+        return at.allowed_speed(row, _SPEEDS) + by_time
     return -at.allowed_slip(one.part, _AT_REST)
