@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final, cast
 
@@ -77,7 +77,7 @@ def posed_impact(system: System) -> PosedImpact:
     _verify_begun(blow, rows.scale.length)
     _verify_strikes(blow, rows)
     coefficients = {x.name: _coefficients(blow, x) for x in elements}
-    law, order = _chosen(impact, elements, coefficients)
+    law, order = _chosen(blow, coefficients)
     return PosedImpact(
         system, without(straight, impact), begin, sides, blow, law, order, coefficients, rows.scale.length
     )
@@ -155,11 +155,10 @@ def _coefficients(blow: Blow, element: OneWay) -> tuple[float, float]:
     return float(values[0]), float(values[1])
 
 
-def _chosen(
-    impact: StruckImpacts, elements: Sequence[OneWay], coefficients: Mapping[str, tuple[float, float]]
-) -> tuple[ImpactLaw, Order]:
+def _chosen(blow: Blow, coefficients: Mapping[str, tuple[float, float]]) -> tuple[ImpactLaw, Order]:
     """Return the law and the sequence: as asked for, else Newton's where nothing rubs and one by one where e > 0."""
-    law = impact.law or ("poisson" if any(map(rubbing, elements)) else "newton")
+    impact = blow.impact
+    law = impact.law or ("poisson" if blow.rough or any(map(rubbing, blow.elements)) else "newton")
     bounces = any(e > 0.0 for e, _ in coefficients.values())
     order = impact.sequence or ("one_by_one" if bounces else "simultaneous")
     return cast(ImpactLaw, law), cast(Order, order)

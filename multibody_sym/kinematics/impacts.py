@@ -8,7 +8,7 @@ speeds Du, the impulses p and the impulses and impulse couples in the joints.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -20,7 +20,15 @@ from multibody_sym.kinematics.state import State
 from multibody_sym.kinematics.wrenches import Wrenches, add_force, generalized_forces
 from multibody_sym.model.declaration.steps import Step
 from multibody_sym.model.declaration.system import with_expressions
-from multibody_sym.model.mechanism.impacts import INSTANT, JUMPED, MEETING, JumpRow, MeetingRow, jump_leaf
+from multibody_sym.model.mechanism.impacts import (
+    INSTANT,
+    JUMPED,
+    MEETING,
+    GivenRow,
+    JumpRow,
+    MeetingRow,
+    jump_leaf,
+)
 from multibody_sym.model.mechanism.loads import Load
 from multibody_sym.model.mechanism.mass import ORIGIN
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism, TreeBody
@@ -50,17 +58,21 @@ def at_rest(
     jumping: Sequence[str] = (),
     drives: Mapping[str, Node] | None = None,
     elements: Sequence[OneWay] = (),
+    given: Collection[str] = (),
 ) -> Mechanism:
     """Return the mechanism of an impact: rows that `strike` after its own, given impulses as its only `loads`.
 
-    Each striking row, and each of its own that is named `jumping`, is to jump by its `jump_leaf`. `drives`: by how much
+    Each striking row, and each of its own that is named `jumping`, is to jump by its `jump_leaf`; those that define
+    what presses in a joint do not jump, and the impulses of those named `given` are their leaves. `drives`: by how much
     the rates of prescribed motions of joints jump. `elements` are those of the impact beside its own.
     """
     rows = [_stopped(row) for row in (*mechanism.rows, *striking)]
     first = len(mechanism.rows)
-    made = (
-        JumpRow(row.name, row, jump_leaf(k)) if k >= first or row.name in jumping else row for k, row in enumerate(rows)
-    )
+    made = [
+        JumpRow(row.name, row, jump_leaf(k)) if row.restricts and (k >= first or row.name in jumping) else row
+        for k, row in enumerate(rows)
+    ]
+    made = [GivenRow(row.name, rows[k], jump_leaf(k)) if row.name in given else row for k, row in enumerate(made)]
     return replace(
         mechanism,
         gravity=ORIGIN,
@@ -168,6 +180,15 @@ def _(row: MeetingRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMo
         -(dot(n, reached) + dot(turning, moving)),
         wrenches.of_body,
     )
+
+
+@row_motion.register
+def _(row: GivenRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+    """Return a row that tells its multiplier (`with_reactions` does) and exerts what its own row does."""
+    found = row_motion(row.row, motion, bias)
+    nothing: list[S] = [0] * len(motion.state.u)
+    impulse = motion.state.values([row.wanted])[0]
+    return replace(found, phi=None, phidot=0, jacobian=nothing, gamma=impulse, exerts=list(found.forces))
 
 
 @row_motion.register

@@ -31,6 +31,7 @@ from multibody_sym.kinematics.wrenches import (
 )
 from multibody_sym.model.mechanism.contact_rows import ContactRow, TurningRow
 from multibody_sym.model.mechanism.force_rows import ReactionRow
+from multibody_sym.model.mechanism.impacts import GivenRow
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.model.mechanism.rope_rows import MeanTensionRow, RopeSlipRow
 from multibody_sym.model.mechanism.rows import (
@@ -117,6 +118,8 @@ def with_reactions(motion: Motion, rows: Sequence[RowMotion]) -> list[RowMotion]
             found[k] = replace(
                 found[k], coupling={**_mean_tension(defining, motion), k: -motion.state.values([ONE])[0]}
             )
+        if isinstance(row, GivenRow):
+            found[k] = replace(found[k], coupling={k: motion.state.values([ONE])[0]})
         if not isinstance(defining, ReactionRow):
             continue
         part = part_of_reaction(defining, motion, wrenches)

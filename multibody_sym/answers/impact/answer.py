@@ -31,6 +31,7 @@ from multibody_sym.kinematics.motion import Motion
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import OneWay
+from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.scalars.node import Node, as_node
 
@@ -143,7 +144,22 @@ class _Answer:
 
             units = dict.fromkeys(("normal", "friction", "friction_1", "friction_2"), "N*s")
             found[element.name] = self.solved.values(of_element, units)
-        return found | self._impulses_of_groups() | self._impulses_of_constraints()
+        return found | self._impulses_of_groups() | self._impulses_in_joints() | self._impulses_of_constraints()
+
+    def _impulses_in_joints(self) -> dict[str, Values]:
+        """Return the friction of each rough joint, of each pad where several rub."""
+        found: dict[str, Values] = {}
+        for element in self.rows.rough:
+            rows = [row for part in rubbing(element) for row in part.rows]
+            units = {row.name.removeprefix(f"{element.name}."): f"{row.unit}*s" for row in rows}
+
+            def of_rows(
+                instant: Instant, rows: Sequence[Row] = rows, words: Sequence[str] = tuple(units)
+            ) -> Mapping[str, Any]:
+                return dict(zip(words, row_impulses(_impact(instant), [row.name for row in rows]), strict=True))
+
+            found[element.name] = self.solved.values(of_rows, units)
+        return found
 
     def _impulses_of_groups(self) -> dict[str, Values]:
         """Return for each contact of several corners the sum of their impulses, which is unique where each is not."""
@@ -164,7 +180,7 @@ class _Answer:
     def _impulses_of_constraints(self) -> dict[str, Values]:
         """Return the impulses of declared constraints, and of what moves as prescribed and jumps."""
         mechanism, found = self.rows.mechanism, dict[str, Values]()
-        acting = {row.name for x in self.posed.blow.elements for row in x.rows}
+        acting = {row.name for x in (*self.posed.blow.elements, *self.posed.blow.rough) for row in x.rows}
         units = MechanismUnits(self.posed.blow.mechanism).multipliers
         for k, row in enumerate(mechanism.rows):
             owner, _, part = row.name.rpartition(".")
@@ -182,18 +198,21 @@ class _Answer:
     def _states(self) -> dict[str, str]:
         found = {}
         before, after = self.struck.before, self.struck.after
-        largest = max((abs(float(x)) for x in (*before, *after)), default=0.0)
         names = {name: k for k, name in enumerate(self.posed.blow.names)}
-        for element in self.rows.acting:
-            opens = after[names[element.normals[0].name]] > _AT_REST * largest
-            word = "bounces" if opens else "stays"
+        kinematic = [k for k, row in enumerate(self.posed.blow.rows) if row.kinematic]
+        largest = max((abs(float(x)) for x in (*before[kinematic], *after[kinematic])), default=0.0)
+        for element in (*self.rows.acting, *self.rows.rough):
+            words = []
+            if element.unilateral:
+                opens = after[names[element.normals[0].name]] > _AT_REST * largest
+                words.append("bounces" if opens else "stays")
             for part in rubbing(element):
                 slipping = [float(after[names[row.name]]) for row in part.rows]
                 if not any(abs(v) > _AT_REST * largest for v in slipping):
-                    word += ", sticks"
+                    words.append("sticks")
                 else:
-                    word += ", slides" + ("" if len(slipping) > 1 else "+" if slipping[0] > 0 else "-")
-            found[element.name] = word
+                    words.append("slides" + ("" if len(slipping) > 1 else "+" if slipping[0] > 0 else "-"))
+            found[element.name] = ", ".join(dict.fromkeys(words))
         return found
 
     def _joint_impulses(self) -> dict[str, Values]:
@@ -244,6 +263,7 @@ class _Answer:
         """Return the energy that each contact takes, and what begins."""
         names = {name: k for k, name in enumerate(self.posed.blow.names)}
         groups = {x.name: [row.name for row in x.rows if row.name in names] for x in self.rows.acting}
+        groups |= {x.name: [row.name for part in rubbing(x) for row in part.rows] for x in self.rows.rough}
         groups |= {name: list(rows) for name, rows in self.posed.blow.impact.begins.items()}
         found: Values = {}
         for name, rows in groups.items():

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from multibody_sym.algebra.conditions import Condition, within
 from multibody_sym.algebra.quotients import NoClosedFormError
 from multibody_sym.answers.closed_form import ClosedForms
-from multibody_sym.answers.impact.resting import ImpactInstant, row_impulses
+from multibody_sym.answers.impact.resting import ImpactInstant, length, row_impulses
 from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.validity import told_conditions
 from multibody_sym.dynamics.impacts.impulsive import StruckRows, rubbing
@@ -16,6 +16,7 @@ from multibody_sym.errors import ExpressionError
 from multibody_sym.kinematics.rows import coefficients
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.scalars.node import Node, as_node
+from multibody_sym.scalars.vectors import S
 
 
 def impact_conditions(solved: Solved, rows: StruckRows, elements: tuple[OneWay, ...]) -> dict[str, str]:
@@ -71,6 +72,13 @@ def _needed(mode: _Mode) -> Iterator[_Needed]:
             yield _Needed(as_node(row_impulses(mode.nodes, [normal])[0]), f"{element.name} is not struck")
         for part in rubbing(element):
             yield from _of_friction(mode, element, part)
+    for element in mode.rows.rough:
+        if not any(part.norm for part in element.frictions):
+            for row in element.normals:
+                pressed = mode.rows.sides[row.name] * row_impulses(mode.nodes, [row.name])[0]
+                yield _Needed(as_node(pressed), f"{element.name} is pressed from the other side")
+        for part in rubbing(element):
+            yield from _of_friction(mode, element, part)
 
 
 def _of_friction(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[_Needed]:
@@ -83,5 +91,15 @@ def _of_friction(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[_
         yield _Needed(as_node(slipping if slip > 0 else -slipping), f"{part.name} sticks or turns round")
     elif not part.enough:
         (static,) = coefficients(mode.nodes.before, part.rows, [part.static])
-        along, normal = row_impulses(mode.nodes, [row, element.normals[0].name])
-        yield _Needed(as_node(along), f"{part.name} slips", limit=as_node(static * normal))
+        (along,) = row_impulses(mode.nodes, [row])
+        limit = static * _pressing(mode, element, part)
+        yield _Needed(as_node(along), f"{part.name} slips", limit=as_node(limit))
+
+
+def _pressing(mode: _Mode, element: OneWay, part: FrictionPart) -> S:
+    """Return the impulse that presses where a part rubs."""
+    names = [element.normals[k].name for k in part.normals]
+    impulses = row_impulses(mode.nodes, names)
+    if part.norm:
+        return length(impulses)
+    return sum((mode.rows.sides.get(name, 1) * x for name, x in zip(names, impulses, strict=True)), 0)

@@ -49,6 +49,9 @@ class Course:
 
     def jumps(self, before: Motion) -> Mapping[int, Node] | None:
         """Return the jumps of the rows of the whole impact by number; None, with the reason noted, without formula."""
+        if self.mode.rows.given:
+            self.reasons[f"{', '.join(sorted(self.mode.rows.given))} changes on the way"] = None
+            return None
         try:
             pushed = self._pushed(before) if self.mode.pushes else before
             if self.struck.impacts <= 1:
@@ -62,8 +65,8 @@ class Course:
 
     def _pushed(self, before: Motion) -> Motion:
         """Return the motion that given impulses, and what begins or jumps, leave: then contacts strike."""
-        own = {k: as_node(x) for k, x in self.mode.own(before).items()}
-        return self._after(self.mode.blow.resting(()), before, own)
+        joined = {k: as_node(x) for k, x in self.mode.joined(before).items()}
+        return self._after(self.mode.alone, before, joined)
 
     def _after(self, mechanism: Mechanism, before: Motion, jumps: Mapping[int, Node]) -> Motion:
         forms = closed_forms(mechanism, SymbolicState(resting(before.state, jumps), self.letters))
@@ -79,7 +82,7 @@ class Course:
         own = len(blow.mechanism.rows)
         for step in steps:
             striking = [by_name[name] for name in step.struck]
-            if any(map(rubbing, striking)):
+            if self.mode.rows.joints or any(map(rubbing, striking)):
                 raise NoClosedFormError("several impacts with friction follow each other")
             speeds = _speeds(now)
             rows = [element.normals[0] for element in striking]

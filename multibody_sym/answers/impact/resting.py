@@ -28,7 +28,8 @@ from multibody_sym.model.mechanism.impacts import JumpRow, jump_leaf
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.functions import sqrt
+from multibody_sym.scalars.node import ZERO, Node, as_node
 from multibody_sym.scalars.vectors import S
 from multibody_sym.simulation.recall import formalism_name
 
@@ -157,15 +158,25 @@ def by_name(mechanism: Mechanism) -> dict[str, int]:
 def friction_along(told: ImpactInstant, row: str) -> S:
     """Return the impulse along a row in which something slides all the while, 0 where nothing rubs there."""
     total: S = 0
-    for k, acting in enumerate(told.motion.mechanism.rows):
-        sliding = acting.row.frictions if isinstance(acting, JumpRow) and isinstance(acting.row, SlidingRow) else ()
-        for friction in sliding:
+    places = by_name(told.motion.mechanism)
+    for k, jumping in enumerate(told.motion.mechanism.rows):
+        acting = jumping.row if isinstance(jumping, JumpRow) else jumping
+        for friction in acting.frictions if isinstance(acting, SlidingRow) else ():
             along = [told.rows_before[x.name] for x in friction.rows]
             names = [x.name for x in friction.rows]
             factors = dict(zip(names, friction_factors(friction, along, told.motion), strict=True))
+            if row in factors and friction.beside:
+                pressing = (k, *(places[other] for other in friction.beside))
+                return factors[row] * length([told.multipliers[j] for j in pressing])
             if row in factors:
                 total = total + factors[row] * told.multipliers[k]
     return total
+
+
+def length(components: Sequence[S]) -> S:
+    """Return the length of a vector, without a root where it has one component."""
+    some = [x for x in components if as_node(x) is not ZERO]
+    return sqrt(sum(x * x for x in some)) if len(some) > 1 else sqrt(some[0] * some[0]) if some else 0
 
 
 def row_impulses(told: ImpactInstant, rows: Sequence[str]) -> list[S]:

@@ -156,8 +156,8 @@ class Account:
         if others.any():
             exerted, w = self.rows.exerted[others], self.problem.speeds
             moving = np.full(others.sum(), np.nan) if w is None else exerted @ (w + self.x + x / 2.0)
-            taken[others] = np.where(exerted.any(axis=1), -z[others] * moving, 0.0)
-        return np.asarray(taken, dtype=float)
+            taken[others] = -z[others] * moving
+        return np.where(self.rows.exerted.any(axis=1), taken, 0.0)
 
     def told(self) -> Struck:
         """Return what has happened."""
@@ -190,8 +190,11 @@ def begun(problem: ImpactProblem) -> Account:
     unilateral = tuple(k for k, law in enumerate(rows.laws) if isinstance(law, Unilateral))
     lengths = np.linalg.norm(rows.matrix, axis=1)
     lengths[lengths == 0.0] = 1.0
-    largest = float(np.abs(rows.right / lengths).max(initial=0.0))
-    allowed = CLOSING * largest * lengths if problem.allowed is None else np.asarray(problem.allowed, dtype=float)
+    defines = rows.coupling.any(axis=1)
+    largest = float(np.abs(rows.right / lengths)[~defines].max(initial=0.0))
+    pressing = float(np.abs(rows.right)[defines].max(initial=0.0))
+    usual = CLOSING * np.where(defines, pressing, largest * lengths)
+    allowed = usual if problem.allowed is None else np.asarray(problem.allowed, dtype=float)
     zeros, e = np.zeros(count), np.array(problem.restitution, dtype=float)
     rounding = ROUNDED * largest * lengths
     return Account(problem, np.zeros(size), zeros, zeros, zeros.copy(), e, allowed, rounding, unilateral)

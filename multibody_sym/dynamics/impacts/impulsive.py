@@ -7,8 +7,8 @@ mechanism like any other, whose accelerations, multipliers and reactions are jum
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Final
 
@@ -25,12 +25,17 @@ from multibody_sym.kinematics.rows import RowMotion, coefficients, row_motions
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism.impacts import StruckImpacts
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
+from multibody_sym.model.mechanism.modes import rows_in_mode
+from multibody_sym.model.mechanism.one_way import FrictionPart, Mode, OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.node import ZERO, Node
 
+_ALIKE: Final = 1e-12
+"""Impulses of several phases whose lengths add up to that of their sum but for this part have one direction."""
+_AT_REST: Final = 1e-9
+"""The part of the largest speed below which nothing slides."""
 _NOTHING: Final = 1e-13
 """The part of the largest impulse below which one is rounding."""
 
@@ -63,10 +68,16 @@ class Blow:
         """The joints whose prescribed rates jump, and by how much."""
         return {jump.joint: jump.by for jump in self.impact.jumps if jump.joint}
 
+    @cached_property
+    def rough(self) -> tuple[OneWay, ...]:
+        """The friction in joints, which the impulses in them press."""
+        return tuple(x for x in self.mechanism.one_way if not x.unilateral and rubbing(x))
+
     @property
     def striking(self) -> tuple[Row, ...]:
-        """All rows of the elements: of each its normal, then those along which it rubs."""
-        return tuple(r for x in self.elements for r in (x.normals[0], *(r for p in rubbing(x) for r in p.rows)))
+        """All rows of the elements and of rough joints: of each its normals, then those along which it rubs."""
+        every = (*self.elements, *self.rough)
+        return tuple(r for x in every for r in (*x.normals, *(r for p in rubbing(x) for r in p.rows)))
 
     def before(self, state: State) -> Motion:
         """Return the motion before over the scalar of a state, with all rows that may act."""
@@ -74,8 +85,8 @@ class Blow:
         motion = motion_of(jumping_motions(every, self.drives), state)
         return replace(motion, state=with_meetings(motion, self.elements))
 
-    def resting(self, striking: Sequence[Row]) -> Mechanism:
-        """Return the mechanism of the impact in which some rows strike."""
+    def resting(self, striking: Sequence[Row], given: Collection[str] = ()) -> Mechanism:
+        """Return the mechanism of the impact in which some rows strike, and the impulses of some are `given`."""
         return at_rest(
             self.mechanism,
             striking,
@@ -83,6 +94,7 @@ class Blow:
             jumping=self.jumping,
             drives=self.drives,
             elements=self.impact.meetings,
+            given=given,
         )
 
     def bare(self, row: Row) -> Mechanism:
@@ -135,18 +147,26 @@ def pose(blow: Blow, law: ImpactLaw, order: Order, coefficients_of: Mapping[str,
     laws: list[Law] = [Equality() for _ in blow.names]
     e, tangential, frictions = np.zeros(len(laws)), list[float](), list[FrictionLaw]()
     places = {name: k for k, name in enumerate(blow.names)}
-    for element in blow.elements:
-        normal = places[element.normals[0].name]
-        laws[normal], (e[normal], given_back) = Unilateral(), coefficients_of[element.name]
+    for element in (*blow.elements, *blow.rough):
+        given_back = 0.0
+        if element.unilateral:
+            normal = places[element.normals[0].name]
+            laws[normal], (e[normal], given_back) = Unilateral(), coefficients_of[element.name]
         for part in rubbing(element):
-            rows = tuple(places[row.name] for row in part.rows)
-            for component, row in enumerate(rows):
+            friction = _friction_law(blow, element, part, places)
+            for component, row in enumerate(friction.rows):
                 laws[row] = Friction(len(frictions), component)
-            static, kinetic = (float(x) for x in coefficients(blow.motion, part.rows, [part.static, part.kinetic]))
-            frictions.append(FrictionLaw(rows, (normal,), static, kinetic, (0.0,) * len(rows), enough=part.enough))
+            frictions.append(friction)
             tangential.append(given_back if part is rubbing(element)[0] else 0.0)
-    rows_ = LawProblem(A, C, D, right, tuple(laws), tuple(frictions))
-    return ImpactProblem(rows_, e, tuple(tangential), law, order, names=blow.names)
+    rows = LawProblem(A, C, D, right, tuple(laws), tuple(frictions))
+    return ImpactProblem(rows, e, tuple(tangential), law, order, names=blow.names)
+
+
+def _friction_law(blow: Blow, element: OneWay, part: FrictionPart, places: Mapping[str, int]) -> FrictionLaw:
+    static, kinetic = (float(x) for x in coefficients(blow.motion, part.rows, [part.static, part.kinetic]))
+    normals = tuple(places[element.normals[k].name] for k in part.normals)
+    rows = tuple(places[row.name] for row in part.rows)
+    return FrictionLaw(rows, normals, static, kinetic, (0.0,) * len(rows), norm=part.norm, enough=part.enough)
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,13 +174,19 @@ class StruckRows:
     """Which rows act in an impact, of the mechanism at rest, and by how much each jumps (by number).
 
     `acting` are the elements that strike, `slips` how each friction part slides all the while (0: not so); those
-    `along` their rows have impulses of their own there.
+    `along` their rows have impulses of their own there. `rough` are the joints that rub, `joints` their rows, the last
+    of all, and `sides` the signs with which what they define presses. Where friction changes on the way the impulses of
+    rows are `given`: what they are is among the jumps.
     """
 
     mechanism: Mechanism
     jumps: Mapping[int, float]
     acting: tuple[OneWay, ...]
     slips: Mapping[str, int]
+    rough: tuple[OneWay, ...] = ()
+    joints: tuple[Row, ...] = ()
+    sides: Mapping[str, int] = field(default_factory=dict)
+    given: frozenset[str] = frozenset()
 
 
 def struck_rows(blow: Blow, struck: Struck) -> StruckRows:
@@ -177,15 +203,70 @@ def struck_rows(blow: Blow, struck: Struck) -> StruckRows:
         for part in rubbing(element):
             course = set(struck.course(numbers[part.name]))
             slips[part.name] = _constant(course)
-            if len(part.rows) == 1 and slips[part.name]:
+            if len(part.rows) == 1 and part.normals == (0,) and slips[part.name]:
                 frictions.append(Sliding(part.rows, part.kinetic, slips[part.name]))
             elif any(abs(struck.impulses[places[row.name]]) > _NOTHING * largest for row in part.rows):
                 along += part.rows
-        normal = element.normals[0]
-        rows += [SlidingRow(normal.name, normal, tuple(frictions)) if frictions else normal, *along]
-    mechanism = blow.resting(rows)
+        normal, *others = element.normals
+        rows += [SlidingRow(normal.name, normal, tuple(frictions)) if frictions else normal, *others, *along]
+    mode, rough = _rough_mode(blow, struck, _NOTHING * largest)
+    joints = tuple(r for x in rough for r in rows_in_mode(x, mode, blow.mechanism.parameters))
+    slips |= mode.slips
+    given = _given(blow, struck, slips)
+    mechanism = blow.resting([*rows, *joints], given)
     jumps = {k: _jump(blow, struck, places[row.name]) for k, row in enumerate(mechanism.rows)}
-    return StruckRows(mechanism, jumps, acting, slips)
+    jumps |= {k: float(struck.impulses[places[row.name]]) for k, row in enumerate(mechanism.rows) if row.name in given}
+    return StruckRows(mechanism, jumps, acting, slips, rough, joints, mode.sides, given)
+
+
+def _given(blow: Blow, struck: Struck, slips: Mapping[str, int]) -> frozenset[str]:
+    """Return the rows along which something slides in the end that did so another way before, or in space."""
+    places = {name: k for k, name in enumerate(blow.names)}
+    speeds = [k for k, row in enumerate(blow.rows) if row.kinematic]
+    small = _AT_REST * float(np.abs(np.concatenate([struck.before[speeds], struck.after[speeds]])).max(initial=0.0))
+    found = set[str]()
+    for part in (p for x in (*blow.elements, *blow.rough) for p in rubbing(x) if not slips.get(p.name)):
+        rows = [places[row.name] for row in part.rows]
+        if float(np.linalg.norm(struck.after[rows])) > small and struck.impulses[rows].any():
+            found |= {row.name for row in part.rows}
+    return frozenset(found)
+
+
+def _rough_mode(blow: Blow, struck: Struck, small: float) -> tuple[Mode, tuple[OneWay, ...]]:
+    """Return the mode of friction in joints, and the elements that rub with more than a `small` impulse.
+
+    What does not slide one way all the while, pressed from one side, sticks in it: it has an impulse of its own.
+    """
+    places = {name: k for k, name in enumerate(blow.names)}
+    numbers = {part.name: k for k, part in enumerate(p for x in (*blow.elements, *blow.rough) for p in rubbing(x))}
+    sides: dict[str, int] = {}
+    slips: dict[str, int] = {}
+    rough: list[OneWay] = []
+    for element in blow.rough:
+        own = [places[row.name] for part in rubbing(element) for row in part.rows]
+        if not (np.abs(struck.impulses[own]) > small).any():
+            continue
+        rough.append(element)
+        for row in element.normals:
+            pressed = float(struck.impulses[places[row.name]])
+            sides[row.name] = -1 if pressed < 0.0 else 1
+        sides[element.name] = sides[element.normals[0].name]
+        for part in rubbing(element):
+            rows = [places[element.normals[k].name] for k in part.normals], [places[r.name] for r in part.rows]
+            slips[part.name] = _one_way(struck, numbers[part.name], *rows)
+    return Mode(sides, slips), tuple(rough)
+
+
+def _one_way(struck: Struck, part: int, normals: list[int], rows: list[int]) -> int:
+    """Return how a part with one row slides in all phases in which it rubs, if reactions keep their direction."""
+    if len(rows) > 1:
+        return 0
+    phases = [phase for phase in struck.phases if phase.impulses[rows].any()]
+    pressed = np.array([phase.impulses[normals] for phase in phases]).reshape(len(phases), -1)
+    total = pressed.sum(axis=0)
+    sizes = np.linalg.norm(pressed, axis=1)
+    alike = abs(float(sizes.sum()) - float(np.linalg.norm(total))) <= _ALIKE * float(sizes.sum())
+    return _constant({phase.slips[part] for phase in phases}) if alike else 0
 
 
 def _constant(course: set[int]) -> int:

@@ -11,15 +11,16 @@ from dataclasses import dataclass
 
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import constrained
-from multibody_sym.dynamics.formalisms.equations import Friction, TreeDynamics
+from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.dynamics.impacts.impulsive import Blow, StruckRows
 from multibody_sym.dynamics.impacts.scanned import scanned_impact
 from multibody_sym.dynamics.programs.reactions import reactions
+from multibody_sym.dynamics.programs.system import acting_rows, friction_of
 from multibody_sym.kinematics.impacts import after_impact, resting
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import arrays, slot_state
-from multibody_sym.model.mechanism.mechanism import COMPONENTS
+from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Solve
 from multibody_sym.program.trace import Trace
@@ -47,10 +48,25 @@ class StruckMode:
         first, then = (_speeds(motion) for motion in (before, pushed))
         bounce = {x.normals[0].name: x.restitution for x in self.rows.acting}
         found = self.own(before)
-        for k, name in list(enumerate(self.told))[len(self.blow.mechanism.rows) :]:
+        for k, name in list(enumerate(self.told))[self.first :]:
             (e,) = before.state.values([bounce.get(name, ZERO)])
             found[k] = -(1 + e) * first[name] if pushed is before else -first[name] - e * then[name]
         return found
+
+    @property
+    def first(self) -> int:
+        """The number of the first row that strikes."""
+        return len(self.blow.mechanism.rows)
+
+    @property
+    def alone(self) -> Mechanism:
+        """The mechanism at rest in which no contact strikes."""
+        return self.blow.resting(self.rows.joints)
+
+    def joined(self, before: Motion) -> dict[int, S]:
+        """Return the jumps of the rows where no contact strikes: what sticks in a joint stops."""
+        first, found = _speeds(before), self.own(before)
+        return found | {k: -first[row.name] for k, row in enumerate(self.rows.joints, self.first)}
 
     def own(self, before: Motion) -> dict[int, S]:
         """Return the jumps of the mechanism's own rows."""
@@ -92,7 +108,7 @@ def impact_program(mode: StruckMode) -> Program:
     trace = Trace("impact", arrays(base))
     before = pushed = mode.blow.before(slot_state(base))
     if mode.pushes:
-        alone = composite_body(mode.blow.resting(()), resting(before.state, mode.own(before)))
+        alone = composite_body(mode.alone, resting(before.state, mode.joined(before)))
         pushed = mode.pushed(before, _solved(trace, alone)[0])
     state = resting(before.state, mode.wanted(before, pushed))
     dynamics = composite_body(mechanism, state)
@@ -123,25 +139,21 @@ def finished(
 
 def _solved(trace: Trace, dynamics: TreeDynamics) -> tuple[list[Node], list[Node]]:
     """Return jumps and multipliers; rows that vanish identically take no part."""
-    acting = [k for k, row in enumerate(dynamics.rows) if row.coupling or {*map(as_node, row.jacobian)} != {ZERO}]
+    acting = acting_rows(dynamics.rows)
     if not acting:
         return [as_node(x) for x in dynamics.bias_acceleration], [ZERO] * len(dynamics.rows)
 
     def solve(matrix: Sequence[Sequence[S]], right: Sequence[S], size: int, /, beside: int = 0) -> Solve:
         return trace.solve([list(map(as_node, row)) for row in matrix], [as_node(x) for x in right], size)
 
-    whole, rows = dynamics.friction, [dynamics.rows[k] for k in acting]
-    friction = None
-    if whole is not None:
-        coupling = [[as_node(whole.coupling[j][k]) for k in acting] for j in acting]
-        friction = Friction([[as_node(x) for x in whole.exerts[k]] for k in acting], coupling)
+    rows = [dynamics.rows[k] for k in acting]
     found = constrained(
         dynamics.factors,
         dynamics.forcing,
         [[as_node(x) for x in row.jacobian] for row in rows],
         [as_node(row.gamma) for row in rows],
         solve,
-        friction=friction,
+        friction=friction_of(dynamics, acting),
     )
     multipliers = [ZERO] * len(dynamics.rows)
     for k, value in zip(acting, found.multipliers, strict=True):

@@ -72,7 +72,7 @@ class _Push:
 
 def scanned_impact(blow: Blow, struck: StruckRows) -> Program | None:
     """Return the Program, None for what is not a tree of like bodies that meets points, or is pushed at them."""
-    if blow.mechanism.rows or blow.impact.jumps:
+    if blow.mechanism.rows or blow.impact.jumps or struck.joints or struck.given:
         return None
     like = worth_scanning(replace(at_rest(blow.mechanism, ()), bodies=blow.mechanism.bodies))
     rows = [row.row for row in struck.mechanism.rows if isinstance(row, JumpRow)]

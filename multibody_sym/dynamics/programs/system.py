@@ -96,7 +96,7 @@ def _constrained(
     trace: Trace, mechanism: Mechanism, dynamics: TreeDynamics
 ) -> tuple[list[Node], list[Node], Sequence[Node]]:
     """Return udot, multipliers and the solve's report; of what is stabilised, where Baumgarte's coefficients say so."""
-    acting = _acting(dynamics.rows)
+    acting = acting_rows(dynamics.rows)
     rows = [dynamics.rows[k] for k in acting]
     found = constrained(
         dynamics.factors,
@@ -105,7 +105,7 @@ def _constrained(
         _stabilised(rows, mechanism),
         _solver(trace, mechanism),
         minimum_norm=mechanism.minimum_norm,
-        friction=_friction(dynamics, acting),
+        friction=friction_of(dynamics, acting),
     )
     return found.udot, _placed(found.multipliers, acting, len(dynamics.rows)), list(found.report)
 
@@ -115,7 +115,7 @@ def _unheld(mechanism: Mechanism, values: Sequence[Node]) -> list[Node]:
     return [ZERO if k in mechanism.held else value for k, value in enumerate(values)]
 
 
-def _friction(dynamics: TreeDynamics, acting: Sequence[int]) -> Friction | None:
+def friction_of(dynamics: TreeDynamics, acting: Sequence[int]) -> Friction | None:
     """Return what those rows that act exert and define, None where it is H^T lambda."""
     whole = dynamics.friction
     if whole is None:
@@ -135,7 +135,7 @@ def _solver(trace: Trace, mechanism: Mechanism) -> Callable[..., Solve]:
     return solve
 
 
-def _acting(rows: Sequence[RowMotion]) -> list[int]:
+def acting_rows(rows: Sequence[RowMotion]) -> list[int]:
     """Return the rows that do not vanish identically, as some of a joint in space do that closes a loop in a plane."""
     return [
         k for k, row in enumerate(rows) if row.coupling or {*map(as_node, row.jacobian), as_node(row.gamma)} != {ZERO}
@@ -144,7 +144,7 @@ def _acting(rows: Sequence[RowMotion]) -> list[int]:
 
 def _restricting(rows: Sequence[RowMotion]) -> list[RowMotion]:
     """Return the acting rows that restrict motion."""
-    return [rows[k] for k in _acting(rows) if rows[k].kinematic]
+    return [rows[k] for k in acting_rows(rows) if rows[k].kinematic]
 
 
 def _placed(values: Sequence[Node], places: Sequence[int], size: int) -> list[Node]:

@@ -111,6 +111,15 @@ class JumpRow(Row):
 
 
 @dataclass(frozen=True)
+class GivenRow(JumpRow):
+    """A row in an impact that restricts nothing: its multiplier, an impulse, is `wanted`."""
+
+    @property
+    def restricts(self) -> bool:
+        return False
+
+
+@dataclass(frozen=True)
 class SpeedJump:
     """A prescribed motion whose rate jumps by `by`: that of a joint that moves as prescribed, or of a row."""
 

@@ -32,7 +32,7 @@ def in_mode(mechanism: Mechanism, mode: Mode, held: Iterable[int] = ()) -> Mecha
     parameters = _with_directions(mechanism.parameters, mode)
     rows = list(mechanism.rows)
     for element in mechanism.one_way:
-        rows += _rows(element, mode, parameters)
+        rows += rows_in_mode(element, mode, parameters)
     return replace(
         mechanism,
         rows=tuple(rows),
@@ -61,7 +61,7 @@ def is_direction(name: str) -> bool:
     return name.startswith(_DIRECTION)
 
 
-def _rows(element: OneWay, mode: Mode, parameters: ParameterVector) -> Iterator[Row]:
+def rows_in_mode(element: OneWay, mode: Mode, parameters: ParameterVector) -> Iterator[Row]:
     """Yield the rows of an element: those of normals, with sliding friction, and those of friction that sticks."""
     side = mode.sides.get(element.name, INACTIVE)
     if (side == INACTIVE and element.unilateral) or element.name in mode.idle:

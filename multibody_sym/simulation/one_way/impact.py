@@ -99,7 +99,8 @@ def restitution(facts: Facts, element: OneWay) -> float:
 def bounced(facts: Facts, element: OneWay) -> Blow | None:
     """Return the impact of one smooth element alone where nothing else touches and no row holds; None elsewhere."""
     laws, place, e = facts.laws, facts.place(element.normals[0]), restitution(facts, element)
-    if laws.mechanism.rows or any(part.name in laws.parts for part in element.frictions) or not e > 0.0:
+    pressed = (part.name for x in laws.mechanism.one_way if x is element or not x.unilateral for part in x.frictions)
+    if laws.mechanism.rows or not e > 0.0 or any(name in laws.parts for name in pressed):
         return None
     row, speed = facts.known["matrix"][place], facts.rate(element)
     impulse = -(1.0 + e) * speed / float(row @ row)

@@ -198,7 +198,11 @@ def largest_ratio(found: Found, K: Floats, b: Floats) -> float:
     each = (y[: 12 * count].reshape(2, count, 2, 3).max(axis=(1, 3)) for y in (missed, terms))  # motions and momenta
     miss, size = each
     of_bodies = np.divide(miss, size, out=np.zeros((2, 2)), where=size > 0.0) / (EPSILON * len(K))
-    return max(float(of_bodies.max()), ratio(dalembert(found.motion), found.jumps, found.multipliers))
+    reference = dalembert(found.motion)
+    idle = np.abs(reference.applied).max(initial=0.0) <= EPSILON * len(K) * float(np.abs(b).max())
+    if idle and not len(found.multipliers):  # joints bear all that is given, and what is left of it is its rounding
+        return float(of_bodies.max())
+    return max(float(of_bodies.max()), ratio(reference, found.jumps, found.multipliers))
 
 
 def values_agree(found: Found, K: Floats, b: Floats) -> bool | None:
