@@ -51,11 +51,14 @@ if TYPE_CHECKING:
     from multibody_sym.model.declaration.constraints import Rope as Rope
     from multibody_sym.model.declaration.constraints import VelocityConstraint as VelocityConstraint
     from multibody_sym.model.declaration.contacts import Contact as Contact
+    from multibody_sym.model.declaration.forces import Coulomb as Coulomb
     from multibody_sym.model.declaration.forces import Damper as Damper
     from multibody_sym.model.declaration.forces import Drag as Drag
     from multibody_sym.model.declaration.forces import Force as Force
     from multibody_sym.model.declaration.forces import Friction as Friction
+    from multibody_sym.model.declaration.forces import Gravitation as Gravitation
     from multibody_sym.model.declaration.forces import Motor as Motor
+    from multibody_sym.model.declaration.forces import Potential as Potential
     from multibody_sym.model.declaration.forces import Pull as Pull
     from multibody_sym.model.declaration.forces import SpringDamper as SpringDamper
     from multibody_sym.model.declaration.forces import Torque as Torque
@@ -133,7 +136,8 @@ _NAMES = {
     "model.declaration.constraints": "Coupler Distance Expression Gear Line Plane PointInPlane PointOnLine "
     "PrescribedMotion Pulley Rolling Rope VelocityConstraint",
     "model.declaration.contacts": "Contact",
-    "model.declaration.forces": "Damper Drag Force Friction Motor Pull SpringDamper Torque",
+    "model.declaration.forces": "Coulomb Damper Drag Force Friction Gravitation Motor Potential Pull "
+    "SpringDamper Torque",
     "model.declaration.impacts": "Impact",
     "model.declaration.joint": "Initial Limits",
     "model.declaration.joints": "Custom Cylindrical Direct Fixed Free Planar PointJoint Prismatic Revolute Screw "

@@ -38,11 +38,14 @@ from multibody_sym.model.declaration.constraints import (
 from multibody_sym.model.declaration.fields import Element, ListOf, OneOf, fields_of
 from multibody_sym.model.declaration.forces import (
     FORCES,
+    Coulomb,
     Damper,
     Drag,
     Force,
     Friction,
+    Gravitation,
     Motor,
+    Potential,
     Pull,
     SpringDamper,
     Torque,
@@ -452,6 +455,26 @@ def _pull(build: _Builder, inputs: Mapping[str, Any]) -> Pull:
     return Pull(build.two_places(), f"{law} + {build.expression(time=True, inputs=inputs)}")
 
 
+def _potential(build: _Builder, inputs: Mapping[str, Any]) -> Potential:
+    joint, k = build.one_freedom(), build.uniform(1, 5)
+    kind = build.some(["between", "joint", "on"] if joint else ["between", "on"])
+    if kind == "between":
+        return Potential(f"{k}*(distance - {build.uniform()})^4 + cos({k}*t)*distance", between=build.two_places())
+    if kind == "joint":
+        name = joint + build.joints[joint].coordinate_suffixes[0]
+        return Potential(f"{k}*sin({name})^2 + {build.uniform()}*{name}*t", joint=joint)
+    law = f"{k}*(x^2 + 2*y^2) + {build.uniform()}*x*y" + ("" if build.planar else f" + {build.uniform()}*sin(z)*x")
+    return Potential(law, on=build.some(build.names), frame=build.some(["ground", *build.names]))
+
+
+def _gravitation(build: _Builder, inputs: Mapping[str, Any]) -> Gravitation:
+    return Gravitation(build.two_places(), build.uniform(0.1, 1), [build.uniform(0.5, 2), build.uniform(0.5, 2)])
+
+
+def _coulomb(build: _Builder, inputs: Mapping[str, Any]) -> Coulomb:
+    return Coulomb(build.two_places(), [build.uniform(), build.uniform(0.1, 1)], build.uniform(0.1, 1))
+
+
 def _drag(build: _Builder, inputs: Mapping[str, Any]) -> Drag:
     quadratic = build.some([0, build.uniform(0, 2), build.expression(time=True, inputs=inputs)])
     return Drag(build.some(build.names), build.some([None, "a", "b"]), build.uniform(0, 2), quadratic)
@@ -492,6 +515,9 @@ _FORCES: Mapping[type, Callable[..., Element]] = {
     SpringDamper: _spring,
     Damper: _damper,
     Pull: _pull,
+    Potential: _potential,
+    Gravitation: _gravitation,
+    Coulomb: _coulomb,
     Drag: _drag,
     Motor: _motor,
 }

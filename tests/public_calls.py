@@ -110,6 +110,11 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
     "PointJoint": {**_MOVES, "axes": "xy"},
     "PrescribedMotion": {"joint": "A", "value": mbs.t},
     "Prismatic": {**_STATE, "q": ["x"], "motion": None, "axis": "x"},
+    "Potential": {
+        "value": 1, "between": None, "joint": None, "joints": None, "on": "b", "at": "p", "frame": "b",
+    },
+    "Gravitation": {**_ENDS, "constant": 1, "masses": [1, 1]},
+    "Coulomb": {**_ENDS, "charges": [1, 1], "constant": 1},
     "Pull": {**_ENDS, "value": 1},
     "Pulley": {"at": "p", "radius": 1, "axis": "z", "body": None, "rough": 0.2},
     "Revolute": {**_STATE, "q": None, "initial": None, "axis": "x"},

@@ -21,7 +21,7 @@ from multibody_sym.dynamics.constraints.closing import Rows, normalize
 from multibody_sym.kinematics.energy import stored_energy
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import position
-from multibody_sym.model.mechanism.loads import JointSpring
+from multibody_sym.model.mechanism.loads import JointPotential, JointSpring
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import Pose
 from multibody_sym.model.mechanism.mechanism import Mechanism
@@ -194,7 +194,8 @@ class Places:
             parts.append(np.ravel(R @ inertia @ R.T) / (np.abs(inertia).max() or 1.0))
         parts += [np.ravel(np.array(motion.rotation(body), dtype=float)) for body in self._pushing]
         parts += [np.array(position(motion, at), dtype=float) / self.length for at in acted(self.mechanism)]
-        energies = [stored_energy(x, motion) for x in self.mechanism.loads if isinstance(x, JointSpring)]
+        in_joints = [x for x in self.mechanism.loads if isinstance(x, (JointSpring, JointPotential))]
+        energies = [stored_energy(x, motion) for x in in_joints]
         size = max(map(abs, energies), default=0.0) or 1.0
         return np.concatenate([*parts, np.array(energies, dtype=float) / size])
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import fields, replace
 from functools import singledispatch
-from typing import Final, TypeGuard
+from typing import Final
 
-from multibody_sym.kinematics.loads import apart, span
+from multibody_sym.kinematics.loads import apart, own_leaves, span
 from multibody_sym.kinematics.motion import BodyMass, BodyMotion, Motion
-from multibody_sym.model.mechanism.loads import JointSpring, Load, PointSpring
+from multibody_sym.model.mechanism.loads import JointPotential, JointSpring, Load, PointSpring
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import Multiplier, VelocityRow
 from multibody_sym.scalars.functions import evaluate
@@ -51,7 +51,8 @@ def springs_energy(motion: Motion) -> S:
 def split(loads: Sequence[Load]) -> tuple[tuple[Load, ...], tuple[Load, ...]]:
     """Return the loads that the potential energy holds, and those that do work instead.
 
-    Springs belong to V where stiffness and rest are constant or given in time; their damping, and all else, does work.
+    Springs belong to V where stiffness and rest are constant or given in time, and what has a potential where no input
+    stands in it; the springs' damping, and all else, does work.
     """
     stored: list[Load] = []
     working: list[Load] = []
@@ -60,7 +61,7 @@ def split(loads: Sequence[Load]) -> tuple[tuple[Load, ...], tuple[Load, ...]]:
             working.append(load)
             continue
         stored.append(load)
-        if load.damping is not ZERO:
+        if isinstance(load, (JointSpring, PointSpring)) and load.damping is not ZERO:
             working.append(replace(load, stiffness=ZERO))
     return tuple(stored), tuple(working)
 
@@ -95,8 +96,8 @@ def moved_by_time(mechanism: Mechanism) -> bool:
 
 
 def _timed(mechanism: Mechanism) -> tuple[str, ...]:
-    """Return the names of springs and rows that time moves."""
-    springs = [load.name for load in mechanism.loads if load.spring is not None and _moved(*load.spring)]
+    """Return the names of springs, potentials and rows that time moves."""
+    springs = [load.name for load in mechanism.loads if _moved(*_stored_by(load))]
     rows = sorted(mechanism.rows, key=lambda row: _ORDER.index(row.multiplier))
     return (*springs, *(row.name for row in rows if _moved(*row.laws)))
 
@@ -112,18 +113,28 @@ def _moved(*expressions: Node) -> bool:
     return any(leaf.data[0] in ("t", "inputs") for leaf in leaves(expressions, "slot"))
 
 
-def _has_potential(load: Load) -> TypeGuard[JointSpring | PointSpring]:
-    if load.spring is None:
-        return False
-    return all(leaf.data[0] in ("parameters", "t") for leaf in leaves(load.spring, "slot"))
+def _stored_by(load: Load) -> tuple[Node, ...]:
+    """Return what the energy that a load may store is made of: nothing of one that stores none."""
+    if load.spring is not None:
+        return load.spring
+    return () if load.energy is None else (load.energy,)
+
+
+def _has_potential(load: Load) -> bool:
+    """Return whether V holds a load: nothing but its own place, parameters and the time decides what it stores."""
+    parts = _stored_by(load)
+    allowed = ("parameters", "t", "q") if isinstance(load, JointPotential) else ("parameters", "t")
+    return bool(parts) and all(leaf.data[0] in allowed for leaf in leaves(parts, "slot"))
 
 
 @singledispatch
 def stored_energy(load: Load, motion: Motion) -> S:
-    """Return the energy that a load stores: k (length - l0)^2 / 2 for springs, nothing for the others."""
+    """Return the energy that a load stores: k (length - l0)^2 / 2 for springs, V of what has a potential, else 0."""
     if not isinstance(load, Load) or load.spring is not None:
         raise TypeError(f"nothing says what energy {type(load).__name__} stores")
-    return 0
+    if load.energy is None:
+        return 0
+    return motion.state.values([load.energy], own_leaves(load, motion))[0]
 
 
 @stored_energy.register

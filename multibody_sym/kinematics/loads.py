@@ -8,19 +8,22 @@ from functools import singledispatch
 from typing import Final
 
 from multibody_sym.errors import at
-from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.motion import Motion, pose
 from multibody_sym.kinematics.points import position, velocity
-from multibody_sym.kinematics.wrenches import Wrench, Wrenches, add_force, add_pair, generalized_forces
+from multibody_sym.kinematics.wrenches import Wrench, Wrenches, add_force, add_force_at, add_pair, generalized_forces
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.loads import (
     BodyTorque,
     JointForce,
+    JointPotential,
     JointSpring,
     Load,
+    PlacePotential,
     PointDrag,
     PointForce,
     PointPull,
     PointSpring,
+    place_leaves,
     span_leaves,
 )
 from multibody_sym.model.mechanism.markers import Marker
@@ -28,7 +31,20 @@ from multibody_sym.scalars.derivatives import gradient
 from multibody_sym.scalars.functions import absolute, sqrt
 from multibody_sym.scalars.node import ZERO, Node
 from multibody_sym.scalars.traversal import leaves
-from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, apply, apply_transposed, cross, dot, scale, subtract
+from multibody_sym.scalars.vectors import (
+    ZERO_VECTOR,
+    Mat,
+    S,
+    Vec,
+    apply,
+    apply_transposed,
+    cross,
+    dot,
+    negate,
+    product,
+    scale,
+    subtract,
+)
 
 TINY: Final = 1e-300
 """What is added to v^2 so that |v| has a derivative at v = 0; everywhere else it is rounded away."""
@@ -119,6 +135,39 @@ def _(load: PointPull, motion: Motion, wrenches: Wrenches, of_speed: list[S]) ->
     known = zip(span_leaves(load.name), (length, span_rate(motion, load.ends, direction)), strict=True)
     (pull,) = motion.state.values([load.value], dict(known))
     add_pair(wrenches, motion, load.ends, scale(pull, direction))
+
+
+@exert.register
+def _(load: JointPotential, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    for rate, slope in load.slopes:
+        add_drive(motion, rate, -motion.state.values([slope])[0], of_speed)
+
+
+@exert.register
+def _(load: PlacePotential, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    x, y, z = motion.state.values(load.slopes, own_leaves(load, motion))
+    force = apply(_axes_of(motion, load.frame), scale(-1, (x, y, z)))
+    add_force(wrenches, motion, load.at, force)
+    add_force_at(wrenches, motion, load.frame.body, position(motion, load.at), negate(force))
+
+
+def own_leaves(load: Load, motion: Motion) -> dict[Node, S]:
+    """Return what the leaves of its own stand for in the potential of a load: a distance, a place."""
+    if isinstance(load, PointPull):
+        return {span_leaves(load.name)[0]: span(motion, load.ends, load.straight)[0]}
+    if isinstance(load, PlacePotential):
+        return dict(zip(place_leaves(load.name), place(load, motion), strict=True))
+    return {}
+
+
+def place(load: PlacePotential, motion: Motion) -> Vec:
+    """Return the place of the point on which a potential depends, in its frame."""
+    return apply_transposed(_axes_of(motion, load.frame), apart(motion, (load.frame, load.at)))
+
+
+def _axes_of(motion: Motion, frame: Marker) -> Mat:
+    """Return R_WF of a frame on a body."""
+    return product(motion.rotation(frame.body), pose(motion.state, frame.pose)[0])
 
 
 @exert.register

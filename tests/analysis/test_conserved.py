@@ -114,7 +114,7 @@ SYSTEMS: dict[str, tuple[dict[str, object], list[str]]] = {
         {"bodies": PARTICLE, "joints": IN_PLANE, "forces": {"s": SpringDamper(stiffness=3, between=["ground", "b"])}},
         [E, *L("z")],
     ),
-    "Kepler in space": ({"bodies": PARTICLE, "joints": IN_SPACE, "forces": KEPLER}, [f"{E} - work(sun)", *L("xyz")]),
+    "Kepler in space": ({"bodies": PARTICLE, "joints": IN_SPACE, "forces": KEPLER}, [E, *L("xyz")]),
     "Kepler with drag": (
         {"bodies": PARTICLE, "joints": IN_SPACE, "forces": {**KEPLER, "air": Drag(on="b", linear=0.1)}}, [],
     ),
@@ -124,7 +124,15 @@ SYSTEMS: dict[str, tuple[dict[str, object], list[str]]] = {
             "joints": IN_SPACE,
             "forces": {**KEPLER, "2": Pull(between=["ground.other", "b"], value="2/distance^2")},
         },
-        [f"{E} - work(sun) - work('2')", *L("x")],
+        [E, *L("x")],
+    ),
+    "a pull whose potential has no formula": (
+        {
+            "bodies": PARTICLE,
+            "joints": IN_SPACE,
+            "forces": {"sun": Pull(between=["ground", "b"], value="sin(distance)/distance")},
+        },
+        [f"{E} - work(sun)", *L("xyz")],
     ),
     "centre elsewhere": (
         {

@@ -22,7 +22,7 @@ from multibody_sym.dynamics.programs.momenta import (
     momentum,
 )
 from multibody_sym.expressions.printer import text as in_model_language
-from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
+from multibody_sym.kinematics.energy import kinetic_energy, potential_energy, split
 from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.state import slot_state
@@ -74,7 +74,7 @@ def candidates(mechanism: Mechanism) -> list[Candidate]:
         Candidate(name, kind, place, value, as_node(rate))
         for (name, kind, place, _), value, rate in zip(named, values, rates, strict=True)
     ]
-    potential = [load for load in mechanism.loads if _has_potential(load)]
+    potential = [load for load in split(mechanism.loads)[1] if _has_potential(load)]
     return [*found, _with_potentials(motion, found[-2], potential)] if potential else found
 
 

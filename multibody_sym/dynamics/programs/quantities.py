@@ -36,13 +36,13 @@ from multibody_sym.kinematics.energy import (
     stored_energy,
     weight_energy,
 )
-from multibody_sym.kinematics.loads import span, span_rate
+from multibody_sym.kinematics.loads import place, span, span_rate
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import arrays
 from multibody_sym.kinematics.wrenches import NO_WRENCH
 from multibody_sym.model.declaration.values import AXES
-from multibody_sym.model.mechanism.loads import PointPull
+from multibody_sym.model.mechanism.loads import PlacePotential, PointPull
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import COM, Pose
 from multibody_sym.model.mechanism.mechanism import Mechanism
@@ -222,6 +222,12 @@ def _ends(instant: Instant, name: str) -> tuple[Marker, Marker]:
     return next(found).ends
 
 
+def _place_of(instant: Instant, name: str, axis: str) -> S:
+    loads = instant.motion.mechanism.loads
+    found = next(load for load in loads if isinstance(load, PlacePotential) and load.name == name)
+    return _component(place(found, instant.motion), axis)
+
+
 def _reaction(instant: Instant, joint: str, component: str) -> S:
     if joint in instant.motion.mechanism.joint_names:
         return instant.reactions[joint][component]
@@ -335,6 +341,7 @@ _QUANTITIES: Final[dict[str, Callable[..., S]]] = {
     "distance": _distance,
     "span": _span,
     "span_rate": _span_rate,
+    "place": _place_of,
     "reaction": _reaction,
     "tension": _tension,
     "multiplier": _multiplier,

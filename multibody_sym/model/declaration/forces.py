@@ -111,11 +111,66 @@ class Damper(Element):
 class Pull(Element):
     """A force that pulls two points together, by any law: `value` may name their `distance` and `distance_rate`.
 
-    All it does counts as work, none as potential energy.
+    Of a law of `distance` and parameters alone what it does counts as potential energy, where that has a formula that
+    is soon found; of all others as work.
     """
 
     between: tuple[str, ...] = holds(ListOf(Text(), 2, 2))
     value: Node = holds(Scalar("N"))
+
+
+@dataclass(frozen=True)
+class Potential(Element):
+    """A potential energy V, whose slope is the force; `value` says V, by names that depend on where it is.
+
+    `between` two points: of their `distance`. In a `joint` (or several `joints`): of its coordinates. `on` a body (its
+    centre of mass, or the point `at`): of the place `x`, `y`, `z` of that point in a `frame` (a body, or a frame or
+    point of one, default ground), which bears the opposite force. Parameters, inputs and the time may stand in all.
+    """
+
+    meant: ClassVar[Mapping[str, str]] = {"energy": "; did you mean value?", "potential": "; did you mean value?"}
+
+    value: Node = holds(Scalar("J"))
+    between: tuple[str, ...] | None = holds(ListOf(Text(), 2, 2), None)
+    joint: str | None = holds(Text(), None)
+    joints: tuple[str, ...] | None = holds(ListOf(Text()), None)
+    on: str | None = holds(Text(), None)
+    at: str | None = holds(Text(), None)
+    frame: str | None = holds(Text(), None)
+
+    def verify(self) -> None:
+        if sum(x is not None for x in (self.between, self.joint, self.joints, self.on)) != 1:
+            raise ModelError(
+                "a potential is one of the distance of two points (between: [a, b]), of a joint's coordinates "
+                "(joint: or joints:), or of the place of a point (on:)"
+            )
+        for name in ("at", "frame"):
+            if getattr(self, name) is not None and self.on is None:
+                raise ModelError(f"{name} goes with on").under(name)
+
+
+@dataclass(frozen=True)
+class Gravitation(Element):
+    """Newton's attraction of two bodies, V = -constant m1 m2/distance, at their centres of mass or at points of them.
+
+    `masses` are those of the bodies unless they are given, as they must be for ground.
+    """
+
+    between: tuple[str, ...] = holds(ListOf(Text(), 2, 2))
+    constant: Node = holds(Scalar("N*m^2/kg^2"), 6.67430e-11)
+    masses: tuple[Node, ...] | None = holds(ListOf(Scalar("kg"), 2, 2), None)
+
+
+@dataclass(frozen=True)
+class Coulomb(Element):
+    """Coulomb's force between two charges, V = constant q1 q2/distance: like ones repel.
+
+    They sit at the bodies' centres of mass, or at points of them. `constant` is 1/(4 pi epsilon_0) of the vacuum.
+    """
+
+    between: tuple[str, ...] = holds(ListOf(Text(), 2, 2))
+    charges: tuple[Node, ...] = holds(ListOf(Scalar(), 2, 2))
+    constant: Node = holds(Scalar(), 8.9875517923e9)
 
 
 @dataclass(frozen=True)
@@ -204,6 +259,9 @@ FORCES: Final = OneOf(
         "spring_damper": SpringDamper,
         "damper": Damper,
         "pull": Pull,
+        "potential": Potential,
+        "gravitation": Gravitation,
+        "coulomb": Coulomb,
         "drag": Drag,
         "motor": Motor,
         "friction": Friction,

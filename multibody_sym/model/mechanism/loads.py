@@ -37,6 +37,11 @@ class Load(ABC):
         """Whether it never does positive work."""
 
     @property
+    def energy(self) -> Node | None:
+        """The potential energy as an expression, in leaves of its own; None of springs, and where there is none."""
+        return None
+
+    @property
     @abstractmethod
     def line(self) -> tuple[Marker, Marker] | None:
         """The points along whose line it acts, where that needs a direction."""
@@ -209,13 +214,18 @@ class PointDrag(_NoSpring, _Somewhere):
 class PointPull(_NoSpring):
     """A force that pulls two markers together; `value` names their distance and its rate as `span_leaves` do.
 
-    `straight` as for springs.
+    `straight` as for springs. `potential` is the energy whose slope it is, if it has one.
     """
 
     name: str
     ends: tuple[Marker, Marker]
     value: Node
     straight: Point | None = None
+    potential: Node | None = None
+
+    @property
+    def energy(self) -> Node | None:
+        return self.potential
 
     @property
     def points(self) -> tuple[Marker, ...]:
@@ -228,6 +238,62 @@ class PointPull(_NoSpring):
     @property
     def line(self) -> tuple[Marker, Marker] | None:
         return self.ends
+
+
+@dataclass(frozen=True)
+class JointPotential(_NoSpring, _Somewhere):
+    """A potential of a joint's coordinates: `value` V in slots, and (rate, dV/dq) of each coordinate it names.
+
+    Of one that several joints share, each has its own rates, and the first the energy.
+    """
+
+    name: str
+    joint: str
+    value: Node
+    slopes: tuple[tuple[Node, Node], ...]
+
+    @property
+    def energy(self) -> Node | None:
+        return self.value
+
+    @property
+    def points(self) -> tuple[Marker, ...]:
+        return ()
+
+    @property
+    def axes_of(self) -> int | None:
+        return None
+
+
+@dataclass(frozen=True)
+class PlacePotential(_NoSpring, _Somewhere):
+    """A potential of the place of a marker in the frame of another: `value` V names x, y, z as `place_leaves` do.
+
+    `slopes` are dV/dx, dV/dy, dV/dz.
+    """
+
+    name: str
+    at: Marker
+    frame: Marker
+    value: Node
+    slopes: tuple[Node, Node, Node]
+
+    @property
+    def energy(self) -> Node | None:
+        return self.value
+
+    @property
+    def points(self) -> tuple[Marker, ...]:
+        return self.at, self.frame
+
+    @property
+    def axes_of(self) -> int | None:
+        return None
+
+
+def place_leaves(load: str) -> tuple[Node, Node, Node]:
+    """Return the leaves that stand for the place of the point on which a potential depends."""
+    return quantity("place", (load, "x")), quantity("place", (load, "y")), quantity("place", (load, "z"))
 
 
 def span_leaves(load: str) -> tuple[Node, Node]:

@@ -7,7 +7,19 @@ from functools import singledispatch
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.fields import Element
-from multibody_sym.model.declaration.forces import Damper, Drag, Force, Friction, Motor, Pull, SpringDamper, Torque
+from multibody_sym.model.declaration.forces import (
+    Coulomb,
+    Damper,
+    Drag,
+    Force,
+    Friction,
+    Gravitation,
+    Motor,
+    Potential,
+    Pull,
+    SpringDamper,
+    Torque,
+)
 from multibody_sym.model.mechanism.loads import (
     BodyTorque,
     JointForce,
@@ -15,26 +27,32 @@ from multibody_sym.model.mechanism.loads import (
     Load,
     PointDrag,
     PointForce,
-    PointPull,
     PointSpring,
 )
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import Pose, mass_of
+from multibody_sym.model.resolution.potentials.loads import (
+    coulomb_load,
+    gravitation_load,
+    potential_loads,
+    pull_load,
+)
 from multibody_sym.model.resolution.references import BARE, References
 from multibody_sym.scalars.node import ZERO, Node
 
 
 def loads(references: References) -> list[Load]:
     """Return the loads of all declared forces."""
-    made = []
+    made: list[Load | None] = []
     for name, element in references.system.forces.items():
         with at("forces", name):
-            made.append(_load(element, name, references))
+            found = _load(element, name, references)
+            made += found if isinstance(found, list) else [found]
     return [load for load in made if load is not None]
 
 
 @singledispatch
-def _load(element: Element, name: str, references: References) -> Load | None:
+def _load(element: Element, name: str, references: References) -> Load | list[Load] | None:
     raise TypeError(f"no load for {type(element).__name__}")
 
 
@@ -73,7 +91,22 @@ def _(element: Drag, name: str, references: References) -> Load:
 
 @_load.register
 def _(element: Pull, name: str, references: References) -> Load:
-    return PointPull(name, references.pair(element.between), element.value)
+    return pull_load(element, name, references)
+
+
+@_load.register
+def _(element: Potential, name: str, references: References) -> list[Load]:
+    return potential_loads(element, name, references)
+
+
+@_load.register
+def _(element: Gravitation, name: str, references: References) -> Load:
+    return gravitation_load(element, name, references)
+
+
+@_load.register
+def _(element: Coulomb, name: str, references: References) -> Load:
+    return coulomb_load(element, name, references)
 
 
 @_load.register

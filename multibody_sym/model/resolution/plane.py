@@ -9,13 +9,14 @@ from functools import singledispatch
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.constraints import PointInPlane, PointOnLine
 from multibody_sym.model.declaration.fields import Element, holds_vectors
-from multibody_sym.model.declaration.forces import Force, Torque
+from multibody_sym.model.declaration.forces import Force, Potential, Torque
 from multibody_sym.model.declaration.steps import is_flat, is_upright
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.mass import mass_of
 from multibody_sym.model.mechanism.rows import AngleRow, Row
-from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.derivatives import derivative
+from multibody_sym.scalars.node import ZERO, Node, symbol
 
 
 def in_plane(system: System) -> bool:
@@ -58,6 +59,12 @@ def _(element: Force) -> tuple[Sequence[Point], Sequence[Point]]:
 @_vectors_and_axes.register
 def _(element: Torque) -> tuple[Sequence[Point], Sequence[Point]]:
     return (), () if isinstance(element.value, Node) else (element.value,)
+
+
+@_vectors_and_axes.register
+def _(element: Potential) -> tuple[Sequence[Point], Sequence[Point]]:
+    """Return the slope along the normal, which pushes out of the plane."""
+    return ((ZERO, ZERO, derivative(element.value, symbol("z"))),) if element.on is not None else (), ()
 
 
 @_vectors_and_axes.register

@@ -6,14 +6,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
-from multibody_sym.errors import ModelError, at
+from multibody_sym.errors import at
 from multibody_sym.expressions.quantities import of_run
-from multibody_sym.model.declaration.forces import Pull
 from multibody_sym.model.declaration.joint import Initial, Joint, MovingJoint
 from multibody_sym.model.declaration.states import StateCondition
 from multibody_sym.model.declaration.system import System, expressions, verify_system, with_expressions
 from multibody_sym.model.declaration.tables import Table, bends
-from multibody_sym.model.mechanism.loads import span_leaves
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, Limit, Mechanism, Speed
 from multibody_sym.model.mechanism.one_way import OneWay
@@ -27,6 +25,7 @@ from multibody_sym.model.resolution.impacts import struck_impacts
 from multibody_sym.model.resolution.loads import loads
 from multibody_sym.model.resolution.measured import measured
 from multibody_sym.model.resolution.one_way.elements import one_way_elements, slackening
+from multibody_sym.model.resolution.potentials.own_names import with_own_names
 from multibody_sym.model.resolution.references import References
 from multibody_sym.model.resolution.rows import cut_joints, declared_rows
 from multibody_sym.model.resolution.spanning_tree import (
@@ -123,7 +122,7 @@ def _references(
     plane: bool,
 ) -> References:
     """Return what names stand for in a system whose expressions are verified, and written in slots."""
-    spanned = _with_spans(system, names)
+    spanned = with_own_names(system, names)
     verify_expressions(spanned, names)
     numbers = _body_numbers(tree, system)
     return References(
@@ -147,31 +146,6 @@ def _outputs(resolved: System, told: Mapping[Node, Node]) -> dict[str, Any]:
 def _changes(node: Node) -> bool:
     """Return whether an expression depends on more than parameters."""
     return bool(leaves([node], "quantity")) or any(leaf.data[0] != "parameters" for leaf in leaves([node], "slot"))
-
-
-_SPANS: Final = (symbol("distance"), symbol("distance_rate"))
-
-
-def _with_spans(system: System, names: Mapping[str, str]) -> System:
-    """Return the system with `distance` and `distance_rate` in the laws of pulls replaced by what they stand for."""
-    if not any(isinstance(element, Pull) for element in system.forces.values()):
-        return system
-    spanned = {
-        name: _with_span(name, element, names) if isinstance(element, Pull) else element
-        for name, element in system.forces.items()
-    }
-    return replace(system, forces=spanned)
-
-
-def _with_span(name: str, pull: Pull, names: Mapping[str, str]) -> Pull:
-    """Return a pull with the leaves of its own span. Raises ModelError where the model calls something else so."""
-    spans = dict(zip(_SPANS, span_leaves(name), strict=True))
-    for leaf in leaves([pull.value], "symbol"):
-        if leaf in spans and leaf.data in names:
-            with at("forces", name, "value"):
-                also = names[leaf.data]
-                raise ModelError(f"{leaf.data!r} is that of the points here and {also} too; rename the latter")
-    return replace(pull, value=evaluate([pull.value], lambda leaf: spans.get(leaf, leaf))[0])
 
 
 def _state_stops(system: System, elements: Sequence[OneWay]) -> dict[str, StateCondition]:
