@@ -10,6 +10,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 import multibody_sym as mbs
+from multibody_sym.analysis.rest import least
 from multibody_sym.cli.main import main
 from multibody_sym.errors import InputError, NoSolutionError
 from multibody_sym.expressions.printer import text
@@ -99,3 +100,13 @@ def test_what_nothing_moves_is_told() -> None:
         mbs.least_for_motion(wall, "F", "beta")
     with pytest.raises(InputError, match="there is no parameter 'G'"):
         mbs.least_for_motion(wall, "G", "beta")
+
+
+def test_where_nothing_holds_each_angle_is_looked_at_once(monkeypatch):
+    """Zero is the least that there is: no place beside it can be better, and the search took half a minute."""
+    looked = []
+    first_end = least.first_end
+    monkeypatch.setattr(least, "first_end", lambda *given: looked.append(given) or first_end(*given))
+    found = mbs.least_for_motion(mbs.loads(PULL.replace("mu: 0.5", "mu: 0")), "F", "beta")
+    assert found.value.value == 0.0
+    assert len(looked) < 200

@@ -64,6 +64,9 @@ def _minima(end: Callable[[float], RestEnd], grid: Sequence[float]) -> Iterator[
         beside = values[max(k - 1, 0)], values[min(k + 1, len(grid) - 1)]
         if here.value == inf or here.value > min(beside):
             continue
+        if here.value == 0.0:  # no value is less: where nothing holds, all places are alike
+            yield x, here
+            continue
         bounds = grid[max(k - 1, 0)], grid[min(k + 1, len(grid) - 1)]
         options = {"xatol": _SHARP * max(map(abs, bounds))}
         sharp = minimize_scalar(
