@@ -34,6 +34,12 @@ constraints: {roll: {type: rolling, body: ball.skin, on: ground.table}}
 MODELS: tuple[Callable[[int], mbs.System], ...] = (rolling, linkage)
 
 
+@pytest.fixture(autouse=True)
+def only_what_may_alarm(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Look for no conserved quantities: they have no say in whether a model is called wrong, and take a third."""
+    monkeypatch.setattr(checking, "conserved", lambda *_: [])
+
+
 def alarms(seeds: range) -> list[tuple[str, float]]:
     """Return the models that are called wrong, with their worst ratio."""
     found = []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import multibody_sym as mbs
 from multibody_sym.writing.check import check_text
@@ -28,12 +29,18 @@ def bricard(coordinates: str) -> mbs.System:
     return mbs.System("bricard", gravity=[0, 0, -9.81], bodies=bodies, joints=joints, simulation=settings)
 
 
+@cache
+def checked() -> mbs.CheckReport:
+    """What `check` finds in absolute coordinates, which takes some seconds."""
+    return mbs.check(bricard("absolute"))
+
+
 def test_bricards_linkage_in_absolute_coordinates() -> None:
     """Five bodies have 30 speeds; one freedom is left, so that the rank is 29. Six hinges have 30 rows, one redundant.
 
     Five hinges keep their angles by doubles: five speeds more, and as much rank.
     """
-    found = mbs.check(bricard("absolute"))
+    found = checked()
     assert (found.degrees_of_freedom, found.rank, len(found.redundant)) == (1, 29, 1)
     assert found.doubles == {f"J{k}": 1 for k in range(1, 6)}
     told = check_text(found)
@@ -56,7 +63,7 @@ def test_a_run_counts_as_check_does() -> None:
     told = run.as_json()["redundancy"]
     assert (told["rank"], told["rows"], len(told["redundant"])) == (29, 30, 1)
     assert told["doubles"] == {f"J{k}": 1 for k in range(1, 6)}
-    assert run.redundancy.rank == mbs.check(bricard("absolute")).rank
+    assert run.redundancy.rank == checked().rank
 
 
 def test_a_run_without_redundant_rows_counts_alike() -> None:
