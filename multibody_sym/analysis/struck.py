@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final, cast
+from typing import Any, Final, cast
 
 import numpy as np
 
@@ -27,10 +27,13 @@ from multibody_sym.model.mechanism.impacts import MEETING, MeetingRow, StruckImp
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.scalars.traversal import leaves
 
 _MET: Final = 1e-9
 """The part of the model's size up to which points meet and what begins closes, as for contacts (LAWS.md, 3)."""
+_ROUNDING: Final = 16.0 * EPSILON
+"""The part of the largest speed that rounding leaves of one that vanishes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,8 +250,19 @@ def outcome(posed: PosedImpact) -> Struck:
     return strike(posed.problem)
 
 
-def after_impact(system: System) -> System:
-    """Return a system as it goes on from its impact: without one, with the speeds after it at the start.
+@dataclass(frozen=True)
+class FromImpact:
+    """A system as it goes on from its impact: without one, with the speeds after it at the start.
+
+    `events` tell what struck, in the order of the elements, as runs do.
+    """
+
+    system: System
+    events: tuple[Mapping[str, Any], ...]
+
+
+def from_impact(system: System) -> FromImpact:
+    """Return how a system goes on from its impact.
 
     Raises what `posed_impact` and `outcome` do, and ModelError for motions whose rates jump.
     """
@@ -258,8 +272,33 @@ def after_impact(system: System) -> System:
             "a run does not go on from a prescribed motion whose speed jumps; write the motion as it is afterwards",
             where=Where(path=("impact",)),
         )
-    rows = struck_rows(posed.blow, outcome(posed))
+    struck = outcome(posed)
+    rows = struck_rows(posed.blow, struck)
     dynamics = tree_dynamics_of(rows.mechanism, resting(posed.blow.motion.state, rows.jumps))
-    jumps = forward_dynamics(dynamics).udot.tolist()
-    speeds = {x.name: u + du for x, u, du in zip(posed.mechanism.speeds, posed.begin.u, jumps, strict=True)}
-    return Changes(initial=speeds).of(replace(system, impact=None))
+    after = _after(posed, forward_dynamics(dynamics).udot)
+    events = tuple(_events(posed, struck, rows.acting))
+    return FromImpact(Changes(initial=after).of(replace(system, impact=None)), events)
+
+
+def _after(posed: PosedImpact, jumps: Floats) -> dict[str, float]:
+    """Return the speeds by name; what is rounding beside the largest of its unit is none."""
+    before, units = np.array(posed.begin.u, dtype=float), [speed.unit for speed in posed.mechanism.speeds]
+    sizes = np.maximum(np.abs(before), np.abs(jumps))
+    largest = {unit: max(x for x, own in zip(sizes, units, strict=True) if own == unit) for unit in units}
+    after = (before + jumps).tolist()
+    return {
+        speed.name: u if abs(u) > _ROUNDING * largest[speed.unit] else 0.0
+        for speed, u in zip(posed.mechanism.speeds, after, strict=True)
+    }
+
+
+def _events(posed: PosedImpact, struck: Struck, acting: Sequence[OneWay]) -> Iterator[dict[str, Any]]:
+    """Yield what struck and what began, with the energy that it took."""
+    places = {name: k for k, name in enumerate(posed.blow.names)}
+    for element in acting:
+        rows = [places[row.name] for row in element.rows if row.name in places]
+        impulse, lost = float(struck.impulses[places[element.normals[0].name]]), float(struck.lost[rows].sum())
+        yield {"t": 0.0, "kind": "impact", "element": element.name, "impulse": impulse, "lost": lost}
+    for name, begun in posed.blow.impact.begins.items():
+        lost = float(struck.lost[[places[row] for row in begun]].sum())
+        yield {"t": 0.0, "kind": "impact", "element": name, "lost": lost}

@@ -62,20 +62,22 @@ def simulate(
     settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
     changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
     asked = with_settings(changed, {**settings, "constraints": named})
-    ready = runnable(_begun(asked), formalism, native=native, backend=backend)
+    begun, told = _begun(asked)
+    ready = runnable(begun, formalism, native=native, backend=backend)
     in_numbers = settings_of(ready)
     problem = problem_of(ready, in_numbers)
     modes = one_way_run(ready, problem, in_numbers, native=native, backend=backend)
-    return _run(ready, problem if modes is None else modes.begin(), modes, on_progress)
+    return _run(ready, problem if modes is None else modes.begin(), modes, on_progress, told)
 
 
-def _begun(system: System) -> System:
-    """Return the system at the start of its run, which an impact there precedes."""
+def _begun(system: System) -> tuple[System, tuple[Mapping[str, Any], ...]]:
+    """Return the system at the start of its run, and what is told of an impact that precedes it."""
     if system.impact is None:
-        return system
-    from multibody_sym.analysis.struck import after_impact  # brings the laws of impacts, which few runs need
+        return system, ()
+    from multibody_sym.analysis.struck import from_impact  # brings the laws of impacts, which few runs need
 
-    return after_impact(system)
+    found = from_impact(system)
+    return found.system, found.events
 
 
 def _run(
@@ -83,6 +85,7 @@ def _run(
     problem: Problem,
     modes: OneWayRun | None,
     on_progress: Callable[[Samples, float], None] | None,
+    told: tuple[Mapping[str, Any], ...],
 ) -> Trajectory:
     """Return the motion, from mode to mode where some holds one way only."""
 
@@ -96,12 +99,19 @@ def _run(
     if held_at_start(problem) is not None:
         loop = end_at_once
     done = integrate(problem, on_chunk=report, loop=loop)
-    return _trajectory(ready, problem, until_departure(ready.mechanism, problem, done), modes)
+    return _trajectory(ready, problem, until_departure(ready.mechanism, problem, done), modes, told)
 
 
-def _trajectory(ready: Runnable, problem: Problem, done: Integration, modes: OneWayRun | None) -> Trajectory:
+def _trajectory(
+    ready: Runnable,
+    problem: Problem,
+    done: Integration,
+    modes: OneWayRun | None,
+    told: tuple[Mapping[str, Any], ...],
+) -> Trajectory:
     parts = () if modes is None else modes.parts(done.t, done.q, done.u)
-    trajectory = Trajectory(ready, problem.parameters, done.t, done.q, done.u, problem, done, parts=parts, modes=modes)
+    values = problem.parameters, done.t, done.q, done.u, problem, done
+    trajectory = Trajectory(ready, *values, parts=parts, modes=modes, begun=told)
     if done.failure is None or done.failure.status is Status.INTERRUPTED:
         if modes is not None and (passed := modes.passed_through(done.t, done.q, done.u)):
             raise FailedRunError(passed, trajectory)

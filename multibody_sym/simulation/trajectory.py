@@ -44,12 +44,14 @@ from multibody_sym.simulation.samples import Samples
 class Trajectory(Samples):
     """The motion of a system: `samples` evenly spaced, `problem` as it was integrated, `integration` as it ended.
 
-    `run["theta"]`, `run.energy`, `run.reactions["hinge"]["fx"]`; see `Samples`.
+    `begun` are the events of the impact from which it goes on. `run["theta"]`, `run.energy`,
+    `run.reactions["hinge"]["fx"]`; see `Samples`.
     """
 
     problem: Problem
     integration: Integration
     modes: OneWayRun | None = field(default=None, kw_only=True)
+    begun: tuple[Mapping[str, Any], ...] = field(default=(), kw_only=True)
 
     def __repr__(self) -> str:
         return f"<Trajectory of {self.ready.mechanism.name}: {len(self)} samples to t = {self.t_final:g} s>"
@@ -75,14 +77,15 @@ class Trajectory(Samples):
     def events(self) -> list[dict[str, Any]]:
         """What happened on the way, in the order of time.
 
-        The stop that ended the run; singular positions, in which rows depend on each other, that it passed; and the
-        first sample at which a joint is beyond one of its limits, a rope would push (a real one goes slack there), a
-        plane would pull at a rolling wheel (a real one lifts off), edges of boxes pass into each other, an output has
-        no value, energy came from nowhere, or a coordinate is so large that floats around it are further apart than a
-        step leads.
+        What struck in an impact before it; the stop that ended the run; singular positions, in which rows depend on
+        each other, that it passed; and the first sample at which a joint is beyond one of its limits, a rope would push
+        (a real one goes slack there), a plane would pull at a rolling wheel (a real one lifts off), edges of boxes pass
+        into each other, an output has no value, energy came from nowhere, or a coordinate is so large that floats
+        around it are further apart than a step leads.
         """
         crossed = limits_passed(self.ready.mechanism, self.parameters, self.__getitem__)
-        found: list[dict[str, Any]] = [
+        found: list[dict[str, Any]] = [dict(event) for event in self.begun]
+        found += [
             {"t": float(self.t[at.sample]), "kind": f"{at.limit} limit", "element": at.joint} for at in crossed
         ]
         found += [] if self.stop is None else [self.stop]
