@@ -68,7 +68,10 @@ _STATE: dict[str, Any] = {"q": ["x"], "motion": [None], "initial": {"q": 1}, "li
 _MOVES: dict[str, Any] = {"q": None, "motion": None, "initial": {"known": True}, "limits": None, **_JOINT}
 _ENDS = {"between": ["a", "b"]}
 _ELEMENTS: dict[str, dict[str, Any]] = {
-    "Ask": {"value": None, "of": "b", "after": 1, "when": None, "at": None, "begins": None},
+    "Ask": {
+        "value": None, "of": None, "after": 0, "when": None, "at": None, "along": None, "max": 1, "min": None,
+        "until": 2, "find": None, "so": None, "between": None, "formula": None,
+    },
     "Baumgarte": {"alpha": 1, "beta": 1},
     "Body": {
         "mass": 1, "com": [0, 0, 0], "inertia": {"Izz": 1}, "shape": None, "points": {"p": [0, 0, 0]},

@@ -18,12 +18,14 @@ class Value:
 
     It is not `unique` where constraints depend on each other and other values would serve as well: then there is none,
     but for that of least norm where this was asked for. `unit` is empty for pure numbers and where it is not known.
+    `t` is the time in s at which it is reached, where it is that of one moment of a motion.
     """
 
     value: float | None
     expression: Node | None = None
     unit: str = ""
     unique: bool = True
+    t: float | None = None
 
     def __str__(self) -> str:
         """Return `formula = number unit`, without the formula where there is none or it is that number."""
@@ -35,7 +37,8 @@ class Value:
         if not self.unique:
             return "not unique" if self.value is None else f"{number} (of least norm, not unique)"
         formula = self._formula(units)
-        return number if formula in ("", f"{self.value or 0.0:.10g}") else f"{formula} = {number}"
+        when = "" if self.t is None else f" at t = {units.said(self.t, 's')}"
+        return number + when if formula in ("", f"{self.value or 0.0:.10g}") else f"{formula} = {number}{when}"
 
     def _formula(self, units: Units) -> str:
         if self.expression is None:
@@ -47,4 +50,5 @@ class Value:
         """Return the object that `--json` prints."""
         number = self.value if self.value is not None and math.isfinite(self.value) else None
         expression = None if self.expression is None else text(self.expression)
-        return {"value": number, "expression": expression, "unit": self.unit}
+        when = {} if self.t is None else {"t": self.t}
+        return {"value": number, "expression": expression, "unit": self.unit, **when}

@@ -70,7 +70,7 @@ def test_states_are_written_back() -> None:
     assert (again.stop, again.ask) == (system.stop, system.ask)
 
 
-@pytest.mark.parametrize("asked", ["{when: c1 sticks}", "{find: x, when: c1 sticks}"])
+@pytest.mark.parametrize("asked", ["{x: c1 sticks}", "{find: x, when: c1 sticks}"])
 def test_a_state_in_no_known_question_is_told_the_forms_that_are_known(asked: str) -> None:
     with pytest.raises(mbs.ModelError, match=r"no known question; ask with .*\{of: body, at.*c sticks \(a state\)"):
         thrown(f"ask: {{turn: {asked}}}")

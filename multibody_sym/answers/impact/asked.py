@@ -24,7 +24,7 @@ def answered_after(solved: Solved) -> dict[str, Value]:
     found: dict[str, Value] = {}
     for name, question in solved.system.ask.items():
         with at("ask", name):
-            if question.value is None:
+            if question.value is None or question.when is not None or question.after is not None:
                 raise ModelError(
                     "an impact is told at its instant; ask for an expression just after it, or simulate what follows"
                 )

@@ -1,27 +1,30 @@
-"""Answers to `ask`: expressions at the start; paths, times and speeds later on.
+"""Answers to `ask`, each question by its kind, those first whose answers others name.
 
 Where all accelerations are constant along the motion these are closed forms, otherwise numbers from a simulation.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.instant import Solved
+from multibody_sym.answers.questions.found_values import Search, extremes_of
+from multibody_sym.answers.questions.in_numbers import InNumbers, NeverError
+from multibody_sym.answers.questions.naming import in_order, named_by, with_answers
 from multibody_sym.answers.questions.simulated_motion import Simulated
 from multibody_sym.answers.questions.uniform_motion import UniformMotion, uniform_motion
 from multibody_sym.errors import ExpressionError, ModelError, at, suggestion
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.settings import Ask
-from multibody_sym.model.declaration.states import StateCondition
+from multibody_sym.model.declaration.states import Moment, StateCondition
 from multibody_sym.model.mechanism.mass import OWN_POINTS
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.force_places import is_undetermined
-from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.node import Node, symbol
 
 
 def answered(solved: Solved) -> tuple[dict[str, Value], list[str]]:
@@ -32,18 +35,18 @@ def answered(solved: Solved) -> tuple[dict[str, Value], list[str]]:
     answers: dict[str, Value] = {}
     remarks: list[str] = []
     motion = _Motion(solved, remarks)
-    for name, question in solved.system.ask.items():
+    for name in in_order(solved.system.ask, solved.mechanism.symbols):
         with at("ask", name):
-            if question.value is not None and is_undetermined(solved.mechanism.withheld, question.value):
+            named = with_answers(solved.system.ask[name], answers, solved.mechanism.symbols)
+            if named is None:
                 answers[name] = Value(None)
-                remarks.append(f"{name}: it hangs on a reaction that is withheld")
-            elif question.value is not None:
-                (unit,) = MechanismUnits(solved.mechanism).of([question.value])
-                answers[name] = solved.values(solved.asked(question.value), {"": unit})[""]
-            else:
-                _verify(solved, question)
-                answers[name] = replace(motion.answer(name, question), unit=_unit(question))
-    return answers, remarks
+                remarks.append(f"{name}: it hangs on an answer that has no value")
+                continue
+            question, closed = named
+            _verify(solved, question)
+            found = motion.answer(name, question) if question.so is None else motion.found(name, question, answers)
+            answers[name] = found if closed else replace(found, expression=None)
+    return {name: answers[name] for name in solved.system.ask}, remarks
 
 
 def _named(mechanism: Mechanism) -> list[str]:
@@ -51,20 +54,18 @@ def _named(mechanism: Mechanism) -> list[str]:
     return [name for x in mechanism.one_way for name in dict.fromkeys((x.name, *(part.name for part in x.frictions)))]
 
 
-def _unit(question: Ask) -> str:
-    if question.of is None:
-        return "s"
-    return "m" if question.after is not None else "m/s"
+def _moments(question: Ask) -> Iterator[tuple[str, Moment]]:
+    """Yield the moments that a question names, by their keys."""
+    for key in ("when", "at", "until"):
+        moment = getattr(question, key)
+        if moment is not None:
+            yield key, moment
 
 
 def _verify(solved: Solved, question: Ask) -> None:
-    for coordinate in (*(question.when or ()), *(question.at or ())):
-        quaternions = {k for body in solved.mechanism.bodies for places in body.quaternions for k in places}
-        names = [c.name for k, c in enumerate(solved.mechanism.coordinates) if k not in quaternions]
-        if coordinate not in names:
-            raise ModelError(f"no coordinate is called {coordinate!r}{suggestion(coordinate, names)}")
-    if question.begins is not None:
-        question.begins.verify(_named(solved.mechanism))
+    for key, moment in _moments(question):
+        with at(key):
+            _verify_moment(solved, moment)
     own = [f"{name}.{point}" for name in solved.system.bodies for point in OWN_POINTS]
     if question.of is not None and question.of not in (*solved.mechanism.markers, *own):
         with at("of"):
@@ -72,6 +73,17 @@ def _verify(solved: Solved, question: Ask) -> None:
     if question.after is not None and not solved.number(question.after) >= 0.0:
         with at("after"):
             raise ModelError("the time is negative")
+
+
+def _verify_moment(solved: Solved, moment: Moment) -> None:
+    if isinstance(moment, StateCondition):
+        moment.verify(_named(solved.mechanism))
+    elif isinstance(moment, Mapping):
+        quaternions = {k for body in solved.mechanism.bodies for places in body.quaternions for k in places}
+        names = [c.name for k, c in enumerate(solved.mechanism.coordinates) if k not in quaternions]
+        for coordinate in moment:
+            if coordinate not in names:
+                raise ModelError(f"no coordinate is called {coordinate!r}{suggestion(coordinate, names)}")
 
 
 @dataclass(frozen=True)
@@ -92,10 +104,47 @@ class _Motion:
         return Simulated(self.solved.system)
 
     def answer(self, name: str, question: Ask) -> Value:
-        """Return the answer to a question about the motion."""
-        if question.begins is not None:
-            return self._at_state(name, question, question.begins)
-        if self.uniform is not None:
+        """Return the answer to a question."""
+        if question.value is not None:
+            return self._value(name, question, question.value)
+        if question.max is not None or question.min is not None:
+            return self._extreme(name, question)
+        return replace(self._course(name, question), unit=_unit(question))
+
+    # --- expressions ----------------------------------------------------------------------------------------------
+
+    def _value(self, name: str, question: Ask, asked: Node) -> Value:
+        if is_undetermined(self.solved.mechanism.withheld, asked):
+            self.remarks.append(f"{name}: it hangs on a reaction that is withheld")
+            return Value(None)
+        unit = self._unit_of(asked)
+        if question.when is None and question.after is None:
+            return self.solved.values(self.solved.asked(asked), {"": unit})[""]
+        return replace(self._in_numbers(name, question), unit=unit)
+
+    def _unit_of(self, asked: Node) -> str:
+        (unit,) = MechanismUnits(self.solved.mechanism).of([asked])
+        return unit
+
+    def _extreme(self, name: str, question: Ask) -> Value:
+        asked = question.max if question.max is not None else question.min
+        assert asked is not None
+        return replace(self._in_numbers(name, question), unit=self._unit_of(asked))
+
+    def found(self, name: str, question: Ask, answers: Mapping[str, Value]) -> Value:
+        """Return the value for which an equation between answers holds."""
+        assert question.so is not None
+        asked = named_by(question, self.solved.system.ask, self.solved.mechanism.symbols)
+        extremes = {key: self._extreme(name, each) for key, each in extremes_of(question.so).items()}
+        value, remarks = Search(self.solved, question, {**{x: answers[x] for x in asked}, **extremes}).found()
+        self.remarks.extend(f"{name}: {remark}" for remark in remarks)
+        return replace(value, unit=self._unit_of(symbol(question.find or "")))
+
+    # --- paths, times and speeds ----------------------------------------------------------------------------------
+
+    def _course(self, name: str, question: Ask) -> Value:
+        moment = question.when if question.when is not None else question.at
+        if self.uniform is not None and question.along is None and (moment is None or isinstance(moment, Mapping)):
             try:
                 found = self._in_closed_form(self.uniform, name, question)
             except (NoClosedFormError, ExpressionError) as reason:
@@ -105,12 +154,10 @@ class _Motion:
                 return found
         return self._in_numbers(name, question)
 
-    # --- closed forms ---------------------------------------------------------------------------------------------
-
     def _in_closed_form(self, uniform: UniformMotion, name: str, question: Ask) -> Value | None:
-        time = self._time(uniform, question)
+        time = self._closed_time(uniform, question)
         if time is None:
-            return self._never(name, question.when or question.at or {})
+            return self._never(name, question.when or question.at)
         closed: Quotient | None = time
         if question.of is not None:
             ask = uniform.path if question.after is not None else uniform.speed
@@ -124,36 +171,31 @@ class _Motion:
             self.remarks.append(f"{name}: {remark}")
         return self.solved.value_of(closed) or Value(float(closed.sample))
 
-    def _time(self, uniform: UniformMotion, question: Ask) -> Quotient | None:
+    def _closed_time(self, uniform: UniformMotion, question: Ask) -> Quotient | None:
         """Return the time that a question names or implies, None where its coordinate never has the value."""
         if question.after is not None:
             return uniform.given(question.after)
-        ((coordinate, value),) = (question.when or question.at or {}).items()
+        moment = question.when or question.at
+        assert isinstance(moment, Mapping)
+        ((coordinate, value),) = moment.items()
         return uniform.time(coordinate, value)
 
-    def _never(self, name: str, condition: Mapping[str, Node]) -> Value:
-        self.remarks.append(f"{name}: {', '.join(condition)} never has this value")
+    def _never(self, name: str, moment: Moment | None) -> Value:
+        assert isinstance(moment, Mapping)
+        self.remarks.append(f"{name}: {', '.join(moment)} never has this value")
         return Value(None)
 
-    # --- numbers --------------------------------------------------------------------------------------------------
-
-    def _at_state(self, name: str, question: Ask, begins: StateCondition) -> Value:
-        time = self.simulated.begins(begins)
-        if time is None:
-            self.remarks.append(f"{name}: {begins} at no time before t_end of the simulation")
-            return Value(None)
-        return Value(time if question.of is None else self.simulated.speed(question.of, time))
-
     def _in_numbers(self, name: str, question: Ask) -> Value:
-        if question.after is not None:
-            assert question.of is not None
-            if self.solved.rests:
-                return Value(0.0)
-            return Value(self.simulated.path(question.of, self.solved.number(question.after)))
-        condition = question.when or question.at or {}
-        ((coordinate, value),) = condition.items()
-        time = self.simulated.time(coordinate, self.solved.number(value))
-        if time is None:
-            self.remarks.append(f"{name}: {coordinate} does not have this value before t_end of the simulation")
+        if question.after is not None and question.of is not None and self.solved.rests:
+            return Value(0.0)
+        try:
+            return InNumbers(self.simulated).answer(question)
+        except NeverError as reason:
+            self.remarks.append(f"{name}: {reason}")
             return Value(None)
-        return Value(time if question.of is None else self.simulated.speed(question.of, time))
+
+
+def _unit(question: Ask) -> str:
+    if question.of is None:
+        return "s"
+    return "m" if question.after is not None else "m/s"

@@ -1,23 +1,29 @@
-"""Paths, times and speeds of a motion from a simulation: what has no closed form."""
+"""Paths, times, speeds and values of a motion from a simulation: what has no closed form."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
 
 from multibody_sym.model.declaration.fields import Names
-from multibody_sym.model.declaration.states import StateCondition
+from multibody_sym.model.declaration.states import Moment, StateCondition
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.declaration.values import AXES
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scalars.node import quantity
+from multibody_sym.scalars.node import Node, add, as_node, multiply, quantity
 from multibody_sym.simulation.simulate import simulate
 from multibody_sym.simulation.trajectory import Trajectory
 
+ASKED: Final = "asked"
+"""The output that is the expression asked for."""
+_WHEN: Final = "when"
+_SHORT: Final = 1e-3
+"""A run that is asked for its start alone ends after this time."""
 _SAMPLES: Final = 4001
 _RTOL: Final = 1e-11
 _ATOL: Final = _RTOL / 10
@@ -59,6 +65,39 @@ class Simulated:
                 return self._refined(coordinate, value, float(run.t[k] + inside * step))
         return 0.0 if starts_there else None
 
+    def moment(self, moment: Moment) -> float | None:
+        """Return the first time at which a moment comes, 0 if it is there at the start, None if not before `t_end`."""
+        if isinstance(moment, StateCondition):
+            return self.begins(moment)
+        if isinstance(moment, Mapping):
+            ((coordinate, value),) = moment.items()
+            return self.time(coordinate, self.number(value))
+        run = self._simulated(self.system, None, stop=Names({_WHEN: moment}))
+        return None if run.stop is None else float(run.stop["t"])
+
+    def number(self, value: Node) -> float:
+        """Return the value of an expression of parameters."""
+        return self.value(value, 0.0) if value.shadow is None else float(value.shadow)
+
+    def value(self, asked: Node, time: float) -> float:
+        """Return the value of an expression at a time."""
+        run = self.along(asked, time if time > 0.0 else _SHORT)
+        return float(run[ASKED][-1 if time > 0.0 else 0])
+
+    def along(self, asked: Node, duration: float | None, stop: Mapping[str, Any] | None = None) -> Trajectory:
+        """Return a run with an expression as its output `ASKED`, which ends at a stop if one is given."""
+        system = replace(self.system, outputs=Names({ASKED: asked}))
+        return self._simulated(system, duration, stop=stop)
+
+    def displacement(self, point: str, duration: float, direction: Sequence[float]) -> float:
+        """Return how far a point is displaced along a unit vector after a time."""
+        place = _along("position", point, direction)
+        return self.value(place, duration) - self.value(place, 0.0)
+
+    def velocity(self, point: str, time: float, direction: Sequence[float]) -> float:
+        """Return a point's velocity along a unit vector at a time."""
+        return self.value(_along("velocity", point, direction), time)
+
     def begins(self, condition: StateCondition) -> float | None:
         """Return the first time at which a state begins, 0 if it holds at the start, None if not before `t_end`."""
         run = self._simulated(self.system, None)
@@ -94,9 +133,15 @@ class Simulated:
         asked = {f"{f} {axis}": quantity(f, (point, axis)) for f in ("velocity", "acceleration") for axis in AXES}
         return self._simulated(replace(self.system, outputs=Names(asked)), duration)
 
-    def _simulated(self, system: System, duration: float | None) -> Trajectory:
+    def _simulated(self, system: System, duration: float | None, stop: Mapping[str, Any] | None = None) -> Trajectory:
         plain: dict[str, Any] = {} if system.simulation.step is not None else {"rtol": _RTOL, "atol": _ATOL}
-        return simulate(replace(system, stop=Names()), t_end=duration, samples=_SAMPLES, **plain)
+        return simulate(replace(system, stop=stop or Names()), t_end=duration, samples=_SAMPLES, **plain)
+
+
+def _along(function: str, point: str, direction: Sequence[float]) -> Node:
+    """Return a component of a quantity of a point along a unit vector."""
+    parts = [multiply(as_node(x), quantity(function, (point, axis))) for x, axis in zip(direction, AXES, strict=True)]
+    return reduce(add, parts)
 
 
 def _vectors(run: Trajectory, function: str) -> Floats:

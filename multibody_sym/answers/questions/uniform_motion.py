@@ -1,11 +1,11 @@
 """Motions whose accelerations never change: paths, times and speeds in closed form.
 
-    q = q0 + u0 t + a t^2/2        v = v0 + A t
+q = q0 + u0 t + a t^2/2        v = v0 + A t
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from typing import Final
@@ -80,7 +80,8 @@ class UniformMotion:
         """Return whether the same answer follows from the accelerations in floats."""
         numbers = self.solved.numbers
         if question.of is None:
-            ((coordinate, value),) = (question.when or {}).items()
+            assert isinstance(question.when, Mapping)
+            ((coordinate, value),) = question.when.items()
             k = [c.name for c in self.solved.mechanism.coordinates].index(coordinate)
             way = self.solved.number(value) - self.solved.begin.q[k]
             gone = [self.solved.begin.u[k] * time, numbers.udot[k] * time * time / 2]

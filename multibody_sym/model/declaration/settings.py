@@ -2,91 +2,206 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.printer import text
-from multibody_sym.model.declaration.fields import Element, MapOf, Record, holds
-from multibody_sym.model.declaration.states import State, StateCondition, state_condition
-from multibody_sym.model.declaration.values import Choice, Flag, Scalar, Text
-from multibody_sym.scalars.node import Node
+from multibody_sym.model.declaration.fields import Element, ListOf, MapOf, Names, Record, fields_of, holds
+from multibody_sym.model.declaration.states import Moment, MomentField, TimeOrMoment, state_condition
+from multibody_sym.model.declaration.values import Choice, Direction, Field, Flag, Point, Scalar, Text, described
+from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.kinks import is_condition
+from multibody_sym.scalars.node import Node, symbol
 
 _FORMS: Final = (
-    "an expression, {of: body, after: time}, {coordinate: value} or {of: body, at: {coordinate: value}}; "
-    "c sticks (a state) may stand for {coordinate: value}"
+    "an expression, {of: body, after: time}, {coordinate: value}, {of: body, at: {coordinate: value}}, "
+    "{max: expression}, {min: expression}, {value: expression, when: {coordinate: value}}, "
+    "{find: parameter, so: equation} or {formula: coordinate}; c sticks (a state) and conditions "
+    "may stand for {coordinate: value}"
 )
+_SETS: Final = (
+    ("value",),
+    ("value", "when"),
+    ("value", "after"),
+    ("of", "after"),
+    ("when",),
+    ("of", "at"),
+    ("max",),
+    ("min",),
+    ("find", "so"),
+    ("formula",),
+)
+_BESIDE: Final[Mapping[str, tuple[str, ...]]] = {
+    "along": ("of",),
+    "after": ("max", "min"),
+    "until": ("max", "min"),
+    "between": ("find",),
+}
+"""What may stand beside questions of which keys."""
+
+
+@dataclass(frozen=True)
+class Extreme(Element):
+    """The largest or least value (`kind`: max or min) of an expression over the motion."""
+
+    kind: str = holds(Choice(("max", "min")))
+    of: Node = holds(Scalar())
+
+    def __str__(self) -> str:
+        return f"{self.kind}({text(self.of)})"
+
+
+@dataclass(frozen=True)
+class Equation(Element):
+    """left == right, which names answers; `extremes`: those that it asks for itself, by the names it has for them."""
+
+    left: Node = holds(Scalar())
+    right: Node = holds(Scalar())
+    extremes: Mapping[str, Extreme] = holds(MapOf(Record(Extreme)), None)
+
+    def __str__(self) -> str:
+        found = f"{text(self.left)} == {text(self.right)}"
+        for name, extreme in self.extremes.items():
+            found = found.replace(name, str(extreme))
+        return found
+
+
+_EXTREME: Final = re.compile(r"\b(max|min)\s*\(")
+
+
+@dataclass(frozen=True)
+class EquationField:
+    """Two expressions with == between them: `least == 0`, `max(reaction(c, normal)) == 2*m*g`."""
+
+    def accept(self, value: Any) -> Equation:
+        if isinstance(value, Equation):
+            return value
+        sides = value.split("==") if isinstance(value, str) else []
+        if len(sides) != 2:
+            raise ModelError(f"expected an equation such as least == 0, got {described(value)}")
+        extremes: dict[str, Extreme] = {}
+        left, right = (_side(side, extremes) for side in sides)
+        return Equation(left=left, right=right, extremes=Names(extremes))
+
+    def tree(self, value: Equation) -> str:
+        return str(value)
+
+
+def _side(side: str, extremes: dict[str, Extreme]) -> Node:
+    """Return one side of an equation; max and min of one expression alone become questions of their own."""
+    known: dict[Node, Node] = {}
+    free = "extreme"
+    while free in side:
+        free += "_"
+    place = 0
+    while (found := _EXTREME.search(side, place)) is not None:
+        end = _closing(side, found.end())
+        inner = side[found.end() : end]
+        if end == len(side) or _has_comma(inner):
+            place = found.end()
+            continue
+        name, standing = f"{found[1]} {len(extremes) + 1}", f"{free}{len(extremes) + 1}"
+        extremes[name] = Extreme(found[1], Scalar().accept(inner))
+        known[symbol(standing)] = symbol(name)
+        side = f"{side[: found.start()]}{standing}{side[end + 1 :]}"
+        place = found.start()
+    node: Node = evaluate([Scalar().accept(side.strip())], lambda leaf: known.get(leaf, leaf))[0]
+    return node
+
+
+def _closing(side: str, begin: int) -> int:
+    """Return where the parenthesis closes that is open at a place, the end of the text where none does."""
+    depth = 1
+    for k in range(begin, len(side)):
+        depth += {"(": 1, ")": -1}.get(side[k], 0)
+        if depth == 0:
+            return k
+    return len(side)
+
+
+def _has_comma(inner: str) -> bool:
+    """Return whether a comma stands in no inner parenthesis."""
+    depths = [inner[:k].count("(") - inner[:k].count(")") for k, letter in enumerate(inner) if letter == ","]
+    return 0 in depths
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ask(Element):
     """A question that `solve` answers.
 
-    `value`: an expression at the given instant; `of` and `after`: the path of a body in a time; `when`: the time at
-    which a coordinate reaches a value, or (`begins`) at which a state begins; `of` and `at`, or `begins`: the speed of
-    a body when it does.
+    `value`: an expression at the start; at the moment `when`; or `after` a time. `of` and `after`: the path of a body
+    in a time; with `along`, a direction, its displacement that way, which has a sign. `when` alone: the time at which a
+    coordinate reaches a value, a condition becomes true or a state begins. `of` and `at`: the speed of a body then, or
+    its velocity `along` a direction. `max`, `min`: the largest or least value of an expression over the motion, `after`
+    a time and `until` another or a moment. `find`: the value of a parameter, coordinate or speed at the start for which
+    the equation `so` holds, `between` two values if that is known. `formula`: a coordinate as a function of time.
+    Expressions name other answers too.
     """
 
     value: Node | None = holds(Scalar(), None)
     of: str | None = holds(Text(), None)
     after: Node | None = holds(Scalar("s"), None)
-    when: Mapping[str, Node] | None = holds(MapOf(Scalar()), None)
-    at: Mapping[str, Node] | None = holds(MapOf(Scalar()), None)
-    begins: StateCondition | None = holds(State(), None)
+    when: Moment | None = holds(MomentField(), None)
+    at: Moment | None = holds(MomentField(), None)
+    along: Point | None = holds(Direction(), None)
+    max: Node | None = holds(Scalar(), None)
+    min: Node | None = holds(Scalar(), None)
+    until: Node | Moment | None = holds(TimeOrMoment(), None)
+    find: str | None = holds(Text(), None)
+    so: Equation | None = holds(EquationField(), None)
+    between: tuple[Node, ...] | None = holds(ListOf(Scalar(), 2, 2), None)
+    formula: str | None = holds(Text(), None)
 
     def verify(self) -> None:
-        names = ("value", "of", "after", "when", "at", "begins")
-        given = tuple(name for name in names if getattr(self, name) is not None)
-        if given not in (("value",), ("of", "after"), ("when",), ("of", "at"), ("begins",), ("of", "begins")):
-            raise ModelError(f"ask with {_FORMS}")
-        for condition in (self.when, self.at):
-            if condition is not None and len(condition) != 1:
-                raise ModelError("name one coordinate and its value, such as {x: 2 m}")
+        given = {name for name in fields_of(Ask) if getattr(self, name) is not None}
+        kind = next((x for x in sorted(_SETS, key=len, reverse=True) if given.issuperset(x)), None)
+        beside = given.difference(kind or ())
+        if kind is None or any(not given.intersection(_BESIDE.get(name, ())) for name in beside):
+            raise ModelError(f"{{{', '.join(sorted(given))}}} is no known question; ask with {_FORMS}")
 
 
 @dataclass(frozen=True)
 class AskField:
-    """A question: an expression, `{of: block, after: 4 s}`, `{x: 2 m}` or `c sticks`, `{of: block, at: {x: 2 m}}`."""
+    """A question: an expression, `{of: block, after: 4 s}`, `{x: 2 m}`, `c sticks`, `{max: y}`, and so on."""
 
     def accept(self, value: Any) -> Ask:
         if isinstance(value, Ask):
             return value
-        begins = state_condition(value)
-        if begins is not None:
-            return Ask(begins=begins)
+        if state_condition(value) is not None:
+            return Ask(when=value)
         if not isinstance(value, Mapping):
-            return Ask(value=value)
-        if "of" in value:
-            given = _known(value, ("of", "after", "at"))
-            begins = state_condition(given.get("at"))
-            return Ask(**given) if begins is None else Ask(of=given["of"], begins=begins)
-        if any(state_condition(given) is not None for given in value.values()):
-            raise ModelError(f"{{{', '.join(map(str, value))}}} is no known question; ask with {_FORMS}")
-        return Ask(when=value)
+            asked = Ask(value=value)
+            return Ask(when=asked.value) if asked.value is not None and is_condition(asked.value) else asked
+        if not any(key in _KEYS for key in value):
+            return Ask(when=_reached(value))
+        return Ask(**_known(value))
 
     def tree(self, value: Ask) -> Any:
-        if value.value is not None:
-            return text(value.value)
-        if value.when is not None:
-            return MapOf(Scalar()).tree(value.when)
-        if value.begins is not None and value.of is None:
-            return str(value.begins)
-        answer: dict[str, Any] = {"of": value.of}
-        if value.begins is not None:
-            answer["at"] = str(value.begins)
-        if value.after is not None:
-            answer["after"] = text(value.after)
-        if value.at is not None:
-            answer["at"] = MapOf(Scalar()).tree(value.at)
-        return answer
+        fields: dict[str, Field] = fields_of(Ask)
+        found = {name: f.tree(getattr(value, name)) for name, f in fields.items() if getattr(value, name) is not None}
+        only = next(iter(found)) if len(found) == 1 else None
+        return found[only] if only in ("value", "when") else found
 
 
-def _known(value: Mapping[str, Any], keys: tuple[str, ...]) -> dict[str, Any]:
+_KEYS: Final = tuple(fields_of(Ask))
+
+
+def _reached(value: Mapping[str, Any]) -> Mapping[str, Any]:
+    if any(state_condition(given) is not None for given in value.values()):
+        raise ModelError(f"{{{', '.join(map(str, value))}}} is no known question; ask with {_FORMS}")
+    if len(value) != 1:
+        raise ModelError("name one coordinate and its value, such as {x: 2 m}")
+    return value
+
+
+def _known(value: Mapping[str, Any]) -> dict[str, Any]:
     for key in value:
-        if key not in keys:
-            with at(key):
-                raise ModelError(f"unknown key {key!r}; known: {', '.join(keys)}")
+        if key not in _KEYS:
+            with at(str(key)):
+                raise ModelError(f"unknown key {key!r}; known: {', '.join(_KEYS)}")
     return dict(value)
 
 

@@ -1,4 +1,4 @@
-"""States of what holds one way only as conditions: `c sticks`, `string slackens`."""
+"""Moments: states of what holds one way only that begin (`c sticks`), conditions, values that coordinates reach."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from multibody_sym.errors import ModelError, suggestion
-from multibody_sym.model.declaration.values import Condition, described
+from multibody_sym.expressions.printer import text
+from multibody_sym.model.declaration.fields import MapOf
+from multibody_sym.model.declaration.values import Condition, Scalar, described
+from multibody_sym.scalars.kinks import is_condition
 from multibody_sym.scalars.node import Node
 
 VERBS: Final[Mapping[str, tuple[str, ...]]] = {
@@ -83,3 +86,37 @@ class StopCondition(Condition):
 
     def tree(self, value: Node | StateCondition) -> str:
         return str(value) if isinstance(value, StateCondition) else super().tree(value)
+
+
+Moment = Mapping[str, Node] | Node | StateCondition
+"""When: a coordinate reaches a value (`{x: 2 m}`), a condition becomes true (`x > 2`), a state begins (`c sticks`)."""
+
+
+@dataclass(frozen=True)
+class MomentField:
+    """A moment: `{x: 2 m}`, a condition such as `x > 2 and u < 0`, or a state such as `c sticks`."""
+
+    def accept(self, value: Any) -> Moment:
+        if not isinstance(value, Mapping):
+            accepted: Moment = StopCondition().accept(value)
+            return accepted
+        if len(value) != 1:
+            raise ModelError("name one coordinate and its value, such as {x: 2 m}")
+        return MapOf(Scalar()).accept(value)
+
+    def tree(self, value: Moment) -> Any:
+        return MapOf(Scalar()).tree(value) if isinstance(value, Mapping) else StopCondition().tree(value)
+
+
+@dataclass(frozen=True)
+class TimeOrMoment:
+    """A time, such as `2 s`, or a moment."""
+
+    def accept(self, value: Any) -> Node | Moment:
+        if isinstance(value, Mapping) or state_condition(value) is not None:
+            return MomentField().accept(value)
+        node = Scalar().accept(value)
+        return MomentField().accept(value) if is_condition(node) else Scalar("s").accept(value)
+
+    def tree(self, value: Node | Moment) -> Any:
+        return text(value) if isinstance(value, Node) else MomentField().tree(value)

@@ -52,6 +52,7 @@ def _verify_name(name: str, what: str) -> None:
 
 
 _MOTION: Final = "motion"
+_ANSWER: Final = "an answer"
 _ONLY_PARAMETERS: Final = ("a parameter",)
 _MAY_NAME: Final[Mapping[str, tuple[str, ...]]] = {
     "forces": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
@@ -59,7 +60,7 @@ _MAY_NAME: Final[Mapping[str, tuple[str, ...]]] = {
     "inputs": ("a parameter", "a coordinate", "a speed", "the time"),
     "outputs": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
     "stop": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
-    "ask": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
+    "ask": ("a parameter", "a coordinate", "a speed", "an input", "the time", _ANSWER),
     _MOTION: ("a parameter", "an input", "the time"),
 }
 _MAY_ASK: Final = ("outputs", "stop", "ask")
@@ -83,7 +84,8 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
     for path, node, field_unit in expressions(system):
         try:
             allowed = _may_name(system, path)
-            _verify_leaves(node, allowed, names, path[1] if path[0] in ("parameters", "inputs") else None)
+            known = names if path[0] != "ask" else {**_answers(system, path[1]), **names}
+            _verify_leaves(node, allowed, known, path[1] if path[0] in ("parameters", "inputs", "ask") else None)
             if path[0] == "constraints" or path[2:3] == (_MOTION,):
                 _verify_driving(system, node, allowed, names)
             for leaf in _asked(node):
@@ -92,6 +94,12 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
             _verify_dimension(node, wanted, dimensions)
         except (ModelError, ExpressionError) as error:
             raise ModelError(error.message, where=replace(error.where, path=path, column=None)) from None
+
+
+def _answers(system: System, question: str) -> dict[str, str]:
+    """Return the names of answers that a question may use: those of others, and of the extremes that it asks itself."""
+    equation = system.ask[question].so
+    return dict.fromkeys((*system.ask, *(() if equation is None else equation.extremes)), _ANSWER)
 
 
 def _unit_by_joint(

@@ -1,0 +1,90 @@
+"""For which value: the parameter or start value for which an equation between answers holds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from math import isfinite, nan
+from typing import Final
+
+import numpy as np
+from scipy.optimize import brentq
+
+_FIRST: Final = 0.05
+_GROWTH: Final = 1.6
+_WIDENED: Final = 14
+_PARTS: Final = 24
+_ACCURACY: Final = 4 * float(np.finfo(float).eps)
+_NO_ROOT: Final = 1e-5
+"""The part of the values beside it that is left at a change of sign which is a jump, or a pole, and no zero."""
+
+
+@dataclass(frozen=True)
+class Zero:
+    """Where a function vanishes, and what is left of it there."""
+
+    at: float
+    residual: float
+
+
+def zeros(function: Callable[[float], float], sample: float, bounds: tuple[float, float] | None) -> list[Zero]:
+    """Return where a function vanishes: all that a scan between bounds shows, the nearest to the sample first.
+
+    Without bounds the one that is met first on ways out from the sample, to both sides. Where the function is nan, it
+    has no value.
+    """
+    if bounds is not None:
+        edges = [float(x) for x in np.linspace(*bounds, _PARTS + 1)]
+        brackets = [pair for pair in pairwise([(x, function(x)) for x in edges]) if _changes(*pair)]
+    else:
+        first = next(_outwards(function, sample), None)
+        brackets = [] if first is None else [first]
+    found = [zero for bracket in brackets if (zero := _zero(function, *bracket)) is not None]
+    return sorted(found, key=lambda zero: abs(zero.at - sample))
+
+
+Point = tuple[float, float]
+
+
+def _changes(a: Point, b: Point) -> bool:
+    return isfinite(a[1]) and isfinite(b[1]) and (a[1] == 0.0 or a[1] * b[1] < 0.0)
+
+
+def _outwards(function: Callable[[float], float], sample: float) -> Iterator[tuple[Point, Point]]:
+    """Yield the brackets that are met on the way from the sample outwards, to one side and the other in turn."""
+    here = (sample, function(sample))
+    if here[1] == 0.0:
+        yield here, here
+    ends = {1.0: here, -1.0: here}
+    step = _FIRST * (abs(sample) or 1.0)
+    for _ in range(_WIDENED):
+        for side, last in tuple(ends.items()):
+            x = last[0] + side * step
+            ends[side] = (x, function(x))
+            if _changes(last, ends[side]):
+                yield last, ends[side]
+        step *= _GROWTH
+
+
+def _zero(function: Callable[[float], float], a: Point, b: Point) -> Zero | None:
+    """Return the zero in a bracket, None where the function jumps there."""
+    if a[1] == 0.0:
+        return Zero(a[0], 0.0)
+    known = dict((a, b))
+
+    def remembered(x: float) -> float:
+        if x not in known:
+            known[x] = function(x)
+        return known[x]
+
+    try:
+        root = float(brentq(remembered, a[0], b[0], xtol=_ACCURACY * max(abs(a[0]), abs(b[0])), rtol=_ACCURACY))
+    except ValueError:
+        return None
+    left = remembered(root)
+    return Zero(root, left) if abs(left) <= _NO_ROOT * max(abs(a[1]), abs(b[1])) else None
+
+
+UNKNOWN: Final = nan
+"""The value of a function where it has none."""

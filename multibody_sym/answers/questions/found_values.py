@@ -1,0 +1,198 @@
+"""`find`: a value of a parameter, coordinate or speed for which an equation holds; a formula where there is one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+from multibody_sym.algebra.quotient_functions import exact
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError
+from multibody_sym.algebra.solving.roots import roots
+from multibody_sym.answers.closed_form import WORK
+from multibody_sym.answers.instant import AGREEMENT, Solved
+from multibody_sym.answers.questions.finding import UNKNOWN, Zero, zeros
+from multibody_sym.answers.questions.in_numbers import InNumbers, NeverError
+from multibody_sym.answers.questions.naming import in_order, named_by, put_in, with_answers
+from multibody_sym.answers.questions.simulated_motion import Simulated
+from multibody_sym.errors import ExpressionError, InputError, ModelError, MultibodyError, at, suggestion
+from multibody_sym.expressions.values import Value
+from multibody_sym.model.declaration.fields import Names
+from multibody_sym.model.declaration.settings import Ask, Equation
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.numerics.arrays import UNDEFINED
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import Node, subtract, symbol
+from multibody_sym.scalars.traversal import leaves
+
+_LEFT: Final = "left - right"
+_HOLDS: Final = 1e-6
+"""The part of its size at the sample that a formula's equation may miss in numbers where that formula holds."""
+
+
+def extremes_of(equation: Equation) -> dict[str, Ask]:
+    """Return the extremes that an equation asks for, as questions of their own."""
+    found = equation.extremes.items()
+    return {name: Ask(max=x.of) if x.kind == "max" else Ask(min=x.of) for name, x in found}
+
+
+@dataclass(frozen=True)
+class Search:
+    """What is looked for in a solved system; `known`: the answers that the equation names, by their names."""
+
+    solved: Solved
+    question: Ask
+    known: Mapping[str, Value]
+
+    def found(self) -> tuple[Value, list[str]]:
+        """Return the value, and what is to be said of it."""
+        self._verify()
+        formula = self._by_formula()
+        if formula is not None:
+            return formula
+        found = zeros(self.residual, self.sample, self.bounds)
+        if not found:
+            return Value(None), [f"no value of {self.name} was found for which {self.equation} {self._where}"]
+        return Value(found[0].at), self._remarks(found)
+
+    # --- what is looked for ---------------------------------------------------------------------------------------
+
+    @property
+    def name(self) -> str:
+        """What a value is looked for of."""
+        assert self.question.find is not None
+        return self.question.find
+
+    @property
+    def equation(self) -> Equation:
+        """What holds there."""
+        assert self.question.so is not None
+        return self.question.so
+
+    @cached_property
+    def sample(self) -> float:
+        """The value that the model has."""
+        starts = dict(zip(self._start_names, (*self.solved.begin.q, *self.solved.begin.u), strict=True))
+        if self.name in starts:
+            return float(starts[self.name])
+        if self.name not in self.solved.system.parameters:
+            known = (*self.solved.system.parameters, *starts)
+            with at("find"):
+                raise ModelError(f"{self.name!r} is no parameter, coordinate or speed{suggestion(self.name, known)}")
+        return self.solved.number(symbol(self.name))
+
+    @property
+    def bounds(self) -> tuple[float, float] | None:
+        """The bounds between which it is looked for."""
+        if self.question.between is None:
+            return None
+        low, high = map(self.solved.number, self.question.between)
+        return min(low, high), max(low, high)
+
+    @property
+    def _start_names(self) -> list[str]:
+        mechanism = self.solved.mechanism
+        return [*(c.name for c in mechanism.coordinates), *(s.name for s in mechanism.speeds)]
+
+    @property
+    def _where(self) -> str:
+        if self.bounds is None:
+            return f"on the way out from {self.sample:.6g}; say where: between: [.., ..]"
+        return "between {:.6g} and {:.6g}".format(*self.bounds)
+
+    def _remarks(self, found: list[Zero]) -> list[str]:
+        others = ", ".join(f"{zero.at:.10g}" for zero in found[1:])
+        told = f"by runs; the sides of {self.equation} differ by {abs(found[0].residual):.1e} there"
+        return [told, *([f"others are {others}"] if others else [])]
+
+    def _verify(self) -> None:
+        if any(question.find is not None for question in self._posed.ask.values()):
+            with at("so"):
+                raise ModelError("it hangs on what is found itself; find one value after the other")
+
+    # --- in numbers -----------------------------------------------------------------------------------------------
+
+    def residual(self, value: float) -> float:
+        """Return left - right at a value of what is looked for, nan where there is no such motion, or answer."""
+        change = {self.name: value}
+        is_parameter = self.name in self.solved.system.parameters
+        try:
+            changes = Changes(parameters=change) if is_parameter else Changes(initial=change)
+            return self._difference(changes.of(self._posed))
+        except (MultibodyError, NeverError, *UNDEFINED):
+            return UNKNOWN
+
+    def _difference(self, system: System) -> float:
+        numbers = InNumbers(Simulated(system))
+        answers: dict[str, Value] = {}
+        for name in in_order(system.ask, self.solved.mechanism.symbols):
+            named = with_answers(system.ask[name], answers, self.solved.mechanism.symbols)
+            if named is None:
+                return UNKNOWN
+            answers[name] = numbers.answer(named[0])
+        value = answers[_LEFT].value
+        return UNKNOWN if value is None else value
+
+    @cached_property
+    def _posed(self) -> System:
+        """The system that is asked only what the equation needs."""
+        asked = {**self.solved.system.ask, **extremes_of(self.equation)}
+        asked[_LEFT] = Ask(value=subtract(self.equation.left, self.equation.right))
+        needed = [_LEFT]
+        for name in needed:
+            needed += sorted(named_by(asked[name], asked, self.solved.mechanism.symbols).difference(needed))
+        return self.solved.system.with_fields({"ask": Names({name: asked[name] for name in needed})})
+
+    # --- in closed form -------------------------------------------------------------------------------------------
+
+    def _by_formula(self) -> tuple[Value, list[str]] | None:
+        """Return the value where the answers have formulas that hold there too."""
+        node = self._formula()
+        if node is None:
+            return None
+        sample = self.solved.sample
+
+        def value(x: float) -> float:
+            try:
+                return evaluate_float([node], {**sample, symbol(self.name): x})[0]
+            except (ExpressionError, *UNDEFINED):
+                return UNKNOWN
+
+        found = zeros(value, self.sample, self.bounds)
+        scale = abs(value(self.sample))
+        found = [x for x in found if abs(self.residual(x.at)) <= _HOLDS * scale]
+        if not found:
+            return None
+        expression = self._root(node, found[0].at)
+        others = ", ".join(f"{zero.at:.10g}" for zero in found[1:])
+        return Value(found[0].at, expression), [f"others are {others}"] if others else []
+
+    def _formula(self) -> Node | None:
+        """Return left - right in the model's symbols, None where an answer has no formula."""
+        difference = subtract(self.equation.left, self.equation.right)
+        if any(x.expression is None for x in self.known.values()):
+            return None
+        formulas = {symbol(name): x.expression for name, x in self.known.items() if x.expression is not None}
+        node = put_in(difference, formulas)
+        letters = self.solved.symbolic.letters
+        if leaves([node], "quantity") or any(x not in letters for x in leaves([node], "symbol")):
+            return None
+        return node if symbol(self.name) in leaves([node], "symbol") else None
+
+    def _root(self, node: Node, value: float) -> Node | None:
+        """Return the root as an expression, None where there is none whose value it is."""
+        unknown = symbol(self.name)
+        letters = dict(self.solved.symbolic.letters)
+        letters[unknown] = Letter(unknown, PRECISE.mpf(value), letters[unknown].positive)
+        field = Field(WORK)
+        try:
+            known = {x: field.letter(x, letter) for x, letter in letters.items()}
+            (equation,) = exact(field, [node], known)
+            for root in roots(equation, unknown):
+                if abs(evaluate_float([root], self.solved.sample)[0] - value) <= AGREEMENT * abs(value):
+                    return root
+        except (NoClosedFormError, InputError, *UNDEFINED) as reason:
+            self.solved.reasons[str(reason)] = None
+        return None

@@ -1,0 +1,78 @@
+"""Answers in numbers: what runs of a system tell of a question of any kind but `find` and `formula`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from multibody_sym.answers.questions.extremes import extreme
+from multibody_sym.answers.questions.simulated_motion import Simulated
+from multibody_sym.errors import ModelError, at
+from multibody_sym.expressions.printer import text
+from multibody_sym.expressions.values import Value
+from multibody_sym.model.declaration.settings import Ask
+from multibody_sym.model.declaration.states import Moment
+from multibody_sym.scalars.node import Node
+
+
+class NeverError(Exception):
+    """What was asked for does not happen; its text says what that is."""
+
+
+@dataclass(frozen=True)
+class InNumbers:
+    """Answers from runs of one motion."""
+
+    motion: Simulated
+
+    def answer(self, question: Ask) -> Value:
+        """Return the answer to a question, without unit. Raises NeverError."""
+        if question.value is not None:
+            start = question.when is None and question.after is None
+            return Value(self.motion.value(question.value, 0.0 if start else self.time(question)))
+        if question.max is not None or question.min is not None:
+            found = extreme(self.motion, question)
+            if found is None:
+                raise NeverError("the motion ends before the time after which it is asked")
+            return Value(found.value, t=found.t)
+        return Value(self._course(question))
+
+    def time(self, question: Ask) -> float:
+        """Return the time that a question names. Raises NeverError where its moment does not come."""
+        if question.after is not None:
+            return self.motion.number(question.after)
+        moment = question.when if question.when is not None else question.at
+        assert moment is not None
+        time = self.motion.moment(moment)
+        if time is None:
+            raise NeverError(f"{_told(moment)} at no time before t_end of the simulation")
+        return time
+
+    def _course(self, question: Ask) -> float:
+        """Return a time, a path or a displacement, a speed or a velocity."""
+        time = self.time(question)
+        if question.of is None:
+            return time
+        point, later = question.of, question.at is not None
+        if question.along is not None:
+            ask = self.motion.velocity if later else self.motion.displacement
+            return ask(point, time, self._direction(question.along))
+        return (self.motion.speed if later else self.motion.path)(point, time)
+
+    def _direction(self, along: tuple[Node, ...]) -> list[float]:
+        vector = np.array([self.motion.number(x) for x in along])
+        length = float(np.linalg.norm(vector))
+        if length == 0.0:
+            with at("along"):
+                raise ModelError("the direction has no length")
+        return list((vector / length).tolist())
+
+
+def _told(moment: Moment) -> str:
+    """Return a moment for people."""
+    if isinstance(moment, Mapping):
+        ((coordinate, value),) = moment.items()
+        return f"{coordinate} = {text(value)}"
+    return text(moment) if isinstance(moment, Node) else str(moment)
