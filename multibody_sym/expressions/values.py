@@ -37,6 +37,8 @@ class Value:
         if not self.unique:
             return "not unique" if self.value is None else f"{number} (of least norm, not unique)"
         formula = self._formula(units)
+        if formula and self.value is None:
+            return formula
         when = "" if self.t is None else f" at t = {units.said(self.t, 's')}"
         return number + when if formula in ("", f"{self.value or 0.0:.10g}") else f"{formula} = {number}{when}"
 

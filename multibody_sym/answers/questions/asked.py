@@ -11,6 +11,7 @@ from functools import cached_property
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.instant import Solved
+from multibody_sym.answers.questions.courses import confirmed_formulas
 from multibody_sym.answers.questions.found_values import Search, extremes_of
 from multibody_sym.answers.questions.in_numbers import InNumbers, NeverError
 from multibody_sym.answers.questions.naming import in_order, named_by, with_answers
@@ -109,6 +110,8 @@ class _Motion:
             return self._value(name, question, question.value)
         if question.max is not None or question.min is not None:
             return self._extreme(name, question)
+        if question.formula is not None:
+            return self._formula(name, question.formula)
         return replace(self._course(name, question), unit=_unit(question))
 
     # --- expressions ----------------------------------------------------------------------------------------------
@@ -139,6 +142,23 @@ class _Motion:
         value, remarks = Search(self.solved, question, {**{x: answers[x] for x in asked}, **extremes}).found()
         self.remarks.extend(f"{name}: {remark}" for remark in remarks)
         return replace(value, unit=self._unit_of(symbol(question.find or "")))
+
+    # --- formulas of time -----------------------------------------------------------------------------------------
+
+    @cached_property
+    def formulas(self) -> Mapping[Node, Node]:
+        """Coordinates and speeds as formulas of time, those that the motion in numbers confirms."""
+        return confirmed_formulas(self.solved, self.simulated)
+
+    def _formula(self, name: str, coordinate: str) -> Value:
+        names = [c.name for c in self.solved.mechanism.coordinates]
+        if coordinate not in names:
+            with at("formula"):
+                raise ModelError(f"no coordinate is called {coordinate!r}{suggestion(coordinate, names)}")
+        found = self.formulas.get(symbol(coordinate))
+        if found is None:
+            self.remarks.append(f"{name}: no solution of the equation of {coordinate} is known; simulate tells numbers")
+        return Value(None, found, unit=self._unit_of(symbol(coordinate)))
 
     # --- paths, times and speeds ----------------------------------------------------------------------------------
 

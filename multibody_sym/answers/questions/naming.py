@@ -25,7 +25,9 @@ def in_order(questions: Mapping[str, Ask], taken: Collection[Node]) -> list[str]
         if not ready:
             circle = [name for name in questions if name not in ordered]
             with at("ask", circle[0]):
-                what = f"the answers of {', '.join(circle)} name each other" if circle[1:] else "the answer names itself"
+                what = (
+                    f"the answers of {', '.join(circle)} name each other" if circle[1:] else "the answer names itself"
+                )
                 raise ModelError(f"{what}: none of them comes first")
         ordered += ready
     return ordered

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import reduce
+from functools import cached_property, reduce
 from itertools import pairwise
 from typing import Any, Final
 
@@ -38,6 +38,11 @@ class Simulated:
     """The motion of a system, run again for each question."""
 
     system: System
+
+    @cached_property
+    def whole(self) -> Trajectory:
+        """The motion to `t_end`, or the stop that ends it."""
+        return self._simulated(self.system, None, stop=self.system.stop)
 
     def path(self, point: str, duration: float) -> float:
         """Return the length of a point's path until `duration`, the integral of |v|; turning points are met exactly."""

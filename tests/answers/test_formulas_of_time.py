@@ -1,0 +1,89 @@
+"""x(t) in symbols: free fall, linear and quadratic drag, damped and driven oscillators, against solutions by hand."""
+
+from __future__ import annotations
+
+from math import atan, cos, cosh, exp, log, sin, sqrt
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.expressions.parser import parse
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import symbol
+
+MODEL = """
+multibody_sym: 1
+name: formulas
+gravity: [0, -g, 0]
+parameters: {g: 9.81, m: 2, c: 0.3, k: 50, F: 3, w: 2.5, kd: 0.4, v: 4, a: 0.1}
+bodies: {b1: {mass: m}, b2: {mass: m}, b3: {mass: m}, b4: {mass: m}, b5: {mass: m}, b6: {mass: m}, b7: {mass: m}}
+joints:
+  j1: {type: prismatic, parent: ground, child: b1, axis: x, q: driven, initial: {q: a, u: v}}
+  j2: {type: prismatic, parent: ground, child: b2, axis: y, q: braked, initial: {u: v}}
+  j3: {type: prismatic, parent: ground, child: b3, axis: y, q: dropped}
+  j4: {type: prismatic, parent: ground, child: b4, axis: x, q: swung, initial: {q: a}}
+  j5: {type: prismatic, parent: ground, child: b5, axis: y, q: free, initial: {q: a, u: v}}
+  j6: {type: prismatic, parent: ground, child: b6, axis: y, q: risen, initial: {u: v}}
+  j7: {type: prismatic, parent: ground, child: b7, axis: x, q: bent, initial: {u: v}}
+forces:
+  s1: {type: spring_damper, joint: j1, stiffness: k, damping: c}
+  d1: {type: torque, joint: j1, value: F*sin(w*t)}
+  d2: {type: drag, on: b2, linear: c}
+  d3: {type: drag, on: b3, quadratic: kd}
+  s4: {type: spring_damper, joint: j4, stiffness: k}
+  d6: {type: drag, on: b6, quadratic: kd}
+  s7: {type: torque, joint: j7, value: -k*bent^3}
+simulation: {t_end: 0.3 s}
+ask: {driven: {formula: driven}, braked: {formula: braked}, dropped: {formula: dropped}, swung: {formula: swung},
+  free: {formula: free}, risen: {formula: risen}, bent: {formula: bent}}
+"""
+G, M, C, K, F, W, KD, V, A = 9.81, 2, 0.3, 50, 3, 2.5, 0.4, 4, 0.1
+SAMPLE = {"g": G, "m": M, "c": C, "k": K, "F": F, "w": W, "kd": KD, "v": V, "a": A}
+
+
+@pytest.fixture(scope="module")
+def solution() -> mbs.Solution:
+    return mbs.solve(mbs.loads(MODEL))
+
+
+def by_hand(name: str, t: float) -> float:
+    omega, final = sqrt(K / M), sqrt(M * G / KD)
+    decay = C / 2 / M
+    turn = sqrt(K / M - decay**2)
+    size = (K - M * W**2) ** 2 + (C * W) ** 2
+    s, r = F * (K - M * W**2) / size, -F * C * W / size
+    q, u = A - r, V - s * W
+    start = atan(V / final)
+    known = {
+        "driven": s * sin(W * t) + r * cos(W * t)
+        + exp(-decay * t) * (q * cos(turn * t) + (u + decay * q) / turn * sin(turn * t)),
+        "braked": -M * G / C * t + (V + M * G / C) * M / C * (1 - exp(-C / M * t)),
+        "dropped": -(final**2) / G * log(cosh(G * t / final)),
+        "swung": A * cos(omega * t),
+        "free": A + V * t - G * t**2 / 2,
+        "risen": M / KD * log(cos(start - G * t / final) / cos(start)),
+    }
+    return known[name]
+
+
+@pytest.mark.parametrize("name", ["driven", "braked", "dropped", "swung", "free", "risen"])
+def test_coordinates_as_formulas_of_time(solution: mbs.Solution, name: str) -> None:
+    expression = solution.answers[name].as_json()["expression"]
+    assert expression is not None
+    node = parse(expression)
+    for t in np.linspace(0.0, 0.3, 7):
+        (told,) = evaluate_float([node], {symbol(x): value for x, value in {**SAMPLE, "t": float(t)}.items()})
+        assert told == pytest.approx(by_hand(name, float(t)), rel=1e-12, abs=1e-14)
+
+
+def test_the_shortest_are_those_of_books(solution: mbs.Solution) -> None:
+    told = {name: str(value) for name, value in solution.answers.items()}
+    assert told["swung"] == "a*cos(t*sqrt(k/m))"
+    assert told["free"] == "a + t*v - g*t^2/2"
+    assert told["dropped"] == "-m/kd*log(cosh(t*sqrt(g*kd/m)))"
+
+
+def test_what_has_no_known_solution_is_told(solution: mbs.Solution) -> None:
+    assert solution.answers["bent"].as_json()["expression"] is None
+    assert "bent: no solution of the equation of bent is known; simulate tells numbers" in solution.conditions
