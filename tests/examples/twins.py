@@ -10,7 +10,8 @@ import multibody_sym as mbs
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FILES = {path.stem: path for path in sorted(EXAMPLES.rglob("*.yaml"))}
-TWINS = [name for name, path in FILES.items() if path.parent == EXAMPLES or path.with_suffix(".py").exists()]
+TWINNED = (EXAMPLES, EXAMPLES / "impacts")
+TWINS = [name for name, path in FILES.items() if path.parent in TWINNED or path.with_suffix(".py").exists()]
 """Those that stand in Python too: all but problems of the textbook with friction."""
 
 
