@@ -47,8 +47,9 @@ def law_program(mechanism: Mechanism) -> Program:
     """Return (t, q, u, ...) -> what laws ask of a mechanism in no mode.
 
     `phi`, `phidot` (m; zero where a row has none), `jacobian` H, `matrix` A, `exerted` C (m, n), `coupling` D (m, m),
-    `right` r (m) of every row; `coefficients` (parts, 2: static, kinetic), `bounces` and `reaches` (elements: the
-    restitution, and how far the next end of a face is); `inverse` G^-1 (n, n), `free` M^-1 f (n), `energy` (J).
+    `right` r (m) of every row; `coefficients` (parts, 2: static, kinetic), `bounces`, `returns` and `reaches`
+    (elements: restitution, normal and tangential, and how far the next end of a face is); `inverse` G^-1 (n, n), `free`
+    M^-1 f (n), `energy` (J).
     """
     trace = Trace("laws", arrays(mechanism))
     state = slot_state(mechanism)
@@ -80,6 +81,7 @@ def law_program(mechanism: Mechanism) -> Program:
             "right": column(right),
             "coefficients": block([_coefficients(part, whole, rows) for part in parts], 2),
             "bounces": column([element.restitution for element in elements]),
+            "returns": column([element.tangential_restitution for element in elements]),
             "reaches": column([_reach(element, whole) for element in elements]),
             "inverse": block([[columns[j][k] for j in range(size)] for k in range(size)], size),
             "free": column(free),

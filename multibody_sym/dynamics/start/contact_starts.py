@@ -24,6 +24,7 @@ def verify_contact_values(motion: Motion) -> None:
     for element in motion.mechanism.one_way:
         with at(*element.path):
             _verify_range(motion, "restitution", element.restitution, 1.0)
+            _verify_range(motion, "tangential_restitution", element.tangential_restitution, 1.0)
             for part in element.frictions:
                 _verify_friction(motion, part)
             for row in element.rows if element.kind == "contact" else ():

@@ -48,28 +48,37 @@ class Contact(Element):
     faces, and edges of boxes nothing unless they are named (`a.bottom_front`); these and sides of bars touch each other
     where they cross, and balls. Coulomb's friction has the coefficients `static` and `kinetic`: one alone counts for
     both, without either the contact is smooth, and where it has `enough` it never slips. `rolling_resistance` is a
-    length. The normal leads from the second to the first, and friction, positive along the tangent, is that on the
-    first; `tangent`, in the axes of the body with the plane, turns it around. An `open` contact does not touch at the
-    start. With `repeat` there are so many contacts, in whose names and ends `#` is 1, 2, ... and `#+1` the next; the
-    forces of those of one body with another, such as a table's legs, have a sum, as those of corners do.
+    length. An impact returns `restitution` of the normal speed, and `tangential_restitution` of that along the surface,
+    as far as friction can (a superball). The normal leads from the second to the first, and friction, positive along
+    the tangent, is that on the first; `tangent`, in the axes of the body with the plane, turns it around. An `open`
+    contact does not touch at the start. With `repeat` there are so many contacts, in whose names and ends `#` is 1, 2,
+    ... and `#+1` the next; the forces of those of one body with another, such as a table's legs, have a sum, as those
+    of corners do.
     """
 
     between: tuple[str, ...] = holds(ListOf(Text(), 2, 2))
     static: Coefficient | None = holds(CoefficientField(), None, keyword=True)
     kinetic: Node | None = holds(KineticField(""), None, keyword=True)
     restitution: Node = holds(Scalar(""), 0, keyword=True)
+    tangential_restitution: Node | None = holds(Scalar(""), None, keyword=True)
     rolling_resistance: Node | None = holds(Scalar("m"), None, keyword=True)
     tangent: Point | None = holds(Direction(), None, keyword=True)
     open: bool = holds(Flag(), False, keyword=True)
     repeat: int | None = holds(Count(), None, keyword=True)
 
     def verify(self) -> None:
-        for name in ("static", "kinetic", "restitution", "rolling_resistance"):
+        for name in ("static", "kinetic", "restitution", "tangential_restitution", "rolling_resistance"):
             value = getattr(self, name)
             if isinstance(value, Node) and value.shadow is not None and value.shadow < 0:
                 raise ModelError(f"{text(value)} is negative; nothing rubs or bounces less than not at all").under(name)
-        if self.restitution.shadow is not None and self.restitution.shadow > 1:
-            raise ModelError("a coefficient of restitution is between 0 and 1").under("restitution")
+        for name in ("restitution", "tangential_restitution"):
+            value = getattr(self, name)
+            if value is not None and value.shadow is not None and value.shadow > 1:
+                raise ModelError("a coefficient of restitution is between 0 and 1").under(name)
+        if self.tangential_restitution is not None and self.static is None and self.kinetic is None:
+            raise ModelError(
+                "what is smooth stores nothing to give back; give static or kinetic, or leave it out"
+            ).under("tangential_restitution")
         if isinstance(self.static, Node) and self.kinetic is not None:
             verify_coefficients(self.static.shadow, self.kinetic.shadow)
         if self.repeat is not None and not any("#" in end for end in self.between):

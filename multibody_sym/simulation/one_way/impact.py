@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.dynamics.laws.assemble import PosedLaws
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.simulation.one_way.facts import Facts, posed
@@ -142,8 +143,9 @@ def struck(facts: Facts, touching: Collection[str], resting: Collection[str]) ->
     rows = replace(problem.problem, right=-speeds)
     law: ImpactLaw = "poisson" if problem.parts else "newton"
     sequence: Sequence = "one_by_one" if bounces.any() else "simultaneous"
+    returned = _returned(facts, problem)
     try:
-        found = strike(ImpactProblem(rows, bounces, law=law, sequence=sequence, allowed=allowed, names=problem.names))
+        found = strike(ImpactProblem(rows, bounces, returned, law, sequence, allowed, names=problem.names))
     except NoSolutionError:
         return None
     taken = {element.name: _places(problem.places, element) for element in problem.elements}
@@ -153,6 +155,14 @@ def struck(facts: Facts, touching: Collection[str], resting: Collection[str]) ->
         {name: float(np.nansum(found.lost[places])) for name, places in taken.items()},
         found.notes,
     )
+
+
+def _returned(facts: Facts, problem: PosedLaws) -> tuple[float, ...]:
+    """Return how much of its friction each part gives back: what rubs first at an element, not what rolls."""
+    returns: Floats = facts.known["returns"]
+    firsts = {next((p.name for p in x.frictions if p.name in facts.laws.parts), ""): x.name for x in problem.elements}
+    places = facts.laws.elements
+    return tuple(float(returns[places[firsts[p.name]]]) if p.name in firsts else 0.0 for p in problem.parts)
 
 
 def _places(places: Mapping[str, int], element: OneWay) -> list[int]:

@@ -162,6 +162,7 @@ def _elements(
             (replace(both.row, name=f"{part}.normal"),),
             frictions=tuple(_frictions(both, contact)),
             restitution=contact.restitution,
+            tangential_restitution=contact.tangential_restitution or ZERO,
             group=name,
             open=contact.open,
         )
