@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from multibody_sym.model.declaration.bodies import GroundMotion as GroundMotion
     from multibody_sym.model.declaration.bodies import Shape as Shape
     from multibody_sym.model.declaration.bodies import Turn as Turn
+    from multibody_sym.model.declaration.bodies import VariableMass as VariableMass
     from multibody_sym.model.declaration.constraints import Coupler as Coupler
     from multibody_sym.model.declaration.constraints import Distance as Distance
     from multibody_sym.model.declaration.constraints import Expression as Expression
@@ -132,7 +133,7 @@ _NAMES = {
     "formats.reader": "load loads",
     "formats.urdf": "UrdfNotice load_urdf",
     "formats.writer": "dump dumps",
-    "model.declaration.bodies": "Body Frame GroundMotion Shape Turn",
+    "model.declaration.bodies": "Body Frame GroundMotion Shape Turn VariableMass",
     "model.declaration.constraints": "Coupler Distance Expression Gear Line Plane PointInPlane PointOnLine "
     "PrescribedMotion Pulley Rolling Rope VelocityConstraint",
     "model.declaration.contacts": "Contact",

@@ -218,7 +218,7 @@ def _without_slopes(flow: Flow, begin: Start) -> NoSolutionError:
         without = replace(flow.mechanism, loads=tuple(x for x in loads if x.name != load.name))
         if _has_slopes(replace(flow, mechanism=without), begin):
             message = f"A has no finite value in this state: {load.name} has no derivative there; choose one beside it"
-            return NoSolutionError(message, where=Where(path=("forces", load.name)))
+            return NoSolutionError(message, where=Where(path=load.path))
     return NoSolutionError("A has no finite value in this state: a force or an input has no derivative there")
 
 

@@ -273,8 +273,9 @@ def _derived(
     given: Energies,
     told: Told,
 ) -> SymbolicEquations:
-    raw = METHODS[method](mechanism, symbols, names, given)
-    definitions, replaced = tidied(names.definitions, _expressions(raw), symbols.free_prefix)
+    raw: Parts = _mapped(METHODS[method](mechanism, symbols, names, given), lambda e: e.xreplace(given.held))
+    written = {name: e.xreplace(given.held) for name, e in names.definitions.items()}
+    definitions, replaced = tidied(written, _expressions(raw), symbols.free_prefix)
     parts: Parts = _mapped(raw, lambda e: e.xreplace(replaced))
     matrices = _matrices(parts, len(symbols.speeds))
     plain = notation_of(mechanism, symbols, [name for name, _ in definitions], names.numbers, told.labels)

@@ -52,7 +52,8 @@ QUANTITIES: Final[dict[str, Quantity]] = {
 """Every quantity by its name; the arguments are names of the model, joined by dots.
 
 A `whole` is a body or the word `system`; `about` a point, or the word `com` for its own centre of mass; what is
-`exerting` a force, constraint, contact or joint, or the word `weight`; a `store` of potential energy a body or force.
+`exerting` a force, constraint, contact or joint, a body whose mass varies, or the word `weight`; a `store` of potential
+energy a body or force.
 """
 SYSTEM, OWN_CENTRE, WEIGHT = "system", "com", "weight"
 

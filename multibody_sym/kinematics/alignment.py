@@ -19,7 +19,7 @@ from multibody_sym.kinematics.steps import invariant_directions
 from multibody_sym.model.declaration.steps import Step
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.contact_rows import Face, Skin
-from multibody_sym.model.mechanism.loads import BodyTorque, Load, PointForce
+from multibody_sym.model.mechanism.loads import BodyTorque, Load, MassFlow, PointForce
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import IDENTITY, ORIGIN, Mass, Pose, Rotation
 from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
@@ -233,6 +233,11 @@ def _(part: Grip, axes: Mapping[int, Axes]) -> Grip:
 @_in_axes.register
 def _(part: PointForce, axes: Mapping[int, Axes]) -> PointForce:
     return replace(part, at=_in_axes(part.at, axes), value=axes[part.axes].vector(part.value))
+
+
+@_in_axes.register
+def _(part: MassFlow, axes: Mapping[int, Axes]) -> MassFlow:
+    return replace(part, at=_in_axes(part.at, axes), velocity=axes[part.axes].vector(part.velocity))
 
 
 @_in_axes.register

@@ -8,6 +8,7 @@ from functools import singledispatch
 from typing import Final
 
 from multibody_sym.errors import at
+from multibody_sym.kinematics.masses.flow import flow_wrench
 from multibody_sym.kinematics.motion import Motion, pose
 from multibody_sym.kinematics.points import position, velocity
 from multibody_sym.kinematics.wrenches import Wrench, Wrenches, add_force, add_force_at, add_pair, generalized_forces
@@ -18,6 +19,7 @@ from multibody_sym.model.mechanism.loads import (
     JointPotential,
     JointSpring,
     Load,
+    MassFlow,
     PlacePotential,
     PointDrag,
     PointForce,
@@ -63,7 +65,7 @@ def applied(motion: Motion, loads: Iterable[Load] | None = None, *, weight: bool
     wrenches = Wrenches(len(motion.bodies))
     of_speed: list[S] = [0] * len(motion.state.u)
     for load in motion.mechanism.loads if loads is None else loads:
-        with at("forces", load.name):
+        with at(*load.path):
             exert(load, motion, wrenches, of_speed)
     if weight:
         _add_weight(motion, wrenches)
@@ -176,6 +178,11 @@ def _(load: PointDrag, motion: Motion, wrenches: Wrenches, of_speed: list[S]) ->
     v = velocity(motion, load.at)
     factor = linear if load.quadratic is ZERO else linear + quadratic * _size(v)
     add_force(wrenches, motion, load.at, scale(-factor, v))
+
+
+@exert.register
+def _(load: MassFlow, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    wrenches.add(load.body, *flow_wrench(load, motion))
 
 
 def _size(v: Vec) -> S:

@@ -14,6 +14,9 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.errors import RunError
 from multibody_sym.integrators.flow import Flow, Status, StepError
 from multibody_sym.integrators.loop import first_step, least_step
+from multibody_sym.kinematics.masses.rates import varies
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.mechanism.mass import used_up
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.integration import Integration
@@ -31,6 +34,8 @@ _LEFT: Final = 1e-3
 """The part of a row's size, as `Missed` has it, by which a run that keeps it never misses it."""
 _FEW: Final = 100
 """Least steps of a run, within which a step of the motion is too near to them."""
+_USED_UP: Final = 1e-2
+"""The part of a mass at the start below which it is why a run failed: there its acceleration grows without bound."""
 _SIZED: Final = 20
 """Samples of a run at which sizes of rows are looked at."""
 
@@ -87,6 +92,24 @@ def failure_message(run: Trajectory, failure: RunFailure) -> str:
             "the motion; take shorter steps or tolerances, or projection with one of this package's methods"
         )
     return f"constraint {what} cannot be satisfied {when}: the mechanism comes to a position that it cannot pass"
+
+
+def mass_used_up(run: Trajectory) -> str | None:
+    """Return that a body whose mass varies has none left at the end of a run, and when; None where each has."""
+    mechanism, end = run.ready.mechanism, run.integration
+    failed = end.failure is not None and end.failure.status is not Status.INTERRUPTED
+    first, last = (
+        state_of(mechanism, float, t, q.tolist(), u.tolist(), run.parameters.tolist())
+        for t, q, u in ((run.problem.t0, run.problem.q0, run.problem.u0), (end.t_final, end.q_final, end.u_final))
+    )
+    for body in (body for body in mechanism.bodies if varies(body)):
+        begun, left = (float(state.values([body.mass.mass])[0]) for state in (first, last))
+        if (failed and left <= _USED_UP * begun) or (run.stop or {}).get("element") == used_up(body.name):
+            return (
+                f"the mass of {body.name} is used up at t = {end.t_final:.6g} s, and no mass is negative: end the run "
+                f"before, or let the mass stay what is left: mass: {{value: max(m0 - k*t, m1), ..}}"
+            )
+    return None
 
 
 def _advice_on_steps(mechanism: Mechanism) -> str:

@@ -16,7 +16,7 @@ from multibody_sym.model.resolution.changes import Changes, with_settings
 from multibody_sym.runtime.integration import Integration, integrate
 from multibody_sym.runtime.loading import Backend
 from multibody_sym.runtime.problem import Chunk, Event, Problem, Progress, Statistics
-from multibody_sym.simulation.failures import FailedRunError, failure_message, until_departure
+from multibody_sym.simulation.failures import FailedRunError, failure_message, mass_used_up, until_departure
 from multibody_sym.simulation.one_way.chained import OneWayRun, one_way_run
 from multibody_sym.simulation.problem import problem_of, settings_of
 from multibody_sym.simulation.runnable import Runnable, runnable
@@ -112,6 +112,8 @@ def _trajectory(
     parts = () if modes is None else modes.parts(done.t, done.q, done.u)
     values = problem.parameters, done.t, done.q, done.u, problem, done
     trajectory = Trajectory(ready, *values, parts=parts, modes=modes, begun=told)
+    if (left := mass_used_up(trajectory)) is not None:
+        raise FailedRunError(left, trajectory)
     if done.failure is None or done.failure.status is Status.INTERRUPTED:
         if modes is not None and (passed := modes.passed_through(done.t, done.q, done.u)):
             raise FailedRunError(passed, trajectory)

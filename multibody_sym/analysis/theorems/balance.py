@@ -22,11 +22,12 @@ from multibody_sym.dynamics.programs.reactions import acting
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy, split
 from multibody_sym.kinematics.joint_forces import along_reactions
 from multibody_sym.kinematics.loads import applied
+from multibody_sym.kinematics.masses.rates import carried_by_flows, carried_momentum
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State, slot_state
 from multibody_sym.kinematics.wrenches import Wrench, generalized_forces
-from multibody_sym.model.mechanism.loads import Load
+from multibody_sym.model.mechanism.loads import Load, MassFlow
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.derivatives import derivative, gradient, tangents
@@ -164,6 +165,7 @@ def _powers(motion: Motion, found: Accelerations) -> Floats:
     _, working = split(motion.mechanism.loads)
     loads = [applied(motion, [load], weight=False) for load in working]
     powers = [_power(motion, forces.of_body) + np.array(forces.of_speed, dtype=float) @ u for forces in loads]
+    powers.append(carried_by_flows(motion, working))
     rows = row_motions(motion)
     beside = {k: row.beside for k, row in enumerate(rows) if row.beside}
     exerted = along_reactions([row.forces for row in rows], beside, found.multipliers.tolist())
@@ -188,11 +190,16 @@ def _transmitted(motion: Motion, found: Accelerations) -> list[Wrench]:
 
 
 def _from_outside(motion: Motion, found: Accelerations) -> Floats:
-    """Return the forces on all bodies and their moments about the origin: loads, weight, rows, ground's joints."""
+    """Return the forces on all bodies and their moments about the origin: loads, weight, rows, ground's joints.
+
+    With the momentum that comes and goes with masses.
+    """
     given = acting(motion, row_motions(motion), found.multipliers.tolist())
     transmitted = _transmitted(motion, found)
     on_ground = [k for k, body in enumerate(motion.mechanism.bodies) if body.parent < 0]
-    pairs = [*enumerate(given), *((k, transmitted[k]) for k in on_ground)]
+    flows = [load.body for load in motion.mechanism.loads if isinstance(load, MassFlow)]
+    brought = [(k, carried_momentum(motion, k)) for k in flows]
+    pairs = [*enumerate(given), *((k, transmitted[k]) for k in on_ground), *brought]
     in_world = np.array([_in_world(motion, index, wrench) for index, wrench in pairs], dtype=float)
     return in_world.reshape(-1, 2, 3).transpose(1, 0, 2)
 

@@ -26,17 +26,20 @@ from multibody_sym.dynamics.programs.momenta import angular_momentum, body_momen
 from multibody_sym.expressions.quantities import WEIGHT
 from multibody_sym.kinematics.energy import split
 from multibody_sym.kinematics.loads import applied
+from multibody_sym.kinematics.masses.rates import carried_by_flows, carried_momentum
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import slot_state
+from multibody_sym.kinematics.wrenches import Wrench
 from multibody_sym.model.declaration.values import AXES
 from multibody_sym.model.mechanism.contact_rows import ContactRow
+from multibody_sym.model.mechanism.loads import Load, MassFlow
 from multibody_sym.model.mechanism.mass import IDENTITY, ORIGIN
 from multibody_sym.model.mechanism.mechanism import TreeBody
 from multibody_sym.model.mechanism.rows import AngleRow, DistanceRow, PositionRow, RopeRow
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node, as_node
-from multibody_sym.scalars.vectors import S
+from multibody_sym.scalars.vectors import S, add
 
 CONSERVED: Final = "Conserved"
 """The title of the step that tells what is."""
@@ -136,13 +139,21 @@ class _Theorems:
         """Return forces and moments about the origin (6, sympy) of the weight, the loads and the rows, by name."""
         motion, loads = self._motion, self._mechanism.loads
         acting = [(WEIGHT, applied(motion, ()).of_body, sympy.S.One)]
-        acting += [(load.name, applied(motion, [load], weight=False).of_body, sympy.S.One) for load in loads]
+        acting += [(load.name, self._exerted(load), sympy.S.One) for load in loads]
         rows = zip(self._mechanism.rows, self._rows, self._equations.symbols.multipliers, strict=True)
         acting += [(row.name, found.of_body, multiplier) for row, found, multiplier in rows]
         return [
             (name, tuple(factor * self._sympy(x) for vector in resultant(motion, of_body) for x in vector))
             for name, of_body, factor in acting
         ]
+
+    def _exerted(self, load: Load) -> list[Wrench]:
+        """Return what a load exerts, with the momentum that comes or goes with mass."""
+        of_body = list(applied(self._motion, [load], weight=False).of_body)
+        if isinstance(load, MassFlow):
+            (force, moment), more = of_body[load.body], carried_momentum(self._motion, load.body)
+            of_body[load.body] = add(force, more[0]), add(moment, more[1])
+        return of_body
 
     def _powers(self) -> list[tuple[str, Any]]:
         """Return the powers of loads outside V, and of rows that time moves or that rub, by name."""
@@ -151,7 +162,8 @@ class _Theorems:
         for load in split(self._mechanism.loads)[1]:
             forces = applied(self._motion, [load], weight=False)
             along = sum((f * x for f, x in zip(forces.of_speed, u, strict=True)), 0)
-            found.append((load.name, self._sympy(power_of(self._motion, forces.of_body) + along)))
+            gained = carried_by_flows(self._motion, [load])
+            found.append((load.name, self._sympy(power_of(self._motion, forces.of_body) + along + gained)))
         rows = zip(self._mechanism.rows, self._rows, self._equations.symbols.multipliers, strict=True)
         for row, moved, multiplier in rows:
             if moved.exerts is None:

@@ -16,7 +16,7 @@ from multibody_sym.kinematics.motion import Motion, accelerations, pose
 from multibody_sym.kinematics.rows import RowMotion, friction_factors, row_motion, row_motions
 from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench, Wrenches, add_pair
 from multibody_sym.model.mechanism.force_rows import ReactionRow
-from multibody_sym.model.mechanism.loads import Load, PointPull, PointSpring, span_leaves
+from multibody_sym.model.mechanism.loads import Load, MassFlow, PointPull, PointSpring, span_leaves
 from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.model.mechanism.rope_rows import MeanTensionRow
 from multibody_sym.model.mechanism.rows import RopeRow, Row
@@ -43,8 +43,8 @@ SPRING = "P"
 class Action:
     """What acts on one body: an unknown force by its `symbol` (None: known) and its wrench for a unit of it.
 
-    The wrench is in body axes, about the body's origin. `kind` is weight, load, spring, reaction (counter on the
-    parent), row or friction; `element` its name.
+    The wrench is in body axes, about the body's origin. `kind` is weight, load, flow (of mass), spring, reaction
+    (counter on the parent), row or friction; `element` its name.
     """
 
     symbol: Any | None
@@ -132,7 +132,7 @@ class Actions:
             self._add(s, "spring", load.name, wrenches.of_body)
             return
         exert(load, self.motion, wrenches, known.of_speed)
-        self._add(None, "load", load.name, wrenches.of_body)
+        self._add(None, "flow" if isinstance(load, MassFlow) else "load", load.name, wrenches.of_body)
 
     def _pull(self, load: PointSpring | PointPull, length: S, rate: S) -> S:
         state = self.motion.state

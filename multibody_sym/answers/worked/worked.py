@@ -50,6 +50,7 @@ _NOT_UNIQUE: Final = 1e-8
 _WORDS: Final = {
     "weight": "weight",
     "load": "force",
+    "flow": "reactive force of what leaves or joins",
     "spring": "pull of",
     "reaction": "reaction of joint",
     "counter": "reaction of joint",

@@ -10,8 +10,8 @@ dV/dq inside Q; it is lowered to Nodes, so that what sympy derived is what is co
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import sympy
@@ -23,12 +23,14 @@ from multibody_sym.dynamics.formalisms.equations import EquationsOfMotion, equat
 from multibody_sym.errors import ModelError
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy, split, stored_energy
 from multibody_sym.kinematics.loads import TINY, applied, applied_generalized_forces
-from multibody_sym.kinematics.motion import coordinate_rates, joint_rates, motion_of
+from multibody_sym.kinematics.masses.rates import varies
+from multibody_sym.kinematics.motion import Motion, coordinate_rates, joint_rates, motion_of
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import State, slot_state
 from multibody_sym.kinematics.steps import turning_momenta
+from multibody_sym.model.mechanism.mass import Mass
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.scalars.node import Node, as_node, slot
+from multibody_sym.scalars.node import Node, as_node, quantity, slot
 
 
 def lagrange(mechanism: Mechanism, state: State) -> EquationsOfMotion:
@@ -51,13 +53,15 @@ class Energies:
     """What the equations are derived from, in sympy.
 
     `kinetic` T(q, u); `potential` V(q, t), the weight's and each spring's; `forces` the generalised forces Q (nu) of
-    each load that V does not hold; `constraints` phi(q, t) of each row, psi(q, u, t) of a nonholonomic one.
+    each load that V does not hold; `constraints` phi(q, t) of each row, psi(q, u, t) of a nonholonomic one. In T and V
+    masses that vary are `held`: letters, by which nothing is differentiated, with what they stand for.
     """
 
     kinetic: Any
     potential: tuple[Any, ...]
     forces: tuple[tuple[Any, ...], ...]
     constraints: tuple[Any, ...]
+    held: Mapping[Any, Any] = field(default_factory=dict)
 
 
 def energies(mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> Energies:
@@ -67,21 +71,62 @@ def energies(mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> E
     every spring, to Q. Quaternions have length one here, which holds wherever the equations do.
     """
     names.budget.enter("the energies")
-    parts = energy_nodes(mechanism)
-    translated = names.translated([x for part in parts for x in part], known_nodes(mechanism, symbols))
+    parts, known = energy_nodes(mechanism), known_nodes(mechanism, symbols)
+    letters = held_letters(mechanism, symbols)
+    stood_for = names.translated([held_masses(mechanism)[leaf] for leaf in letters], known)
+    held = dict(zip(letters.values(), map(names.name, stood_for), strict=True))
+    translated = names.translated([x for part in parts for x in part], {**known, **letters})
     (T,), potential, constraints, *forces = _cut([names.name(e) for e in translated], parts)
-    return Energies(T, tuple(potential), tuple(map(tuple, forces)), tuple(constraints))
+    return Energies(T, tuple(potential), tuple(map(tuple, forces)), tuple(constraints), held)
 
 
 def energy_nodes(mechanism: Mechanism) -> list[list[Node]]:
     """Return as Nodes in slots [T], the parts of V, what the rows restrict, and Q (nu) of each load outside V."""
     motion = motion_of(mechanism, slot_state(mechanism))
     stored, working = split(mechanism.loads)
-    weight = potential_energy(replace(motion, mechanism=replace(mechanism, loads=())))
+    held = _held(mechanism)
+    weight = potential_energy(replace(held, mechanism=replace(mechanism, loads=())))
     potential = [weight, *(stored_energy(load, motion) for load in stored)]
     forces = [applied_generalized_forces(motion, applied(motion, [load], weight=False)) for load in working]
-    parts = [[kinetic_energy(motion)], potential, [_restricted(row) for row in row_motions(motion)], *forces]
+    parts = [[kinetic_energy(held)], potential, [_restricted(row) for row in row_motions(motion)], *forces]
     return [[as_node(x) for x in part] for part in parts]
+
+
+def held_masses(mechanism: Mechanism) -> dict[Node, Node]:
+    """Return the leaf of each part of a mass that varies, with what it stands for.
+
+    The body that is left at an instant moves as one of constant mass: T is differentiated with it held, and so is V.
+    """
+    found: dict[Node, Node] = {}
+    for index, body in enumerate(mechanism.bodies):
+        if varies(body):
+            parts = (body.mass.mass, *body.mass.com, *body.mass.inertia)
+            moving = ((k, x) for k, x in enumerate(parts) if x.shadow is None)
+            found.update((quantity("held", (str(index), str(k))), x) for k, x in moving)
+    return found
+
+
+def held_letters(mechanism: Mechanism, symbols: Symbols) -> dict[Node, Any]:
+    """Return the symbols of the leaves of masses that vary."""
+    leaves = held_masses(mechanism)
+    return {
+        leaf: sympy.Symbol("_".join((symbols.free_prefix, "m", *leaf.data[1])), real=True) for leaf in leaves
+    }
+
+
+def _held(mechanism: Mechanism) -> Motion:
+    """Return the motion over Nodes with masses that vary held."""
+    state, held = slot_state(mechanism), held_masses(mechanism)
+    if not held:
+        return motion_of(mechanism, state)
+    by_place = {leaf.data[1]: leaf for leaf in held}
+    bodies = []
+    for index, body in enumerate(mechanism.bodies):
+        parts = (body.mass.mass, *body.mass.com, *body.mass.inertia)
+        m, x, y, z, *inertia = (by_place.get((str(index), str(k)), part) for k, part in enumerate(parts))
+        bodies.append(replace(body, mass=Mass(m, (x, y, z), tuple(inertia))))
+    known = replace(state, slots={**state.slots, **{leaf: leaf for leaf in held}})
+    return motion_of(replace(mechanism, bodies=tuple(bodies)), known)
 
 
 def _restricted(row: RowMotion) -> Any:
@@ -213,11 +258,17 @@ class Lowered:
 
 
 def lowered(
-    symbols: Symbols, names: Subexpressions, terms: LagrangeTerms, rows: Sequence[Sequence[Any]] = ()
+    mechanism: Mechanism,
+    symbols: Symbols,
+    names: Subexpressions,
+    terms: LagrangeTerms,
+    rows: Sequence[Sequence[Any]] = (),
 ) -> Lowered:
     """Return derived terms, and rows (phi, phidot, gamma, H_j ...), as Nodes."""
     lists = [*terms.mass_matrix, terms.applied, terms.velocity_terms, *rows]
+    held, letters = held_masses(mechanism), held_letters(mechanism, symbols)
     leaves_of = {symbol: node for node, symbol in symbols.slots.items()}
+    leaves_of |= {letter: held[leaf] for leaf, letter in letters.items()}
     nodes = names.lowered([x for part in lists for x in part], leaves_of)
     return Lowered(tuple(tuple(part) for part in _cut(nodes, lists)))
 
@@ -232,7 +283,7 @@ def _lowered_tree(mechanism: Mechanism) -> Lowered:
     symbols = numbered_symbols(mechanism)
     names = Subexpressions(symbols.free_prefix, Budget())
     given = energies(mechanism, symbols, names)
-    return lowered(symbols, names, lagrange_terms(mechanism, symbols, names, given))
+    return lowered(mechanism, symbols, names, lagrange_terms(mechanism, symbols, names, given))
 
 
 _known: dict[int, Lowered] = {}

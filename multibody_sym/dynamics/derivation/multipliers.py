@@ -48,7 +48,7 @@ def _lowered(mechanism: Mechanism) -> Lowered:
     terms = lagrange_terms(mechanism, symbols, names, given)
     rows = rows_terms(mechanism, symbols, names, given)
     lists = [(row.phi or sympy.S.Zero, row.phidot, row.gamma, *row.jacobian) for row in rows]
-    return lowered(symbols, names, terms, lists)
+    return lowered(mechanism, symbols, names, terms, lists)
 
 
 @dataclass(frozen=True)

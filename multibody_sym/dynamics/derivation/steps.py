@@ -17,15 +17,18 @@ from multibody_sym.dynamics.derivation.notation import Notation, upright
 from multibody_sym.dynamics.derivation.record import Equation, Label, Step
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.expressions.printer import text as in_model_language
+from multibody_sym.kinematics.masses.flow import flow_wrench
+from multibody_sym.kinematics.masses.rates import mass_rates
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.points import position, velocity
 from multibody_sym.kinematics.state import slot_state
+from multibody_sym.model.mechanism.loads import MassFlow
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import Pose
 from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, as_node
-from multibody_sym.scalars.vectors import ZERO_VECTOR
+from multibody_sym.scalars.vectors import ZERO_VECTOR, apply
 
 _LONG: Final = 500
 _T: Final = Label("T", "T")
@@ -49,7 +52,10 @@ def coordinate_step(mechanism: Mechanism) -> Step:
 
 
 def position_steps(mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> tuple[Step, ...]:
-    """Return position and velocity of each centre of mass (ground's axes), and angular velocities (body axes)."""
+    """Return position and velocity of each centre of mass (ground's axes), and angular velocities (body axes).
+
+    Then what is said of masses that vary.
+    """
     motion = motion_of(mechanism, slot_state(mechanism))
     equations = [
         Equation(label, _vector(vector, mechanism, symbols, names))
@@ -57,7 +63,7 @@ def position_steps(mechanism: Mechanism, symbols: Symbols, names: Subexpressions
         if body.mass.mass is not ZERO or any(x is not ZERO for x in body.mass.inertia)
         for label, vector in _vectors(motion, index, body)
     ]
-    return (Step("Positions and velocities", tuple(equations)),)
+    return Step("Positions and velocities", tuple(equations)), *mass_steps(mechanism, symbols, names)
 
 
 def _vectors(motion: Motion, index: int, body: TreeBody) -> list[tuple[Label, Sequence[Any]]]:
@@ -70,6 +76,29 @@ def _vectors(motion: Motion, index: int, body: TreeBody) -> list[tuple[Label, Se
     if any(x is not ZERO for x in body.mass.inertia):
         found.append((Label(f"omega_{body.name}", rf"\omega_{{{of}}}"), motion.bodies[index].w_WB))
     return [(label, vector) for label, vector in found if vector != ZERO_VECTOR]
+
+
+def mass_steps(mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> tuple[Step, ...]:
+    """Return each mass that varies, its rate, and the force that what leaves or joins exerts (ground's axes)."""
+    motion, equations = motion_of(mechanism, slot_state(mechanism)), []
+    known = known_nodes(mechanism, symbols)
+    for load in (load for load in mechanism.loads if isinstance(load, MassFlow)):
+        of = upright(load.name)
+        rate = mass_rates(motion, load.body).mass
+        mass, rate = names.translated([as_node(motion.masses[load.body].mass), as_node(rate)], known)
+        force = apply(motion.rotation(load.body), flow_wrench(load, motion)[0])
+        equations += [
+            Equation(Label(f"m_{load.name}", f"m_{{{of}}}"), names.name(mass)),
+            Equation(Label(f"dm_{load.name}/dt", rf"\frac{{d}}{{dt}} m_{{{of}}}"), names.name(rate)),
+            Equation(Label(f"Phi_{load.name}", rf"\Phi_{{{of}}}"), _vector(force, mechanism, symbols, names)),
+        ]
+    return (Step("Masses that vary", tuple(equations), _MESHCHERSKY),) if equations else ()
+
+
+_MESHCHERSKY: Final = (
+    "Meshchersky: m dv/dt = F + Phi, Phi the reactive force of what leaves or joins; T and V are differentiated with "
+    "the masses of the instant held"
+)
 
 
 def _vector(vector: Sequence[Any], mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> Any:

@@ -1,13 +1,15 @@
 """What each element exerts on each body, and its power: forces, the weight, constraints, contacts and joints.
 
-The wrenches on a body together are the rate of its momentum, and all powers that of the kinetic energy. A joint has the
-power of its prescribed motion; motors, springs and friction in it have their own, though its wrench holds them too.
+The wrenches on a body together are the rate of its momentum, and all powers that of the kinetic energy; for that, what
+leaves or joins a body of variable mass exerts its reactive force and the momentum that it takes along or brings. A
+joint has the power of its prescribed motion; motors, springs and friction in it have their own, though its wrench holds
+them too.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from multibody_sym.dynamics.formalisms.inverse_dynamics import joint_wrenches
@@ -15,12 +17,14 @@ from multibody_sym.dynamics.programs.reactions import acting
 from multibody_sym.expressions.quantities import WEIGHT
 from multibody_sym.kinematics.joint_forces import along_reactions
 from multibody_sym.kinematics.loads import applied
+from multibody_sym.kinematics.masses.rates import carried_energy, carried_momentum
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench, generalized_forces, to_parent
+from multibody_sym.model.mechanism.loads import MassFlow
 from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, apply, cross, dot, negate, scale
 
-SECTIONS: Final = ("gravity", "forces", "constraints", "contacts", "joints")
+SECTIONS: Final = ("gravity", "forces", "constraints", "contacts", "joints", "bodies")
 """Where elements are declared, in the order in which one of several of a name is meant."""
 Path = tuple[str, str]
 
@@ -47,8 +51,17 @@ def exertions(
     for load in motion.mechanism.loads:
         forces = applied(motion, [load], weight=False)
         along = sum((force * u for force, u in zip(forces.of_speed, motion.state.u, strict=True)), 0)
-        found.append(Exertion(("forces", load.name), forces.of_body, power_of(motion, forces.of_body) + along))
+        own = Exertion(load.path, forces.of_body, power_of(motion, forces.of_body) + along)
+        found.append(_with_mass(motion, load, own) if isinstance(load, MassFlow) else own)
     return [*found, *_of_rows(motion, rows, multipliers), *_of_joints(motion, udot, rows, multipliers)]
+
+
+def _with_mass(motion: Motion, flow: MassFlow, own: Exertion) -> Exertion:
+    """Return what a flow of mass exerts, with the momentum and the kinetic energy that the mass takes or brings."""
+    of_body = list(own.of_body)
+    force, moment = carried_momentum(motion, flow.body)
+    of_body[flow.body] = add(of_body[flow.body][0], force), add(of_body[flow.body][1], moment)
+    return replace(own, of_body=of_body, power=own.power + carried_energy(motion, flow.body))
 
 
 def _of_rows(motion: Motion, rows: Sequence[RowMotion], multipliers: Sequence[S]) -> list[Exertion]:

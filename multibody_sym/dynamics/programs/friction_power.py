@@ -12,6 +12,7 @@ from multibody_sym.dynamics.programs.law_rows import friction_parts
 from multibody_sym.dynamics.programs.switching import SwitchingValues, length
 from multibody_sym.kinematics.energy import split
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
+from multibody_sym.kinematics.masses.rates import carried_by_flows
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import RowMotion, coefficients
 from multibody_sym.kinematics.state import arrays, slot_state
@@ -79,10 +80,11 @@ def _of_part(values: SwitchingValues, element: OneWay, part: FrictionPart) -> tu
 
 
 def _of_loads(motion: Motion) -> S:
-    """Return the power of the loads that do work instead of storing energy."""
+    """Return the power of the loads that do work instead of storing energy, that of masses that come and go too."""
     loads = split(motion.mechanism.loads)[1]
     forces = applied_generalized_forces(motion, applied(motion, loads, weight=False))
-    return sum((force * speed for force, speed in zip(forces, motion.state.u, strict=True)), start=ZERO)
+    gained = as_node(carried_by_flows(motion, loads))
+    return sum((force * speed for force, speed in zip(forces, motion.state.u, strict=True)), start=gained)
 
 
 def _shares(motion: Motion, forces: Sequence[S], rows: Sequence[RowMotion]) -> list[S]:

@@ -54,7 +54,7 @@ def _joint_coordinates(motion: Motion) -> dict[str, float]:
 def _placed(motion: Motion, index: int, free: TreeBody) -> tuple[Floats, Floats]:
     """Return coordinates and speeds of one body relative to ground: its centre of mass, then how it is turned."""
     ground = motion.mechanism.body_index(GROUND)
-    centre = Marker(free.name, index, Pose(free.mass.com))
+    centre = Marker(free.name, index, Pose(free.frame_on_body.position))
     origin = Marker(GROUND, ground, Pose())
     R_WG, R_WB = (np.array(motion.rotation(k), dtype=float) for k in (ground, index))
     spin = np.array(angular_velocity(motion, ground), dtype=float)

@@ -16,14 +16,16 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.dynamics.start.undefined import value_or_none
 from multibody_sym.errors import ModelError, at
+from multibody_sym.kinematics.masses.rates import varies
 from multibody_sym.kinematics.motion import body_mass, body_motion, moving_parent
 from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import TYPED, null_space
-from multibody_sym.scalars.node import ZERO
+from multibody_sym.scalars.node import ZERO, slot
 from multibody_sym.scalars.vectors import ZERO_VECTOR
 
 _ROUNDING: Final = 1e-6
@@ -77,7 +79,7 @@ def holes(mechanism: Mechanism, parameters: Sequence[float]) -> Iterator[tuple[s
 
 def _welded(mechanism: Mechanism, parameters: Sequence[float]) -> list[list[_Part]]:
     """Return the bodies that move, those welded to each other together."""
-    still = [0.0] * len(mechanism.coordinates), [0.0] * len(mechanism.speeds)
+    still = _coordinates(mechanism, parameters), [0.0] * len(mechanism.speeds)
     state = state_of(mechanism, float, 0.0, *still, parameters, [0.0] * len(mechanism.inputs))
     groups: dict[int, list[_Part]] = {}
     first: list[int] = []
@@ -93,6 +95,14 @@ def _welded(mechanism: Mechanism, parameters: Sequence[float]) -> list[list[_Par
         if first[index] >= 0:
             groups.setdefault(first[index], []).append(_part(body, state, poses[index]))
     return list(groups.values())
+
+
+def _coordinates(mechanism: Mechanism, parameters: Sequence[float]) -> list[float]:
+    """Return the declared coordinates (nq) where masses name them; what has no value there is zero, as all is else."""
+    if not any(varies(body) for body in mechanism.bodies):
+        return [0.0] * len(mechanism.coordinates)
+    known = {slot("parameters", k): x for k, x in enumerate(parameters)}
+    return [value_or_none(c.initial, known) or 0.0 for c in mechanism.coordinates]
 
 
 def _pose(body: TreeBody, state: State, parent: tuple[Floats, Floats]) -> tuple[Floats, Floats]:

@@ -191,7 +191,7 @@ def _verify_inertia(rows: Rows, q: Floats, u: Floats) -> None:
 
 def _verify_loads(motion: Motion) -> None:
     for load in motion.mechanism.loads:
-        with at("forces", load.name):
+        with at(*load.path):
             verify_direction(motion, load)
             with valued():
                 applied(motion, [load])

@@ -4,11 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, ClassVar, Final, cast
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.printer import text
-from multibody_sym.model.declaration.fields import Element, ListOf, MapOf, Record, holds
+from multibody_sym.model.declaration.fields import (
+    Element,
+    ListOf,
+    MapOf,
+    Record,
+    fields_tree,
+    from_fields,
+    holds,
+)
 from multibody_sym.model.declaration.surfaces import Surface
 from multibody_sym.model.declaration.values import (
     Choice,
@@ -51,6 +59,53 @@ class InertiaField:
         return {key: text(x) for key, x in zip(_INERTIA, value, strict=True) if x.shadow != 0}
 
 
+@dataclass(frozen=True)
+class VariableMass(Element):
+    """A mass that varies (Meshchersky): its `value` names the time or coordinates, and what leaves or joins moves.
+
+    Either `relative_velocity`, that of what leaves or joins relative to the body where it does so, along the axes of
+    `frame` (a body; by default the body itself); or `absolute_velocity`, that relative to inertial space (axes of
+    ground by default). Without `at` every particle leaves or joins where the declared mass, `com` and inertia lose or
+    gain it. `at` a point of the body all of it passes there; what is lost elsewhere has flowed there through the
+    body, without swirl: Coriolis forces and jet damping follow from the rates of mass, `com` and inertia.
+    """
+
+    meant: ClassVar[Mapping[str, str]] = {
+        "mass": "; did you mean value?",
+        "velocity": "; write relative_velocity (to the body) or absolute_velocity (to inertial space)",
+    }
+
+    value: Node = holds(Scalar("kg"))
+    relative_velocity: Point | None = holds(Vector("m/s"), None)
+    absolute_velocity: Point | None = holds(Vector("m/s"), None)
+    frame: str | None = holds(Text(), None)
+    at: str | None = holds(Text(), None)
+
+    def verify(self) -> None:
+        if (self.relative_velocity is None) == (self.absolute_velocity is None):
+            raise ModelError(
+                "a mass that varies says how what leaves or joins moves: either relative_velocity (to the body; "
+                "[0, 0, 0] where it only drops off) or absolute_velocity ([0, 0, 0] for what lies at rest)"
+            )
+
+
+@dataclass(frozen=True)
+class MassField:
+    """A mass: one number or expression, or a map that tells how it varies."""
+
+    unit: str = "kg"
+
+    def accept(self, value: Any) -> Node | VariableMass:
+        if isinstance(value, VariableMass):
+            return value
+        if isinstance(value, Mapping):
+            return cast(VariableMass, from_fields(VariableMass, value))
+        return scalar(value, self.unit)
+
+    def tree(self, value: Node | VariableMass) -> Any:
+        return fields_tree(value) if isinstance(value, VariableMass) else text(value)
+
+
 SHAPES: Final[Mapping[str, tuple[str, ...]]] = {
     "rod": ("length",),
     "disc": ("radius",),
@@ -69,7 +124,7 @@ class Shape(Element):
 
     kind: str = holds(Choice(tuple(SHAPES)))
     sizes: tuple[Node, ...] = holds(Scalars("m"))
-    mass: Node = holds(Scalar("kg"))
+    mass: Node | VariableMass = holds(MassField())
 
     def verify(self) -> None:
         wanted = SHAPES[self.kind]
@@ -100,7 +155,7 @@ class ShapeField:
         return Shape(kinds[0], sizes, value["mass"])
 
     def tree(self, value: Shape) -> dict[str, Any]:
-        return {value.kind: Scalars().tree(value.sizes), "mass": text(value.mass)}
+        return {value.kind: Scalars().tree(value.sizes), "mass": MassField().tree(value.mass)}
 
 
 @dataclass(frozen=True)
@@ -139,10 +194,11 @@ class Body(Element):
 
     `com` and `points` are in body axes from the body's origin; the inertia is about the centre of mass in body axes.
     A `shape` gives mass, com and inertia instead. `motion` is for the body called ground alone: a lift, a shaker, a
-    turntable. World axes are the inertial ones, in which gravity is given and which ground leaves when it moves.
+    turntable. A mass that varies is a `VariableMass`, and com, inertia and sizes vary only with it. World
+    axes are the inertial ones, in which gravity is given and which ground leaves when it moves.
     """
 
-    mass: Node | None = holds(Scalar("kg"), None)
+    mass: Node | VariableMass | None = holds(MassField(), None)
     com: Point | None = holds(Vector("m"), None)
     inertia: tuple[Node, ...] | None = holds(InertiaField(), None)
     shape: Shape | None = holds(ShapeField(), None)
@@ -164,3 +220,9 @@ class Body(Element):
         for name in self.points:
             if name in self.frames:
                 raise ModelError(f"{name!r} is both a point and a frame")
+
+    @property
+    def varying(self) -> VariableMass | None:
+        """How the mass varies; None where it does not."""
+        mass = self.mass if self.shape is None else self.shape.mass
+        return mass if isinstance(mass, VariableMass) else None

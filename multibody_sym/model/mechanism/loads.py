@@ -47,6 +47,12 @@ class Load(ABC):
         """The points along whose line it acts, where that needs a direction."""
 
 
+    @property
+    def path(self) -> tuple[str, str]:
+        """Where the model declares it."""
+        return "forces", self.name
+
+
 class _NoSpring(Load):
     """A load that is no spring."""
 
@@ -294,6 +300,34 @@ class PlacePotential(_NoSpring, _Somewhere):
 def place_leaves(load: str) -> tuple[Node, Node, Node]:
     """Return the leaves that stand for the place of the point on which a potential depends."""
     return quantity("place", (load, "x")), quantity("place", (load, "y")), quantity("place", (load, "z"))
+
+
+@dataclass(frozen=True)
+class MassFlow(_NoSpring, _Somewhere):
+    """What leaves or joins the `body` of this name, whose mass varies.
+
+    It moves with a `velocity` along the axes of body `axes`, `relative` to the body where it leaves or joins, else to
+    inertial space. All of it passes the marker `at`; without one it leaves or joins where the mass is lost or gained.
+    """
+
+    name: str
+    body: int
+    velocity: Point
+    relative: bool
+    axes: int
+    at: Marker | None = None
+
+    @property
+    def points(self) -> tuple[Marker, ...]:
+        return () if self.at is None else (self.at,)
+
+    @property
+    def axes_of(self) -> int | None:
+        return self.axes
+
+    @property
+    def path(self) -> tuple[str, str]:
+        return "bodies", self.name
 
 
 def span_leaves(load: str) -> tuple[Node, Node]:

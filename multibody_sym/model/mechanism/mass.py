@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final
 
-from multibody_sym.model.declaration.bodies import Body, Frame, Shape
+from multibody_sym.model.declaration.bodies import Body, Frame, Shape, VariableMass
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node
 from multibody_sym.scalars.rotations import turned
+from multibody_sym.scalars.traversal import leaves
 from multibody_sym.scalars.vectors import product
 
 GROUND: Final = "ground"
@@ -46,15 +48,32 @@ NO_MASS: Final = Mass(ZERO, ORIGIN, (ZERO,) * 6)
 def mass_of(body: Body) -> Mass:
     """Return what a body's declaration says of its mass; a body without inertia is a particle at `com`."""
     if body.shape is None:
-        return Mass(body.mass or ZERO, body.com or ORIGIN, body.inertia or (ZERO,) * 6)
+        return Mass(_number(body.mass), body.com or ORIGIN, body.inertia or (ZERO,) * 6)
     length = body.shape.sizes[0]
     natural = (length / 2, ZERO, ZERO) if body.shape.kind == "rod" else ORIGIN
-    return Mass(body.shape.mass, body.com or natural, (*_shape_inertia(body.shape), ZERO, ZERO, ZERO))
+    return Mass(_number(body.shape.mass), body.com or natural, (*_shape_inertia(body.shape), ZERO, ZERO, ZERO))
+
+
+def centre_moves(body: Body, parameters: Container[str]) -> bool:
+    """Return whether the centre of mass of a body whose mass varies moves in it; expressions in names or slots."""
+    if body.varying is None:
+        return False
+    named = leaves(mass_of(body).com, "slot", "symbol")
+    return any(x.data[0] != "parameters" if x.op == "slot" else x.data not in parameters for x in named)
+
+
+def used_up(body: str) -> str:
+    """Return what the stop is called that ends a run where nothing is left of a body's mass."""
+    return f"mass of {body}"
+
+
+def _number(mass: Node | VariableMass | None) -> Node:
+    return mass.value if isinstance(mass, VariableMass) else mass or ZERO
 
 
 def _shape_inertia(shape: Shape) -> tuple[Node, Node, Node]:
     """Return the principal moments of a homogeneous body; source: any table of moments of inertia."""
-    m, sizes = shape.mass, shape.sizes
+    m, sizes = _number(shape.mass), shape.sizes
     square = sizes[0] ** 2
     if shape.kind == "rod":
         return ZERO, m * square / 12, m * square / 12

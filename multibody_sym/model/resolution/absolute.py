@@ -1,6 +1,7 @@
 """Absolute coordinates: every body moves freely relative to ground, and every declared joint restricts that.
 
-In the plane a body's coordinates are its centre of mass (x, y) and an angle, in space that and a unit quaternion. What
+In the plane a body's coordinates are its centre of mass (x, y) and an angle, in space that and a unit quaternion (of a
+body in which the centre of mass moves, as its mass varies, its origin instead). What
 a joint's own coordinates are called is measured then: an expression of the coordinates of the bodies that it joins.
 Quaternions tell no whole turns, though: in space a joint that turns about axes keeps its coordinates beside the others.
 """
@@ -8,7 +9,7 @@ Quaternions tell no whole turns, though: in space a joint that turns about axes 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -18,7 +19,7 @@ from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.declaration.joint import Joint
 from multibody_sym.model.declaration.joints import Free, Planar
 from multibody_sym.model.declaration.system import System
-from multibody_sym.model.mechanism.mass import GROUND, mass_of
+from multibody_sym.model.mechanism.mass import GROUND, ORIGIN, centre_moves, mass_of
 from multibody_sym.model.resolution.contacts.elements import copies
 from multibody_sym.model.resolution.cuts import has_rows
 from multibody_sym.model.resolution.measured import has_formula
@@ -52,7 +53,10 @@ def freed_bodies(system: System, carrying: Iterable[str]) -> Freed:
     `_free` follows a body's name where its coordinates' would be taken, or a contact has it.
     """
     plane = in_plane(system)
-    bodies = {name: _with_centre(body) if name != GROUND else body for name, body in system.bodies.items()}
+    bodies = {
+        name: _with_centre(body, system.parameters) if name != GROUND else body
+        for name, body in system.bodies.items()
+    }
     touching = {name for declared, contact in system.contacts.items() for name, _ in copies(declared, contact)}
     carriers: dict[str, Joint] = {}
     for name in (name for name in system.bodies if name != GROUND):
@@ -82,8 +86,10 @@ def unknown_coordinate(name: str, system: System, known: Iterable[str]) -> Model
     return ModelError(message)
 
 
-def _with_centre(body: Body) -> Body:
-    return replace(body, frames=Names({**body.frames, _CENTRE: Frame(position=mass_of(body).com)}))
+def _with_centre(body: Body, parameters: Container[str]) -> Body:
+    """Return a body with a frame at its centre of mass, at its origin where that moves in the body."""
+    place = ORIGIN if centre_moves(body, parameters) else mass_of(body).com
+    return replace(body, frames=Names({**body.frames, _CENTRE: Frame(position=place)}))
 
 
 def _carrier(body: str, word: str, plane: bool) -> Joint:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import singledispatch
 
 from multibody_sym.errors import ModelError, at
+from multibody_sym.model.declaration.bodies import Body, VariableMass
 from multibody_sym.model.declaration.fields import Element
 from multibody_sym.model.declaration.forces import (
     Coulomb,
@@ -25,12 +26,13 @@ from multibody_sym.model.mechanism.loads import (
     JointForce,
     JointSpring,
     Load,
+    MassFlow,
     PointDrag,
     PointForce,
     PointSpring,
 )
 from multibody_sym.model.mechanism.markers import Marker
-from multibody_sym.model.mechanism.mass import Pose, mass_of
+from multibody_sym.model.mechanism.mass import GROUND, Pose, mass_of
 from multibody_sym.model.resolution.potentials.loads import (
     coulomb_load,
     gravitation_load,
@@ -39,6 +41,7 @@ from multibody_sym.model.resolution.potentials.loads import (
 )
 from multibody_sym.model.resolution.references import BARE, References
 from multibody_sym.scalars.node import ZERO, Node
+from multibody_sym.scalars.traversal import leaves
 
 
 def loads(references: References) -> list[Load]:
@@ -48,7 +51,38 @@ def loads(references: References) -> list[Load]:
         with at("forces", name):
             found = _load(element, name, references)
             made += found if isinstance(found, list) else [found]
-    return [load for load in made if load is not None]
+    return [*(load for load in made if load is not None), *mass_flows(references)]
+
+
+def mass_flows(references: References) -> list[Load]:
+    """Return what leaves or joins bodies whose mass varies."""
+    made: list[Load] = []
+    for name, body in references.system.bodies.items():
+        if body.varying is not None:
+            with at("bodies", name, *(("mass",) if body.shape is None else ("shape", "mass"))):
+                made.append(_flow(name, body, body.varying, references))
+    return made
+
+
+def _flow(name: str, body: Body, varying: VariableMass, references: References) -> Load:
+    if name == GROUND:
+        raise ModelError("ground moves as prescribed, whatever its mass: give it none that varies")
+    relative, absolute = varying.relative_velocity, varying.absolute_velocity
+    axes = references.axes(varying.frame or (GROUND if relative is None else name))
+    velocity = absolute if relative is None else relative
+    assert velocity is not None
+    marker = None
+    if varying.at is not None:
+        with at("at"):
+            marker = references.marker(f"{name}.{varying.at.removeprefix(f'{name}.')}")
+        mass = mass_of(body)
+        moving = leaves([mass.mass, *mass.com, *mass.inertia], "slot", "symbol")
+        if any(leaf.op == "symbol" or leaf.data[0] == "q" for leaf in moving):
+            raise ModelError(
+                "what all passes one point flows through the body, which is known of masses that vary with the time "
+                "alone: leave out at, where a coordinate tells how much there is"
+            )
+    return MassFlow(name, references.numbers[name], velocity, relative is not None, axes, marker)
 
 
 @singledispatch

@@ -10,7 +10,7 @@ from multibody_sym.errors import ModelError, at, suggestion
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.markers import Marker
-from multibody_sym.model.mechanism.mass import COM, GROUND, ORIGIN, OWN_POINTS, Pose, mass_of, pose_of
+from multibody_sym.model.mechanism.mass import COM, GROUND, ORIGIN, OWN_POINTS, Pose, centre_moves, mass_of, pose_of
 from multibody_sym.model.mechanism.mechanism import TreeBody
 from multibody_sym.model.mechanism.parameters import ParameterVector
 from multibody_sym.model.mechanism.rope_path import Bend
@@ -21,6 +21,14 @@ from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.node import ZERO, Node, symbol
 
 BARE: Final = Body()
+
+
+def moving_centre(body: str) -> ModelError:
+    """Return the error for what would be fixed to a centre of mass that moves in its body."""
+    return ModelError(
+        f"the centre of mass of {body} moves in it as its mass varies, and nothing is fixed there: name a point of the "
+        "body (a force without at: acts at the centre of mass)"
+    )
 
 
 @dataclass(frozen=True)
@@ -73,6 +81,8 @@ class References:
         if part in body.frames:
             return Marker(reference, self.numbers[name], pose_of(body.frames[part]))
         if part in OWN_POINTS and part not in body.points:
+            if part == COM and centre_moves(body, self.system.parameters):
+                raise moving_centre(name)
             return Marker(reference, self.numbers[name], Pose(mass_of(body).com if part == COM else ORIGIN))
         if part and part not in body.points:
             known = [f"{name}.{p}" for p in (*body.points, *body.frames)]

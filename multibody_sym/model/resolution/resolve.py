@@ -12,8 +12,8 @@ from multibody_sym.model.declaration.joint import Initial, Joint, MovingJoint
 from multibody_sym.model.declaration.states import StateCondition
 from multibody_sym.model.declaration.system import System, expressions, verify_system, with_expressions
 from multibody_sym.model.declaration.tables import Table, bends
-from multibody_sym.model.mechanism.mass import GROUND
-from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, Limit, Mechanism, Speed
+from multibody_sym.model.mechanism.mass import GROUND, used_up
+from multibody_sym.model.mechanism.mechanism import TIME, Coordinate, Limit, Mechanism, Speed, TreeBody
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.parameters import ParameterEntry, ParameterVector
 from multibody_sym.model.resolution.absolute import Freed, freed_bodies
@@ -82,14 +82,14 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
     return Mechanism(
         name=system.name,
         gravity=resolved.gravity,
-        bodies=bodies,
+        bodies=_in_slots(told, bodies),
         markers=references.markers(),
         coordinates=tuple(replace(c, initial=_in(slots, c.initial)) for c in coordinates),
         speeds=tuple(replace(s, initial=_in(slots, s.initial)) for s in speeds),
         parameters=references.parameters.with_rows(len(rows)),
         inputs={name: expression_of(x) for name, x in resolved.inputs.items()},
         **_outputs(resolved, told),
-        stops={name: switching_function(x) for name, x in resolved.stop.items() if isinstance(x, Node)},
+        stops=_stops(resolved, _in_slots(told, bodies)),
         kinks=_kinks(resolved),
         fades=tuple(filter(_changes, fading_functions(_declared_laws(resolved)))),
         loads=_in_slots(told, tuple(loads(references))),
@@ -146,6 +146,13 @@ def _outputs(resolved: System, told: Mapping[Node, Node]) -> dict[str, Any]:
 def _changes(node: Node) -> bool:
     """Return whether an expression depends on more than parameters."""
     return bool(leaves([node], "quantity")) or any(leaf.data[0] != "parameters" for leaf in leaves([node], "slot"))
+
+
+def _stops(system: System, bodies: Sequence[TreeBody]) -> dict[str, Node]:
+    """Return the functions that become positive where a run ends: as declared, and where a mass is used up."""
+    declared = {name: switching_function(x) for name, x in system.stop.items() if isinstance(x, Node)}
+    varying = (body for body in bodies if body.name in system.bodies and system.bodies[body.name].varying)
+    return {**declared, **{used_up(body.name): -body.mass.mass for body in varying}}
 
 
 def _state_stops(system: System, elements: Sequence[OneWay]) -> dict[str, StateCondition]:

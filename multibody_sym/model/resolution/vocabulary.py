@@ -68,7 +68,7 @@ _KINDS: Final[Mapping[str, str]] = {
     "whole": "no body, nor the word system",
     "about": "no point, nor the word com",
     "store": "no body and no force",
-    "exerting": "no force, constraint, contact or joint, nor the word weight",
+    "exerting": "no force, constraint, contact or joint, no body whose mass varies, nor the word weight",
     "freedom": "no coordinate and no speed",
 }
 
@@ -85,7 +85,8 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
         try:
             allowed = _may_name(system, path)
             known = names if path[0] != "ask" else {**_answers(system, path[1]), **names}
-            _verify_leaves(node, allowed, known, path[1] if path[0] in ("parameters", "inputs", "ask") else None)
+            own = path[1] if path[0] in ("parameters", "inputs", "ask") else None
+            _verify_leaves(node, allowed, known, own, _MASS_HINT if _is_of_mass(path) else "")
             if path[0] == "constraints" or path[2:3] == (_MOTION,):
                 _verify_driving(system, node, allowed, names)
             for leaf in _asked(node):
@@ -131,12 +132,28 @@ def _units_of_force(system: System, element: Element) -> Mapping[str, str]:
 
 def _may_name(system: System, path: Sequence[str]) -> tuple[str, ...]:
     """Return what an expression at a path may name."""
+    if _is_of_mass(path) and system.bodies[path[1]].varying is not None:
+        return _MAY_NAME["forces"] if path[-2].endswith("_velocity") else _VARIES_WITH
     allowed = _MAY_NAME.get(_MOTION if path[2:3] == (_MOTION,) else path[0], _ONLY_PARAMETERS)
     of_speeds = path[0] == "constraints" and isinstance(system.constraints[path[1]], VelocityConstraint)
     return (*allowed, "a speed") if of_speeds else allowed
 
 
-def _verify_leaves(node: Node, allowed: tuple[str, ...], names: Mapping[str, str], own: str | None) -> None:
+_VARIES_WITH: Final = ("a parameter", "a coordinate", "the time")
+_MASS_HINT: Final = (
+    "; a mass that varies says how what leaves or joins moves, and com and inertia vary with it only: "
+    "mass: {value: m0 - k*t, relative_velocity: [-c, 0, 0]}"
+)
+
+
+def _is_of_mass(path: Sequence[str]) -> bool:
+    """Return whether an expression is of a body's mass, centre of mass, inertia, or its shape's sizes."""
+    return path[0] == "bodies" and path[2] in ("mass", "com", "inertia", "shape")
+
+
+def _verify_leaves(
+    node: Node, allowed: tuple[str, ...], names: Mapping[str, str], own: str | None, hint: str = ""
+) -> None:
     """Raise ModelError where the value of `own`, None for what has no name, says what it may not."""
     for leaf in leaves([node], "symbol"):
         if leaf.data not in names:
@@ -144,7 +161,9 @@ def _verify_leaves(node: Node, allowed: tuple[str, ...], names: Mapping[str, str
             none = f"; here an expression names {_listed(allowed)} only, and there is none that fits"
             raise ModelError(f"{leaf.data!r} is not declared{suggestion(leaf.data, fitting) or none}")
         if names[leaf.data] not in allowed:
-            raise ModelError(f"{leaf.data!r} is {names[leaf.data]}; here an expression names {_listed(allowed)} only")
+            may = f"here an expression names {_listed(allowed)} only"
+            varies = hint if allowed == _ONLY_PARAMETERS and names[leaf.data] in _VARIES_WITH else ""
+            raise ModelError(f"{leaf.data!r} is {names[leaf.data]}; {may}{varies}")
 
 
 def _verify_driving(system: System, node: Node, allowed: tuple[str, ...], names: Mapping[str, str]) -> None:
@@ -196,7 +215,8 @@ def _of_theorems(system: System) -> dict[str, list[str]]:
     bodies = list(system.bodies)
     points = [f"{name}.{p}" for name, b in system.bodies.items() for p in (*b.points, *b.frames, *OWN_POINTS)]
     ground = {GROUND: BARE, **system.bodies}[GROUND]
-    declared = (system.forces, system.constraints, system.contacts, system.joints)
+    varying = {name: body for name, body in system.bodies.items() if body.varying is not None}
+    declared = (system.forces, system.constraints, system.contacts, system.joints, varying)
     freedoms = [
         x for name, joint in system.joints.items() for x in (*coordinate_names(name, joint), *speed_names(name, joint))
     ]

@@ -16,8 +16,8 @@ from multibody_sym.model.mechanism.loads import (
     span_leaves,
 )
 from multibody_sym.model.mechanism.markers import Marker
-from multibody_sym.model.mechanism.mass import Pose, mass_of
-from multibody_sym.model.resolution.references import BARE, References
+from multibody_sym.model.mechanism.mass import Pose, centre_moves, mass_of
+from multibody_sym.model.resolution.references import BARE, References, moving_centre
 from multibody_sym.model.resolution.spanning_tree import body_part, coordinate_names, speed_names
 from multibody_sym.scalars.antiderivatives import antiderivative
 from multibody_sym.scalars.derivatives import derivative
@@ -79,7 +79,11 @@ def _centres(between: tuple[str, ...], references: References) -> tuple[Marker, 
 
 def _centre(marker: Marker, reference: str, references: References) -> Marker:
     body = references.system.bodies.get(reference)
-    return marker if body is None else replace(marker, pose=Pose(mass_of(body).com))
+    if body is None:
+        return marker
+    if centre_moves(body, references.system.parameters):
+        raise moving_centre(reference)
+    return replace(marker, pose=Pose(mass_of(body).com))
 
 
 def _mass(index: int, reference: str, references: References) -> Node:

@@ -1,0 +1,119 @@
+"""How fast a body's mass, centre of mass and inertia change, and what that makes of momentum and energy by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Final
+
+from multibody_sym.kinematics.motion import Motion, coordinate_rates
+from multibody_sym.model.mechanism.loads import Load, MassFlow
+from multibody_sym.model.mechanism.mass import Mass
+from multibody_sym.model.mechanism.mechanism import TIME, Mechanism, TreeBody
+from multibody_sym.scalars.derivatives import tangents
+from multibody_sym.scalars.node import ONE, Node, as_node, slot
+from multibody_sym.scalars.traversal import leaves
+from multibody_sym.scalars.vectors import Mat, S, Vec, add, apply, cross, dot, scale, symmetric
+
+Spatial = tuple[Vec, Vec]
+"""(linear, angular) in body axes, about the body's origin."""
+_ONCE: Final = 1
+
+
+@dataclass(frozen=True)
+class MassRates:
+    """Rates in body axes: of the mass `m`, of m c (`static`), of the centre of mass c and of the inertia about it."""
+
+    mass: S
+    static: Vec
+    centre: Vec
+    inertia: Mat
+
+
+def varies(body: TreeBody) -> bool:
+    """Return whether a body's mass, centre of mass or inertia changes along a motion."""
+    return bool(_moving_leaves(body.mass))
+
+
+def varies_with_time(body: TreeBody) -> bool:
+    """Return whether they change though nothing moves."""
+    return TIME in _moving_leaves(body.mass)
+
+
+@lru_cache(maxsize=4096)
+def _moving_leaves(mass: Mass) -> tuple[Node, ...]:
+    return tuple(leaf for leaf in leaves(_elements(mass), "slot") if leaf.data[0] != "parameters")
+
+
+def mass_rates(motion: Motion, index: int) -> MassRates:
+    """Return the rates of a body's mass at a state."""
+    mechanism = motion.mechanism
+    mass = mechanism.bodies[index].mass
+    m, sx, sy, sz, cx, cy, cz, *J = motion.state.values(_rates(mass, _along(mechanism, mass), _ONCE))
+    return MassRates(m, (sx, sy, sz), (cx, cy, cz), symmetric(J))
+
+
+def second_rates(motion: Motion, index: int) -> tuple[S, Vec]:
+    """Return the second time derivatives of m and of m c (body axes) of a mass that varies with the time alone."""
+    mass = motion.mechanism.bodies[index].mass
+    m, x, y, z, *_ = motion.state.values(_rates(mass, ((TIME, ONE),), _ONCE + 1))
+    return m, (x, y, z)
+
+
+def _along(mechanism: Mechanism, mass: Mass) -> tuple[tuple[Node, Node], ...]:
+    """Return the rates of the time and of the coordinates that a mass names, in slots."""
+    named = _moving_leaves(mass)
+    found: dict[Node, Node] = {TIME: ONE} if TIME in named else {}
+    if any(leaf.data[0] == "q" for leaf in named):
+        q, u = ([slot(x, k) for k in range(len(of))] for x, of in _sizes(mechanism).items())
+        rates = map(as_node, coordinate_rates(mechanism, q, u))
+        found.update((leaf, rate) for leaf, rate in zip(q, rates, strict=True) if leaf in named)
+    return tuple(found.items())
+
+
+def _sizes(mechanism: Mechanism) -> Mapping[str, tuple[object, ...]]:
+    return {"q": mechanism.coordinates, "u": mechanism.speeds}
+
+
+def _elements(mass: Mass) -> tuple[Node, ...]:
+    """Return m, m c, c and the inertia."""
+    return mass.mass, *(mass.mass * x for x in mass.com), *mass.com, *mass.inertia
+
+
+@lru_cache(maxsize=1024)
+def _rates(mass: Mass, along: tuple[tuple[Node, Node], ...], times: int) -> tuple[Node, ...]:
+    found = list(_elements(mass))
+    for _ in range(times):
+        found = tangents(found, dict(along))
+    return tuple(found)
+
+
+def carried_momentum(motion: Motion, index: int) -> Spatial:
+    """Return the rate at which the momentum of a body, and that about its origin, change with its mass alone.
+
+    That is (dI/dt) V of the spatial inertia I, the velocities V held.
+    """
+    rates, mass, moved = mass_rates(motion, index), motion.masses[index], motion.bodies[index]
+    w, v_com = moved.w_WB, add(moved.v_WB, cross(moved.w_WB, mass.com))
+    force = add(scale(rates.mass, v_com), scale(mass.mass, cross(w, rates.centre)))
+    turning = add(apply(rates.inertia, w), scale(mass.mass, cross(rates.centre, v_com)))
+    return force, add(turning, cross(mass.com, force))
+
+
+def carried_energy(motion: Motion, index: int) -> S:
+    """Return the rate at which the kinetic energy of a body changes with its mass alone: V . (dI/dt) V / 2."""
+    moved, (linear, angular) = motion.bodies[index], carried_momentum(motion, index)
+    return (dot(moved.v_WB, linear) + dot(moved.w_WB, angular)) / 2
+
+
+def carried_by_flows(motion: Motion, loads: Iterable[Load]) -> S:
+    """Return the rate at which T + V change with the masses of bodies alone, of those loads that are flows of mass."""
+    flows = [load.body for load in loads if isinstance(load, MassFlow)]
+    return sum((carried_energy(motion, k) + carried_weight(motion, k) for k in flows), 0)
+
+
+def carried_weight(motion: Motion, index: int) -> S:
+    """Return the rate at which the potential energy of a body's weight changes with its mass alone."""
+    rates, (R, p) = mass_rates(motion, index), motion.poses[index]
+    return -dot(motion.gravity, add(scale(rates.mass, p), apply(R, rates.static)))
