@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from multibody_sym.answers.least_for_motion import least_for_motion as least_for_motion
     from multibody_sym.answers.range_of_rest import RangeOfRest as RangeOfRest
     from multibody_sym.answers.range_of_rest import range_of_rest as range_of_rest
+    from multibody_sym.answers.small_motions.modes import modes as modes
+    from multibody_sym.answers.small_motions.record import Modes as Modes
     from multibody_sym.answers.solution import Solution as Solution
     from multibody_sym.answers.solve import solve as solve
     from multibody_sym.checking.check import CheckReport as CheckReport
@@ -123,6 +125,8 @@ _NAMES = {
     "analysis.periodic": "Multipliers",
     "answers.least_for_motion": "LeastForMotion least_for_motion",
     "answers.range_of_rest": "RangeOfRest range_of_rest",
+    "answers.small_motions.modes": "modes",
+    "answers.small_motions.record": "Modes",
     "answers.solution": "Solution",
     "answers.solve": "solve",
     "checking.check": "CheckReport check",

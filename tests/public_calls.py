@@ -195,6 +195,7 @@ def _doors(system: mbs.System) -> list[Call]:
         Call("derive", mbs.derive, {"model": system, "method": None, "budget": None, **changes}, slow=True),
         Call("check", mbs.check, {**whole, **changes}, slow=True),
         Call("solve", mbs.solve, {**whole, **changes}, slow=True),
+        Call("modes", mbs.modes, {**whole, "at": {"theta": 0}, **changes}, slow=True),
         Call("linearize", mbs.linearize, {**whole, "at": {"theta": 0}, **changes}, slow=True),
         Call("period_multipliers", mbs.period_multipliers, {**period, "at": "equilibrium", **changes}, slow=True),
         Call("equilibrium", mbs.equilibrium, {**whole, **changes}, slow=True),
@@ -239,7 +240,7 @@ def _compiled(system: mbs.System) -> list[Call]:
 def _results(system: mbs.System) -> list[Call]:
     """Return the records that come back, made by hand, and what can be asked of them."""
     records = [mbs.CheckReport, mbs.Equilibrium, mbs.Linearization, mbs.Solution, mbs.SymbolicEquations, mbs.Trajectory]
-    records += [mbs.Multipliers, mbs.RangeOfRest, mbs.LeastForMotion]
+    records += [mbs.Modes, mbs.Multipliers, mbs.RangeOfRest, mbs.LeastForMotion]
     made = [Call(cls.__name__, cls, dict.fromkeys(inspect.signature(cls).parameters, ())) for cls in records]
     run = mbs.simulate(system, t_end=0.02, samples=2, backend="python")
     return [

@@ -122,11 +122,11 @@ def linearize(
 
 @on_numbers
 def _linearized(system: System, formalism: str | None, place: At) -> Linearization:
-    flow, begin = _started(system, formalism, place)
+    flow, begin = flow_at(system, formalism, place)
     q, u = np.array(begin.q, dtype=float), np.array(begin.u, dtype=float)
     state = _by_name(flow.mechanism, begin)
     with told_of(place):
-        found = _settled(flow, q, u)
+        found = settled(flow, q, u)
     return replace(found, shifts=begin.shifts, held_inputs=_changing(flow.mechanism), at=state)
 
 
@@ -166,7 +166,7 @@ def period_multipliers(
 def _multiplied(system: System, formalism: str | None, place: At) -> Multipliers:
     """Return the multipliers over `t_end`: so the period is looked at as that is."""
     try:
-        flow, begin = _started(system, formalism, place)
+        flow, begin = flow_at(system, formalism, place)
     except InputError as error:
         if error.where.path == ("simulation", "t_end"):
             error.where = Where(path=("period",))
@@ -179,7 +179,7 @@ def _multiplied(system: System, formalism: str | None, place: At) -> Multipliers
         return multipliers_of(flow, np.array(begin.q, dtype=float), np.array(begin.u, dtype=float), period)
 
 
-def _started(system: System, formalism: str | None, place: At) -> tuple[Flow, Start]:
+def flow_at(system: System, formalism: str | None, place: At) -> tuple[Flow, Start]:
     """Return the flow in coordinates of joints and its start, or the state at another place, which is regular."""
     verify_formalism(formalism)
     resolved, first = examined_state(system).in_joints
@@ -230,7 +230,7 @@ def _has_slopes(flow: Flow, begin: Start) -> bool:
         return False
 
 
-def _settled(flow: Flow, q: Floats, u: Floats) -> Linearization:
+def settled(flow: Flow, q: Floats, u: Floats) -> Linearization:
     """Return the linearisation without states that move and matter to nothing, verified to be constant."""
     found = flow.linearized(q, u)
     constancy = constancy_of(flow, q, u)

@@ -198,6 +198,8 @@ class _SymbolicStart:
         self, rows: Sequence[RowMotion], missed: Sequence[Node], unknown: dict[int, int], values: Collection[float]
     ) -> dict[int, Node] | None:
         """Return the unknown (place: speed) with J unknown = -missed; None where these are not the values found."""
+        if not rows:
+            return None
         field, known = self._field()
         matrix = [exact(field, [as_node(row.jacobian[k]) for k in unknown.values()], known) for row in rows]
         found = exact_solve(matrix, [-x for x in exact(field, missed, known)])

@@ -7,11 +7,22 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final, NoReturn
 
 from multibody_sym.cli.changes import ASSIGNED, add_changes, assignments
-from multibody_sym.cli.commands import check, derive, equilibrium, export, import_, linearize, new, simulate, solve
+from multibody_sym.cli.commands import (
+    check,
+    derive,
+    equilibrium,
+    export,
+    import_,
+    linearize,
+    modes,
+    new,
+    simulate,
+    solve,
+)
 from multibody_sym.cli.usage import Shown, UsageError
 from multibody_sym.errors import Where
 
-COMMANDS: Final = (new, import_, check, derive, solve, equilibrium, linearize, simulate, export)
+COMMANDS: Final = (new, import_, check, derive, solve, equilibrium, linearize, modes, simulate, export)
 _AS_JSON: Final = "print one JSON object, also for an error; text goes to standard error"
 _EXIT_CODES: Final = (
     "exit codes: 0 done; 2 wrong input; 3 no solution, failed run or disagreement; 4 output, compiler or memory; "

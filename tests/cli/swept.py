@@ -154,8 +154,9 @@ def words(rng: random.Random, file: str) -> list[str]:
     """Return a command for a file."""
     run = ["--t-end", "0.05", "--samples", "3", "--backend", "python"]
     return rng.choice((
-        ["check", file], ["solve", file], ["simulate", file, *run], ["linearize", file], ["equilibrium", file],
-        ["derive", file], ["check", file], ["solve", file], ["simulate", file, *run],
+        ["check", file], ["solve", file], ["simulate", file, *run], ["linearize", file],
+        ["modes", file], ["equilibrium", file], ["derive", file], ["check", file],
+        ["solve", file], ["simulate", file, *run],
     ))
 
 

@@ -1,0 +1,207 @@
+"""A state as formulas: as declared, or, where it was found beside the start, by solving what is in balance there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+from multibody_sym.algebra.exact_solve import exact_solve
+from multibody_sym.algebra.quotient_functions import exact, register_angles
+from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
+from multibody_sym.algebra.solving.roots import roots, written
+from multibody_sym.answers.closed_form import linear_equations
+from multibody_sym.answers.exact_rest import fits
+from multibody_sym.answers.symbolic_start import declared_state
+from multibody_sym.answers.symbolic_state import SymbolicState
+from multibody_sym.dynamics.start.start import Start
+from multibody_sym.errors import ExpressionError
+from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.node import PI, ZERO, Node, as_node, slot, symbol
+
+_WORK: Final = 30_000
+_EXACTLY: Final = 1e-9
+_TURNS: Final = 12
+_MOST_TRIED: Final = 6
+
+
+def formulas_of(mechanism: Mechanism, begin: Start, *, found: bool, places: Sequence[int]) -> SymbolicState:
+    """Return the state in the names of the model; a coordinate without a formula keeps its name.
+
+    `places` of the independent deviations. A coordinate of a state that was `found` is looked for as a round number or
+    part of a turn, and then as a root of what balances.
+    """
+    if not found:
+        return declared_state(mechanism, begin)
+    tried = _Balance(_at_rest(mechanism, begin), begin, tuple(places))
+    given = tried.state()
+    for _ in range(_MOST_TRIED):
+        formula = next(tried.formulas(given), None)
+        if formula is None:
+            break
+        tried = replace(tried, mechanism=_with_initial(tried.mechanism, formula))
+        given = tried.state()
+    return tried.with_speeds(given)
+
+
+def _at_rest(mechanism: Mechanism, begin: Start) -> Mechanism:
+    """Return the mechanism with speeds that vanish declared to, and coordinates that are round numbers as these."""
+    speeds = tuple(
+        replace(speed, initial=ZERO) if x == 0.0 else speed
+        for speed, x in zip(mechanism.speeds, begin.u, strict=True)
+    )
+    formulas = {c.name: _round(x) for c, x in zip(mechanism.coordinates, begin.q, strict=True)}
+    for places in (places for body in mechanism.bodies for places in body.quaternions):
+        if max(abs(abs(begin.q[k]) - round(abs(begin.q[k]))) for k in places) <= _EXACTLY:
+            formulas |= {mechanism.coordinates[k].name: as_node(round(begin.q[k])) for k in places}
+    kept = {name: node for name, node in formulas.items() if node is not None}
+    return _with_initial(replace(mechanism, speeds=speeds), kept)
+
+
+def _round(x: float) -> Node | None:
+    """Return zero, or a quarter of turns, where a number is nothing else."""
+    quarters = round(2.0 * x / math.pi)
+    if abs(quarters) > _TURNS or abs(x - quarters * math.pi / 2) > _EXACTLY:
+        return None
+    return as_node(quarters) * PI / 2
+
+
+def _with_initial(mechanism: Mechanism, formulas: Mapping[str, Node]) -> Mechanism:
+    coordinates = tuple(
+        replace(c, initial=formulas[c.name]) if c.name in formulas else c for c in mechanism.coordinates
+    )
+    return replace(mechanism, coordinates=coordinates)
+
+
+@dataclass(frozen=True)
+class _Balance:
+    """What balances at a state that was found, from which formulas for its coordinates follow."""
+
+    mechanism: Mechanism
+    begin: Start
+    places: tuple[int, ...]
+
+    def state(self) -> SymbolicState:
+        return declared_state(self.mechanism, replace(self.begin, q=self._exactly(), assembled=self._assembled()))
+
+    def _assembled(self) -> tuple[str, ...]:
+        return self.begin.assembled if self.mechanism.rows else ()
+
+    def _exactly(self) -> tuple[float, ...]:
+        """Return coordinates with round numbers for what the search came near to."""
+        pairs = ((x, _round(x)) for x in self.begin.q)
+        return tuple(x if node is None else round(2.0 * x / math.pi) * math.pi / 2 for x, node in pairs)
+
+    def formulas(self, given: SymbolicState) -> Iterator[dict[str, Node]]:
+        """Yield formulas for coordinates without one, in parameters, each with those that go with it."""
+        unknown = [symbol(c.name) for c in self.mechanism.coordinates if symbol(c.name) in given.letters]
+        if not unknown:
+            return
+        sample = {node: float(letter.sample) for node, letter in given.letters.items()}
+        try:
+            left = self._left(given)
+        except (NoClosedFormError, ExpressionError):
+            return
+        if any(symbol(speed.name) in given.letters for speed in self.mechanism.speeds):
+            return
+        yield from self._linear(given, unknown, sample) if left else ()
+        for equation in left:
+            named = [x for x in unknown if x in equation.symbols]
+            if len(named) == 1:
+                yield from self._of_one(equation, named[0], sample)
+
+    def _of_one(self, equation: Quotient, unknown: Node, sample: Mapping[Node, float]) -> Iterator[dict[str, Node]]:
+        known = {node: x for node, x in sample.items() if node is not unknown}
+        try:
+            for root in roots(equation, unknown):
+                if fits(root, unknown, sample[unknown], known):
+                    yield {str(unknown): self._in_slots(root)}
+        except (NoClosedFormError, ExpressionError):
+            return
+
+    def with_speeds(self, given: SymbolicState) -> SymbolicState:
+        """Return the state with formulas for speeds without one, each from a balance in which it is."""
+        for k, speed in enumerate(self.mechanism.speeds):
+            letter = symbol(speed.name)
+            if letter not in given.letters:
+                continue
+            sample = {node: float(x.sample) for node, x in given.letters.items() if node is not letter}
+            value = float(given.letters[letter].sample)
+            try:
+                equations = [x for x in self._left(given) if letter in x.symbols]
+                found = [root for x in equations for root in roots(x, letter) if fits(root, letter, value, sample)]
+            except (NoClosedFormError, ExpressionError):
+                continue
+            if found:
+                u = [found[0] if j == k else x for j, x in enumerate(given.state.u)]
+                parameters = [given.state.slots[slot("parameters", j)] for j in range(len(self.mechanism.parameters))]
+                state = state_of(self.mechanism, Node, ZERO, given.state.q, u, parameters)
+                given = SymbolicState(state, {node: x for node, x in given.letters.items() if node is not letter})
+        return given
+
+    def _linear(
+        self, given: SymbolicState, unknown: Sequence[Node], sample: Mapping[Node, float]
+    ) -> Iterator[dict[str, Node]]:
+        """Yield all unknown coordinates where balance is linear in them, by one step from where they are zero."""
+        try:
+            field = Field(_WORK)
+            equations = self._left(given, field)
+            parts = [_linear_parts(equation, unknown) for equation in equations]
+            solved = exact_solve([row for row, _ in parts], [-rest for _, rest in parts])
+            formulas = {str(x): root for x, root in zip(unknown, map(written, solved), strict=True)}
+            known = {node: x for node, x in sample.items() if node not in unknown}
+            if all(fits(formulas[str(x)], x, sample[x], known) for x in unknown):
+                yield {name: self._in_slots(node) for name, node in formulas.items()}
+        except (NoClosedFormError, ExpressionError):
+            return
+
+    def _in_slots(self, node: Node) -> Node:
+        names = self.mechanism.symbols
+        return as_node(evaluate([node], lambda leaf: names.get(leaf, leaf))[0])
+
+    def _left(self, given: SymbolicState, field: Field | None = None) -> list[Quotient]:
+        """Return what vanishes: forces along independent deviations, those of constraints eliminated."""
+        field = field or Field(_WORK)
+        known = {node: field.letter(node, letter) for node, letter in given.letters.items()}
+        matrix, right = linear_equations(motion_of(self.mechanism, given.state))
+        nodes = [[as_node(x) for x in row] for row in (*matrix, right)]
+        register_angles(field, [x for row in nodes for x in row], known)
+        *rows, wanted = [exact(field, row, known) for row in nodes]
+        size = len(self.mechanism.speeds)
+        H = [row[:size] for row in rows[size:]]
+        dependent = [k for k in range(size) if k not in self.places]
+        found = []
+        for place in self.places:
+            left = [[row[k] for k in dependent] for row in H]
+            moved = exact_solve(left, [-row[place] for row in H]) if dependent else []
+            total = wanted[place]
+            for k, x in zip(dependent, moved, strict=True):
+                total = total + x * wanted[k]
+            found.append(total)
+        return [x for x in found if not x.is_zero]
+
+
+def _linear_parts(equation: Quotient, unknown: Sequence[Node]) -> tuple[list[Quotient], Quotient]:
+    """Return (a, b) of a . x + b in the unknown letters x. Raises NoClosedFormError for what is not linear."""
+    field = equation.field
+    places = [field.position(x) for x in unknown]
+    p = field.in_ring(equation.above)
+    rest, rows = field.constant(0), [field.constant(0) for _ in unknown]
+    for m, c in p.items():
+        powers = [0 if k is None else m[k] for k in places]
+        others = {tuple(0 if k in places else e for k, e in enumerate(m)): c}
+        if sum(powers) > 1:
+            raise NoClosedFormError("balance is not linear")
+        term = field.whole(field.ring.from_dict(others))
+        if sum(powers):
+            rows[powers.index(1)] = rows[powers.index(1)] + term
+        else:
+            rest = rest + term
+    if any(x in y.symbols for y in (*rows, rest, field.whole(field.in_ring(equation.below))) for x in unknown):
+        raise NoClosedFormError("balance is not linear")
+    return rows, rest
+

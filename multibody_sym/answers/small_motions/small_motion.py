@@ -1,0 +1,243 @@
+"""One system's small motions, calculated: the state, its matrices, their spectrum, and what is told of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.algebra.conditions import Condition, reduced, under_roots
+from multibody_sym.algebra.quotients import NoClosedFormError
+from multibody_sym.analysis.deviations import deviation_names
+from multibody_sym.analysis.linearization import At
+from multibody_sym.answers.small_motions.damped import damped_modes
+from multibody_sym.answers.small_motions.formulas import Formulas, numbers
+from multibody_sym.answers.small_motions.formulas_of_place import formulas_of
+from multibody_sym.answers.small_motions.in_numbers import (
+    Vector,
+    agrees,
+    modes_in_numbers,
+    shapes_in_numbers,
+    undamped_eigenvalues,
+)
+from multibody_sym.answers.small_motions.matrices import Matrices, Matrix, matrices
+from multibody_sym.answers.small_motions.place import Place, place_of
+from multibody_sym.answers.small_motions.record import Mode, Modes, Rows
+from multibody_sym.answers.small_motions.spectrum import Root, Spectrum, spectrum
+from multibody_sym.answers.small_motions.steady import with_momenta_held
+from multibody_sym.answers.small_motions.words import polynomial_text, state_told
+from multibody_sym.answers.symbolic_state import SymbolicState
+from multibody_sym.dynamics.start.straight import straightened
+from multibody_sym.errors import ExpressionError, NoSolutionError
+from multibody_sym.expressions.values import Value
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.numerics.arrays import Floats
+
+_REST: Final = 1e-12
+"""The part of the largest omega^2 up to which one is zero."""
+_WORK_OF_CONDITIONS: Final = 50_000
+_STOPPED: Final = (
+    "the start moves, but no steady motion was found beside it: its speeds are left out. Steady motions are told in "
+    "angles: declare `angles: zxz` or the like where a joint has a quaternion"
+)
+_DAMPED: Final = "dampers act: frequencies and shapes are those without them, and eigenvalues those with them"
+
+
+@dataclass(frozen=True, eq=False)
+class SmallMotion:
+    """Small motions about a `place`; `mechanism` and `state` for formulas, `matrices` reduced by what is `held`.
+
+    Where there are no formulas `matrices` is None; `reasons` say why, of what else has none too.
+    """
+
+    place: Place
+    mechanism: Mechanism
+    state: SymbolicState | None
+    matrices: Matrices | None
+    held: tuple[int, ...]
+    reasons: dict[str, None] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, system: System, formalism: str | None = None, at: At = None) -> SmallMotion:
+        """Return the small motions of a system. Raises InputError and NoSolutionError."""
+        place = place_of(system, formalism, at)
+        flow, begin = place.flow, place.begin
+        if not place.linear.states:
+            raise NoSolutionError("nothing is free to move: there are no small motions")
+        formal, _ = straightened(flow.mechanism, begin.q, begin.u, begin.parameters)
+        size = len(formal.speeds)
+        tangents = flow.tangents(np.array(begin.q, dtype=float), np.array(begin.u, dtype=float))
+        places = [k - size for k in tangents.places if k >= size]
+        reasons: dict[str, None] = {}
+        state, found = None, None
+        held: tuple[int, ...] = ()
+        try:
+            state = formulas_of(formal, begin, found=place.found or at is not None, places=places)
+            found, held = with_momenta_held(matrices(formal, state, places))
+        except NoClosedFormError as reason:
+            reasons[str(reason)] = None
+        except ExpressionError as reason:
+            reasons[reason.message] = None
+        return cls(place, formal, state, found, held, reasons)
+
+    # --- formulas -------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def formulas(self) -> Formulas:
+        """What makes values over the field of the matrices."""
+        assert self.matrices is not None
+        return Formulas(self.matrices, self.reasons)
+
+    @cached_property
+    def spectrum(self) -> Spectrum | None:
+        """The roots of the characteristic polynomial, None where they are not the eigenvalues."""
+        given = self.matrices
+        if given is None or not given.places:
+            return None
+        try:
+            found = spectrum(given)
+        except NoClosedFormError as reason:
+            self.reasons[str(reason)] = None
+            return None
+        plain = not given.is_damped
+        values = self.place.linear.eigenvalues if plain else undamped_eigenvalues(*self._in_floats)
+        if not agrees([complex(root.value) for root in found.roots if not _rests(root, found)], list(values)):
+            self.reasons["formulas and eigenvalues are not the same at the declared parameters"] = None
+            return None
+        return found
+
+    @property
+    def _in_floats(self) -> tuple[Floats, Floats, Floats]:
+        given = self.matrices
+        assert given is not None
+        M, G, K = (np.array(numbers(a)) for a in (given.mass, given.gyroscopic, given.stiffness))
+        return M, G, K
+
+    @cached_property
+    def swinging(self) -> tuple[Root, ...]:
+        """omega^2 of the modes that oscillate, from the smallest on, repeated ones so often as they are."""
+        return self._told_modes[1]
+
+    @cached_property
+    def modes(self) -> tuple[Mode, ...]:
+        """The modes, those that oscillate first."""
+        return self._told_modes[0]
+
+    @cached_property
+    def _told_modes(self) -> tuple[tuple[Mode, ...], tuple[Root, ...]]:
+        given = self.matrices
+        if given is not None and len(given.places) == 1 and given.is_damped:
+            found, roots = damped_modes(given, self.formulas, self.names[0])
+            return tuple(found), tuple(roots)
+        if self.spectrum is None:
+            return modes_in_numbers(self.place.linear, deviation_names(self.mechanism)), ()
+        pairs = [(root, mode) for root in self.spectrum.roots for mode in self._modes(root)]
+        order = {"oscillates": 0, "free": 1, "grows": 2, "decays": 3}
+        pairs.sort(key=lambda pair: order[pair[1].motion])
+        return tuple(mode for _, mode in pairs), tuple(root for root, mode in pairs if mode.motion == "oscillates")
+
+    def _modes(self, root: Root) -> list[Mode]:
+        vectors = shapes_in_numbers(*self._in_floats, complex(root.value), root.times)
+        return [self._mode(root, *self._shape(root, v)) for v in vectors]
+
+    def _mode(self, root: Root, shape: dict[str, Value], quarter: dict[str, Value]) -> Mode:
+        assert self.spectrum is not None
+        value = complex(root.value)
+        if _rests(root, self.spectrum):
+            return Mode("free", shape=shape, quarter=quarter)
+        if value.imag:
+            rate = complex(np.sqrt(-value))
+            swings = Value(abs(rate.imag), None, "rad/s"), Value(2 * np.pi / abs(rate.imag), None, "s")
+            return Mode("grows", *swings, Value(abs(rate.real), None, "1/s"), shape, quarter)
+        if value.real > 0.0:
+            return Mode("oscillates", self.formulas.frequency(root), self.formulas.period(root), None, shape, quarter)
+        return Mode("grows", rate=self.formulas.rate(root), shape=shape, quarter=quarter)
+
+    def _shape(self, root: Root, v: Vector) -> tuple[dict[str, Value], dict[str, Value]]:
+        given = self.matrices
+        assert given is not None
+        exactly = not given.is_gyroscopic
+        real = self.formulas.shape(root, [float(x.real) for x in v], exactly=exactly)
+        quarter = dict(zip(self.names, (Value(float(x.imag)) for x in v), strict=True)) if any(v.imag) else {}
+        return dict(zip(self.names, real, strict=True)), quarter
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the independent deviations."""
+        names = deviation_names(self.mechanism)
+        return [] if self.matrices is None else [names[k] for k in self.matrices.places]
+
+    # --- stability ------------------------------------------------------------------------------------------------
+
+    @property
+    def stable(self) -> bool | None:
+        """Whether small motions stay small; None where some move off uniformly."""
+        rates = [x.real for x in self.place.linear.eigenvalues]
+        motions = {mode.motion for mode in self.modes}
+        if "grows" in motions or (self.matrices is None and max(rates, default=0.0) > 0.0):
+            return False
+        return None if "free" in motions else True
+
+    def conditions(self) -> list[str]:
+        """Return under which conditions motions stay small, or grow where they do, as few as say it."""
+        if self.spectrum is None or self.matrices is None:
+            return []
+        field = self.matrices.field
+        field.work = max(field.work, _WORK_OF_CONDITIONS)
+        signs = self.spectrum.signs
+        broken = [Condition(-each.value, strict=True) for each in signs if each.value.sample < 0]
+        used = [x for a in (self.matrices.mass, self.matrices.rates, self.matrices.stiffness) for row in a for x in row]
+        said = [*(broken or signs), *(Condition(x, strict=True) for x in field.positive), *under_roots(used)]
+        try:
+            return [str(each) for each in reduced(said)]
+        except NoClosedFormError:
+            self.reasons["a condition is too long"] = None
+            return []
+
+    # --- all of it ------------------------------------------------------------------------------------------------
+
+    def told(self) -> Modes:
+        """Return what is known of the small motions."""
+        given, place = self.matrices, self.place
+        conditions = self.conditions()
+        names = self.names or [name for name in deviation_names(self.mechanism) if name in place.linear.states]
+        return Modes(
+            name=self.mechanism.name,
+            coordinates=tuple(names),
+            about=place.kind,
+            at=state_told(self.mechanism, place.begin, self.state),
+            found=place.found,
+            mass=self._values(None if given is None else given.mass),
+            rates=self._values(None if given is None else given.rates),
+            stiffness=self._values(None if given is None else given.stiffness),
+            modes=self.modes,
+            stable=self.stable,
+            conditions=tuple(dict.fromkeys(conditions)),
+            held=tuple(deviation_names(self.mechanism)[k] for k in self.held),
+            characteristic="" if self.spectrum is None else polynomial_text(self.spectrum),
+            notes=tuple(self._notes()),
+            eigenvalues=tuple(complex(x) for x in place.linear.eigenvalues),
+        )
+
+    def _values(self, matrix: Matrix | None) -> Rows:
+        return () if matrix is None else tuple(tuple(self.formulas.value(x) for x in row) for row in matrix)
+
+    def _notes(self) -> Sequence[str]:
+        notes = []
+        if self.matrices is not None and self.matrices.is_damped and len(self.matrices.places) > 1:
+            notes.append(_DAMPED)
+        if self.matrices is not None and not self.matrices.balanced:
+            notes.append("nothing is accelerated here for the declared parameters; formulas hold where that is so")
+        if self.place.stopped:
+            notes.append(_STOPPED)
+        return [*notes, *(f"numbers only, where no formula is given: {reason}" for reason in self.reasons)]
+
+
+def _rests(root: Root, found: Spectrum) -> bool:
+    """Return whether omega^2 is zero."""
+    size = max(abs(complex(each.value)) for each in found.roots)
+    return (root.quotient is not None and root.quotient.is_zero) or abs(complex(root.value)) <= _REST * size

@@ -1,0 +1,33 @@
+"""`modes`: small oscillations about an equilibrium or a steady motion, as formulas."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Final
+
+from multibody_sym.cli.answer import Answer
+from multibody_sym.cli.units import add_units, asked_units
+
+HELP: Final = "small oscillations as formulas: M, K, frequencies, periods, normal modes, stability"
+_FORMATS: Final = ("text", "latex")
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of the command."""
+    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
+    parser.add_argument("--format", choices=_FORMATS, default=_FORMATS[0], help="how to print it; default: text")
+    add_units(parser)
+    place = "where: equilibrium, the position of rest found first, or NAME=VALUE; default: the start, or beside it"
+    parser.add_argument("--at", metavar="WHERE", action="append", help=place)
+
+
+def run(options: argparse.Namespace) -> Answer:
+    """Tell the small motions about the start, or about the state beside it that keeps its speeds."""
+    from multibody_sym.answers.small_motions.modes import modes
+    from multibody_sym.cli.model import model, shared
+    from multibody_sym.writing.modes import modes_document, modes_text
+
+    units = asked_units(options)
+    with model(options) as system:
+        found = modes(system, at=options.at, **shared(options))
+    return Answer(found.as_json(), modes_document(found) if options.format == "latex" else modes_text(found, units))
