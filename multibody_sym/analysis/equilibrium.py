@@ -28,6 +28,7 @@ from multibody_sym.dynamics.constraints.closing import Rows, closed_near
 from multibody_sym.dynamics.routes import verify_formalism
 from multibody_sym.dynamics.start.examined import examined, on_numbers
 from multibody_sym.dynamics.start.start import Start, start
+from multibody_sym.kinematics.masses.rates import verify_kept
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.changes import Changes
@@ -139,6 +140,7 @@ def _equilibrium(system: System, formalism: str | None) -> Equilibrium:
 
 def search_from(resolved: Mechanism, begin: Start, formalism: str | None) -> _Search:
     """Return the search for positions of equilibrium from a start."""
+    verify_kept(resolved)
     rows = Rows(resolved, begin.parameters, range(len(resolved.rows)))
     flow = Flow(resolved, begin.parameters, formalism)
     return _Search(resolved, flow, rows, Places(flow, rows, np.array(begin.q, dtype=float)))

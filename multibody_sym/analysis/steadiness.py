@@ -20,6 +20,7 @@ from scipy.linalg import eig, expm
 
 from multibody_sym.analysis.deviations import Flow, Tangents
 from multibody_sym.dynamics.constraints.closing import Rows, closed_near
+from multibody_sym.kinematics.masses.rates import varies_with_time
 from multibody_sym.kinematics.steps import displaced as step_displaced
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.parameters import Source
@@ -194,7 +195,9 @@ class _Path:
         """Return on what that changes A depends."""
         moving = self._moving(here, rounding, times)
         if not moving and any(self._differs(here, rounding, np.zeros_like(self.u), t) for t in times):
-            return f"A depends on time, and has no eigenvalues that tell how small motions go on; {_ADVICE}"
+            masses = [body.name for body in self.flow.mechanism.bodies if varies_with_time(body)]
+            why = f", as the mass of {masses[0]} does," if masses else ""
+            return f"A depends on time{why or ','} and has no eigenvalues that tell how small motions go on; {_ADVICE}"
         named = moving or [k for k in range(len(self.u)) if abs(self.u[k]) > _REST * np.abs(self.u).max()]
         return self._refused(self._named(named))
 

@@ -16,6 +16,7 @@ from multibody_sym.dynamics.start.examined import examined, on_numbers
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import ArgumentError, ModelError, NoSolutionError, Where, at, shown, suggestion
 from multibody_sym.expressions.printer import text
+from multibody_sym.kinematics.masses.rates import verify_kept
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.parameters import ParameterEntry, Source
@@ -121,6 +122,7 @@ def _range_of_rest(system: System, vary: str, formalism: str | None) -> RangeOfR
 def rest_position(system: System, formalism: str | None) -> Position:
     """Return the declared position of a system, in coordinates of its joints."""
     declared = examined(system)
+    verify_kept(declared)
     resolved = declared.relative or declared
     position = Position(resolved, start(resolved, project=system.simulation.project), formalism)
     _verify_still(position)

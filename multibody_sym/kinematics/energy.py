@@ -8,6 +8,7 @@ from functools import singledispatch
 from typing import Final
 
 from multibody_sym.kinematics.loads import apart, own_leaves, span
+from multibody_sym.kinematics.masses.rates import varies
 from multibody_sym.kinematics.motion import BodyMass, BodyMotion, Motion
 from multibody_sym.model.mechanism.loads import JointPotential, JointSpring, Load, PointSpring
 from multibody_sym.model.mechanism.mechanism import Mechanism
@@ -89,10 +90,11 @@ def works_unseen(mechanism: Mechanism) -> bool:
 
 
 def moved_by_time(mechanism: Mechanism) -> bool:
-    """Return whether time, or an input, moves a load or a row that does work."""
+    """Return whether time, or an input, moves a load or a row that does work, or mass comes and goes."""
     held = (getattr(load, f.name) for load in mechanism.loads for f in fields(load))
     parts = (part for x in held for part in (x if isinstance(x, tuple) else (x,)))
-    return bool(_timed(mechanism)) or _moved(*(part for part in parts if isinstance(part, Node)))
+    masses = any(map(varies, mechanism.bodies))
+    return masses or bool(_timed(mechanism)) or _moved(*(part for part in parts if isinstance(part, Node)))
 
 
 def _timed(mechanism: Mechanism) -> tuple[str, ...]:

@@ -24,7 +24,7 @@ from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench, generalized_for
 from multibody_sym.model.mechanism.loads import MassFlow
 from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, apply, cross, dot, negate, scale
 
-SECTIONS: Final = ("gravity", "forces", "constraints", "contacts", "joints", "bodies")
+SECTIONS: Final = ("gravity", "forces", "constraints", "contacts", "bodies", "joints")
 """Where elements are declared, in the order in which one of several of a name is meant."""
 Path = tuple[str, str]
 

@@ -98,7 +98,7 @@ class Instant:
         return exertions(self.motion, self.udot, self.rows, self.multipliers)
 
     def exerted_by(self, name: str) -> list[Exertion]:
-        """Return what the element of a name exerts: a force before a constraint, a contact or a joint of that name."""
+        """Return what the element of a name exerts: a force before a constraint, contact, flow of mass or joint."""
         found: dict[str, list[Exertion]] = {}
         for each in self.exertions:
             if each.path[1] == name:

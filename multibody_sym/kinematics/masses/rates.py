@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
 
+from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.kinematics.motion import Motion, coordinate_rates
 from multibody_sym.model.mechanism.loads import Load, MassFlow
 from multibody_sym.model.mechanism.mass import Mass
@@ -44,6 +45,16 @@ def varies_with_time(body: TreeBody) -> bool:
 @lru_cache(maxsize=4096)
 def _moving_leaves(mass: Mass) -> tuple[Node, ...]:
     return tuple(leaf for leaf in leaves(_elements(mass), "slot") if leaf.data[0] != "parameters")
+
+
+def verify_kept(mechanism: Mechanism) -> None:
+    """Raise NoSolutionError where a mass changes with the time: nothing is at rest for long then."""
+    for body in filter(varies_with_time, mechanism.bodies):
+        raise NoSolutionError(
+            f"the mass of {body.name} changes with the time, so that what rests at t = 0 may not go on resting; find "
+            "equilibria with a constant mass, or one that depends on coordinates alone",
+            where=Where(path=("bodies", body.name)),
+        )
 
 
 def mass_rates(motion: Motion, index: int) -> MassRates:
