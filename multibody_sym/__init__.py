@@ -8,6 +8,9 @@ if TYPE_CHECKING:
     from multibody_sym.analysis.linearization import linearize as linearize
     from multibody_sym.analysis.linearization import period_multipliers as period_multipliers
     from multibody_sym.analysis.periodic import Multipliers as Multipliers
+    from multibody_sym.analysis.theorems.conserved import Conserved as Conserved
+    from multibody_sym.analysis.theorems.conserved import conserved_quantities as conserved_quantities
+    from multibody_sym.analysis.theorems.symbolic import theorems as theorems
     from multibody_sym.answers.least_for_motion import LeastForMotion as LeastForMotion
     from multibody_sym.answers.least_for_motion import least_for_motion as least_for_motion
     from multibody_sym.answers.range_of_rest import RangeOfRest as RangeOfRest
@@ -123,6 +126,8 @@ _NAMES = {
     "analysis.equilibrium": "Equilibrium equilibrium",
     "analysis.linearization": "Linearization linearize period_multipliers",
     "analysis.periodic": "Multipliers",
+    "analysis.theorems.conserved": "Conserved conserved_quantities",
+    "analysis.theorems.symbolic": "theorems",
     "answers.least_for_motion": "LeastForMotion least_for_motion",
     "answers.range_of_rest": "RangeOfRest range_of_rest",
     "answers.small_motions.modes": "modes",

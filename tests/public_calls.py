@@ -143,6 +143,9 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
     "Table": {"table": [[0, 0], [1, 1]], "of": "t", "interpolation": "linear", "dimension": "N"},
     "Torque": {"value": 1, "joint": "A", "freedom": "x", "on": None, "frame": "b"},
     "Turn": {"axis": "x", "angle": 1},
+    "VariableMass": {
+        "value": 1, "relative_velocity": [0, 0, 0], "absolute_velocity": None, "frame": "ground", "at": None,
+    },
     "Universal": {**_MOVES, "axes": ["x", "y"]},
     "VelocityConstraint": {"zero": mbs.t, "acts": "in_joints"},
 }
@@ -193,6 +196,8 @@ def _doors(system: mbs.System) -> list[Call]:
         Call("dumps", mbs.dumps, whole),
         Call("mechanism", mbs.mechanism, whole),
         Call("derive", mbs.derive, {"model": system, "method": None, "budget": None, **changes}, slow=True),
+        Call("theorems", mbs.theorems, {**whole, "method": None, "budget": None, **changes}, slow=True),
+        Call("conserved_quantities", mbs.conserved_quantities, {**whole, **changes}, slow=True),
         Call("check", mbs.check, {**whole, **changes}, slow=True),
         Call("solve", mbs.solve, {**whole, **changes}, slow=True),
         Call("modes", mbs.modes, {**whole, "at": {"theta": 0}, **changes}, slow=True),
@@ -240,7 +245,7 @@ def _compiled(system: mbs.System) -> list[Call]:
 def _results(system: mbs.System) -> list[Call]:
     """Return the records that come back, made by hand, and what can be asked of them."""
     records = [mbs.CheckReport, mbs.Equilibrium, mbs.Linearization, mbs.Solution, mbs.SymbolicEquations, mbs.Trajectory]
-    records += [mbs.Modes, mbs.Multipliers, mbs.RangeOfRest, mbs.LeastForMotion]
+    records += [mbs.Conserved, mbs.Modes, mbs.Multipliers, mbs.RangeOfRest, mbs.LeastForMotion]
     made = [Call(cls.__name__, cls, dict.fromkeys(inspect.signature(cls).parameters, ())) for cls in records]
     run = mbs.simulate(system, t_end=0.02, samples=2, backend="python")
     return [

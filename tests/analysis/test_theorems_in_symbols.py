@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.analysis.theorems.conserved import conserved_by
+from multibody_sym.analysis.theorems.conserved import conserved_quantities
 from multibody_sym.analysis.theorems.symbolic import with_theorems
 from multibody_sym.cli.main import main
 from multibody_sym.writing.derivation import derivation_data
@@ -19,7 +19,7 @@ EXAMPLES = Path(mbs.__file__).parents[1] / "examples"
 def lines_of(name: str) -> dict[str, list[str]]:
     """Return the equations of each step of an example, as text."""
     system = mbs.load(EXAMPLES / f"{name}.yaml")
-    data = derivation_data(with_theorems(mbs.derive(system), conserved_by(system)))
+    data = derivation_data(with_theorems(mbs.derive(system), conserved_quantities(system)))
     steps = [step for step in data["steps"] if step["title"].startswith(("Theorem", "Conserved"))]
     return {step["title"]: [e["text"] for e in step["equations"]] or step["note"].splitlines() for step in steps}
 

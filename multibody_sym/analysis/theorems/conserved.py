@@ -89,7 +89,7 @@ def conserved(mechanism: Mechanism, begin: Start) -> list[Conserved]:
     return sorted(found, key=lambda x: _TOLD.index(x.kind))
 
 
-def conserved_by(
+def conserved_quantities(
     system: System,
     *,
     parameters: Mapping[str, Any] | None = None,

@@ -8,7 +8,7 @@ What joints on ground exert is unknown and has letters: R the force, M the momen
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -17,10 +17,11 @@ import sympy
 from multibody_sym.algebra.budget import Budget
 from multibody_sym.algebra.readable import Readable
 from multibody_sym.algebra.subexpressions import WrittenOut, value_of
-from multibody_sym.analysis.theorems.conserved import Conserved
+from multibody_sym.analysis.theorems.conserved import Conserved, conserved_quantities
 from multibody_sym.dynamics.derivation.lagrange import known_nodes
 from multibody_sym.dynamics.derivation.record import Derivation, Equation, Label, Step
 from multibody_sym.dynamics.derivation.symbolic_equations import SymbolicEquations
+from multibody_sym.dynamics.derive import derive
 from multibody_sym.dynamics.programs.exertions import power_of, resultant
 from multibody_sym.dynamics.programs.momenta import angular_momentum, body_momenta, momentum
 from multibody_sym.expressions.quantities import WEIGHT
@@ -31,12 +32,14 @@ from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import slot_state
 from multibody_sym.kinematics.wrenches import Wrench
+from multibody_sym.model.declaration.system import System
 from multibody_sym.model.declaration.values import AXES
 from multibody_sym.model.mechanism.contact_rows import ContactRow
 from multibody_sym.model.mechanism.loads import Load, MassFlow
 from multibody_sym.model.mechanism.mass import IDENTITY, ORIGIN
 from multibody_sym.model.mechanism.mechanism import TreeBody
 from multibody_sym.model.mechanism.rows import AngleRow, DistanceRow, PositionRow, RopeRow
+from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node, as_node
 from multibody_sym.scalars.vectors import S, add
@@ -48,6 +51,28 @@ _PLACED: Final = (PositionRow, AngleRow, DistanceRow, RopeRow, ContactRow)
 """Rows whose forces act where they say."""
 LONGEST: Final = 400
 """Operations of a term up to which it is rewritten as a person would."""
+
+
+def theorems(
+    system: System,
+    method: str | None = None,
+    *,
+    formalism: str | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    budget: Budget | float | None = None,
+) -> SymbolicEquations:
+    """Return the equations of motion whose steps go on with the general theorems and with what is conserved.
+
+    Momentum, angular momentum about the origin and energy in ground's axes, every term of both sides with its name;
+    arguments and errors are those of `derive`. What is conserved holds for the system's values, from its start on.
+    """
+    asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    equations = derive(asked, method, formalism=formalism, budget=budget)
+    return with_theorems(equations, conserved_quantities(asked))
 
 
 def with_theorems(equations: SymbolicEquations, kept: Sequence[Conserved] = ()) -> SymbolicEquations:

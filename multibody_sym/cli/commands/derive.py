@@ -30,7 +30,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Answer:
     """Derive and print in the format asked for."""
-    from multibody_sym.analysis.theorems.conserved import conserved_by
+    from multibody_sym.analysis.theorems.conserved import conserved_quantities
     from multibody_sym.analysis.theorems.symbolic import with_theorems
     from multibody_sym.cli.model import model, shared
     from multibody_sym.dynamics.derive import derive
@@ -38,7 +38,7 @@ def run(options: argparse.Namespace) -> Answer:
 
     with model(options) as system:
         equations = derive(system, options.method, budget=options.budget, **shared(options))
-        kept = conserved_by(system, **shared(options)) if options.theorems else []
+        kept = conserved_quantities(system, **shared(options)) if options.theorems else []
         if options.theorems:
             equations = with_theorems(equations, kept)
         data = derivation_data(equations)
