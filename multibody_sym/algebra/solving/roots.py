@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from fractions import Fraction
 from functools import reduce
 from math import comb, pi
-from typing import Final
+from typing import Any, Final
 
 from multibody_sym.algebra.book_form import book_form, trigonometric_forms
 from multibody_sym.algebra.factors import Poly, factored
@@ -110,7 +110,7 @@ class Roots:
             term = PRECISE.mpf(abs(int(c)))
             for k, exponent in enumerate(m):
                 if exponent:
-                    term *= abs(self.field.letters[k].sample) ** exponent
+                    term *= _size(self.field.letters[k]) ** exponent
             sizes += term
         return bool(abs(self.field.value(p)) <= _VANISHING * sizes)
 
@@ -253,6 +253,11 @@ class Roots:
         ahead = negate(BUILD["atan"](written(b / a)))
         for one in (sine, add(PI, negate(sine))):
             yield from self.of_argument(angle, add(one, ahead), 2)
+
+
+def _size(letter: Letter) -> Any:
+    """Return how large a letter may be: 1 for sines and cosines, of which the sample of a zero is rounding."""
+    return PRECISE.mpf(1) if letter.node is not None and letter.node.op in ("sin", "cos") else abs(letter.sample)
 
 
 def written(a: Quotient) -> Node:

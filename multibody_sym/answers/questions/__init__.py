@@ -1,6 +1,10 @@
-"""Answers to `ask`: expressions at the start; paths, times, speeds and extremes later on; values of parameters.
+"""Answers to `ask`: at the start, of what happens later, and of values for which something holds.
 
-asked               each question by its kind, those first whose answers others name
-uniform_motion      motions whose accelerations never change, in closed form
-simulated_motion    all others, by runs
+    naming              one answer in the question of another: which comes first
+    asked               each question by its kind
+    uniform_motion      motions whose accelerations never change, in closed form
+    simulated_motion    paths, times, speeds and values from runs; `in_numbers`, what they tell of a question
+    extremes            the largest and least value, and when
+    courses             coordinates as formulas of time; `later_forms`, closed forms of moments, values and extremes
+    finding             zeros of a function of one number; `found_values`, values for which an equation holds
 """

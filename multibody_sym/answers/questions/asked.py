@@ -14,6 +14,7 @@ from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.questions.courses import confirmed_formulas
 from multibody_sym.answers.questions.found_values import Search, extremes_of
 from multibody_sym.answers.questions.in_numbers import InNumbers, NeverError
+from multibody_sym.answers.questions.later_forms import LaterForms
 from multibody_sym.answers.questions.naming import in_order, named_by, with_answers
 from multibody_sym.answers.questions.simulated_motion import Simulated
 from multibody_sym.answers.questions.uniform_motion import UniformMotion, uniform_motion
@@ -123,7 +124,7 @@ class _Motion:
         unit = self._unit_of(asked)
         if question.when is None and question.after is None:
             return self.solved.values(self.solved.asked(asked), {"": unit})[""]
-        return replace(self._in_numbers(name, question), unit=unit)
+        return replace(self._later(name, question), unit=unit)
 
     def _unit_of(self, asked: Node) -> str:
         (unit,) = MechanismUnits(self.solved.mechanism).of([asked])
@@ -132,7 +133,7 @@ class _Motion:
     def _extreme(self, name: str, question: Ask) -> Value:
         asked = question.max if question.max is not None else question.min
         assert asked is not None
-        return replace(self._in_numbers(name, question), unit=self._unit_of(asked))
+        return replace(self._later(name, question), unit=self._unit_of(asked))
 
     def found(self, name: str, question: Ask, answers: Mapping[str, Value]) -> Value:
         """Return the value for which an equation between answers holds."""
@@ -172,7 +173,7 @@ class _Motion:
                 found = None
             if found is not None:
                 return found
-        return self._in_numbers(name, question)
+        return self._later(name, question)
 
     def _in_closed_form(self, uniform: UniformMotion, name: str, question: Ask) -> Value | None:
         time = self._closed_time(uniform, question)
@@ -205,14 +206,17 @@ class _Motion:
         self.remarks.append(f"{name}: {', '.join(moment)} never has this value")
         return Value(None)
 
-    def _in_numbers(self, name: str, question: Ask) -> Value:
+    def _later(self, name: str, question: Ask) -> Value:
         if question.after is not None and question.of is not None and self.solved.rests:
             return Value(0.0)
+        numbers = InNumbers(self.simulated)
         try:
-            return InNumbers(self.simulated).answer(question)
+            found = numbers.answer(question)
+            time = found.t if found.t is not None else numbers.time(question)
         except NeverError as reason:
             self.remarks.append(f"{name}: {reason}")
             return Value(None)
+        return replace(found, expression=LaterForms(self.solved, self.simulated).of(question, found, time))
 
 
 def _unit(question: Ask) -> str:

@@ -19,6 +19,8 @@ from multibody_sym.simulation.trajectory import Trajectory
 _BESIDE: Final = 4
 """So many samples on each side of the extreme one make the polynomial that is searched."""
 _REAL: Final = 1e-9
+_SAME: Final = 1e-13
+"""The part of an extreme by which what is reached first may fall short of it, as rounding does."""
 _UNTIL: Final = "until"
 
 
@@ -43,11 +45,8 @@ def extreme(motion: Simulated, question: Ask) -> Extreme | None:
         return None
     times = _candidates(run, run[ASKED], inside, begin)
     values = [motion.value(asked, t) for t in times]
-    best = int(np.argmax(values))
-    sampled = int(np.argmax(np.where(inside, run[ASKED], -np.inf)))
-    found = Extreme(values[best], times[best])
-    if run[ASKED][sampled] > found.value:
-        found = Extreme(float(run[ASKED][sampled]), float(run.t[sampled]))
+    largest = max(values)
+    found = next(Extreme(x, t) for x, t in zip(values, times, strict=True) if x >= largest - _SAME * abs(largest))
     return found if question.max is not None else Extreme(-found.value, found.t)
 
 
@@ -75,7 +74,7 @@ def _candidates(run: Trajectory, y: Floats, inside: np.ndarray, begin: float) ->
     changes = [float(change["t"]) for change in run.changes]
     times += [t for t in changes if begin <= t and abs(t - run.t[k]) <= run.t[1] - run.t[0]]
     times += [t for t in _turns(run.t, y, k, changes) if t >= begin]
-    return list(dict.fromkeys(times))
+    return sorted(set(times))
 
 
 def _turns(t: Floats, y: Floats, k: int, changes: list[float]) -> list[float]:

@@ -44,6 +44,10 @@ class Simulated:
         """The motion to `t_end`, or the stop that ends it."""
         return self._simulated(self.system, None, stop=self.system.stop)
 
+    def until(self, time: float) -> Trajectory:
+        """Return the motion until a time."""
+        return self._simulated(self.system, time if time > 0.0 else _SHORT)
+
     def path(self, point: str, duration: float) -> float:
         """Return the length of a point's path until `duration`, the integral of |v|; turning points are met exactly."""
         if duration == 0.0:

@@ -1,0 +1,267 @@
+"""Closed forms of what happens later: moments, values at them and extremes, where numbers have found them already.
+
+Along a course all coordinates and speeds are formulas of one variable: of the time, where equations of motion have
+known solutions; else, with one freedom and energy conserved, of the coordinate itself,
+
+    u^2 = 2 (E - V(q)) / M(q),
+
+M being the generalised mass. The value of the variable at the moment is a root near the number that is known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import reduce
+from typing import Final, NoReturn
+
+import numpy as np
+
+from multibody_sym.algebra.book_form import book_form
+from multibody_sym.algebra.quotient_functions import doubled, exact
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
+from multibody_sym.algebra.solving.roots import roots
+from multibody_sym.answers.closed_form import WORK
+from multibody_sym.answers.instant import AGREEMENT, Solved
+from multibody_sym.answers.questions.courses import TIME, Anywhere, anywhere, confirmed_formulas
+from multibody_sym.answers.questions.naming import put_in
+from multibody_sym.answers.questions.simulated_motion import Simulated
+from multibody_sym.errors import ExpressionError
+from multibody_sym.expressions.values import Value
+from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
+from multibody_sym.model.declaration.settings import Ask
+from multibody_sym.model.declaration.states import Moment
+from multibody_sym.model.declaration.values import AXES
+from multibody_sym.numerics.arrays import UNDEFINED
+from multibody_sym.scalars.derivatives import derivative
+from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.kinks import is_condition, switching_function
+from multibody_sym.scalars.node import (
+    ONE,
+    TWO,
+    ZERO,
+    Node,
+    add,
+    as_node,
+    divide,
+    multiply,
+    negate,
+    quantity,
+    subtract,
+    symbol,
+)
+from multibody_sym.scalars.traversal import leaves
+
+_POLISHED: Final = 4
+_TURNS: Final = 1e-7
+"""The part of its largest value below which a speed is zero."""
+_ZERO: Final = 1e-14
+_FOUND: Final = 1e-8
+"""How near, relative to it, a closed form must come to a number of runs."""
+_NEAR: Final = 1e-6
+"""How near, relative to its size or 1, a number must be to a root that it is taken for."""
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Coordinates and speeds as formulas of one variable, which has the value `at` at the moment.
+
+    `turning` vanishes where the speed does, if that is so at the moment.
+    """
+
+    there: Anywhere
+    variable: Node
+    formulas: Mapping[Node, Node]
+    at: float
+    turning: Node | None = None
+
+    def along(self, asked: Node) -> Node:
+        """Return an expression of the model as a formula of the variable. Raises NoClosedFormError."""
+        found = put_in(book_form(doubled(self.there.of(asked))), self.formulas)
+        if leaves([found], "symbol") and self.there.variables & set(leaves([found], "symbol")) - {self.variable}:
+            raise NoClosedFormError("what is asked for depends on a coordinate whose course has no formula")
+        return found
+
+    def place(self, zero: Node) -> Node:
+        """Return the variable's value, near `at`, at which a formula of it vanishes. Raises NoClosedFormError."""
+        solved = self.there.solved
+        at = self._polished(zero)
+        letters = {**solved.symbolic.letters, self.variable: Letter(self.variable, PRECISE.mpf(at))}
+        field = Field(WORK)
+        known = {node: field.letter(node, letter) for node, letter in letters.items()}
+        (equation,) = exact(field, [zero], known)
+        for root in roots(equation, self.variable):
+            if abs(evaluate_float([root], solved.sample)[0] - at) <= AGREEMENT * max(1.0, abs(at)):
+                return root
+        raise NoClosedFormError(f"the moment is a root of no known kind in {self.variable.data}")
+
+    def _polished(self, zero: Node) -> float:
+        """Return the root near `at`, to rounding."""
+        slope, x = derivative(zero, self.variable), self.at
+        sample = self.there.solved.sample
+        for _ in range(_POLISHED):
+            value, rate = evaluate_float([zero, slope], {**sample, self.variable: x})
+            x -= value / rate if rate else 0.0
+        if abs(x) <= _ZERO:
+            x = 0.0
+        if abs(x - self.at) > _NEAR * max(1.0, abs(self.at)):
+            raise NoClosedFormError("the formula vanishes elsewhere than the motion shows")
+        return x
+
+    def value(self, formula: Node, place: Node) -> Quotient:
+        """Return a formula of the variable at a place. Raises NoClosedFormError."""
+        field = Field(WORK)
+        known = {node: field.letter(node, letter) for node, letter in self.there.solved.symbolic.letters.items()}
+        return exact(field, [put_in(formula, {self.variable: place})], known)[0]
+
+
+def course_of_energy(there: Anywhere, q: float, u: float) -> Course | None:
+    """Return the speed of the one freedom by its coordinate, with the sign of u; None where energy does not tell it."""
+    mechanism = there.solved.mechanism
+    if len(mechanism.coordinates) != 1 or len(mechanism.speeds) != 1 or mechanism.drives:
+        return None
+    coordinate, speed = symbol(mechanism.coordinates[0].name), symbol(mechanism.speeds[0].name)
+    motion, start = there.instant.motion, there.solved.nodes.motion
+    energy = as_node(kinetic_energy(start)), as_node(potential_energy(start))
+    moving, stored = as_node(kinetic_energy(motion)), as_node(potential_energy(motion))
+    mass = multiply(TWO, put_in(moving, {speed: ONE}))
+    if put_in(moving, {speed: ZERO}) is not ZERO or leaves([mass, stored], "symbol").count(TIME):
+        return None
+    square = divide(multiply(TWO, subtract(add(*energy), stored)), mass)
+    root = BUILD["sqrt"](square)
+    along = ZERO if u == 0.0 else (root if u > 0.0 else negate(root))
+    return Course(there, coordinate, {speed: along}, q, square if u == 0.0 else None)
+
+
+@dataclass(frozen=True, eq=False)
+class LaterForms:
+    """Closed forms of answers that runs of a solved system gave."""
+
+    solved: Solved
+    motion: Simulated
+
+    def of(self, question: Ask, number: Value, time: float) -> Node | None:
+        """Return the closed form of an answer, of what happens at a time, None where none has the number's value."""
+        if number.value is None or self.motion.changes_before(time * (1.0 - _FOUND)) is not None:
+            return None
+        for course in self._courses(time):
+            try:
+                found = self._confirmed(self._closed(course, question, time), number.value)
+            except (NoClosedFormError, ExpressionError, *UNDEFINED) as reason:
+                self.solved.reasons.setdefault(str(reason))
+                continue
+            if found is not None:
+                return found
+        return None
+
+    def _courses(self, time: float) -> Iterator[Course]:
+        """Yield the courses that are known, at a time."""
+        mechanism, run = self.solved.mechanism, self.motion.until(time)
+        q, u = ([float(run[x.name][-1]) for x in group] for group in (mechanism.coordinates, mechanism.speeds))
+        there = anywhere(self.solved, q, u)
+        if there is None:
+            return
+        formulas = confirmed_formulas(self.solved, self.motion)
+        if formulas:
+            yield Course(there, TIME, formulas, time)
+        if len(q) == len(u) == 1:
+            fastest = float(np.abs(run[mechanism.speeds[0].name]).max())
+            course = course_of_energy(there, q[0], 0.0 if abs(u[0]) <= _TURNS * fastest else u[0])
+            if course is not None:
+                yield course
+
+    def _closed(self, course: Course, question: Ask, time: float) -> Quotient:
+        asked = _asked(question)
+        if question.max is not None or question.min is not None:
+            assert asked is not None
+            along = course.along(asked)
+            return course.value(along, self._extreme_place(course, question, along, time))
+        if question.of is not None and question.after is not None and question.along is not None:
+            return self._displacement(course, _component("position", question.of, question.along), question.after)
+        place = self._place(course, question.when if question.when is not None else question.at, question.after)
+        if asked is None:
+            return course.value(TIME, place) if course.variable is TIME else _no_time()
+        return course.value(course.along(asked), place)
+
+    def _displacement(self, course: Course, component: Node, time: Node) -> Quotient:
+        along = course.along(component)
+        moved = subtract(along, put_in(along, {course.variable: ZERO}))
+        return course.value(moved, self._place(course, None, time))
+
+    def _place(self, course: Course, moment: Moment | None, time: Node | None) -> Node:
+        """Return the value of the variable at a moment, or a time."""
+        if time is not None:
+            return time if course.variable is TIME else _no_time()
+        if isinstance(moment, Mapping):
+            ((coordinate, value),) = moment.items()
+            zero = subtract(symbol(coordinate), value)
+            return value if course.variable is symbol(coordinate) else course.place(course.along(zero))
+        for zero in boundaries(moment) if isinstance(moment, Node) else ():
+            try:
+                return course.place(course.along(zero))
+            except NoClosedFormError:
+                continue
+        raise NoClosedFormError("the moment has no formula")
+
+    def _extreme_place(self, course: Course, question: Ask, along: Node, time: float) -> Node:
+        """Return where an extreme is: at the start, at an end that was given, where the speed turns, or flat."""
+        if time == 0.0 and question.after is None:
+            motion = self.solved.nodes.motion.state
+            return ZERO if course.variable is TIME else as_node(motion.q[0])
+        ends = [x for x in (question.after, question.until) if x is not None]
+        for end in ends:
+            timed = isinstance(end, Node) and not is_condition(end)
+            if isinstance(end, Node) and timed and abs(self.solved.number(end) - time) <= AGREEMENT * time:
+                return self._place(course, None, end)
+        if course.turning is not None:
+            return course.place(course.turning)
+        try:
+            return course.place(derivative(along, course.variable))
+        except NoClosedFormError:
+            if question.until is None:
+                raise
+            return self._place(course, question.until, None)
+
+    def _confirmed(self, closed: Quotient, number: float) -> Node | None:
+        """Return a closed form as an expression where it is the number that was found, else None."""
+        if abs(float(closed.sample) - number) > _FOUND * abs(number):
+            return None
+        value = self.solved.value_of(closed)
+        return None if value is None else value.expression
+
+
+def _no_time() -> NoReturn:
+    raise NoClosedFormError("the time has no formula")
+
+
+def _asked(question: Ask) -> Node | None:
+    """Return the expression that is asked for at a moment, None for the moment itself."""
+    for node in (question.value, question.max, question.min):
+        if node is not None:
+            return node
+    if question.of is None:
+        return None
+    if question.at is None:
+        raise NoClosedFormError("a path has no formula")
+    if question.along is not None:
+        return _component("velocity", question.of, question.along)
+    parts = [quantity("velocity", (question.of, axis)) for axis in AXES]
+    return BUILD["sqrt"](reduce(add, (multiply(x, x) for x in parts)))
+
+
+def _component(function: str, point: str, direction: tuple[Node, ...]) -> Node:
+    """Return the component of a quantity of a point along a direction of any length."""
+    parts = [multiply(x, quantity(function, (point, axis))) for x, axis in zip(direction, AXES, strict=True)]
+    return divide(reduce(add, parts), BUILD["sqrt"](reduce(add, (multiply(x, x) for x in direction))))
+
+
+def boundaries(condition: Node) -> Iterator[Node]:
+    """Yield functions of the model one of which vanishes where a condition becomes true."""
+    waiting = [condition]
+    while waiting:
+        node = waiting.pop()
+        if node.op in ("min", "max") and is_condition(node):
+            waiting.extend(node.args)
+        else:
+            yield switching_function(node)

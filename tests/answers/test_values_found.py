@@ -1,0 +1,176 @@
+"""`find` on problems with known answers: throws, loops, springs, brakes, swings; formulas where books have them."""
+
+from __future__ import annotations
+
+from math import acos, asin, atan, cos, cosh, log, pi, sin, sqrt, tan
+
+import pytest
+
+import multibody_sym as mbs
+
+HEAD = """
+multibody_sym: 1
+name: found
+gravity: [0, -g, 0]
+"""
+THROW = (
+    HEAD
+    + """
+parameters: {g: {value: 9.81, positive: true}, v: {value: 18, positive: true}, a: 50 deg, h: 2, d: 15, m: 1.5}
+bodies: {ball: {mass: m}}
+joints: {j: {type: point, parent: ground, child: ball, q: [x, y], initial: {u: [v*cos(a), v*sin(a)]}}}
+simulation: {t_end: 8}
+ask: {range: {value: x, when: y < 0}, at_wall: {value: y, when: {x: d}}, T: y < 0, """
+)
+LOOP = (
+    HEAD
+    + """
+parameters: {g: {value: 9.81, positive: true}, R: {value: 0.8, positive: true}, m: {value: 0.6, positive: true},
+  v: {value: 7, positive: true}}
+bodies: {bob: {mass: m, com: [0, -R, 0]}}
+joints: {hinge: {type: revolute, parent: ground, child: bob, axis: z, q: theta, initial: {u: v/R}}}
+simulation: {t_end: 0.8}
+outputs: {pull: "reaction(hinge, fy)*cos(theta) - reaction(hinge, fx)*sin(theta)"}
+ask: {least: {min: "reaction(hinge, fy)*cos(theta) - reaction(hinge, fx)*sin(theta)"},
+  most: {max: "reaction(hinge, fy)*cos(theta) - reaction(hinge, fx)*sin(theta)"}, """
+)
+SWING = (
+    HEAD
+    + """
+parameters: {g: {value: 9.81, positive: true}, l: {value: 1.3, positive: true}, m: {value: 2, positive: true},
+  b: 50 deg}
+bodies: {bob: {mass: m, com: [0, -l, 0]}}
+joints: {hinge: {type: revolute, parent: ground, child: bob, axis: z, q: theta, initial: {q: b}}}
+simulation: {t_end: 2}
+ask: {most: {max: "reaction(hinge, fy)"}, low: {of: bob, at: {theta: 0}}, T4: {theta: 0}, """
+)
+SPRING = (
+    HEAD
+    + """
+parameters: {g: {value: 9.81, positive: true}, k: {value: 300, positive: true}, m: {value: 2, positive: true}, h: 0.5,
+  c: 0}
+bodies: {b: {mass: m}}
+joints: {j: {type: prismatic, parent: ground, child: b, axis: y, q: y, initial: {u: "-sqrt(2*g*h)"}}}
+forces: {s: {type: spring_damper, joint: j, stiffness: k, damping: c}}
+simulation: {t_end: 0.6}
+ask: {deepest: {min: y}, fastest: {min: u_y}, """
+)
+DRAG = (
+    HEAD
+    + """
+parameters: {g: {value: 9.81, positive: true}, m: {value: 2, positive: true}, c: {value: 0.5, positive: true}, v: 12}
+bodies: {b: {mass: m}}
+joints: {j: {type: prismatic, parent: ground, child: b, axis: y, q: y, initial: {u: v}}}
+forces: {d: {type: drag, on: b, linear: c}}
+simulation: {t_end: 2}
+ask: {top: {max: y}, T: u_y < 0, late: {value: u_y, after: 1.5}, """
+)
+SLIDE = (
+    HEAD
+    + """
+parameters: {g: {value: 9.81, positive: true}, m: 3, mu: {value: 0.2, positive: true}, v: {value: 5, positive: true}}
+bodies: {ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}, b: {mass: m}}
+joints: {j: {type: point, parent: ground, child: b, q: [x, y], initial: {u: [v, 0]}}}
+contacts: {c: {between: [b, ground.floor], static: mu, kinetic: mu}}
+simulation: {t_end: 6}
+ask: {way: {max: x}, T: c sticks, """
+)
+FALLER = (
+    HEAD
+    + """
+parameters: {g: {value: 9.81, positive: true}, m: {value: 80, positive: true}, k: {value: 0.3, positive: true}}
+bodies: {b: {mass: m}}
+joints: {j: {type: prismatic, parent: ground, child: b, axis: "-y", q: s}}
+forces: {d: {type: drag, on: b, quadratic: k}}
+simulation: {t_end: 6}
+ask: {v: {value: u_s, after: 4}, deep: {value: s, after: 4}, """
+)
+G = 9.81
+
+
+def _angle(d: float, h: float, v: float) -> float:
+    """Return the steeper angle at which what is thrown with v is at height h after the way d."""
+    return atan((v**2 + sqrt(v**4 - G * (G * d**2 + 2 * h * v**2))) / (G * d))
+
+
+PROBLEMS = {
+    "angle of a range": (
+        THROW + "f: {find: a, so: range == 25, between: [0.8, 1.5]}}",
+        pi / 2 - asin(25 * G / 18**2) / 2,
+    ),
+    "speed of a range": (THROW + "f: {find: v, so: range == 25}}", sqrt(25 * G / sin(2 * 50 * pi / 180))),
+    "speed over a wall": (
+        THROW + "f: {find: v, so: at_wall == h}}",
+        15 / cos(50 * pi / 180) * sqrt(G / 2 / (15 * tan(50 * pi / 180) - 2)),
+    ),
+    "angle over a wall": (THROW + "f: {find: a, so: at_wall == h, between: [1, 1.5]}}", _angle(15, 2, 18)),
+    "speed of a height": (THROW + "f: {find: v, so: max(y) == 12}}", sqrt(2 * G * 12) / sin(50 * pi / 180)),
+    "time of flight": (THROW + "f: {find: v, so: T == 3}}", 3 * G / 2 / sin(50 * pi / 180)),
+    "height of a start": (
+        THROW + "f: {find: y, so: T == 3.5}}",
+        G * 3.5**2 / 2 - 18 * sin(50 * pi / 180) * 3.5,
+    ),
+    "speed at a start": (
+        THROW + "f: {find: u_x, so: range == 40}}",
+        40 / (2 * 18 * sin(50 * pi / 180) / G),
+    ),
+    "loop the loop": (LOOP + "f: {find: v, so: least == 0}}", sqrt(5 * G * 0.8)),
+    "loop with twice the weight": (
+        LOOP
+        + "f: {find: v, so: 'min(pull) == 2*m*g'}}".replace(
+            "pull", "reaction(hinge, fy)*cos(theta) - reaction(hinge, fx)*sin(theta)"
+        ),
+        sqrt(7 * G * 0.8),
+    ),
+    "rope that bears": (LOOP + "f: {find: v, so: most == 9*m*g}}", sqrt(8 * G * 0.8)),
+    "swing's angle": (SWING + "f: {find: b, so: most == 2*m*g}}", acos(0.5)),
+    "swing's length": (SWING + "f: {find: l, so: low == 4}}", 8 / G / (1 - cos(50 * pi / 180))),
+    "swing's speed": (SWING + "f: {find: b, so: low == 2}}", acos(1 - 2 / G / 1.3)),
+    "spring's stiffness": (
+        SPRING + "f: {find: k, so: deepest == -0.25}}",
+        2 * 2 * G * (0.5 + 0.25) / 0.25**2,
+    ),
+    "fall onto a spring": (
+        SPRING + "f: {find: h, so: deepest == -0.3}}",
+        300 * 0.3**2 / 2 / 2 / G - 0.3,
+    ),
+    "drag's time": (DRAG + "f: {find: v, so: T == 1}}", 2 * G / 0.5 * (2.718281828459045**0.25 - 1)),
+    "braking way": (SLIDE + "f: {find: mu, so: way == 5}}", 25 / 2 / G / 5),
+    "braking time": (SLIDE + "f: {find: v, so: T == 2}}", 0.2 * G * 2),
+    "drag of the square": (FALLER + "f: {find: k, so: v == 30}}", None),
+    "mass of a faller": (FALLER + "f: {find: m, so: deep == 70}}", None),
+}
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_values_are_those_of_theory(name: str) -> None:
+    model, known = PROBLEMS[name]
+    solution = mbs.solve(mbs.loads(model))
+    found = solution.answers["f"].value
+    assert found is not None, solution.conditions
+    if known is not None:
+        assert found == pytest.approx(known, rel=1e-9)
+        return
+    m, k = (80, found) if "square" in name else (found, 0.3)
+    final = sqrt(m * G / k)
+    z = G * 4 / final
+    if "square" in name:
+        assert final * (1 - 2 / (1 + 2.718281828459045 ** (2 * z))) == pytest.approx(30, rel=1e-9)
+    else:
+        assert final**2 / G * log(cosh(z)) == pytest.approx(70, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "formula"),
+    [
+        ("loop the loop", "sqrt(5*R*g)"),
+        ("rope that bears", "2*sqrt(2*R*g)"),
+        ("swing's speed", None),
+        ("braking way", "v^2/(10*g)"),
+        ("speed of a height", "2*sqrt(6*g)/sin(a)"),
+    ],
+)
+def test_values_have_the_formulas_of_books(name: str, formula: str | None) -> None:
+    found = mbs.solve(mbs.loads(PROBLEMS[name][0])).answers["f"].as_json()["expression"]
+    assert found is not None
+    assert formula is None or found == formula
