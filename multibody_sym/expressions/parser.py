@@ -202,7 +202,7 @@ class _Parser:
             self.place += 1
         else:
             while True:
-                names.append(self.dotted_name())
+                names.append(self.mode(token) or self.dotted_name())
                 self.numbered_run(token, names)
                 closing = self.found[self.place]
                 self.place += 1
@@ -221,6 +221,14 @@ class _Parser:
         if number is not None and number.text.isdecimal() and QUANTITIES[function.text].arguments == ("rope",):
             names[-1] = f"{names[-1]}.{number.text}"
             self.place += 2
+
+    def mode(self, function: Token) -> str:
+        """Read the number of a mode, such as that of `frequency(1)`; return nothing where another argument stands."""
+        number = self.found[self.place]
+        if not (QUANTITIES[function.text].of_mode and number.text.isdecimal()):
+            return ""
+        self.place += 1
+        return str(int(number.text))
 
     def dotted_name(self) -> str:
         parts: list[str] = []

@@ -49,7 +49,8 @@ def _leaf(n: Node) -> Piece:
     if n.op == "slot":
         return Piece(f"{n.data[0]}[{n.data[1]}]", ATOM)
     if n.op == "quantity":
-        names = ", ".join(_named(name) for name in n.data[1])
+        numbered = n.data[0] in ("frequency", "period")
+        names = ", ".join(name if numbered and name.isdecimal() else _named(name) for name in n.data[1])
         return Piece(f"{n.data[0]}({names})", ATOM)
     if n.op == "real":
         return Piece(f"real({n.data!r})", ATOM)

@@ -15,12 +15,14 @@ class Quantity(NamedTuple):
     """What a quantity is asked with, and its dimension (None where that depends on what is asked).
 
     `others`: what it may be asked with instead, other numbers of arguments. `of_run`: it adds up along a run.
+    `of_mode`: it is one of small oscillations, whose number it is asked with.
     """
 
     arguments: tuple[str, ...]
     dimension: Dimension | None
     others: tuple[tuple[str, ...], ...] = ()
     of_run: bool = False
+    of_mode: bool = False
 
     def taking(self, count: int) -> tuple[str, ...] | None:
         """Return the kinds of so many arguments; None where it is not asked with so many."""
@@ -48,6 +50,8 @@ QUANTITIES: Final[dict[str, Quantity]] = {
     "power": Quantity(("exerting",), Dimension(1, 2, -3)),
     "work": Quantity(("exerting",), ENERGY, of_run=True),
     "impulse": Quantity(("exerting", "axis"), Dimension(1, 1, -1), (("exerting", "whole", "axis"),), of_run=True),
+    "frequency": Quantity(("mode",), Dimension(0, 0, -1), of_mode=True),
+    "period": Quantity(("mode",), Dimension(0, 0, 1), of_mode=True),
 }
 """Every quantity by its name; the arguments are names of the model, joined by dots.
 
@@ -57,7 +61,7 @@ energy a body or force.
 """
 SYSTEM, OWN_CENTRE, WEIGHT = "system", "com", "weight"
 
-_ANGULAR: Final = {"angular_velocity": 1, "angular_acceleration": 1, "angular_momentum": None}
+_ANGULAR: Final = {"angular_velocity": 1, "angular_acceleration": 1, "angular_momentum": None, "frequency": 1}
 _ENERGIES: Final = ("total_energy", "kinetic_energy", "potential_energy", "jacobi_integral", "work")
 
 

@@ -9,6 +9,7 @@ from multibody_sym.answers.impact.resting import ImpactInstant
 from multibody_sym.answers.instant import Solved
 from multibody_sym.dynamics.programs.quantities import Instant, quantities
 from multibody_sym.errors import ModelError, at
+from multibody_sym.expressions.quantities import QUANTITIES
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.scalars.functions import evaluate
@@ -35,6 +36,9 @@ def answered_after(solved: Solved) -> dict[str, Value]:
 def _answer(solved: Solved, node: Node) -> Value:
     in_slots = evaluate([node], lambda leaf: solved.mechanism.symbols.get(leaf, leaf))
     asked = leaves(in_slots, "quantity")
+    modes = [leaf for leaf in asked if QUANTITIES[leaf.data[0]].of_mode]
+    if modes:
+        raise ModelError(f"{modes[0]} is one of small oscillations; ask it without `impact`")
     rates = [leaf.data[0] for leaf in asked if leaf.data[0] in _RATES]
     if rates:
         raise ModelError(f"{rates[0]}(..) has no value in an impact, in which speeds jump")

@@ -18,7 +18,8 @@ from multibody_sym.answers.questions.later_forms import LaterForms
 from multibody_sym.answers.questions.naming import in_order, named_by, with_answers
 from multibody_sym.answers.questions.simulated_motion import Simulated
 from multibody_sym.answers.questions.uniform_motion import UniformMotion, uniform_motion
-from multibody_sym.errors import ExpressionError, ModelError, at, suggestion
+from multibody_sym.answers.small_motions.asked import AskedModes, modes_named
+from multibody_sym.errors import ExpressionError, ModelError, NoSolutionError, at, suggestion
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.settings import Ask
 from multibody_sym.model.declaration.states import Moment, StateCondition
@@ -46,6 +47,10 @@ def answered(solved: Solved) -> tuple[dict[str, Value], list[str]]:
                 continue
             question, closed = named
             _verify(solved, question)
+            if modes_named(question):
+                found = motion.of_modes(name, question)
+                answers[name] = found if closed else replace(found, expression=None)
+                continue
             found = motion.answer(name, question) if question.so is None else motion.found(name, question, answers)
             answers[name] = found if closed else replace(found, expression=None)
     return {name: answers[name] for name in solved.system.ask}, remarks
@@ -125,6 +130,30 @@ class _Motion:
         if question.when is None and question.after is None:
             return self.solved.values(self.solved.asked(asked), {"": unit})[""]
         return replace(self._later(name, question), unit=unit)
+
+    def of_modes(self, name: str, question: Ask) -> Value:
+        """Return the answer to a question that names frequencies or periods of small oscillations."""
+        asked = self.modes
+        try:
+            if question.value is not None and modes_named(question) == [question.value]:
+                found = asked.value(question.value)
+            else:
+                changed, closed = asked.put_in(question)
+                found = replace(self.answer(name, changed), unit=self._unit_asked(question))
+                found = found if closed else replace(found, expression=None)
+        except NoSolutionError as reason:
+            self.remarks.append(f"{name}: {reason.message}")
+            return Value(None)
+        self.remarks.extend(each for each in asked.remarks() if each not in self.remarks)
+        return found
+
+    def _unit_asked(self, question: Ask) -> str:
+        return self._unit_of(question.value) if question.value is not None else _unit(question)
+
+    @cached_property
+    def modes(self) -> AskedModes:
+        """The small oscillations, as far as they are asked for."""
+        return AskedModes(self.solved.system, self.solved.symbolic.letters)
 
     def _unit_of(self, asked: Node) -> str:
         (unit,) = MechanismUnits(self.solved.mechanism).of([asked])

@@ -16,6 +16,7 @@ from multibody_sym.answers.questions.finding import UNKNOWN, Zero, zeros
 from multibody_sym.answers.questions.in_numbers import InNumbers, NeverError
 from multibody_sym.answers.questions.naming import in_order, named_by, put_in, with_answers
 from multibody_sym.answers.questions.simulated_motion import Simulated
+from multibody_sym.answers.small_motions.asked import AskedModes
 from multibody_sym.errors import ExpressionError, InputError, ModelError, MultibodyError, at, suggestion
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.fields import Names
@@ -125,13 +126,13 @@ class Search:
             return UNKNOWN
 
     def _difference(self, system: System) -> float:
-        numbers = InNumbers(Simulated(system))
+        numbers, modes = InNumbers(Simulated(system)), AskedModes(system)
         answers: dict[str, Value] = {}
         for name in in_order(system.ask, self.solved.mechanism.symbols):
             named = with_answers(system.ask[name], answers, self.solved.mechanism.symbols)
             if named is None:
                 return UNKNOWN
-            answers[name] = numbers.answer(named[0])
+            answers[name] = numbers.answer(modes.put_in(named[0])[0])
         value = answers[_LEFT].value
         return UNKNOWN if value is None else value
 

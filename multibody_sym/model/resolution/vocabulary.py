@@ -240,6 +240,9 @@ def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str
         raise ModelError(f"{leaf} can be asked in outputs, stop and ask only")
     if QUANTITIES[function].of_run and section != "outputs":
         raise ModelError(f"{leaf} adds up along a run: it can be asked in outputs only")
+    if QUANTITIES[function].of_mode:
+        _verify_mode(leaf, section)
+        return
     for kind, name in zip(QUANTITIES[function].taking(len(arguments)) or (), arguments, strict=True):
         if name not in vocabulary[kind]:
             runs = sum(kind == "rope" and known.startswith(f"{name}.") for known in vocabulary[kind])
@@ -248,6 +251,14 @@ def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str
                 raise ModelError(f"{leaf}: {name!r} has a tension on each side of wheels that turn with it; ask {each}")
             what = _KINDS.get(kind, f"no {kind}")
             raise ModelError(f"{leaf}: {name!r} is {what}{suggestion(name, vocabulary[kind])}")
+
+
+def _verify_mode(leaf: Node, section: str) -> None:
+    """Raise ModelError for a frequency or period that is not of a mode by its number, or not in ask."""
+    if section != "ask":
+        raise ModelError(f"{leaf} is one of small oscillations: it can be asked in ask only")
+    if not leaf.data[1][0].isdecimal() or leaf.data[1][0] == "0":
+        raise ModelError(f"{leaf}: name a mode by its number; 1 is the one with the lowest frequency")
 
 
 def _listed(words: tuple[str, ...]) -> str:
