@@ -2,6 +2,7 @@
 
 TYPE_CHECKING = False  # as in typing, without importing it
 if TYPE_CHECKING:
+    from multibody_sym.analysis.derivations import derive as derive
     from multibody_sym.analysis.equilibrium import Equilibrium as Equilibrium
     from multibody_sym.analysis.equilibrium import equilibrium as equilibrium
     from multibody_sym.analysis.linearization import Linearization as Linearization
@@ -22,8 +23,9 @@ if TYPE_CHECKING:
     from multibody_sym.checking.check import CheckReport as CheckReport
     from multibody_sym.checking.check import check as check
     from multibody_sym.cli.version import __version__ as __version__
+    from multibody_sym.dynamics.derivation.canonical import CanonicalEquations as CanonicalEquations
+    from multibody_sym.dynamics.derivation.canonical import FirstIntegral as FirstIntegral
     from multibody_sym.dynamics.derivation.symbolic_equations import SymbolicEquations as SymbolicEquations
-    from multibody_sym.dynamics.derive import derive as derive
     from multibody_sym.errors import ExpressionError as ExpressionError
     from multibody_sym.errors import InputError as InputError
     from multibody_sym.errors import ModelError as ModelError
@@ -123,6 +125,7 @@ if TYPE_CHECKING:
     from multibody_sym.simulation.tree_functions import mass_matrix as mass_matrix
 
 _NAMES = {
+    "analysis.derivations": "derive",
     "analysis.equilibrium": "Equilibrium equilibrium",
     "analysis.linearization": "Linearization linearize period_multipliers",
     "analysis.periodic": "Multipliers",
@@ -136,8 +139,8 @@ _NAMES = {
     "answers.solve": "solve",
     "checking.check": "CheckReport check",
     "cli.version": "__version__",
+    "dynamics.derivation.canonical": "CanonicalEquations FirstIntegral",
     "dynamics.derivation.symbolic_equations": "SymbolicEquations",
-    "dynamics.derive": "derive",
     "errors": "ExpressionError InputError ModelError MultibodyError NoSolutionError OutputError RunError",
     "formats.reader": "load loads",
     "formats.urdf": "UrdfNotice load_urdf",

@@ -92,9 +92,9 @@ def random_case(
     Masses are 1e-3 to 1e3; `extreme` ones 1e-6 to 1e6, with links of no mass at all between bodies that have one.
     """
     rng = np.random.default_rng([seed, rows, 1] if extreme else [seed, rows])
-    motions = np.random.default_rng([seed, rows, 2])
+    motions, potentials = (np.random.default_rng([seed, rows, k]) for k in (2, 3))
     while True:
-        system = _Builder(rng, int(rng.integers(bodies[0], bodies[1] + 1)), rows, extreme, motions).system()
+        system = _Builder(rng, int(rng.integers(bodies[0], bodies[1] + 1)), rows, extreme, motions, potentials).system()
         resolved = mechanism(system)
         if not resolved.speeds or massless_speeds(resolved):
             continue
@@ -181,7 +181,7 @@ def _floats(values: Any) -> list[float]:
 class _Builder:
     """Draws one system; planar ones move in the x-y plane, where ropes may run over wheels.
 
-    `motions` draws what is prescribed, so that the systems in which nothing is do not depend on it.
+    `motions` draws what is prescribed and `potentials` those, so that the systems without do not depend on them.
     """
 
     rng: Random
@@ -189,6 +189,7 @@ class _Builder:
     constrained: bool
     extreme: bool
     motions: Random
+    potentials: Random
 
     def __post_init__(self) -> None:
         self.planar = self.rng.random() < (0.5 if self.constrained else 0.25)
@@ -214,7 +215,7 @@ class _Builder:
             parameters=self.parameters,
             bodies=self.shuffled(self.bodies),
             joints=self.shuffled(self.joints),
-            forces=self.elements(FORCES, _FORCES, self.numbered("f", 0, 4), inputs),
+            forces={**self.elements(FORCES, _FORCES, self.numbered("f", 0, 4), inputs), **self.further_forces(inputs)},
             constraints=self.elements(CONSTRAINTS, _CONSTRAINTS, rows, pulleys),
             pulleys=pulleys,
             inputs=inputs,
@@ -403,6 +404,15 @@ class _Builder:
         drawn = [cls for cls in kinds.table.values() if cls in makers]
         return {name: makers[self.some(drawn)](self, known) for name in names}
 
+    def further_forces(self, inputs: Mapping[str, Any]) -> dict[str, Any]:
+        """Return a potential or two for a third of the systems."""
+        if self.potentials.random() > 0.35:
+            return {}
+        self.rng, kept = self.potentials, self.rng
+        found = self.elements(FORCES, _POTENTIALS, self.numbered("v", 1, 2), inputs)
+        self.rng = kept
+        return found
+
     def numbered(self, prefix: str, least: int, most: int) -> list[str]:
         return [f"{prefix}{k}" for k in range(int(self.rng.integers(least, most + 1)))]
 
@@ -509,15 +519,17 @@ def _expression(build: _Builder, pulleys: Mapping[str, Pulley]) -> Expression:
     return Expression(f"{linear} + {build.uniform()}*sin({names[0]})*t - {build.uniform()}*t^2")
 
 
+_POTENTIALS: Mapping[type, Callable[..., Element]] = {
+    Potential: _potential,
+    Gravitation: _gravitation,
+    Coulomb: _coulomb,
+}
 _FORCES: Mapping[type, Callable[..., Element]] = {
     Force: _force,
     Torque: _torque,
     SpringDamper: _spring,
     Damper: _damper,
     Pull: _pull,
-    Potential: _potential,
-    Gravitation: _gravitation,
-    Coulomb: _coulomb,
     Drag: _drag,
     Motor: _motor,
 }
@@ -579,5 +591,5 @@ _CONSTRAINTS: Mapping[type, Callable[..., Element]] = {
     VelocityConstraint: _velocity,
 }
 
-assert set(_FORCES) == set(FORCES.table.values()) - {Friction}, "every kind of force but friction is drawn"
+assert {*_FORCES, *_POTENTIALS} == set(FORCES.table.values()) - {Friction}, "every kind of force but friction is drawn"
 assert set(_CONSTRAINTS) == set(CONSTRAINTS.table.values()), "every kind of constraint is drawn"

@@ -4,27 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
-from math import comb
 from typing import Any, Final
 
 import sympy
 
 from multibody_sym.algebra.budget import Budget
-from multibody_sym.algebra.readable import LARGEST_SUM, Readable
-from multibody_sym.algebra.subexpressions import Subexpressions, WrittenOut, tidied, value_of
+from multibody_sym.algebra.subexpressions import Subexpressions, tidied, value_of
 from multibody_sym.dynamics.derivation.constants import (
     constants_step,
-    measured_start,
-    measured_values,
     sides_step,
-    without_zero_angles,
 )
 from multibody_sym.dynamics.derivation.free_bodies import FreeBodies, free_bodies
 from multibody_sym.dynamics.derivation.lagrange import (
     Energies,
     LagrangeTerms,
-    energies,
-    energy_nodes,
     known_nodes,
     lagrange_terms,
     totals,
@@ -32,6 +25,7 @@ from multibody_sym.dynamics.derivation.lagrange import (
 )
 from multibody_sym.dynamics.derivation.multipliers import RowTerms, pressing, rows_terms, with_friction
 from multibody_sym.dynamics.derivation.notation import Notation, notation_of
+from multibody_sym.dynamics.derivation.prepared import Prepared, Told, budget_of, prepared, shortest
 from multibody_sym.dynamics.derivation.record import Derivation, Equation, Step
 from multibody_sym.dynamics.derivation.steps import (
     coordinate_step,
@@ -43,16 +37,13 @@ from multibody_sym.dynamics.derivation.steps import (
     row_steps,
     with_letters,
 )
-from multibody_sym.dynamics.derivation.symbolic_equations import READABLE, SymbolicEquations
-from multibody_sym.dynamics.derivation.symbols import Symbols, symbols_of
+from multibody_sym.dynamics.derivation.symbolic_equations import SymbolicEquations
+from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.formalisms.inverse_dynamics import inverse_dynamics
 from multibody_sym.dynamics.formalisms.newton_euler import without_reactions
 from multibody_sym.dynamics.routes import FORMALISMS
-from multibody_sym.dynamics.start.examined import examined
-from multibody_sym.dynamics.start.state import state_at
-from multibody_sym.dynamics.start.straight import Side, straightened
-from multibody_sym.errors import ArgumentError, InputError, at, shown
+from multibody_sym.errors import InputError, at, shown
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import row_motions
@@ -60,13 +51,8 @@ from multibody_sym.kinematics.state import slot_state
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.changes import Changes
-from multibody_sym.numerics.numbers import number
-from multibody_sym.scalars.node import Node, as_node
-from multibody_sym.scalars.traversal import postorder
+from multibody_sym.scalars.node import as_node
 from multibody_sym.scalars.vectors import S
-
-_READABLE_ENERGY: Final = 300
-"""Operations in T up to which the equations that follow from it have a chance to be read."""
 
 
 def derive(
@@ -90,50 +76,9 @@ def derive(
     What a person can read is written out and simplified; past that, shared sub-expressions have names. Raises
     InputError for an unknown method, ModelError where "lagrange" does not apply, NoSolutionError past the budget.
     """
-    model = _asked(model, Changes(parameters, initial, inputs, coordinates, project))
-    resolved = model if isinstance(model, Mechanism) else _at_start(model)
-    begin = measured_start(resolved, project=isinstance(model, System) and model.simulation.project)
-    mechanism, sides = without_zero_angles(resolved, begin), tuple[Side, ...]()
-    if begin is not None:
-        mechanism, sides = straightened(mechanism, begin.q, begin.u, begin.parameters)
-    labels = labels_of(model) if isinstance(model, System) else {}
-    limits, chosen = _budget(budget), _method(method, formalism, mechanism)
-    symbols = symbols_of(mechanism)
-    told = Told(labels, measured_values(symbols, mechanism, begin), sides)
-    if written_out_size(energy_nodes(mechanism)) <= LARGEST_SUM:
-        circles = tuple(tuple(symbols.coordinates[k] for k in q) for b in mechanism.bodies for q in b.quaternions)
-        readable = Readable(frozenset(symbols.speeds), circles)
-        names = WrittenOut(symbols.free_prefix, limits, readable)
-        given = energies(mechanism, symbols, names)
-        if given.kinetic.count_ops() <= _READABLE_ENERGY:
-            short = _derived(mechanism, chosen, symbols, names, given, told)
-            if short.operations <= READABLE:
-                return short
-    named = Subexpressions(symbols.free_prefix, limits)
-    return _derived(mechanism, chosen, symbols, named, energies(mechanism, symbols, named), told)
-
-
-def _at_start(system: System) -> Mechanism:
-    """Return the mechanism of a system; what holds one way only in the mode that it has at the start."""
-    declared = examined(system)
-    return state_at(declared, project=system.simulation.project).mechanism if declared.one_way else declared
-
-
-def _asked(model: System | Mechanism, changes: Changes) -> System | Mechanism:
-    if not isinstance(model, Mechanism):
-        return changes.of(model)
-    if changes != Changes():
-        raise ArgumentError("a Mechanism is what follows from a System and is not changed; hand over the System")
-    return model
-
-
-def _budget(value: object) -> Budget:
-    if value is None or isinstance(value, Budget):
-        return value or Budget()
-    seconds = number("budget", value)
-    if not seconds > 0.0:
-        raise ArgumentError(f"budget is a time in seconds, got {shown(value)}")
-    return Budget(seconds=seconds)
+    ready = prepared(model, Changes(parameters, initial, inputs, coordinates, project))
+    limits, chosen = budget_of(budget), _method(method, formalism, ready.mechanism)
+    return shortest(ready, limits, lambda names, given: _derived(ready, chosen, names, given))
 
 
 def _method(method: str | None, formalism: str | None, mechanism: Mechanism) -> str:
@@ -146,37 +91,10 @@ def _method(method: str | None, formalism: str | None, mechanism: Mechanism) -> 
         if not isinstance(chosen, str) or chosen not in METHODS:
             known = isinstance(chosen, str) and chosen in FORMALISMS
             what = f"{chosen!r} gives no closed form" if known else f"there is no {word} {shown(chosen)}"
-            raise InputError(f"{what}: choose {', '.join(METHODS)}")
+            raise InputError(f"{what}: choose {', '.join((*METHODS, *IN_MOMENTA))}")
     if chosen == "lagrange":
         verify_free(mechanism)
     return chosen
-
-
-def labels_of(system: System) -> dict[str, str]:
-    """Return the book's letters that a system declares, by the names of its parameters and coordinates."""
-    found = {name: parameter.label for name, parameter in system.parameters.items()}
-    for name, joint in system.joints.items():
-        coordinates = getattr(joint, "q", None) or (name,)
-        if len(coordinates) == 1:
-            found[coordinates[0]] = getattr(joint, "label", None)
-    return {name: label for name, label in found.items() if label}
-
-
-def written_out_size(parts: Sequence[Sequence[Node]]) -> int:
-    """Return how many terms expressions have at most, all together, once their products are multiplied out."""
-    roots = [node for part in parts for node in part]
-    sizes: dict[Node, int] = {}
-    for n in postorder(roots):
-        operands = [sizes[a] for a in n.args]
-        if n.op == "add":
-            sizes[n] = sum(operands)
-        elif n.op == "mul":
-            sizes[n] = operands[0] * operands[1]
-        elif n.op == "pow" and isinstance(n.args[1].data, int) and n.args[1].data > 0:
-            sizes[n] = comb(operands[0] + n.args[1].data - 1, n.args[1].data)
-        else:
-            sizes[n] = operands[0] if n.op in ("neg", "div") else 1
-    return sum(sizes[root] for root in roots)
 
 
 # --- the methods ---------------------------------------------------------------------------------------------------
@@ -245,6 +163,8 @@ def _formed(
     return Parts(given, expressions[:n], expressions[n], [sympy.S.Zero] * n, expressions[n + 1], row_parts)
 
 
+IN_MOMENTA: Final = ("hamilton", "routh")
+"""Further methods, of equations in momenta."""
 METHODS: Final[Mapping[str, Callable[[Mechanism, Symbols, Subexpressions, Energies], Parts]]] = {
     "lagrange": _by_multipliers,
     "multipliers": _by_multipliers,
@@ -256,23 +176,8 @@ METHODS: Final[Mapping[str, Callable[[Mechanism, Symbols, Subexpressions, Energi
 # --- put together --------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Told:
-    """What equations are told with: the book's letters by name, values of constants of the start, and its sides."""
-
-    labels: Mapping[str, str]
-    constants: Mapping[Any, float]
-    sides: tuple[Side, ...]
-
-
-def _derived(
-    mechanism: Mechanism,
-    method: str,
-    symbols: Symbols,
-    names: Subexpressions,
-    given: Energies,
-    told: Told,
-) -> SymbolicEquations:
+def _derived(ready: Prepared, method: str, names: Subexpressions, given: Energies) -> SymbolicEquations:
+    mechanism, symbols, told = ready.mechanism, ready.symbols, ready.told
     raw: Parts = _mapped(METHODS[method](mechanism, symbols, names, given), lambda e: e.xreplace(given.held))
     written = {name: e.xreplace(given.held) for name, e in names.definitions.items()}
     definitions, replaced = tidied(written, _expressions(raw), symbols.free_prefix)

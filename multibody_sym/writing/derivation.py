@@ -9,6 +9,7 @@ from typing import Any, Final
 import sympy
 
 from multibody_sym.analysis.theorems.symbolic import CONSERVED
+from multibody_sym.dynamics.derivation.canonical import CanonicalEquations
 from multibody_sym.dynamics.derivation.constants import SIDES
 from multibody_sym.dynamics.derivation.notation import escaped
 from multibody_sym.dynamics.derivation.record import Equation, Label, Step
@@ -22,13 +23,15 @@ from multibody_sym.writing.documents import html_document, latex_document
 from multibody_sym.writing.html_script import HtmlScript, html_script
 from multibody_sym.writing.withheld import withheld_lines
 
+Equations = SymbolicEquations | CanonicalEquations
 LONGEST: Final = 20_000
 """Operations past which equations are not printed: their size and the advice to take a recursive formalism are."""
 _WIDTH: Final = 100
 
 
 _ON_THE_WAY: Final = (
-    "Coordinates", "Positions and velocities", "Momenta", "Their rates", "Gradient of T", "Gradient of V", "Matrix form"
+    "Coordinates", "Positions and velocities", "Momenta", "Their rates", "Gradient of T", "Gradient of V",
+    "Speeds by momenta", "Matrix form",
 )
 """Steps that no result needs."""
 
@@ -36,7 +39,7 @@ _ON_THE_WAY: Final = (
 # --- text ----------------------------------------------------------------------------------------------------------
 
 
-def derivation_text(equations: SymbolicEquations, *, steps: bool = False) -> str:
+def derivation_text(equations: Equations, *, steps: bool = False) -> str:
     """Return T, V and the equations of motion as text; with `steps` the whole derivation."""
     if equations.operations > LONGEST:
         return f"{_headline(equations)}\n{advice(equations)}"
@@ -48,7 +51,7 @@ def derivation_text(equations: SymbolicEquations, *, steps: bool = False) -> str
     return "\n\n".join(part for part in parts if part)
 
 
-def advice(equations: SymbolicEquations) -> str:
+def advice(equations: Equations) -> str:
     """Return what to choose where closed forms are too long to be read."""
     return (
         f"{equations.operations} operations in {len(equations.definitions)} named sub-expressions: to simulate or to "
@@ -56,17 +59,19 @@ def advice(equations: SymbolicEquations) -> str:
     )
 
 
-def _headline(equations: SymbolicEquations) -> str:
+def _headline(equations: Equations) -> str:
     routes = {
         "lagrange": "Lagrange's equations of the second kind",
         "multipliers": "Lagrange's equations with multipliers",
         "newton_euler": "Newton's and Euler's equations, body by body",
         "composite_body": "composite bodies and recursive Newton-Euler",
+        "hamilton": "Hamilton's canonical equations",
+        "routh": "Routh's equations without the cyclic coordinates",
     }
     return f"{equations.mechanism.name}: {routes[equations.method]}"
 
 
-def _withheld(equations: SymbolicEquations) -> list[Step]:
+def _withheld(equations: Equations) -> list[Step]:
     """Return that reactions in the equations are not determined, because constraints do not say where they act."""
     withheld = equations.mechanism.withheld
     if equations.method != "newton_euler" or not withheld:
@@ -76,19 +81,19 @@ def _withheld(equations: SymbolicEquations) -> list[Step]:
     return [Step("Reactions", (), "\n".join([f"not determined: {first}; {as_if}", *others]))]
 
 
-def _result(equations: SymbolicEquations) -> list[Step]:
+def _result(equations: Equations) -> list[Step]:
     """Return the steps that stand for the result: the energies, the loads, the constraints, the equations."""
     steps = [step for step in equations.steps if step.equations or step.title in (SIDES, CONSERVED)]
     return [step for step in steps if step.title not in _ON_THE_WAY]
 
 
-def _step_text(equations: SymbolicEquations, step: Step) -> str:
+def _step_text(equations: Equations, step: Step) -> str:
     lines = [f"    {line}" for e in step.equations for line in _equation_text(equations, e)]
     notes = [f"    {line}" for line in step.note.splitlines()]
     return "\n".join([step.title, *(notes if not lines else []), *lines, *(notes if lines else [])])
 
 
-def _equation_text(equations: SymbolicEquations, e: Equation) -> Iterator[str]:
+def _equation_text(equations: Equations, e: Equation) -> Iterator[str]:
     left, right = equations.notation.text(e.left), equations.notation.text(e.right)
     if not isinstance(e.right, sympy.MatrixBase) or len(left) + len(right) <= _WIDTH:
         yield f"{left} = {right}"
@@ -110,7 +115,7 @@ def _elements(matrix: Any) -> list[tuple[int, int]]:
     return [(i, j) for i, j in places if matrix[i, j] != 0]
 
 
-def _names_text(equations: SymbolicEquations) -> str:
+def _names_text(equations: Equations) -> str:
     write = equations.notation.text
     lines = [f"    {write(name)} = {write(e)}" for name, e in equations.definitions]
     return "\n".join(["where", *lines]) if lines else ""
@@ -119,7 +124,7 @@ def _names_text(equations: SymbolicEquations) -> str:
 # --- LaTeX ---------------------------------------------------------------------------------------------------------
 
 
-def derivation_latex(equations: SymbolicEquations, *, steps: bool = False) -> str:
+def derivation_latex(equations: Equations, *, steps: bool = False) -> str:
     r"""Return the same as LaTeX for a document with amsmath: a \paragraph for each step."""
     if equations.operations > LONGEST:
         return rf"\paragraph{{{escaped(_headline(equations))}}} {escaped(advice(equations))}."
@@ -129,7 +134,7 @@ def derivation_latex(equations: SymbolicEquations, *, steps: bool = False) -> st
     return "\n".join([f"% {_headline(equations)}", *(_step_latex(equations, step) for step in shown)]) + "\n"
 
 
-def _step_latex(equations: SymbolicEquations, step: Step) -> str:
+def _step_latex(equations: Equations, step: Step) -> str:
     write = equations.notation.latex
     lines = " \\\\\n".join(f"  {write(e.left)} &= {write(e.right)}" for e in step.equations)
     body = f"\\begin{{align*}}\n{lines}\n\\end{{align*}}" if lines else ""
@@ -137,7 +142,7 @@ def _step_latex(equations: SymbolicEquations, step: Step) -> str:
     return "\n".join(part for part in (rf"\paragraph{{{escaped(step.title)}}}", body, note) if part)
 
 
-def derivation_document(equations: SymbolicEquations, *, steps: bool = False) -> str:
+def derivation_document(equations: Equations, *, steps: bool = False) -> str:
     """Return the same as a whole LaTeX document."""
     return latex_document(equations.mechanism.name, derivation_latex(equations, steps=steps))
 
@@ -145,7 +150,7 @@ def derivation_document(equations: SymbolicEquations, *, steps: bool = False) ->
 # --- HTML ----------------------------------------------------------------------------------------------------------
 
 
-def derivation_html(equations: SymbolicEquations, *, steps: bool = False) -> str:
+def derivation_html(equations: Equations, *, steps: bool = False) -> str:
     """Return the same as a page of HTML that needs nothing beside it."""
     if equations.operations > LONGEST:
         return html_document(_headline(equations), f"<p>{escape(advice(equations))}</p>\n")
@@ -169,33 +174,62 @@ def _side_html(script: HtmlScript, side: Any) -> str:
 # --- data ----------------------------------------------------------------------------------------------------------
 
 
-def derivation_data(equations: SymbolicEquations) -> dict[str, Any]:
+def derivation_data(equations: Equations) -> dict[str, Any]:
     """Return everything as plain data: expressions in the model's own language, equations and steps as they are read.
 
     Equations and steps that nobody would read (past `LONGEST` operations) are left out.
     """
     shown = equations.operations <= LONGEST
+    own = _in_momenta(equations) if isinstance(equations, CanonicalEquations) else _in_speeds(equations)
     return {
         "method": equations.method,
         "coordinates": [c.name for c in equations.mechanism.coordinates],
         "speeds": [s.name for s in equations.mechanism.speeds],
         "multipliers": [row.name for row in equations.mechanism.rows],
-        "reactions": [symbol.name for symbol in equations.reactions],
         "kinetic_energy": _expression(equations, equations.kinetic_energy),
         "potential_energy": _expression(equations, equations.potential_energy),
-        "mass_matrix": _matrix(equations, equations.mass_matrix),
-        "forcing": [row[0] for row in _matrix(equations, equations.forcing)],
-        "constraint_jacobian": _matrix(equations, equations.constraint_jacobian),
-        "constraint_forcing": [row[0] for row in _matrix(equations, equations.constraint_forcing)],
+        **own,
         "constants": {symbol.name: value for symbol, value in equations.constants.items()},
         "definitions": {str(name): _expression(equations, e) for name, e in equations.definitions},
         "equations": [_equation(equations, e) for e in equations.equations if shown],
         "steps": [_step(equations, step) for step in equations.steps if shown],
+        "operations": equations.operations,
+        "units": _units(equations.mechanism),
+    }
+
+
+def _in_speeds(equations: SymbolicEquations) -> dict[str, Any]:
+    return {
+        "reactions": [symbol.name for symbol in equations.reactions],
+        "mass_matrix": _matrix(equations, equations.mass_matrix),
+        "forcing": [row[0] for row in _matrix(equations, equations.forcing)],
+        "constraint_jacobian": _matrix(equations, equations.constraint_jacobian),
+        "constraint_forcing": [row[0] for row in _matrix(equations, equations.constraint_forcing)],
         "letters": {s.name: equations.notation.text(s) for s in _forces(equations)},
         "withheld": {name: list(x.components) for name, x in equations.mechanism.withheld.items()},
         "withheld_reasons": reasons(equations.mechanism.withheld),
-        "operations": equations.operations,
-        "units": _units(equations.mechanism),
+    }
+
+
+def _in_momenta(equations: CanonicalEquations) -> dict[str, Any]:
+    """Return the momenta, H or R, what speeds are in momenta, the rates (Hamilton) and the first integrals."""
+    word = "hamiltonian" if equations.method == "hamilton" else "routhian"
+    potential = equations.effective_potential
+    return {
+        "momenta": [p.name for p in equations.momenta],
+        word: _expression(equations, equations.function),
+        **({} if potential is None else {"effective_potential": _expression(equations, potential)}),
+        "speeds_by_momenta": {u.name: _expression(equations, e) for u, e in equations.speeds.items()},
+        "rates": [[_expression(equations, e) for e in part] for part in equations.rates],
+        "constraints": [_expression(equations, e) for e in equations.constraints],
+        "first_integrals": [
+            {
+                "name": x.name,
+                "expression": None if x.expression is None else _expression(equations, x.expression),
+                "symmetry": x.symmetry,
+            }
+            for x in equations.first_integrals
+        ],
     }
 
 
@@ -210,19 +244,19 @@ def _units(mechanism: Mechanism) -> dict[str, dict[str, str]]:
     return {"state": told.state, "multipliers": told.multipliers, "parameters": told.parameters, "inputs": told.inputs}
 
 
-def _expression(equations: SymbolicEquations, e: Any) -> str:
+def _expression(equations: Equations, e: Any) -> str:
     return in_model_language(from_sympy(e.xreplace(dict(equations.numbers))))
 
 
-def _matrix(equations: SymbolicEquations, matrix: Any) -> list[list[str]]:
+def _matrix(equations: Equations, matrix: Any) -> list[list[str]]:
     return [[_expression(equations, x) for x in row] for row in matrix.tolist()]
 
 
-def _step(equations: SymbolicEquations, step: Step) -> dict[str, Any]:
+def _step(equations: Equations, step: Step) -> dict[str, Any]:
     return {"title": step.title, "note": step.note, "equations": [_equation(equations, e) for e in step.equations]}
 
 
-def _equation(equations: SymbolicEquations, e: Equation) -> dict[str, str]:
+def _equation(equations: Equations, e: Equation) -> dict[str, str]:
     write = equations.notation
     return {
         "text": f"{write.text(e.left)} = {write.text(e.right)}",

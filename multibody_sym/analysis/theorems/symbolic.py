@@ -10,18 +10,19 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import sympy
 
 from multibody_sym.algebra.budget import Budget
 from multibody_sym.algebra.readable import Readable
 from multibody_sym.algebra.subexpressions import WrittenOut, value_of
+from multibody_sym.analysis.derivations import derive
 from multibody_sym.analysis.theorems.conserved import Conserved, conserved_quantities
+from multibody_sym.dynamics.derivation.canonical import CanonicalEquations
 from multibody_sym.dynamics.derivation.lagrange import known_nodes
 from multibody_sym.dynamics.derivation.record import Derivation, Equation, Label, Step
 from multibody_sym.dynamics.derivation.symbolic_equations import SymbolicEquations
-from multibody_sym.dynamics.derive import derive
 from multibody_sym.dynamics.programs.exertions import power_of, resultant
 from multibody_sym.dynamics.programs.momenta import angular_momentum, body_momenta, momentum
 from multibody_sym.expressions.quantities import WEIGHT
@@ -53,6 +54,9 @@ LONGEST: Final = 400
 """Operations of a term up to which it is rewritten as a person would."""
 
 
+E = TypeVar("E", bound=SymbolicEquations | CanonicalEquations)
+
+
 def theorems(
     system: System,
     method: str | None = None,
@@ -64,7 +68,7 @@ def theorems(
     coordinates: str | None = None,
     project: bool | None = None,
     budget: Budget | float | None = None,
-) -> SymbolicEquations:
+) -> SymbolicEquations | CanonicalEquations:
     """Return the equations of motion whose steps go on with the general theorems and with what is conserved.
 
     Momentum, angular momentum about the origin and energy in ground's axes, every term of both sides with its name;
@@ -75,10 +79,10 @@ def theorems(
     return with_theorems(equations, conserved_quantities(asked))
 
 
-def with_theorems(equations: SymbolicEquations, kept: Sequence[Conserved] = ()) -> SymbolicEquations:
+def with_theorems(equations: E, kept: Sequence[Conserved] = ()) -> E:
     """Return equations whose steps go on with the theorems, and with what the system conserves."""
-    made = _Theorems(equations)
-    steps = (*made.of_vectors(), made.of_energy())
+    made: _Theorems = _Theorems(equations)
+    steps: Derivation = (*made.of_vectors(), made.of_energy())
     if kept:
         steps = (*steps, Step(CONSERVED, (), "\n".join(f"{x.name}: {x.symmetry}" for x in kept)))
     spelling = {**equations.notation.spelling, **{term.symbol: term.label for term in made.named}}
@@ -97,7 +101,7 @@ class _Term:
 
 
 class _Theorems:
-    def __init__(self, equations: SymbolicEquations) -> None:
+    def __init__(self, equations: SymbolicEquations | CanonicalEquations) -> None:
         self._equations = equations
         self._mechanism = equations.mechanism
         self._motion: Motion = motion_of(self._mechanism, slot_state(self._mechanism))

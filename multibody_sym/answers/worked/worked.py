@@ -33,9 +33,9 @@ from multibody_sym.dynamics.derivation.letters import (
     row_letter,
 )
 from multibody_sym.dynamics.derivation.notation import MULTIPLIER, Notation, notation_of
+from multibody_sym.dynamics.derivation.prepared import labels_of
 from multibody_sym.dynamics.derivation.record import Label
 from multibody_sym.dynamics.derivation.symbols import symbols_of
-from multibody_sym.dynamics.derive import labels_of
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.errors import ExpressionError
 from multibody_sym.kinematics.state import state_of

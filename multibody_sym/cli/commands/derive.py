@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 from multibody_sym.cli.answer import Answer
 
 if TYPE_CHECKING:
+    from multibody_sym.dynamics.derivation.canonical import CanonicalEquations
     from multibody_sym.dynamics.derivation.symbolic_equations import SymbolicEquations
 
 HELP: Final = "derive energies and equations of motion in symbols"
@@ -18,7 +19,10 @@ _FORMATS: Final = ("text", "latex", "html", "json")
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
-    route = "lagrange, multipliers, newton_euler or composite_body; default: the first that fits (or --formalism M)"
+    route = (
+        "lagrange, multipliers, newton_euler, composite_body, hamilton or routh; default: the first that fits "
+        "(or --formalism M)"
+    )
     parser.add_argument("--method", metavar="M", help=route)
     budget = "the time that the derivation may take; default: 60"
     parser.add_argument("--budget", metavar="SECONDS", type=float, help=budget)
@@ -30,10 +34,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Answer:
     """Derive and print in the format asked for."""
+    from multibody_sym.analysis.derivations import derive
     from multibody_sym.analysis.theorems.conserved import conserved_quantities
     from multibody_sym.analysis.theorems.symbolic import with_theorems
     from multibody_sym.cli.model import model, shared
-    from multibody_sym.dynamics.derive import derive
     from multibody_sym.writing.derivation import derivation_data
 
     with model(options) as system:
@@ -48,7 +52,7 @@ def run(options: argparse.Namespace) -> Answer:
     return Answer(data, text)
 
 
-def _written(equations: SymbolicEquations, options: argparse.Namespace) -> str:
+def _written(equations: SymbolicEquations | CanonicalEquations, options: argparse.Namespace) -> str:
     from multibody_sym.writing.derivation import derivation_document, derivation_html, derivation_text
 
     writers = {"text": derivation_text, "latex": derivation_document, "html": derivation_html}

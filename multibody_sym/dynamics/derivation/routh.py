@@ -10,6 +10,7 @@ Sources: Goldstein, Classical Mechanics, sections 8.1 and 8.3.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -18,11 +19,12 @@ from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedForm
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy, split
 from multibody_sym.kinematics.loads import applied, applied_generalized_forces
+from multibody_sym.kinematics.masses.rates import varies
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.state import slot_state
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.scalars.derivatives import gradient
-from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.ldl import factorized
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
 from multibody_sym.scalars.traversal import leaves, postorder
@@ -32,6 +34,8 @@ _WORK = 20_000
 """How much is done to see that a derivative vanishes, in products of terms."""
 _LONGEST = 4_000
 """Operations of a derivative past which only what folds to zero counts as zero."""
+_NEARLY_ZERO = 1e-6
+"""What rounding leaves of a derivative that vanishes, all letters being of order one."""
 _UNDECIDED = frozenset({"abs", "sign", "min", "max", "where", "less", "less_equal"})
 """Operations whose quotient holds on the sample's side only."""
 
@@ -116,9 +120,9 @@ def cyclic_speeds(mechanism: Mechanism) -> tuple[int, ...]:
     """Return the places of the speeds whose coordinates are cyclic: no energy depends on these, no force acts along.
 
     A derivative that does not fold to zero is looked at exactly where that is soon done. Where rows restrict the tree
-    nothing is cyclic here: their forces act along coordinates.
+    nothing is cyclic here: their forces act along coordinates; nor where masses vary.
     """
-    if mechanism.rows:
+    if mechanism.rows or any(varies(body) for body in mechanism.bodies):
         return ()
     motion = motion_of(mechanism, slot_state(mechanism))
     pairs = sorted((u, q) for body in mechanism.bodies for q, u in body.rate_pairs)
@@ -150,6 +154,22 @@ def vanishes(expression: Node) -> bool:
         known[leaf] = field.letter(named, Letter(named, PRECISE.mpf(1) / 3 + PRECISE.mpf(k) / 7))
     try:
         register_angles(field, [expression], known)
-        return exact(field, [expression], known)[0].is_zero
+        return exact(field, [expression], known)[0].is_zero and _vanishes_on_either_side(expression)
     except NoClosedFormError:
         return False
+
+
+def _vanishes_on_either_side(expression: Node) -> bool:
+    """Return whether an expression is near zero where coordinates have other signs than at the sample of quotients."""
+    unknown = leaves([expression], "slot", "quantity")
+    for n in range(4):
+        given = {
+            leaf: (1.0 if leaf.data[0] == "parameters" else (-1.0) ** n) * (0.41 + 0.3 * math.cos(3.0 * k + n))
+            for k, leaf in enumerate(unknown)
+        }
+        try:
+            if not abs(evaluate_float([expression], given)[0]) < _NEARLY_ZERO:
+                return False
+        except (ArithmeticError, ValueError):
+            continue
+    return True

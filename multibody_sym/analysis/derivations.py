@@ -1,0 +1,115 @@
+"""derive: equations of motion in closed form by all methods, those in momenta with their first integrals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Final, Literal, overload
+
+from multibody_sym.algebra.budget import Budget
+from multibody_sym.algebra.subexpressions import Subexpressions
+from multibody_sym.analysis.theorems.first_integrals import with_first_integrals
+from multibody_sym.dynamics.derivation.canonical import CanonicalEquations
+from multibody_sym.dynamics.derivation.hamilton import hamilton
+from multibody_sym.dynamics.derivation.lagrange import Energies
+from multibody_sym.dynamics.derivation.prepared import Prepared, budget_of, prepared, shortest
+from multibody_sym.dynamics.derivation.routhian import routh
+from multibody_sym.dynamics.derivation.symbolic_equations import SymbolicEquations
+from multibody_sym.dynamics.derive import derive as derived
+from multibody_sym.errors import InputError, shown
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.resolution.changes import Changes
+
+CANONICAL: Final[Mapping[str, Callable[[Prepared, Subexpressions, Energies], CanonicalEquations]]] = {
+    "hamilton": hamilton,
+    "routh": routh,
+}
+"""Methods whose equations are in momenta."""
+
+
+@overload
+def derive(
+    model: System | Mechanism,
+    method: Literal["hamilton", "routh"],
+    *,
+    formalism: None = None,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    budget: Budget | float | None = None,
+) -> CanonicalEquations: ...
+
+
+@overload
+def derive(
+    model: System | Mechanism,
+    method: Literal["lagrange", "multipliers", "newton_euler", "composite_body"] | None = None,
+    *,
+    formalism: str | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    budget: Budget | float | None = None,
+) -> SymbolicEquations: ...
+
+
+@overload
+def derive(
+    model: System | Mechanism,
+    method: str | None = None,
+    *,
+    formalism: str | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    budget: Budget | float | None = None,
+) -> SymbolicEquations | CanonicalEquations: ...
+
+
+def derive(
+    model: System | Mechanism,
+    method: str | None = None,
+    *,
+    formalism: str | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    budget: Budget | float | None = None,
+) -> SymbolicEquations | CanonicalEquations:
+    """Return the equations of motion in closed form.
+
+    `method` (or `formalism`): "lagrange" (trees whose coordinates are independent), "multipliers" (any), "newton_euler"
+    (any, every body cut free, with the reactions), "composite_body" (any, without T and V); by default the first that
+    fits. "hamilton" gives p, H(q, p) and the canonical equations (any but with friction, with multipliers where there
+    are constraints), "routh" those of the coordinates that are not cyclic, both with their first integrals.
+    `parameters` .. `project`: what the call changes of the system (`Changes`); as the equations hold for all
+    values and states, these tell only which joint of a loop is cut. `budget`: the seconds it may take, 60 by default.
+    What a person can read is written out and simplified; past that, shared sub-expressions have names. Raises
+    InputError for an unknown method, ModelError where a method does not apply, NoSolutionError past the budget.
+    """
+    changes = Changes(parameters, initial, inputs, coordinates, project)
+    if not isinstance(method, str) or method not in CANONICAL:
+        return derived(
+            model,
+            method,
+            formalism=formalism,
+            parameters=parameters,
+            initial=initial,
+            inputs=inputs,
+            coordinates=coordinates,
+            project=project,
+            budget=budget,
+        )
+    if formalism is not None and formalism != method:
+        raise InputError(f"method {method!r} and formalism {shown(formalism)} are two routes: give one of them")
+    ready, make = prepared(model, changes), CANONICAL[method]
+    found = shortest(ready, budget_of(budget), lambda names, given: make(ready, names, given))
+    return with_first_integrals(found, project=isinstance(model, System) and changes.of(model).simulation.project)
