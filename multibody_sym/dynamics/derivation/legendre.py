@@ -92,8 +92,8 @@ def verify_constant_masses(mechanism: Mechanism) -> None:
     for body in mechanism.bodies:
         if varies(body):
             raise ModelError(
-                f"the mass of {body.name!r} varies, so that its momentum changes with it: choose the method lagrange or "
-                "multipliers"
+                f"the mass of {body.name!r} varies, so that its momentum changes with it: choose the method lagrange "
+                "or multipliers"
             )
 
 

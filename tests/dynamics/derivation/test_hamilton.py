@@ -332,6 +332,8 @@ def test_hamilton_says_why_it_does_not_apply() -> None:
         derive(massless, "hamilton")
     with pytest.raises(mbs.InputError, match="hamilton, routh"):
         derive(pendulum(), "hamiltonian")
+    with pytest.raises(mbs.ModelError, match="varies"):
+        derive(mbs.load(EXAMPLES / "variable_mass" / "cayleys_chain.yaml"), "hamilton")
 
 
 # --- first integrals -------------------------------------------------------------------------------------------------

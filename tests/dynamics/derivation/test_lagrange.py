@@ -30,7 +30,9 @@ from multibody_sym.dynamics.derive import derive
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.equations import EquationsOfMotion
 from multibody_sym.errors import ModelError
-from multibody_sym.kinematics.state import state_of
+from multibody_sym.kinematics.loads import applied
+from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.forces import SpringDamper
 from multibody_sym.model.declaration.joints import Prismatic
@@ -150,11 +152,13 @@ def test_projection_of_a_quaternions_terms_is_omega_cross_momentum() -> None:
 # --- term by term --------------------------------------------------------------------------------------------------
 
 
-def assert_terms_agree(case: Case, found: EquationsOfMotion, expected: EquationsOfMotion, speed: float) -> None:
+def assert_terms_agree(case: Case, found: EquationsOfMotion, expected: EquationsOfMotion, state: State) -> None:
     mass = np.array(expected.mass_matrix, dtype=float)
-    square = max(speed, 1) ** 2
+    square = max(1, *np.abs(state.u)) ** 2
+    wrenches = applied(motion_of(case.mechanism, state)).of_body
     largest = np.abs(mass).max()
     size = {"mass_matrix": largest, "velocity_terms": largest * square, "constraint_forcing": square}
+    size["applied"] = np.abs(np.array(wrenches, dtype=float)).max()  # which cancel where a joint lets all move
     for part in ("mass_matrix", "applied", "velocity_terms", "constraint_jacobian", "constraint_forcing", "rates"):
         a, b = (np.array(getattr(e, part), dtype=float) for e in (found, expected))
         assert a.shape == b.shape
@@ -171,7 +175,7 @@ def test_agrees_with_composite_bodies_term_by_term(block: int) -> None:
             t, q, u = random_state(np.random.default_rng([seed, sample]), case)
             state = case.state(t, q, u)
             found, expected = lagrange(case.mechanism, state), composite_body(case.mechanism, state)
-            assert_terms_agree(case, found, expected, max(np.abs(u)))
+            assert_terms_agree(case, found, expected, state)
 
 
 def test_a_spring_whose_stiffness_depends_on_a_coordinate_has_no_potential() -> None:
