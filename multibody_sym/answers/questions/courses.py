@@ -100,7 +100,7 @@ def formulas_of_time(there: Anywhere) -> Mapping[Node, Node]:
         except NoClosedFormError:
             continue
         if course is not None:
-            found[q], found[u] = course, derivative(course, TIME)
+            found[q], found[u] = course
     return found
 
 
@@ -135,15 +135,16 @@ def _fits(formula: Node, sample: Mapping[Node, float], t: Floats, shown: Floats)
     return bool(np.abs(np.array(told) - shown).max() <= _FITS * max(1e-300, float(np.abs(shown).max())))
 
 
-def _course(there: Anywhere, k: int, q: Node, u: Node, q0: Node, u0: Node) -> Node | None:
-    """Return a coordinate that starts at q0 with speed u0 as a formula of time, None where none is known."""
+def _course(there: Anywhere, k: int, q: Node, u: Node, q0: Node, u0: Node) -> tuple[Node, Node] | None:
+    """Return a coordinate that starts at q0 with speed u0, and the speed, as formulas of time; None without them."""
     acceleration = there.forms.udot[k]
     if acceleration.symbols & (there.variables - {q, u, TIME}):
         return None
     by_q, by_u = rate(acceleration, q), rate(acceleration, u)
     if not by_u.symbols & there.variables and not by_q.symbols & there.variables:
         rest = acceleration - by_q * _letter(there, q) - by_u * _letter(there, u)
-        return _linear(there, by_q, by_u, rest, q0, u0)
+        course = _linear(there, by_q, by_u, rest, q0, u0)
+        return None if course is None else (course, derivative(course, TIME))
     if by_q.is_zero and TIME not in acceleration.symbols:
         square = rate(by_u, u) / 2
         constant = acceleration - square * _letter(there, u) * _letter(there, u)
@@ -265,20 +266,20 @@ def _response(there: Anywhere, a: Quotient, b: Quotient, amplitude: Quotient, wa
 # --- drag that grows with the square ---------------------------------------------------------------------------------
 
 
-def _by_square(constant: Quotient, square: Quotient, q0: Node, u0: Node) -> Node | None:
-    """Return q(t) of u' = constant + square u^2.
+def _by_square(constant: Quotient, square: Quotient, q0: Node, u0: Node) -> tuple[Node, Node]:
+    """Return q(t) and u(t) of u' = constant + square u^2.
 
-    u = V tanh(z) or -V tan(z), where z grows at the pace sqrt(|constant square|) and V = sqrt(|constant / square|).
+    u = V tanh(z) or V tan(z), where z grows at the pace sqrt(|constant square|) and V = sqrt(|constant / square|).
     """
     pace, final = sqrt(_positive(constant * square)), sqrt(_positive(constant / square))
     falls = sign(constant * square) < 0
-    ratio = divide(u0, _node(final if sign(constant) > 0 else -final))
+    most = _node(final if sign(constant) > 0 else -final)
+    ratio = divide(u0, most)
     inverse = _artanh(ratio) if falls else BUILD["atan"](ratio)
     phase = add(inverse, multiply(_node(pace), TIME))
-    even = BUILD["cosh"] if falls else BUILD["cos"]
+    even, odd = (BUILD["cosh"], BUILD["tanh"]) if falls else (BUILD["cos"], BUILD["tan"])
     gone = BUILD["log"](divide(even(phase), even(inverse)))
-    way = _node(-square.power(-1))
-    return add(q0, multiply(way, gone))
+    return add(q0, multiply(_node(-square.power(-1)), gone)), multiply(most, odd(phase))
 
 
 def _positive(a: Quotient) -> Quotient:
