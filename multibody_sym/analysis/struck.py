@@ -79,7 +79,7 @@ def posed_impact(system: System) -> PosedImpact:
     _verify_met(blow, rows.scale.length)
     _verify_begun(blow, rows.scale.length)
     _verify_strikes(blow, rows)
-    coefficients = {x.name: _coefficients(blow, x) for x in elements}
+    coefficients = {x.name: coefficients_of(blow, x) for x in elements}
     law, order = _chosen(blow, coefficients)
     return PosedImpact(
         system, without(straight, impact), begin, sides, blow, law, order, coefficients, rows.scale.length
@@ -144,7 +144,7 @@ def _with_coefficients(element: OneWay, impact: StruckImpacts) -> OneWay:
     return element
 
 
-def _coefficients(blow: Blow, element: OneWay) -> tuple[float, float]:
+def coefficients_of(blow: Blow, element: OneWay) -> tuple[float, float]:
     """Return both coefficients of restitution of an element; raises ModelError for impossible ones."""
     words = "restitution", "tangential_restitution"
     values = blow.state.values([element.restitution, element.tangential_restitution])

@@ -9,6 +9,8 @@ import multibody_sym as mbs
 from multibody_sym.analysis.struck import outcome, posed_impact
 from multibody_sym.dynamics.impacts.impulsive import struck_rows
 from multibody_sym.dynamics.impacts.program import StruckMode, impact_program
+from multibody_sym.dynamics.laws.assemble import accelerations_of
+from multibody_sym.model.resolution.changes import Changes
 
 CHAIN = """
 multibody_sym: 1
@@ -97,3 +99,74 @@ def test_many_bodies_are_scanned_not_written_out() -> None:
 def test_what_has_no_one_mode_is_refused() -> None:
     with pytest.raises(mbs.ModelError, match="has no impact"):
         mbs.impact(mbs.System("none", bodies={"a": mbs.Body(1)}, joints={"A": mbs.Prismatic("ground", "a", axis="x")}))
+
+
+ROD = """
+multibody_sym: 1
+name: rod on a floor
+parameters: {m: 1, l: 1, e: 0.5, mu: 0.3, b: 0}
+bodies:
+  rod: {mass: m, inertia: {Izz: m*l^2/12}, points: {tip: [l/2, 0, 0], heel: [-l/2, 0, 0]}}
+  ground: {points: {spot: [0.3, 0, 0]}}
+joints: {P: {type: planar, parent: ground, child: rod, q: [x, y, a],
+  initial: {q: [0, 0.4, 'asin(-0.8)'], u: [0.2, -3, 0]}}}
+impact: {c: {between: [rod.tip, ground.spot], normal: y, kinetic: mu, restitution: e, tangential_restitution: b},
+  law: LAW}
+"""
+
+
+@pytest.mark.parametrize("law", ["newton", "poisson", "stronge"])
+def test_one_program_follows_slip_that_sticks_or_turns_round_by_each_law(law: str) -> None:
+    """From states and coefficients at random: slip one way, stopped, reversed, and what separates."""
+    system = mbs.loads(ROD.replace("LAW", law))
+    functions = [mbs.compile(mbs.impact(system), backend="python")]
+    functions += [mbs.compile(mbs.impact(system), native=True)] if law == "stronge" else []
+    rng, words = np.random.default_rng(5), set[tuple[int, ...]]()
+    for k in range(12):
+        u = [rng.normal() * (0.1, 3.0)[k % 2], -rng.uniform(0.5, 3), rng.normal() * (0.1, 1.0)[k % 2]]
+        changed = {"mu": rng.uniform(0.05, 1.2), "e": rng.uniform(0, 1), "b": (0.0, 0.0, 0.5)[k % 3]}
+        start, told = dict(zip(("u_x", "u_y", "u_a"), u, strict=True)), None
+        try:
+            posed = posed_impact(Changes(changed, start).of(system))
+        except mbs.NoSolutionError:
+            words.add(())
+            after = u
+        else:
+            told = outcome(posed)
+            words.add(told.course(0))
+            after = np.array(u) + accelerations_of(posed.blow.dynamics, told.x)
+        for function in functions:
+            if told is not None and told.impacts > 1:  # what friction gives back presses again
+                with pytest.raises(mbs.NoSolutionError, match="follow each other"):
+                    function(0.0, [0, 0.4, np.arcsin(-0.8)], u, parameters=changed)
+                continue
+            found = function(0.0, [0, 0.4, np.arcsin(-0.8)], u, parameters=changed)
+            assert found.u == pytest.approx(after, abs=1e-11), (changed, u)
+    assert len(words) > 3
+
+
+def test_a_function_of_several_contacts_finds_the_mode_of_each_state() -> None:
+    """Two ends strike at once, or one alone: what is not struck at the start is elsewhere."""
+    system = mbs.loads("""
+multibody_sym: 1
+name: rod on two stones
+parameters: {m: 1, l: 1, e: 0.5, mu: 0.1}
+bodies:
+  rod: {mass: m, inertia: {Izz: m*l^2/12}, points: {tip: [l/2, 0, 0], heel: [-l/2, 0, 0]}}
+  ground: {points: {a: [0.5, 0, 0], b: [-0.5, 0, 0]}}
+joints: {P: {type: planar, parent: ground, child: rod, q: [x, y, a], initial: {u: [2, -3, 0]}}}
+impact:
+  a: {between: [rod.tip, ground.a], normal: y, kinetic: mu, restitution: e}
+  b: {between: [rod.heel, ground.b], normal: y, kinetic: mu, restitution: e}
+  sequence: simultaneous
+""")
+    function = mbs.compile(mbs.impact(system), backend="python")
+    for u in ([2, -3, 0], [-2, -3, 0.5], [0.01, -3, 0.1], [2, -1, 8], [2, -1, -8], [3, -3, 0]):
+        start = dict(zip(("u_x", "u_y", "u_a"), u, strict=True))
+        told = mbs.solve(system, initial=start).impact
+        assert told is not None
+        if len(told.steps) > 1:
+            with pytest.raises(mbs.NoSolutionError, match="follow each other"):
+                function(0.0, [0, 0, 0], u)
+            continue
+        assert function(0.0, [0, 0, 0], u).u == pytest.approx([x.value for x in told.after.values()], abs=1e-12), u

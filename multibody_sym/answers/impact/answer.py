@@ -72,6 +72,7 @@ class _Answer:
     struck: Struck
     formalism: str | None
     reasons: dict[str, None] = field(default_factory=dict)
+    conditions: list[tuple[Node, str]] = field(default_factory=list)
 
     @cached_property
     def rows(self) -> StruckRows:
@@ -96,7 +97,9 @@ class _Answer:
     def _formula(self, before: Motion) -> Mapping[int, Node] | None:
         """Return the jumps of rows over Nodes, None where no formula is known."""
         mode = StruckMode(self.posed.blow, self.rows)
-        return Course(mode, self.struck, self.given.symbolic.letters, self.reasons).jumps(before)
+        letters = self.given.symbolic.letters
+        course = Course(mode, self.struck, letters, self.reasons, self.posed.law, self.conditions)
+        return course.jumps(before)
 
     # --- what is told ---------------------------------------------------------------------------------------------
 
@@ -112,7 +115,7 @@ class _Answer:
             return dict(zip(names, _impact(instant).after, strict=True))
 
         lost = self._lost_by()
-        conditions = impact_conditions(solved, self.rows, self.posed.blow.elements)
+        conditions = impact_conditions(solved, self.rows, self.posed.blow.elements, self.conditions)
         return ImpactFound(
             law=self.posed.law,
             sequence=self.posed.order,
@@ -262,27 +265,32 @@ class _Answer:
     def _lost_by(self) -> Values:
         """Return the energy that each contact takes, and what begins."""
         names = {name: k for k, name in enumerate(self.posed.blow.names)}
-        groups = {x.name: [row.name for row in x.rows if row.name in names] for x in self.rows.acting}
-        groups |= {x.name: [row.name for part in rubbing(x) for row in part.rows] for x in self.rows.rough}
-        groups |= {name: list(rows) for name, rows in self.posed.blow.impact.begins.items()}
         found: Values = {}
-        for name, rows in groups.items():
+        for name, rows in self._losing().items():
             number = sum(float(self.struck.lost[names[row]]) for row in rows)
 
             def taken(instant: Instant, rows: Sequence[str] = rows) -> Any:
-                told = _impact(instant)
-                impulses = row_impulses(told, rows)
-                both = ((told.rows_before[row].phidot, told.rows_after[row].phidot) for row in rows)
-                return -sum((p * (v + w) for p, (v, w) in zip(impulses, both, strict=True)), 0) / 2
+                return _work_taken(instant, rows)
 
             found[name] = self._known(taken, number, "J")
         return found
 
+    def _losing(self) -> dict[str, list[str]]:
+        """Return the rows of what takes energy, by its name."""
+        names = set(self.posed.blow.names)
+        groups = {x.name: [row.name for row in x.rows if row.name in names] for x in self.rows.acting}
+        groups |= {x.name: [row.name for part in rubbing(x) for row in part.rows] for x in self.rows.rough}
+        return groups | {name: list(rows) for name, rows in self.posed.blow.impact.begins.items()}
+
     def _energy_lost(self, lost: Values) -> Value:
         if len(lost) == 1:
             return next(iter(lost.values()))
-        number = sum(x.value or 0.0 for x in lost.values())
-        return Value(number, unit="J")
+        rows = list(self._losing().values())
+
+        def taken(instant: Instant) -> Any:
+            return sum((_work_taken(instant, own) for own in rows), 0)
+
+        return self._known(taken, sum(x.value or 0.0 for x in lost.values()), "J")
 
     def _known(self, ask: Callable[[Instant], Any], number: float, unit: str) -> Value:
         """Return a number with the closed form of what `ask` finds, where that is the number."""
@@ -313,6 +321,14 @@ class _Answer:
 def _impact(instant: Instant) -> ImpactInstant:
     assert isinstance(instant, ImpactInstant)
     return instant
+
+
+def _work_taken(instant: Instant, rows: Sequence[str]) -> Any:
+    """Return minus the work of the impulses along rows, were they to grow in proportion; of all rows it is exact."""
+    told = _impact(instant)
+    impulses = row_impulses(told, rows)
+    both = ((told.rows_before[row].phidot, told.rows_after[row].phidot) for row in rows)
+    return -sum((p * (v + w) for p, (v, w) in zip(impulses, both, strict=True)), 0) / 2
 
 
 def _impulses_of(instant: Instant, element: OneWay) -> dict[str, Any]:

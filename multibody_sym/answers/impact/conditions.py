@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from multibody_sym.algebra.conditions import Condition, within
@@ -19,8 +19,13 @@ from multibody_sym.scalars.node import Node, as_node
 from multibody_sym.scalars.vectors import S
 
 
-def impact_conditions(solved: Solved, rows: StruckRows, elements: tuple[OneWay, ...]) -> dict[str, str]:
-    """Return the conditions as comparisons, each with what happens where it fails; none without closed forms."""
+def impact_conditions(
+    solved: Solved, rows: StruckRows, elements: tuple[OneWay, ...], course: Sequence[tuple[Node, str]]
+) -> dict[str, str]:
+    """Return the conditions as comparisons, each with what happens where it fails; none without closed forms.
+
+    `course`: what is positive where slip changes on the way as it does.
+    """
     nodes, forms = solved.nodes, solved.forms
     assert isinstance(nodes, ImpactInstant)
     if forms is None:
@@ -29,6 +34,8 @@ def impact_conditions(solved: Solved, rows: StruckRows, elements: tuple[OneWay, 
     try:
         for needed in _needed(_Mode(nodes, rows, elements)):
             found += needed.over(forms)
+        for positive, broken in course:
+            found += _Needed(positive, broken).over(forms)
     except NoClosedFormError as reason:
         solved.reasons[str(reason)] = None
     except ExpressionError as reason:
@@ -85,6 +92,8 @@ def _of_friction(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[_
     if len(part.rows) > 1:
         return
     row = part.rows[0].name
+    if row in mode.rows.given:
+        return
     slip = mode.rows.slips.get(part.name, 0)
     if slip:
         slipping = mode.nodes.rows_after[row].phidot

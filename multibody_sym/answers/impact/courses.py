@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 from multibody_sym.algebra.book_form import book_form
@@ -11,13 +11,17 @@ from multibody_sym.algebra.quotients import Letter, NoClosedFormError
 from multibody_sym.answers.closed_form import closed_forms
 from multibody_sym.answers.impact.record import ImpactStep
 from multibody_sym.answers.symbolic_state import SymbolicState
-from multibody_sym.dynamics.impacts.impulsive import rubbing
-from multibody_sym.dynamics.impacts.problem import Struck
+from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
+from multibody_sym.dynamics.impacts.impulsive import plane_element, rubbing
+from multibody_sym.dynamics.impacts.plane_course import Deciding, Following, plane_contact, plane_course
+from multibody_sym.dynamics.impacts.problem import ImpactLaw, Struck
 from multibody_sym.dynamics.impacts.program import StruckMode
+from multibody_sym.dynamics.laws.assemble import tree_dynamics_of
 from multibody_sym.errors import ExpressionError
 from multibody_sym.kinematics.impacts import resting
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import row_motions
+from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.scalars.node import Node, as_node
@@ -46,14 +50,20 @@ class Course:
     struck: Struck
     letters: Mapping[Node, Letter]
     reasons: dict[str, None]
+    law: ImpactLaw = "newton"
+    conditions: list[tuple[Node, str]] = field(default_factory=list)
 
     def jumps(self, before: Motion) -> Mapping[int, Node] | None:
         """Return the jumps of the rows of the whole impact by number; None, with the reason noted, without formula."""
-        if self.mode.rows.given:
-            self.reasons[f"{', '.join(sorted(self.mode.rows.given))} changes on the way"] = None
+        given = self.mode.rows.given
+        element = plane_element(self.mode.blow)
+        if given and (element is None or element.normals[0].name not in given):
+            self.reasons[f"{', '.join(sorted(given))} changes on the way"] = None
             return None
         try:
             pushed = self._pushed(before) if self.mode.pushes else before
+            if given and element is not None:
+                return self._along_plane(element, before, pushed)
             if self.struck.impacts <= 1:
                 return {k: as_node(x) for k, x in self.mode.wanted(before, pushed).items()}
             return self._through(before, pushed)
@@ -71,6 +81,28 @@ class Course:
     def _after(self, mechanism: Mechanism, before: Motion, jumps: Mapping[int, Node]) -> Motion:
         forms = closed_forms(mechanism, SymbolicState(resting(before.state, jumps), self.letters))
         return self.mode.pushed(before, [book_form(x) for x in forms.udot])
+
+    def _along_plane(self, element: OneWay, before: Motion, pushed: Motion) -> dict[int, Node]:
+        """Return the jumps of the mechanism's own rows, and the impulses of a contact whose slip changes on the way."""
+        blow, decided = self.mode.blow, Deciding()
+
+        def in_floats(mechanism: Mechanism, state: State) -> list[float]:
+            return [float(x) for x in forward_dynamics(tree_dynamics_of(mechanism, state)).udot]
+
+        def in_symbols(mechanism: Mechanism, state: State) -> list[Node]:
+            return [book_form(x) for x in closed_forms(mechanism, SymbolicState(state, self.letters)).udot]
+
+        numbers = blow.motion
+        if self.mode.pushes:
+            own = {k: float(x) for k, x in self.mode.joined(numbers).items()}
+            numbers = self.mode.pushed(numbers, in_floats(self.mode.alone, resting(numbers.state, own)))
+        plane_course(plane_contact(blow, element, self.law, (blow.motion, numbers), in_floats), decided)
+        follows = Following(decided.taken)
+        contact = plane_contact(blow, element, self.law, (before, pushed), in_symbols, in_numbers=False)
+        impulses = plane_course(contact, follows)
+        self.conditions.extend((as_node(x), broken) for x, broken in follows.conditions)
+        found = {k: as_node(x) for k, x in self.mode.own(before).items()}
+        return found | {k: as_node(x) for k, x in enumerate(impulses, len(blow.mechanism.rows))}
 
     def _through(self, before: Motion, first: Motion) -> dict[int, Node]:
         """Return the jumps of rows from before to the end of impacts one after the other."""
@@ -94,7 +126,7 @@ class Course:
         start, end = _speeds(before), _speeds(now)
         found = {k: as_node(x) for k, x in self.mode.own(before).items()}
         return found | {
-            k: as_node(end[name] - start[name]) for k, name in enumerate(self.mode.told) if k >= own
+            k: as_node(end[name] - start[name]) for k, name in enumerate(self.mode.acting) if k >= own
         }
 
 

@@ -169,6 +169,18 @@ def _friction_law(blow: Blow, element: OneWay, part: FrictionPart, places: Mappi
     return FrictionLaw(rows, normals, static, kinetic, (0.0,) * len(rows), norm=part.norm, enough=part.enough)
 
 
+def plane_element(blow: Blow) -> OneWay | None:
+    """Return the one contact of an impact that rubs along one tangent and nowhere else; None where it is not so."""
+    if len(blow.elements) != 1 or blow.rough:
+        return None
+    (element,) = blow.elements
+    parts = rubbing(element)
+    alone = len(parts) == 1 and len(parts[0].rows) == 1 and parts[0].normals == (0,)
+    if not alone or (parts[0].enough and element.tangential_restitution is not ZERO):
+        return None
+    return element
+
+
 @dataclass(frozen=True, eq=False)
 class StruckRows:
     """Which rows act in an impact, of the mechanism at rest, and by how much each jumps (by number).
@@ -213,10 +225,18 @@ def struck_rows(blow: Blow, struck: Struck) -> StruckRows:
     joints = tuple(r for x in rough for r in rows_in_mode(x, mode, blow.mechanism.parameters))
     slips |= mode.slips
     given = _given(blow, struck, slips)
+    if plane_element(blow) in acting and _changes(struck):
+        rows, given = list(blow.striking), frozenset(row.name for row in blow.striking)
     mechanism = blow.resting([*rows, *joints], given)
     jumps = {k: _jump(blow, struck, places[row.name]) for k, row in enumerate(mechanism.rows)}
     jumps |= {k: float(struck.impulses[places[row.name]]) for k, row in enumerate(mechanism.rows) if row.name in given}
     return StruckRows(mechanism, jumps, acting, slips, rough, joints, mode.sides, given)
+
+
+def _changes(struck: Struck) -> bool:
+    """Return whether the friction of the only part changes on the way."""
+    back = any(phase.stage == "given back" for phase in struck.phases)
+    return struck.impacts == 1 and (back or len(struck.course(0)) > 1)
 
 
 def _given(blow: Blow, struck: Struck, slips: Mapping[str, int]) -> frozenset[str]:

@@ -45,7 +45,10 @@ def routh(account: Account, row: int) -> None:
     course = _Course(account, some, some.rows.index(row))
     first = Normal(float(course.v[course.row]))
     course.stop_at_once()
-    compressed = course.through("compression", COMPRESSED, first)
+    left = Normal(float(course.v[course.row]))  # what stops along the surface may push along the normal
+    if left.v >= 0.0:
+        return
+    compressed = course.through("compression", COMPRESSED, left)
     e = float(account.restitution[row])
     if e > 0.0:
         course.through("restitution", let_go(account.problem.law, e, first.v, compressed), compressed)

@@ -1,30 +1,38 @@
-"""The Program of an impact in one mode: (t, q, u, parameters) -> u after, impulses of its rows, impulses in joints.
+"""The Program of an impact: (t, q, u, parameters) -> u after, impulses of its rows, impulses in joints.
 
-What strikes, and how it slides, is decided beforehand; Newton's coefficient, by which all laws are the same there,
-reverses the normal speeds. Trees of like bodies are scanned (`scanned`), all others are written out.
+What strikes is decided beforehand. Of one contact that rubs in a plane the Program goes all ways itself, by each law of
+restitution (`plane_course`). Elsewhere it is in one mode, in which Newton's coefficient, by which all laws are the same
+there, reverses the normal speeds, and tells whether that mode `holds`. Trees of like bodies are scanned (`scanned`),
+all others are written out.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import constrained
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
-from multibody_sym.dynamics.impacts.impulsive import Blow, StruckRows
+from multibody_sym.dynamics.impacts.impulsive import Blow, StruckRows, plane_element, rubbing
+from multibody_sym.dynamics.impacts.plane_course import both_ways, plane_contact, plane_course
+from multibody_sym.dynamics.impacts.problem import ImpactLaw
 from multibody_sym.dynamics.impacts.scanned import scanned_impact
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.dynamics.programs.system import acting_rows, friction_of
 from multibody_sym.kinematics.impacts import after_impact, resting
 from multibody_sym.kinematics.motion import Motion, motion_of
-from multibody_sym.kinematics.rows import row_motions
-from multibody_sym.kinematics.state import arrays, slot_state
+from multibody_sym.kinematics.rows import coefficients, row_motions
+from multibody_sym.kinematics.state import State, arrays, slot_state
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
+from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Solve
 from multibody_sym.program.trace import Trace
-from multibody_sym.scalars.node import ZERO, Node, as_node
+from multibody_sym.scalars.elementary import where
+from multibody_sym.scalars.functions import absolute, sqrt
+from multibody_sym.scalars.node import ZERO, Node, as_node, less
 from multibody_sym.scalars.vectors import S
 
 
@@ -34,11 +42,62 @@ class StruckMode:
 
     blow: Blow
     rows: StruckRows
+    law: ImpactLaw = "newton"
 
     @property
     def told(self) -> tuple[str, ...]:
         """The names of the rows whose impulses the Program tells: those of the mechanism at rest."""
+        return self.blow.names if self.goes_all_ways else self.acting
+
+    @property
+    def acting(self) -> tuple[str, ...]:
+        """The names of the rows of the mechanism at rest in the mode."""
         return tuple(row.name for row in self.rows.mechanism.rows)
+
+    @cached_property
+    def goes_all_ways(self) -> bool:
+        """Whether the Program decides how it slips."""
+        return plane_element(self.blow) is not None and self.scanned is None
+
+    @cached_property
+    def scanned(self) -> Program | None:
+        """The Program for a tree of like bodies, None for others."""
+        return scanned_impact(self.blow, self.rows)
+
+    @cached_property
+    def needed(self) -> tuple[tuple[str, str], ...]:
+        """What is positive where the mode holds, in the order of the output `holds`: of what kind, and in words."""
+        return tuple((kind, words) for kind, words, _ in self._needed({}, {}, None))
+
+    def _needed(
+        self, impulses: Mapping[str, S], after: Mapping[str, S], motion: Motion | None
+    ) -> Iterator[tuple[str, str, S]]:
+        for element in self.blow.elements:
+            normal = element.normals[0].name
+            if self.goes_all_ways:
+                if element.tangential_restitution is not ZERO:
+                    yield "speed", f"{element.name} is struck once", after.get(normal, ZERO)
+                continue
+            if element not in self.rows.acting:
+                yield "speed", f"{element.name} is not struck", after.get(normal, ZERO)
+                continue
+            yield "impulse", f"{element.name} is struck", impulses.get(normal, ZERO)
+            yield from self._slipping(element, impulses, after, motion)
+        for element in self.rows.rough:
+            yield from self._slipping(element, impulses, after, motion)
+
+    def _slipping(
+        self, element: OneWay, impulses: Mapping[str, S], after: Mapping[str, S], motion: Motion | None
+    ) -> Iterator[tuple[str, str, S]]:
+        for part in rubbing(element):
+            slip, names = self.rows.slips.get(part.name, 0), [row.name for row in part.rows]
+            if slip:
+                yield "speed", f"{part.name} slips as at the start", slip * after.get(names[0], ZERO)
+            elif not part.enough and element.unilateral and part.normals == (0,):
+                static = coefficients(motion, part.rows, [part.static])[0] if motion else ZERO
+                along = [impulses.get(name, ZERO) for name in names]
+                size = sqrt(sum(x * x for x in along)) if len(along) > 1 else absolute(along[0])
+                yield "impulse", f"{part.name} sticks", static * impulses.get(element.normals[0].name, ZERO) - size
 
     def wanted(self, before: Motion, pushed: Motion) -> dict[int, S]:
         """Return the jumps of rows: normal speeds are reversed, what sticks or begins stops, motions jump as given.
@@ -48,7 +107,7 @@ class StruckMode:
         first, then = (_speeds(motion) for motion in (before, pushed))
         bounce = {x.normals[0].name: x.restitution for x in self.rows.acting}
         found = self.own(before)
-        for k, name in list(enumerate(self.told))[self.first :]:
+        for k, name in list(enumerate(self.acting))[self.first :]:
             (e,) = before.state.values([bounce.get(name, ZERO)])
             found[k] = -(1 + e) * first[name] if pushed is before else -first[name] - e * then[name]
         return found
@@ -79,6 +138,12 @@ class StruckMode:
                 found[k] = -first[row.name] if row.name in self.blow.jumping else ZERO
         return found
 
+    def holding(
+        self, impulses: Mapping[str, S], before: Motion, jumps: Sequence[S]
+    ) -> Iterator[tuple[str, str, S]]:
+        """Yield what is to be positive for the mode to hold: of what kind, in words, and its value."""
+        return self._needed(impulses, _speeds(self.pushed(before, jumps)), before)
+
     @property
     def pushes(self) -> bool:
         """Whether something happens before contacts strike."""
@@ -97,26 +162,57 @@ def _speeds(motion: Motion) -> dict[str, S]:
 
 
 def impact_program(mode: StruckMode) -> Program:
-    """Return (t, q, u, ...) -> after (nu,), impulses (rows,), joints (joints, 6).
+    """Return (t, q, u, ...) -> after (nu,), impulses (rows,), joints (joints, 6), perhaps holds (`needed`).
 
     Impulses are in the order of `told`, those in joints in that of the mechanism's `joint_names`, as fx .. mz.
     """
-    scanned = scanned_impact(mode.blow, mode.rows)
-    if scanned is not None:
-        return scanned
+    element = plane_element(mode.blow)
+    if mode.scanned is not None:
+        return mode.scanned
+    return _in_mode(mode) if element is None else _all_ways(mode, element)
+
+
+def _all_ways(mode: StruckMode, element: OneWay) -> Program:
+    """Return the Program of one contact that rubs in a plane."""
+    blow, base = mode.blow, mode.blow.mechanism
+    trace = Trace("impact", arrays(base))
+    before = pushed = blow.before(slot_state(base))
+    if mode.pushes:
+        alone = composite_body(blow.resting(()), resting(before.state, mode.own(before)))
+        pushed = mode.pushed(before, _solved(trace, alone)[0])
+
+    def jumps_of(mechanism: Mechanism, state: State) -> list[Node]:
+        return _solved(trace, composite_body(mechanism, state))[0]
+
+    contact = plane_contact(blow, element, mode.law, (before, pushed), jumps_of)
+    closes = less(as_node(contact.v[0]), ZERO)
+    pair = [where(closes, as_node(p), ZERO) for p in plane_course(contact, both_ways)]
+    mechanism = blow.resting(blow.striking, blow.names[mode.first :])
+    state = resting(before.state, mode.own(before) | dict(enumerate(pair, mode.first)))
+    return _told(trace, mode, before, mechanism, state)
+
+
+def _in_mode(mode: StruckMode) -> Program:
+    """Return the Program of an impact in its mode."""
     mechanism, base = mode.rows.mechanism, mode.blow.mechanism
     trace = Trace("impact", arrays(base))
     before = pushed = mode.blow.before(slot_state(base))
     if mode.pushes:
         alone = composite_body(mode.alone, resting(before.state, mode.joined(before)))
         pushed = mode.pushed(before, _solved(trace, alone)[0])
-    state = resting(before.state, mode.wanted(before, pushed))
+    return _told(trace, mode, before, mechanism, resting(before.state, mode.wanted(before, pushed)))
+
+
+def _told(trace: Trace, mode: StruckMode, before: Motion, mechanism: Mechanism, state: State) -> Program:
+    """Return the Program with what a mechanism at rest does at a state."""
     dynamics = composite_body(mechanism, state)
     jumps, impulses = _solved(trace, dynamics)
     motion = motion_of(mechanism, state)
     joints = reactions(motion, jumps, dynamics.rows, impulses)
     after = [u + du for u, du in zip(trace["u"], jumps, strict=True)]
-    return finished(trace, after, impulses, joints, base.joint_names)
+    named = dict(zip(mode.told, impulses, strict=True))
+    holds = [as_node(x) for _, _, x in mode.holding(named, before, jumps)]
+    return finished(trace, after, impulses, joints, mode.blow.mechanism.joint_names, holds)
 
 
 def finished(
@@ -125,16 +221,16 @@ def finished(
     impulses: Sequence[Node],
     joints: Mapping[str, Mapping[str, S]],
     names: Sequence[str],
+    holds: Sequence[Node] | None = None,
 ) -> Program:
     """Return the Program with its outputs."""
     values = [as_node(joints[name][component]) for name in names for component in COMPONENTS]
-    return trace.finish(
-        {
-            "after": ((len(after),), list(after)),
-            "impulses": ((len(impulses),), list(impulses)),
-            "joints": ((len(names), len(COMPONENTS)), values),
-        }
-    )
+    outputs = {
+        "after": ((len(after),), list(after)),
+        "impulses": ((len(impulses),), list(impulses)),
+        "joints": ((len(names), len(COMPONENTS)), values),
+    }
+    return trace.finish(outputs if holds is None else outputs | {"holds": ((len(holds),), list(holds))})
 
 
 def _solved(trace: Trace, dynamics: TreeDynamics) -> tuple[list[Node], list[Node]]:

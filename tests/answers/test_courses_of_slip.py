@@ -1,0 +1,116 @@
+"""Closed forms of impacts whose slip stops, turns round, or is given back, with their conditions; energies lost."""
+
+from __future__ import annotations
+
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.analysis.struck import outcome, posed_impact
+from multibody_sym.answers.impact.record import ImpactFound
+from multibody_sym.expressions.printer import text
+from multibody_sym.expressions.values import Value
+from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.traversal import leaves
+
+HEAD = "multibody_sym: 1\nname: struck\n"
+ROD = """
+parameters: {m: {value: 1 kg, positive: true}, l: {value: 1 m, positive: true}, v: {value: 3 m/s, positive: true},
+  u: {value: 1.5 m/s, positive: true}, e: {value: 0.5, positive: true}, mu: {value: 0.2, positive: true}}
+bodies:
+  rod: {mass: m, inertia: {Izz: m*l^2/12}, points: {tip: [l/2, 0, 0]}}
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+joints: {P: {type: planar, parent: ground, child: rod, q: [x, y, a],
+  initial: {q: [0, 0.4*l, 'asin(-0.8)'], u: [SPEED, -v, 0]}}}
+contacts: {c: {between: [rod.tip, ground.floor], static: mu, kinetic: mu, restitution: e}}
+impact: {contacts: c, law: LAW}
+"""
+
+
+def found(model: str, **asked: object) -> ImpactFound:
+    told = mbs.solve(mbs.loads(HEAD + model), **asked).impact  # type: ignore[arg-type]
+    assert told is not None
+    return told
+
+
+def at(value: Value, **numbers: float) -> float:
+    assert value.expression is not None
+    names = {leaf: numbers[str(leaf.data)] for leaf in leaves([value.expression], "symbol")}
+    return evaluate_float([value.expression], names)[0]
+
+
+NUMBERS = {"m": 1.0, "l": 1.0, "v": 3.0, "u": 0.3, "e": 0.5, "mu": 0.2}
+
+
+@pytest.mark.parametrize("law", ["newton", "poisson", "stronge"])
+def test_a_rod_whose_tip_slips_back_has_rouths_formula(law: str) -> None:
+    """K by hand: the tip is at r = (0.3 l, -0.4 l) from the centre, J = m l^2/12."""
+    model = ROD.replace("LAW", law).replace("SPEED", "u")
+    knn, ktt, knt = 1 + 12 * 0.09, 1 + 12 * 0.16, 12 * 0.3 * 0.4
+    assert abs(knt) > 0.2 * ktt  # it does not stick
+    mu, e, vn = 0.2, 0.5, -3.0
+    back = found(model.replace("u: {value: 1.5 m/s, positive: true}", "u: -0.3 m/s"))
+    stop = 0.3 / (mu * ktt + knt)
+    first, then = knn + mu * knt, knn - mu * knt
+    reached = vn + first * stop
+    assert reached < 0
+    pressed = -reached / then
+    work = -vn * stop - first * stop**2 / 2 + reached**2 / (2 * then)
+    more = {
+        "newton": (-e * vn - reached) / then,
+        "poisson": (1 + e) * (stop + pressed) - stop,
+        "stronge": pressed + e * (2 * work / then) ** 0.5,
+    }[law]
+    normal, friction = back.impulses["c"]["normal"], back.impulses["c"]["friction"]
+    assert normal.value == pytest.approx(stop + more, rel=1e-12)
+    assert friction.value == pytest.approx(mu * stop - mu * more, rel=1e-12)
+    for value in (normal, friction, back.after["u_a"], *([back.energy_lost] if law == "newton" else [])):
+        assert at(value, **NUMBERS | {"u": -0.3}) == pytest.approx(value.value, rel=1e-10)
+    changed = {"v": 2.0, "u": -0.2, "e": 0.4}
+    system = mbs.loads(HEAD + model.replace("u: {value: 1.5 m/s, positive: true}", "u: -0.3 m/s"))
+    again = outcome(posed_impact(Changes(changed).of(system)))
+    assert at(normal, **NUMBERS | changed) == pytest.approx(again.impulses[0], rel=1e-10)
+    assert back.conditions
+
+
+SUPERBALL = """
+parameters: {m: {value: 0.1 kg, positive: true}, r: {value: 0.025 m, positive: true}, u: {value: 2 m/s, positive: true},
+  v: {value: 3 m/s, positive: true}, w: {value: 200 rad/s, positive: true}, e: {value: 1, positive: true},
+  mu: {value: 1, positive: true}, b: {value: 1, positive: true}}
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+  ball: {mass: m, inertia: {Izz: 2*m*r^2/5}, surfaces: {skin: {sphere: r}}}
+joints: {free: {type: planar, parent: ground, child: ball, q: [x, y, phi], initial: {q: [0, r, 0], u: [u, -v, w]}}}
+contacts: {c: {between: [ball.skin, ground.floor], static: mu, restitution: e}}
+impact: {contacts: c, tangential_restitution: b}
+"""
+
+
+def test_a_superball_has_the_books_formula() -> None:
+    told = found(SUPERBALL)
+    expression = told.after["u_x"].expression
+    assert expression is not None
+    assert len(text(expression)) < 60
+    numbers = {"m": 0.1, "r": 0.025, "u": 1.0, "v": 3.0, "w": 100.0, "e": 0.9, "mu": 1.0, "b": 0.7}
+    slip = 1.0 + 0.025 * 100
+    assert at(told.after["u_x"], **numbers) == pytest.approx(1.0 - 2 / 7 * 1.7 * slip, rel=1e-12)
+    assert at(told.after["u_phi"], **numbers) == pytest.approx(100 - 5 / 7 * 1.7 * slip / 0.025, rel=1e-12)
+    assert told.energy_lost.value == pytest.approx(0, abs=1e-14)
+    assert "7*e*mu*v" in " ".join(told.conditions)
+
+
+def test_the_energy_that_several_contacts_take_has_a_formula() -> None:
+    told = found("""
+parameters: {m: {value: 1 kg, positive: true}, v: {value: 2 m/s, positive: true}, e: {value: 0.5, positive: true}}
+bodies: {b1: {mass: m}, b2: {mass: m}, b3: {mass: m}}
+joints:
+  J1: {type: prismatic, parent: ground, child: b1, axis: x, q: x1, initial: {u: v}}
+  J2: {type: prismatic, parent: ground, child: b2, axis: x, q: x2}
+  J3: {type: prismatic, parent: ground, child: b3, axis: x, q: x3}
+impact:
+  c1: {between: [b2, b1], normal: x, restitution: e}
+  c2: {between: [b3, b2], normal: x, restitution: e}
+  sequence: simultaneous
+""")
+    assert at(told.energy_lost, m=1, v=2, e=0.3) == pytest.approx(4 / 3 * (1 - 0.09), rel=1e-12)
+    assert told.energy_lost.value == pytest.approx(4 / 3 * 0.75, rel=1e-12)
