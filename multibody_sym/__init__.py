@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     from multibody_sym.model.declaration.constraints import VelocityConstraint as VelocityConstraint
     from multibody_sym.model.declaration.contacts import Contact as Contact
     from multibody_sym.model.declaration.forces import Coulomb as Coulomb
+    from multibody_sym.model.declaration.curves.curve import Curve as Curve
     from multibody_sym.model.declaration.forces import Damper as Damper
     from multibody_sym.model.declaration.forces import Drag as Drag
     from multibody_sym.model.declaration.forces import Force as Force
@@ -73,6 +74,7 @@ if TYPE_CHECKING:
     from multibody_sym.model.declaration.impacts import Impact as Impact
     from multibody_sym.model.declaration.joint import Initial as Initial
     from multibody_sym.model.declaration.joint import Limits as Limits
+    from multibody_sym.model.declaration.joints import CurveJoint as CurveJoint
     from multibody_sym.model.declaration.joints import Custom as Custom
     from multibody_sym.model.declaration.joints import Cylindrical as Cylindrical
     from multibody_sym.model.declaration.joints import Direct as Direct
@@ -149,12 +151,13 @@ _NAMES = {
     "model.declaration.constraints": "Coupler Distance Expression Gear Line Plane PointInPlane PointOnLine "
     "PrescribedMotion Pulley Rolling Rope VelocityConstraint",
     "model.declaration.contacts": "Contact",
+    "model.declaration.curves.curve": "Curve",
     "model.declaration.forces": "Coulomb Damper Drag Force Friction Gravitation Motor Potential Pull "
     "SpringDamper Torque",
     "model.declaration.impacts": "Impact",
     "model.declaration.joint": "Initial Limits",
-    "model.declaration.joints": "Custom Cylindrical Direct Fixed Free Planar PointJoint Prismatic Revolute Screw "
-    "Spherical Universal",
+    "model.declaration.joints": "CurveJoint Custom Cylindrical Direct Fixed Free Planar PointJoint Prismatic Revolute "
+    "Screw Spherical Universal",
     "model.declaration.parameters": "Parameter",
     "model.declaration.settings": "Ask Baumgarte Settings SmoothFriction Stabilisation",
     "model.declaration.surfaces": "Surface",

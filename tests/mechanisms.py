@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from typing import Any
@@ -35,6 +36,8 @@ from multibody_sym.model.declaration.constraints import (
     Rope,
     VelocityConstraint,
 )
+from multibody_sym.model.declaration.curves.curve import Curve
+from multibody_sym.model.declaration.curves.follow import Follow
 from multibody_sym.model.declaration.fields import Element, ListOf, OneOf, fields_of
 from multibody_sym.model.declaration.forces import (
     FORCES,
@@ -51,7 +54,7 @@ from multibody_sym.model.declaration.forces import (
     Torque,
 )
 from multibody_sym.model.declaration.joint import Initial, Joint, MovingJoint
-from multibody_sym.model.declaration.joints import JOINTS, Angles, Direct, Fixed
+from multibody_sym.model.declaration.joints import JOINTS, Angles, CurveJoint, Direct, Fixed, PointJoint
 from multibody_sym.model.declaration.parameters import Parameter
 from multibody_sym.model.declaration.steps import Rotate, Translate
 from multibody_sym.model.declaration.surfaces import Surface
@@ -194,6 +197,7 @@ class _Builder:
     def __post_init__(self) -> None:
         self.planar = self.rng.random() < (0.5 if self.constrained else 0.25)
         self.prescribes = bool(self.motions.random() < 0.4)
+        self.guides = np.random.default_rng(int(deepcopy(self.motions).integers(2**32)))
         self.names = [f"b{k}" for k in range(1, self.count + 1)]
         self.bodies: dict[str, Body] = {"ground": self.ground()}
         self.joints: dict[str, Joint] = {}
@@ -332,8 +336,12 @@ class _Builder:
     def joint(self, parent: str, child: str) -> Joint:
         """Return a joint of any kind; in a planar system one that stays in the plane."""
         while True:
-            cls = Fixed if self.rng.random() < 0.03 else self.some([c for c in JOINTS.table.values() if c is not Fixed])
-            joint: Joint = cls(parent=self.place(parent), child=self.place(child), **self.fields(cls))
+            kinds = [cls for cls in JOINTS.table.values() if cls not in _APART]
+            cls = Fixed if self.rng.random() < 0.03 else self.some(kinds)
+            drawn = self.fields(cls)
+            if cls is PointJoint and self.guides.random() < 0.6:
+                cls, drawn = CurveJoint, self.guide()
+            joint: Joint = cls(parent=self.place(parent), child=self.place(child), **drawn)
             if issubclass(cls, MovingJoint):
                 joint = replace(joint, motion=self.joint_motion(joint))
                 joint = replace(joint, initial=self.initial(joint))
@@ -367,6 +375,18 @@ class _Builder:
         if isinstance(field, Text):
             return None
         raise AssertionError(f"no random value for {field}")
+
+    def guide(self) -> dict[str, Any]:
+        """Return a smooth curve in a plane or in space, which bends by itself where motion is prescribed.
+
+        It is drawn apart, in the place of some joints of points, so that systems without one do not depend on it.
+        """
+        a, b, c, d = np.round(self.guides.uniform(0.2, 1, 4), 3)
+        sway = f"*(1 + 0.2*sin({d}*t))" if self.prescribes else ""
+        lying = Curve(x=f"s + {a}*sin(s){sway}", y=f"{b}*s^2{sway}", parameter="s")
+        turns = (None, "tangent", "free")[int(self.guides.integers(3))]
+        bent = lying if self.planar or turns == "tangent" else replace(lying, z=f"{c}*cos({d}*s)")
+        return {"curve": bent, "turns": turns}
 
     def freedom(self) -> Direct:
         axis = self.content(Direction())
@@ -420,6 +440,10 @@ class _Builder:
 _DIRECTIONS = ("z", "x", "y", [0.6, 0.8, 0], "-y", [0.6, 0, 0.8], [1, 2, -2], [1, 1, 1])
 
 
+_APART = (Fixed, CurveJoint)
+"""Kinds of joints that are drawn apart from the others."""
+
+
 def _turns(joint: Joint) -> bool:
     return any("rad" in unit for unit in joint.speed_units)
 
@@ -427,7 +451,10 @@ def _turns(joint: Joint) -> bool:
 def _stays_in_plane(joint: Joint) -> bool:
     """Return whether all steps rotate about z or translate along x, y."""
     flat = {Translate: lambda axis: axis[2].shadow == 0, Rotate: lambda axis: axis[0].shadow == axis[1].shadow == 0}
-    return all(type(step) in flat and flat[type(step)](step.axis) for step in joint.steps)
+    return all(
+        step.stays_in_plane if isinstance(step, Follow) else type(step) in flat and flat[type(step)](step.axis)
+        for step in joint.steps
+    )
 
 
 def _force(build: _Builder, inputs: Mapping[str, Any]) -> Force:

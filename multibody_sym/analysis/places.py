@@ -88,10 +88,16 @@ class Places:
         return found
 
     def _alike(self, a: Floats, b: Floats) -> bool:
-        """Return whether a system at rest accelerates alike in two positions, and misses its rows alike."""
+        """Return whether a system at rest stands alike in two positions, accelerates alike, and misses its rows alike.
+
+        Along a curve, or on a screw, a whole turn leads elsewhere.
+        """
         u, rows = np.zeros(len(self.mechanism.speeds)), self.rows.holonomic()
         try:
             accelerations = [self.flow.accelerations(q, u) for q in (a, b)]
+            here, there = (self.flow.poses(q)[0] / self._units for q in (a, b))
+            if not _close(here, there):
+                return False
         except UNDEFINED:
             return True
         missed = [here[0] for here in map(rows.at, (a, b)) if here is not None]

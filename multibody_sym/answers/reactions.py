@@ -14,7 +14,7 @@ from multibody_sym.answers.solution import AT
 from multibody_sym.dynamics.programs.pulleys import held_pulleys
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.expressions.values import Value
-from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import NORMAL, Mechanism
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import ExpressionRow, RopeRow, Row
 from multibody_sym.model.mechanism.units import REACTION_UNITS, MechanismUnits
@@ -41,6 +41,8 @@ def _of_joints(solved: Solved) -> dict[str, Components]:
 
         values = solved.values(of_joint, REACTION_UNITS)
         undetermined = withheld[name].components if name in withheld else ()
+        if undetermined:
+            undetermined = (*undetermined, NORMAL)
         found[name] = {c: Value(None, unit=REACTION_UNITS[c]) if c in undetermined else x for c, x in values.items()}
     return found
 

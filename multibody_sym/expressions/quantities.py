@@ -71,8 +71,8 @@ def of_run(node: Node) -> bool:
 
 
 def component_kind(component: str) -> Kind:
-    """Return the kind of a component of a reaction: `fx` .. `fz` are forces, `mx` .. `mz` moments."""
-    return Kind(FORCE) if component.startswith("f") else Kind(ENERGY, angle=None)
+    """Return the kind of a component of a reaction: `fx` .. `fz` and `normal` are forces, `mx` .. `mz` moments."""
+    return Kind(ENERGY, angle=None) if component.startswith("m") else Kind(FORCE)
 
 
 def quantity_known(function: str, arguments: Sequence[str]) -> Known | None:

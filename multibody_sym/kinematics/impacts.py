@@ -99,9 +99,9 @@ def _at_instant(node: Node) -> Node:
 
 def _stopped_body(body: TreeBody, jump: Node | None) -> TreeBody:
     """Return a body whose prescribed motion stands still, or starts with the jump of its rate as acceleration."""
+    standing = (with_expressions(step, _at_instant) for step in body.steps)
     steps = tuple(
-        step if step.motion is None else step.with_motion(_at_instant(step.motion) + _jumping(jump))
-        for step in body.steps
+        step if step.motion is None else step.with_motion(step.motion + _jumping(jump)) for step in standing
     )
     return body if steps == body.steps else replace(body, steps=steps)
 

@@ -49,16 +49,63 @@ class JointMotion:
 
 def translated(before: JointMotion, axis: Vec, q: S, u: S) -> JointMotion:
     """Return the motion when M has moved on by q along a unit axis: the velocity of M gains u a + omega x q a."""
-    arm, w = scale(q, axis), before.turning
-    along = scale(u, axis)
+    return _moved(before, scale(q, axis), axis, scale(u, axis))
+
+
+def _moved(before: JointMotion, arm: Vec, way: Vec, along: Vec) -> JointMotion:
+    """Return the motion when M has moved on by an arm that changes by `way` a unit speed, and now at the rate `along`.
+
+    What the arm's rate changes by itself is left out.
+    """
+    w = before.turning
     bias = add(cross(before.angular_bias, arm), cross(w, add(cross(w, arm), add(along, along))))
     return replace(
         before,
         position=add(before.position, apply(before.rotation, arm)),
-        linear=(*(add(v, cross(w_k, arm)) for v, w_k in zip(before.linear, before.angular, strict=True)), axis),
+        linear=(*(add(v, cross(w_k, arm)) for v, w_k in zip(before.linear, before.angular, strict=True)), way),
         angular=(*before.angular, ZERO_VECTOR),
         given_linear=add(before.given_linear, cross(before.given_angular, arm)),
         linear_bias=add(before.linear_bias, bias),
+    )
+
+
+@dataclass(frozen=True)
+class Way:
+    """How a vector (or, in its last component, an angle) follows a parameter s and t: derivatives along s and in t."""
+
+    s: Vec
+    t: Vec
+    ss: Vec
+    st: Vec
+    tt: Vec
+
+    def rate(self, u: S) -> Vec:
+        """Return its rate where s' = u."""
+        return add(scale(u, self.s), self.t)
+
+    def bias(self, u: S) -> Vec:
+        """Return the rate of that, without s''."""
+        return add(scale(u, add(scale(u, self.ss), scale(2, self.st))), self.tt)
+
+
+def followed(before: JointMotion, place: Vec, way: Way, u: S) -> JointMotion:
+    """Return the motion when M has moved on to a place on a curve, by its parameter, whose rate is u."""
+    moved = _moved(before, place, way.s, way.rate(u))
+    return replace(
+        moved, given_linear=add(moved.given_linear, way.t), linear_bias=add(moved.linear_bias, way.bias(u))
+    )
+
+
+def turned_along(moved: JointMotion, rotation: Mat, axis: Vec, angle: Way, u: S) -> JointMotion:
+    """Return the motion when M, which its last step has moved by the speed u, has turned about an axis by an angle."""
+    found = rotated(moved, rotation, (axis,), (angle.rate(u)[2],))
+    given, bias = scale(angle.t[2], axis), scale(angle.bias(u)[2], axis)
+    return replace(
+        found,
+        linear=found.linear[:-1],
+        angular=(*found.angular[:-2], scale(angle.s[2], axis)),
+        given_angular=add(found.given_angular, given),
+        angular_bias=add(found.angular_bias, bias),
     )
 
 

@@ -6,21 +6,23 @@ it moves. Steps of one coordinate whose rate is their speed have the rest in com
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import singledispatch
 from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.kinematics.joints import JointMotion, rotated, screwed, translated
+from multibody_sym.kinematics.joints import JointMotion, Way, followed, rotated, screwed, translated, turned_along
 from multibody_sym.kinematics.state import State
+from multibody_sym.model.declaration.curves.follow import Follow, Rates
 from multibody_sym.model.declaration.steps import Ball, OneCoordinate, Rotate, Screw, Step, Translate
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scalars.node import ONE, ZERO
-from multibody_sym.scalars.rotations import quaternion_product, quaternion_rates, quaternion_rotation, turned
-from multibody_sym.scalars.vectors import UNIT_MATRIX, S, Vec, cross
+from multibody_sym.scalars.node import ONE, ZERO, Node
+from multibody_sym.scalars.rotations import quaternion_product, quaternion_rates, quaternion_rotation, turned, turned_by
+from multibody_sym.scalars.vectors import UNIT_MATRIX, S, Vec, combination, cross
 
+_UP: Final[Vec] = (0, 0, 1)
 _UNITS: Final[tuple[Point, ...]] = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
 
 
@@ -52,6 +54,24 @@ def _(step: Screw, before: JointMotion, q: Sequence[S], u: Sequence[S], state: S
 @stepped.register
 def _(step: Ball, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
     return rotated(before, quaternion_rotation(q), UNIT_MATRIX, u)
+
+
+@stepped.register
+def _(step: Follow, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
+    """Derivatives are taken of the expressions, so that all scalars have the same exact ones."""
+    at = {step.leaf: q[0]}
+    axes = [_axis(axis, state) for axis in step.axes]
+    place = combination(axes, state.values(step.place, at))
+    moved = followed(before, place, _way(step.rates, axes, state, at), u[0])
+    if not step.turns_along:
+        return moved
+    cosine, sine = state.values(step.tangent, at)
+    return turned_along(moved, turned_by(axes[2], cosine, sine), axes[2], _way(step.turning, (_UP,), state, at), u[0])
+
+
+def _way(rates: Rates, axes: Sequence[Vec], state: State, at: Mapping[Node, S]) -> Way:
+    """Return derivatives with their components along axes."""
+    return Way(*(combination(axes, state.values(nodes, at)) for nodes in rates))
 
 
 def _axis(declared: Point, state: State) -> Vec:
@@ -93,6 +113,11 @@ def _(step: Translate) -> tuple[Point, ...]:
 @invariant_directions.register(Screw)
 def _(step: Rotate | Screw) -> tuple[Point, ...]:
     return (step.axis,)
+
+
+@invariant_directions.register
+def _(step: Follow) -> tuple[Point, ...]:
+    return (step.axis,) if step.turns_along else _UNITS
 
 
 @invariant_directions.register

@@ -10,7 +10,11 @@ from multibody_sym.scalars.vectors import Mat, S, Vec, add, cross, dot, scale
 
 def turned(axis: Vec, angle: S) -> Mat:
     """Return the rotation by `angle` about a unit axis a (Rodrigues: a a^T + cos (E - a a^T) + sin [a])."""
-    c, s = cos(angle), sin(angle)
+    return turned_by(axis, cos(angle), sin(angle))
+
+
+def turned_by(axis: Vec, c: S, s: S) -> Mat:
+    """Return the rotation about a unit axis by the angle with the cosine c and the sine s."""
     x, y, z = axis
     xy, xz, yz = x * y, x * z, y * z
     return (

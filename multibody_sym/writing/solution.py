@@ -83,7 +83,7 @@ def _joint_lines(reactions: Mapping[str, Mapping[str, Value]], units: Units) -> 
         f"{name} {component} = {value.told(units)}"
         for name, values in reactions.items()
         for component, value in values.items()
-        if component in COMPONENTS and abs(value.value or 0.0) > least
+        if "fx" in values and abs(value.value or 0.0) > least
     ]
 
 

@@ -13,6 +13,8 @@ from multibody_sym.kinematics import steps
 from multibody_sym.kinematics.motion import Motion, accelerations, coordinate_rates, motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.curves.curve import Curve
+from multibody_sym.model.declaration.curves.follow import Follow
 from multibody_sym.model.declaration.joints import Fixed
 from multibody_sym.model.declaration.steps import Ball, Rotate, Screw, Step, Translate
 from multibody_sym.model.declaration.system import System
@@ -22,7 +24,11 @@ from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.scalars.node import ZERO, as_node
 
 AXIS = unit_vector((as_node(1), as_node(-2), as_node(2)))
-KINDS = (Translate(AXIS), Rotate(AXIS), Screw(AXIS, lead=as_node(0.3)), Ball())
+CURVES = (
+    Follow.along(Curve(x="s + 0.3*s^2", y="sin(s)", z="cos(2*s)", parameter="s")),
+    Follow.along(Curve(y="sin(x)"), turns_along=True),
+)
+KINDS = (Translate(AXIS), Rotate(AXIS), Screw(AXIS, lead=as_node(0.3)), Ball(), *CURVES)
 QUESTIONS = [x for x in vars(steps).values() if hasattr(x, "registry")]
 
 
@@ -101,7 +107,7 @@ def test_every_kind_is_answered_for_and_a_foreign_one_is_refused(question) -> No
     class Foreign:
         """Of no kind that is known."""
 
-    for kind in (Translate, Rotate, Screw, Ball):
+    for kind in (Translate, Rotate, Screw, Ball, Follow):
         assert question.dispatch(kind) is not question.dispatch(object), kind
     with pytest.raises(TypeError, match=r"nothing says .*Foreign"):
         question(Foreign(), *range(question.__wrapped__.__code__.co_argcount - 1))

@@ -246,7 +246,8 @@ class _Theorems:
 def _free_axes(body: TreeBody) -> tuple[set[int], set[int]]:
     """Return the axes of its frame along which a joint slides freely, and those about which it turns first."""
     units = {tuple(as_node(int(j == k)) for j in range(3)): k for k in range(3)}
-    steps = [step for step, given in zip(body.steps, body.given, strict=True) if given is None]
+    free = (step for step, given in zip(body.steps, body.given, strict=True) if given is None)
+    steps = [step for step in free if step.is_independent]
     slides = {units[axis] for step in steps for axis in step.slides if axis in units}
     turns = [axis for step in steps for axis in step.turns]
     if len(turns) >= _ALL:

@@ -10,6 +10,7 @@ from multibody_sym.answers.worked.record import Formula, Line, Quantity, Sentenc
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.units import DIMENSIONLESS
+from multibody_sym.model.declaration.curves.follow import Follow
 from multibody_sym.model.declaration.steps import Step
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.mechanism import TreeBody
@@ -53,6 +54,9 @@ def _coordinates(solved: Solved, symbols: Symbols, body: TreeBody) -> Iterator[L
 
 def _counted(step: Step, places: Sequence[int], units: Sequence[str]) -> Iterator[tuple[int, str]]:
     """Yield what each coordinate of a step counts; that of a screw is its angle."""
+    if isinstance(step, Follow):
+        yield from ((place, "place on the curve of") for place in places)
+        return
     turning = [f"angle about {_axis(axis)} of" for axis in step.turns]
     sliding = [f"way along {_axis(axis)} of" for axis in step.slides]
     words = turning if places and units[places[0]] == "rad" else sliding

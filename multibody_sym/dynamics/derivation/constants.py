@@ -13,6 +13,7 @@ from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.dynamics.start.straight import Side
 from multibody_sym.errors import MultibodyError
 from multibody_sym.expressions.printer import text
+from multibody_sym.model.declaration.curves.follow import Follow
 from multibody_sym.model.declaration.system import with_expressions
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
@@ -127,6 +128,7 @@ def _stands_at_numbers(mechanism: Mechanism, begin: Start, body: TreeBody) -> bo
     coordinates = [mechanism.coordinates[k] for k in body.q]
     turns = [x for frame in (body.frame_on_parent, body.frame_on_body) for row in frame.rotation for x in row]
     given = [step.motion for step in body.steps if step.motion is not None]
+    given += [x for step in body.steps if isinstance(step, Follow) for x in step.place]
     return (
         all(c.initial.shadow is not None and c.name not in begin.assembled for c in coordinates)
         and all(x.shadow is not None for x in turns)

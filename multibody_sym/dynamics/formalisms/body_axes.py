@@ -53,7 +53,7 @@ def _is_free(body: TreeBody) -> bool:
     axes = [[abs(x.shadow or 0.0) for x in axis] for step in moves for axis in step.slides]
     return (
         sorted(axes, reverse=True) == [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
-        and not any(step.turns for step in moves)
+        and not any(step.turns or not step.is_independent for step in moves)
         and not any(step.slides for step in turns)
         and bool(turns)
         and not any(body.given)

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from multibody_sym.dynamics.formalisms.inverse_dynamics import joint_wrenches
+from multibody_sym.kinematics.guides.across import force_across
 from multibody_sym.kinematics.joint_forces import along_reactions
 from multibody_sym.kinematics.loads import add_drive, applied
 from multibody_sym.kinematics.motion import Motion, pose
 from multibody_sym.kinematics.rows import RowMotion, tooth_wrenches
 from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
+from multibody_sym.model.mechanism.mechanism import COMPONENTS, NORMAL, Mechanism
 from multibody_sym.model.mechanism.rows import CutJoint
 from multibody_sym.scalars.vectors import (
     S,
@@ -30,7 +31,7 @@ def reactions(
     """Return for each joint its components fx .. mz on the child, about the joint's point on the child.
 
     Components along free directions are the drives (motors, springs) of the joint. Axes: those of the joint's frame on
-    the parent.
+    the parent. A joint that guides along a curve has the force across it, `normal`, as well.
     """
     given = acting(motion, rows, multipliers)
     found = {}
@@ -41,6 +42,8 @@ def reactions(
         about_joint = subtract(moment, cross(p_BM, force))
         in_frame = [apply_transposed(R_PF, apply(moved.R_PB, v)) for v in (force, about_joint)]
         found[body.joint_name] = dict(zip(COMPONENTS, (*in_frame[0], *in_frame[1]), strict=True))
+        if (across := force_across(body, motion.state, in_frame[0])) is not None:
+            found[body.joint_name][NORMAL] = across
     for cut in motion.mechanism.cuts:
         found[cut.name] = dict(zip(COMPONENTS, _cut_reaction(motion, cut, rows, multipliers), strict=True))
     return found

@@ -11,12 +11,14 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Final
 
 from multibody_sym.errors import ModelError
+from multibody_sym.model.declaration.curves.curve import Curve, CurveField
+from multibody_sym.model.declaration.curves.follow import Follow
 from multibody_sym.model.declaration.fields import Element, ListOf, OneOf, Record, holds
 from multibody_sym.model.declaration.joint import Joint, MovingJoint
 from multibody_sym.model.declaration.steps import Ball, Rotate, Step, Translate
 from multibody_sym.model.declaration.steps import Screw as ScrewStep
 from multibody_sym.model.declaration.values import Choice, Direction, Point, Scalar, Text
-from multibody_sym.scalars.node import PI, Node
+from multibody_sym.scalars.node import PI, ZERO, Node
 
 _AXES: Final = {letter: Direction().accept(letter) for letter in "xyz"}
 _X, _Y, _Z = _AXES.values()
@@ -122,6 +124,31 @@ class PointJoint(MovingJoint):
         return tuple(Translate(_AXES[letter], letter) for letter in self.axes)
 
 
+@dataclass(frozen=True, kw_only=True)
+class CurveJoint(MovingJoint):
+    """A bead on a wire: the child's frame stays on a `curve` in the parent's; the coordinate is the curve's parameter.
+
+    The child does not turn, as suits a particle, unless it `turns`: with the `tangent`, which stays its x axis, of a
+    curve in the x-y plane, or `free`, about z.
+    """
+
+    kind: ClassVar[str] = "curve"
+    curve: Curve = holds(CurveField())
+    turns: str | None = holds(Choice(("tangent", "free")), None)
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        leaf, along = self.curve.leaf, self.turns == "tangent"
+        follow = Follow.along(self.curve, leaf.data[1][0], turns_along=along)
+        return (follow, Rotate(_Z, "theta")) if self.turns == "free" else (follow,)
+
+    def verify(self) -> None:
+        if self.turns == "tangent" and self.curve.place[2] is not ZERO:
+            advice = "a curve with a z has no one frame that turns with it; leave turns out, or turns: free"
+            raise ModelError(advice).under("turns")
+        super().verify()
+
+
 @dataclass(frozen=True)
 class Angles:
     """Three axes of successive rotations, written as letters: `xyz`, `zxz`, ...; no two neighbours alike."""
@@ -170,20 +197,26 @@ class Free(MovingJoint):
 
 @dataclass(frozen=True, kw_only=True)
 class Direct(Element):
-    """One freedom of a custom joint: `translate` along or `rotate` about a direction, `screw` with a pitch a turn."""
+    """One freedom of a custom joint: `translate` along or `rotate` about a direction, which with a `pitch` a turn is a
+    screw; or a way along a `curve`."""
 
     translate: Point | None = holds(Direction(), None)
     rotate: Point | None = holds(Direction(), None)
     pitch: Node | None = holds(Scalar("m"), None)
+    curve: Curve | None = holds(CurveField(), None)
 
     def verify(self) -> None:
-        if (self.translate is None) == (self.rotate is None):
-            raise ModelError("a freedom is {translate: axis} or {rotate: axis}, the latter perhaps with a pitch")
+        if sum(x is not None for x in (self.translate, self.rotate, self.curve)) != 1:
+            raise ModelError(
+                "a freedom is {translate: axis}, {rotate: axis}, the latter perhaps with a pitch, or {curve: ..}"
+            )
         if self.rotate is None and self.pitch is not None:
             raise ModelError("a pitch goes with rotate")
 
     def step(self, letter: str) -> Step:
         """Return the freedom as a step."""
+        if self.curve is not None:
+            return Follow.along(self.curve, letter)
         if self.translate is not None:
             return Translate(self.translate, letter)
         assert self.rotate is not None
@@ -222,7 +255,12 @@ def _by_kind(classes: Iterable[type[Joint]]) -> Mapping[str, type[Joint]]:
 
 
 JOINTS: Final = OneOf(
-    _by_kind((Revolute, Prismatic, Screw, Cylindrical, Universal, Planar, PointJoint, Spherical, Free, Custom, Fixed)),
+    _by_kind(
+        (
+            *(Revolute, Prismatic, Screw, Cylindrical, Universal, Planar, PointJoint, CurveJoint),
+            *(Spherical, Free, Custom, Fixed),
+        )
+    ),
     {
         "hinge": "revolute",
         "pin": "revolute",

@@ -130,6 +130,11 @@ class Step(ABC):
         return all(speed.letter is None for speed in self.speeds)
 
     @property
+    def drifts(self) -> bool:
+        """Whether it moves M by itself while its coordinate rests."""
+        return False
+
+    @property
     def is_independent(self) -> bool:
         """Whether it moves M freely along all its directions and about all its axes, none tied to another."""
         return len(self.slides) + len(self.turns) == len(self.speeds)

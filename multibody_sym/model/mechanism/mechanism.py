@@ -28,6 +28,8 @@ from multibody_sym.scalars.node import ZERO, Node, slot
 TIME: Final = slot("t", 0)
 COMPONENTS: Final = ("fx", "fy", "fz", "mx", "my", "mz")
 """The components of a reaction: force and moment."""
+NORMAL: Final = "normal"
+"""What else there is of the reaction of a joint that guides along a curve: the force across it."""
 
 
 @dataclass(frozen=True)
@@ -126,8 +128,8 @@ class TreeBody:
 
     @property
     def driven(self) -> bool:
-        """Whether a prescribed step moves, so that its drive does work."""
-        return any(given is not None and given[1] is not ZERO for given in self.given)
+        """Whether a prescribed step moves, or what guides it does, so that its drive does work."""
+        return any(step.drifts for step in self.steps) or any(g is not None and g[1] is not ZERO for g in self.given)
 
 
 def double_name(child: str, joint: str) -> str:

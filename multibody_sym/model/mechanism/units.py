@@ -14,14 +14,14 @@ from typing import Final
 from multibody_sym.expressions.known_units import PURE, Kind, Known, kind_of, known
 from multibody_sym.expressions.quantities import component_kind, quantity_known
 from multibody_sym.expressions.units import DIMENSIONLESS, ENERGY, MASS, TIME, Dimension
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
+from multibody_sym.model.mechanism.mechanism import COMPONENTS, NORMAL, Mechanism
 from multibody_sym.model.mechanism.parameters import ParameterEntry
 from multibody_sym.model.mechanism.rows import ExpressionRow, Row, VelocityRow
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.node import ONE, Node
 from multibody_sym.scalars.traversal import leaves
 
-REACTION_UNITS: Final[Mapping[str, str]] = {name: component_kind(name).unit for name in COMPONENTS}
+REACTION_UNITS: Final[Mapping[str, str]] = {name: component_kind(name).unit for name in (*COMPONENTS, NORMAL)}
 """The unit of each component of a joint's reaction."""
 _WITHOUT_ANGLE: Final = (MASS, TIME)
 

@@ -10,7 +10,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from multibody_sym.model.declaration.curves.follow import Follow
 from multibody_sym.model.declaration.fields import Names
+from multibody_sym.model.declaration.joint import Joint
 from multibody_sym.model.declaration.system import System, expressions, with_expressions
 from multibody_sym.model.declaration.tables import Constant, Table, interpolated
 from multibody_sym.model.mechanism.mass import GROUND
@@ -49,10 +51,15 @@ def expression_of(given: Node | Table | Constant) -> Node:
     return interpolated(given) if isinstance(given, Table) else given
 
 
+def _is_driven(joint: Joint) -> bool:
+    """Return whether time may move a joint: a motion that is prescribed, or a curve."""
+    return getattr(joint, "motion", None) is not None or any(isinstance(step, Follow) for step in joint.steps)
+
+
 def _driven(system: System) -> dict[str, Mapping[str, Any]]:
     """Return what moves as prescribed, by its section of the system: nothing where there are no inputs to drive it."""
     if not system.inputs:
         return {}
-    joints = {name: joint for name, joint in system.joints.items() if getattr(joint, "motion", None) is not None}
+    joints = {name: joint for name, joint in system.joints.items() if _is_driven(joint)}
     ground = {name: body for name, body in system.bodies.items() if name == GROUND}
     return {"joints": joints, "bodies": ground, "constraints": system.constraints}

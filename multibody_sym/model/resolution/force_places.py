@@ -156,7 +156,7 @@ def _components(steps: Sequence[Step], idle: Iterable[int]) -> set[str]:
     last_slide = max((k for k, step in enumerate(steps) if step.slides), default=-1)
     found: set[str] = set()
     for k in idle:
-        if k < first_turn or k == first_turn > last_slide:
+        if steps[k].is_independent and (k < first_turn or k == first_turn > last_slide):
             found.update(_along(steps[k]))
     return found
 

@@ -8,6 +8,8 @@ from typing import Any, Final
 
 from multibody_sym.errors import at
 from multibody_sym.expressions.quantities import of_run
+from multibody_sym.model.declaration.curves.curve import PARAMETER
+from multibody_sym.model.declaration.curves.follow import Follow
 from multibody_sym.model.declaration.joint import Initial, Joint, MovingJoint
 from multibody_sym.model.declaration.states import StateCondition
 from multibody_sym.model.declaration.system import System, expressions, verify_system, with_expressions
@@ -38,7 +40,7 @@ from multibody_sym.model.resolution.spanning_tree import (
     used_joints,
 )
 from multibody_sym.model.resolution.start_constants import with_constants
-from multibody_sym.model.resolution.vocabulary import meanings, verify_expressions
+from multibody_sym.model.resolution.vocabulary import meanings, verify_curves, verify_expressions
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.kinks import fading_functions, switching_function, switching_functions
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
@@ -90,8 +92,8 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
         inputs={name: expression_of(x) for name, x in resolved.inputs.items()},
         **_outputs(resolved, told),
         stops=_stops(resolved, _in_slots(told, bodies)),
-        kinks=_kinks(resolved),
-        fades=tuple(filter(_changes, fading_functions(_declared_laws(resolved)))),
+        kinks=_kinks(resolved, slots),
+        fades=tuple(filter(_changes, fading_functions(_declared_laws(resolved, slots)))),
         loads=_in_slots(told, tuple(loads(references))),
         rows=_in_slots(told, tuple(rows)),
         limits=tuple(_limits(resolved, {**slots, **told})),
@@ -124,6 +126,7 @@ def _references(
     """Return what names stand for in a system whose expressions are verified, and written in slots."""
     spanned = with_own_names(system, names)
     verify_expressions(spanned, names)
+    verify_curves(spanned, names)
     numbers = _body_numbers(tree, system)
     return References(
         _in_slots(slots, with_driving_inputs(spanned)),
@@ -176,16 +179,23 @@ def _in(slots: Mapping[Node, Node], node: Node) -> Node:
     return as_node(evaluate([node], lambda leaf: slots.get(leaf, leaf))[0])
 
 
-def _kinks(resolved: System) -> tuple[Node, ...]:
+def _kinks(resolved: System, slots: Mapping[Node, Node]) -> tuple[Node, ...]:
     """Return the switching functions of forces, constraints, motions and inputs that change with time or motion."""
-    found = switching_functions(_declared_laws(resolved))
+    found = switching_functions(_declared_laws(resolved, slots))
     tables = [x for x in resolved.inputs.values() if isinstance(x, Table)]
     return tuple(g for g in (*found, *(g for table in tables for g in bends(table))) if _changes(g))
 
 
-def _declared_laws(resolved: System) -> list[Node]:
+def _declared_laws(resolved: System, slots: Mapping[Node, Node]) -> list[Node]:
+    """Return what is declared of forces, constraints and motions, curves at the coordinates of their joints."""
     parts = (resolved.forces, resolved.constraints, resolved.inputs, resolved.joints, resolved.bodies)
-    return [written.node for part in parts for written in expressions(part)]
+    nodes = [written.node for part in parts for written in expressions(part)]
+    found = [node for node in nodes if not any(leaf.data[0] == PARAMETER for leaf in leaves([node], "quantity"))]
+    for name, joint in resolved.joints.items():
+        for free in joint.free_steps:
+            if isinstance(free.step, Follow):
+                found += free.step.at(slots[symbol(coordinate_names(name, joint)[free.q[0]])]).place
+    return found
 
 
 def _doubled(system: System, tree: SpanningTree) -> list[str]:

@@ -10,13 +10,15 @@ from multibody_sym.errors import ExpressionError, ModelError, at, suggestion
 from multibody_sym.expressions.quantities import OWN_CENTRE, QUANTITIES, SYSTEM, WEIGHT
 from multibody_sym.expressions.units import Dimension, dimension_of
 from multibody_sym.model.declaration.constraints import Distance, Rope, VelocityConstraint, row_names
+from multibody_sym.model.declaration.curves.curve import PARAMETER
+from multibody_sym.model.declaration.curves.follow import guides
 from multibody_sym.model.declaration.fields import Element
 from multibody_sym.model.declaration.forces import Damper, SpringDamper, Torque
 from multibody_sym.model.declaration.joint import MovingJoint
 from multibody_sym.model.declaration.system import RESERVED, System, expressions, verify_symbol
 from multibody_sym.model.declaration.values import AXES, dimension_of_unit
 from multibody_sym.model.mechanism.mass import GROUND, OWN_POINTS
-from multibody_sym.model.mechanism.mechanism import COMPONENTS, Coordinate, Speed
+from multibody_sym.model.mechanism.mechanism import COMPONENTS, NORMAL, Coordinate, Speed
 from multibody_sym.model.resolution.references import BARE
 from multibody_sym.model.resolution.ropes.runs import run_names, tension_names
 from multibody_sym.model.resolution.spanning_tree import coordinate_names, ground_moves, speed_names
@@ -87,7 +89,7 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
             known = names if path[0] != "ask" else {**_answers(system, path[1]), **names}
             own = path[1] if path[0] in ("parameters", "inputs", "ask") else None
             _verify_leaves(node, allowed, known, own, _MASS_HINT if _is_of_mass(path) else "")
-            if path[0] == "constraints" or path[2:3] == (_MOTION,):
+            if path[0] == "constraints" or _is_driven(path):
                 _verify_driving(system, node, allowed, names)
             for leaf in _asked(node):
                 _verify_quantity(leaf, path[0], vocabulary)
@@ -101,6 +103,17 @@ def _answers(system: System, question: str) -> dict[str, str]:
     """Return the names of answers that a question may use: those of others, and of the extremes that it asks itself."""
     equation = system.ask[question].so
     return dict.fromkeys((*system.ask, *(() if equation is None else equation.extremes)), _ANSWER)
+
+
+def verify_curves(system: System, names: Mapping[str, str]) -> None:
+    """Raise ModelError where the parameter of a curve has the name of something else than a coordinate."""
+    for path, node, _ in expressions(system):
+        for leaf in leaves([node], "quantity"):
+            name = leaf.data[1][0] if leaf.data[0] == PARAMETER else ""
+            if name in RESERVED or names.get(name, "a coordinate") != "a coordinate":
+                what = names.get(name, "reserved")
+                error = ModelError(f"{name!r} is {what} of the model and the parameter of this curve; rename one")
+                raise ModelError(error.message, where=replace(error.where, path=path, column=None))
 
 
 def _unit_by_joint(
@@ -134,7 +147,7 @@ def _may_name(system: System, path: Sequence[str]) -> tuple[str, ...]:
     """Return what an expression at a path may name."""
     if _is_of_mass(path) and system.bodies[path[1]].varying is not None:
         return _MAY_NAME["forces"] if path[-2].endswith("_velocity") else _VARIES_WITH
-    allowed = _MAY_NAME.get(_MOTION if path[2:3] == (_MOTION,) else path[0], _ONLY_PARAMETERS)
+    allowed = _MAY_NAME.get(_MOTION if _is_driven(path) else path[0], _ONLY_PARAMETERS)
     of_speeds = path[0] == "constraints" and isinstance(system.constraints[path[1]], VelocityConstraint)
     return (*allowed, "a speed") if of_speeds else allowed
 
@@ -149,6 +162,11 @@ _MASS_HINT: Final = (
 def _is_of_mass(path: Sequence[str]) -> bool:
     """Return whether an expression is of a body's mass, centre of mass, inertia, or its shape's sizes."""
     return path[0] == "bodies" and path[2] in ("mass", "com", "inertia", "shape")
+
+
+def _is_driven(path: Sequence[str]) -> bool:
+    """Return whether what stands at a path moves something as it says: a motion, a curve of a joint."""
+    return path[2:3] == (_MOTION,) or (path[0] == "joints" and "curve" in path[2:])
 
 
 def _verify_leaves(
@@ -205,7 +223,8 @@ def _vocabulary(system: System) -> dict[str, list[str]]:
         "rope": [x for name, names in tensions.items() if name in pulling for x in names],
         "constraint": [x for names in rows.values() for x in names],
         "axis": list(AXES),
-        "component": list(COMPONENTS),
+        "component": [*COMPONENTS, NORMAL],
+        "guide": [name for name, joint in system.joints.items() if guides(joint)],
         **_of_theorems(system),
     }
 
@@ -251,6 +270,8 @@ def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str
                 raise ModelError(f"{leaf}: {name!r} has a tension on each side of wheels that turn with it; ask {each}")
             what = _KINDS.get(kind, f"no {kind}")
             raise ModelError(f"{leaf}: {name!r} is {what}{suggestion(name, vocabulary[kind])}")
+    if arguments[1:] == (NORMAL,) and arguments[0] not in vocabulary["guide"]:
+        raise ModelError(f"{leaf}: a joint that guides along a curve has a normal force; ask for fx, fy, .. here")
 
 
 def _verify_mode(leaf: Node, section: str) -> None:

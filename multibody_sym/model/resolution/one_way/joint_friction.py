@@ -13,6 +13,7 @@ from dataclasses import replace
 from typing import Final
 
 from multibody_sym.errors import at
+from multibody_sym.model.declaration.curves.follow import Follow
 from multibody_sym.model.declaration.forces import Friction
 from multibody_sym.model.declaration.joints import Custom, Spherical
 from multibody_sym.model.declaration.steps import Rotate, Screw, Step, Translate
@@ -28,7 +29,7 @@ from multibody_sym.model.resolution.plane import in_plane
 from multibody_sym.model.resolution.references import References
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node
-from multibody_sym.scalars.vectors import cross, scale
+from multibody_sym.scalars.vectors import cross, dot, scale, subtract
 
 SIDE_WORDS: Final = ("pressed", "0")
 _UP: Final[Point] = (ZERO, ZERO, ONE)
@@ -140,11 +141,32 @@ def _thread(asked: Rubbing) -> Made:
     return [normal], [asked.part((rubbing,), range(1))]
 
 
+def _wire(asked: Rubbing) -> Made:
+    """Return what presses across a curve: the one component in its plane, or the force less its part along the way."""
+    for field in ("radius", "length"):
+        asked.without(field, "a bead on a wire rubs with the force across the wire; leave it out")
+    step, (coordinate, *_) = asked.joint.moves[0], asked.freedoms
+    assert isinstance(step, Follow)
+    assert coordinate.coordinate is not None
+    way = step.at(coordinate.coordinate).way
+    length = sqrt(dot(way, way))
+    x, y, z = scale(1 / length, way)
+    row = RubbingRow(f"{asked.name}.friction", length * coordinate.rate)
+    if asked.flat:
+        normals = asked.reactions([((-y, x, ZERO), ORIGIN)])
+        return normals, [asked.part((row,), range(1))]
+    parts = [subtract(axis, scale(part, (x, y, z))) for axis, part in zip(step.axes, (x, y, z), strict=True)]
+    normals = asked.reactions([((a, b, c), ORIGIN) for a, b, c in parts])
+    return normals, [asked.part((row,), range(3), norm=True)]
+
+
 _MAKERS: Final[dict[tuple[type[Step], ...], Callable[[Rubbing], Made]]] = {
     (Translate,): _guide,
     (Rotate,): _journal,
     (Translate, Rotate): _sleeve,
     (Screw,): _thread,
+    (Follow,): _wire,
+    (Follow, Rotate): _wire,
     (Translate, Translate): plate,
     (Translate, Translate, Rotate): plate,
     (Rotate, Rotate): two_pins,

@@ -27,8 +27,8 @@ Made = tuple[list[ReactionRow], list[FrictionPart]]
 
 _KINDS: Final = (
     "friction is for joints with a reaction that presses and coordinates of their own: prismatic, revolute, "
-    "cylindrical, screw, planar, universal, spherical, custom without screws, point in a plane; {!r} is another, or "
-    "prescribed"
+    "cylindrical, screw, curve, planar, universal, spherical, custom without screws, point in a plane; {!r} is "
+    "another, or prescribed"
 )
 _PARALLEL: Final = 1e-9
 _UP: Final[Point] = (ZERO, ZERO, ONE)

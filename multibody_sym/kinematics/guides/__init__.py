@@ -1,0 +1,1 @@
+"""Curves that guide: what acts across them, and where bodies touch them."""
