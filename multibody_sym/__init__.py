@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from multibody_sym.model.declaration.constraints import Expression as Expression
     from multibody_sym.model.declaration.constraints import Gear as Gear
     from multibody_sym.model.declaration.constraints import Line as Line
+    from multibody_sym.model.declaration.constraints import OnCurve as OnCurve
     from multibody_sym.model.declaration.constraints import Plane as Plane
     from multibody_sym.model.declaration.constraints import PointInPlane as PointInPlane
     from multibody_sym.model.declaration.constraints import PointOnLine as PointOnLine
@@ -59,8 +60,8 @@ if TYPE_CHECKING:
     from multibody_sym.model.declaration.constraints import Rope as Rope
     from multibody_sym.model.declaration.constraints import VelocityConstraint as VelocityConstraint
     from multibody_sym.model.declaration.contacts import Contact as Contact
-    from multibody_sym.model.declaration.forces import Coulomb as Coulomb
     from multibody_sym.model.declaration.curves.curve import Curve as Curve
+    from multibody_sym.model.declaration.forces import Coulomb as Coulomb
     from multibody_sym.model.declaration.forces import Damper as Damper
     from multibody_sym.model.declaration.forces import Drag as Drag
     from multibody_sym.model.declaration.forces import Force as Force
@@ -148,8 +149,8 @@ _NAMES = {
     "formats.urdf": "UrdfNotice load_urdf",
     "formats.writer": "dump dumps",
     "model.declaration.bodies": "Body Frame GroundMotion Shape Turn VariableMass",
-    "model.declaration.constraints": "Coupler Distance Expression Gear Line Plane PointInPlane PointOnLine "
-    "PrescribedMotion Pulley Rolling Rope VelocityConstraint",
+    "model.declaration.constraints": "Coupler Distance Expression Gear Line OnCurve Plane PointInPlane "
+    "PointOnLine PrescribedMotion Pulley Rolling Rope VelocityConstraint",
     "model.declaration.contacts": "Contact",
     "model.declaration.curves.curve": "Curve",
     "model.declaration.forces": "Coulomb Damper Drag Force Friction Gravitation Motor Potential Pull "

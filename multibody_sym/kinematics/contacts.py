@@ -17,10 +17,22 @@ from functools import singledispatch
 from typing import Final
 
 from multibody_sym.errors import ModelError
+from multibody_sym.kinematics.guides.touched import bent_normal, to_foot
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import acceleration, position, velocity
-from multibody_sym.kinematics.relative import angular_acceleration, angular_velocity, direction
-from multibody_sym.model.mechanism.contact_rows import LOCAL, ContactRow, Edge, Face, Flat, Level, Rim, Round, Skin
+from multibody_sym.kinematics.relative import Direction, angular_acceleration, angular_velocity, direction
+from multibody_sym.model.mechanism.contact_rows import (
+    LOCAL,
+    Bent,
+    ContactRow,
+    Edge,
+    Face,
+    Flat,
+    Level,
+    Rim,
+    Round,
+    Skin,
+)
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import IDENTITY
 from multibody_sym.scalars.functions import apply as operation
@@ -45,18 +57,6 @@ _PARALLEL: Final = 1e-12
 _PARALLEL_LINES: Final = 1e-18
 """The same for two lines that cross: they are where they touch to what is left of their digits."""
 _Z: Vec = (0, 0, 1)
-
-
-@dataclass(frozen=True)
-class Direction:
-    """A unit vector and its rate, in world axes."""
-
-    vector: Vec
-    rate: Vec
-
-    @property
-    def reversed(self) -> Direction:
-        return Direction(negate(self.vector), negate(self.rate))
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class _Facing:
 
 def touch(skins: tuple[Skin, Skin], motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Touch:
     """Return where and how two skins touch; `bias` holds the bodies' accelerations for udot = 0."""
-    if isinstance(skins[0], (Flat, Level)) or (isinstance(skins[0], Edge) and not isinstance(skins[1], Edge)):
+    if _faces(*skins):
         found = _centre_on((skins[1], skins[0]), motion, bias)
         return replace(
             found,
@@ -97,6 +97,13 @@ def touch(skins: tuple[Skin, Skin], motion: Motion, bias: Sequence[tuple[Vec, Ve
             turning_rate=negate(found.turning_rate),
         )
     return _centre_on(skins, motion, bias)
+
+
+def _faces(first: Skin, second: Skin) -> bool:
+    """Return whether the first of two skins faces the second, which has the centre."""
+    if isinstance(first, (Edge, Bent)):
+        return isinstance(second, Round)
+    return isinstance(first, (Flat, Level))
 
 
 def _centre_on(skins: tuple[Skin, Skin], motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Touch:
@@ -187,6 +194,13 @@ def _(skin: Edge, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> 
     return _Facing(Direction(n, scale(1 / length, subtract(away_rate, scale(dot(n, away_rate), n)))), length)
 
 
+@_facing.register
+def _(skin: Bent, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
+    """Where the foot is right below the centre, as its row says, the height over its tangent is the distance."""
+    n, rate = bent_normal(skin, motion)
+    return _Facing(Direction(n, rate), dot(n, subtract(apart, to_foot(skin, motion)[0])))
+
+
 @singledispatch
 def _arm(skin: Skin, motion: Motion, normal: Direction) -> tuple[Vec, Vec]:
     """Return the vector from a skin's centre to its place that is nearest against the normal, and its rate."""
@@ -214,6 +228,12 @@ def _(skin: Rim, motion: Motion, normal: Direction) -> tuple[Vec, Vec]:
     up = scale(1 / length, steep)
     up_rate = scale(1 / length, subtract(steep_rate, scale(dot(up, steep_rate), up)))
     return scale(-radius, up), scale(-radius, up_rate)
+
+
+@_arm.register
+def _(skin: Bent, motion: Motion, normal: Direction) -> tuple[Vec, Vec]:
+    """The foot is where the tangent is across the normal, as its row says."""
+    return to_foot(skin, motion)
 
 
 def _course(skin: Edge, motion: Motion) -> tuple[Direction, S]:
@@ -324,16 +344,6 @@ def _axis_seen(normal: Vec) -> Vec:
 
 def _crossed(a: Direction, b: Direction) -> Direction:
     return Direction(cross(a.vector, b.vector), add(cross(a.rate, b.vector), cross(a.vector, b.rate)))
-
-
-def lies_flat(row: ContactRow, motion: Motion) -> bool:
-    """Return whether a rim is parallel to the plane of its contact, at a state in floats."""
-    rim = next((skin for skin in row.skins if isinstance(skin, Rim)), None)
-    face = next((skin for skin in row.skins if isinstance(skin, Flat)), None)
-    if rim is None or face is None:
-        return False
-    steep = cross(direction(motion, rim.place, rim.axis), direction(motion, face.place, face.normal))
-    return bool(dot(steep, steep) <= _PARALLEL)
 
 
 def reach(row: ContactRow, motion: Motion) -> list[S]:

@@ -11,7 +11,7 @@ from multibody_sym.kinematics.points import acceleration, position, velocity
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.sliding_rows import Sliding
-from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, apply, cross, scale, subtract
+from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, apply, cross, negate, scale, subtract
 
 Accelerations = Sequence[tuple[Vec, Vec]]
 """Each body's (acceleration of its origin, angular acceleration), as `motion.accelerations` returns them."""
@@ -38,6 +38,18 @@ def angular_velocity(motion: Motion, body: int) -> Vec:
 def angular_acceleration(motion: Motion, body: int, bodies: Accelerations) -> Vec:
     """Return a body's angular acceleration in world axes."""
     return apply(motion.rotation(body), bodies[body][1]) if body >= 0 else ZERO_VECTOR
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A unit vector and its rate, in world axes."""
+
+    vector: Vec
+    rate: Vec
+
+    @property
+    def reversed(self) -> Direction:
+        return Direction(negate(self.vector), negate(self.rate))
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.errors import RunError
 from multibody_sym.integrators.flow import Flow, Status, StepError
 from multibody_sym.integrators.loop import first_step, least_step
+from multibody_sym.kinematics.guides.touched import fits
 from multibody_sym.kinematics.masses.rates import varies
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mass import used_up
@@ -32,6 +33,8 @@ _STEP_TOO_LONG: Final = (Status.STEP_UNDERFLOW, Status.NOT_FINITE, Status.NOT_CO
 """What too long a step may end in."""
 _LEFT: Final = 1e-3
 """The part of a row's size, as `Missed` has it, by which a run that keeps it never misses it."""
+_TIGHT: Final = 0.9
+"""The part of a radius of curvature from which a wheel in a hollow is what a run fails on."""
 _FEW: Final = 100
 """Least steps of a run, within which a step of the motion is too near to them."""
 _USED_UP: Final = 1e-2
@@ -53,6 +56,24 @@ class FailedRunError(RunError):
 
 def failure_message(run: Trajectory, failure: RunFailure) -> str:
     """Return what happened, to which coordinate, speed or constraint, when, and what to do."""
+    tight = _tight(run, failure.time)
+    if tight:
+        return f"at t = {failure.time:.6g} s {tight}, and what goes on from there is not told; make the radius smaller"
+    return _happened(run, failure)
+
+
+def _tight(run: Trajectory, time: float) -> str:
+    """Return what has come into a hollow that bends as much as it does itself, so that it stays; nothing else."""
+    mechanism = run.ready.mechanism
+    if run.integration.q_final is None or not any(body.is_foot for body in mechanism.bodies):
+        return ""
+    rows = Rows(mechanism, run.parameters.tolist(), [], time)
+    motion = rows.motion(run.integration.q_final, run.integration.u_final)
+    normals = [row for element in mechanism.one_way for row in element.normals]
+    return next((fit.text for fit in fits(motion, (*mechanism.rows, *normals)) if fit.ratio > _TIGHT), "")
+
+
+def _happened(run: Trajectory, failure: RunFailure) -> str:
     mechanism, when = run.ready.mechanism, f"at t = {failure.time:.6g} s"
     what = _component(mechanism, failure)
     if failure.status in _STEP_TOO_LONG and _is_too_long(run.problem):

@@ -45,7 +45,7 @@ def pulling_wheels(run: Samples) -> list[dict[str, Any]]:
     largest = np.max([np.abs(force) for force in run.multipliers.values()], axis=0)
     found: dict[str, NDArray[np.bool_]] = {}
     for name, row in rows.items():
-        radius = min(evaluate_float(row.radii, values))
+        radius = min(evaluate_float(row.radii, values), default=0.0)
         felt = largest + (energy / radius if radius > 0.0 else 0.0)
         found[name] = run.multipliers[name] < -_ROUNDING * np.nanmax(felt, initial=0.0)
     return _first(run, PULLING, found)

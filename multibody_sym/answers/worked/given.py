@@ -38,7 +38,7 @@ def given_lines(solved: Solved, symbols: Symbols) -> Iterator[Line]:
 
 def _coordinates(solved: Solved, symbols: Symbols, body: TreeBody) -> Iterator[Line]:
     mechanism, begin = solved.mechanism, solved.begin
-    if body.is_double:
+    if body.is_double or body.is_foot:
         return
     least = _AT_REST * max(map(abs, (1.0, *begin.u)))
     units = [coordinate.unit for coordinate in mechanism.coordinates]

@@ -239,8 +239,9 @@ def _tension(instant: Instant, name: str) -> S:
 
 
 def _multiplier(instant: Instant, name: str) -> S:
+    """Return a multiplier; zero where nothing moves along its row, which is left out in the plane."""
     rows = {row.name: k for k, row in enumerate(instant.motion.mechanism.rows)}
-    return instant.multipliers[rows[name]]
+    return instant.multipliers[rows[name]] if name in rows else 0
 
 
 def _parts(instant: Instant, whole: str) -> list[Momentum]:

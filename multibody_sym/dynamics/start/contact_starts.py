@@ -6,14 +6,18 @@ from collections.abc import Iterator
 from typing import Final
 
 from multibody_sym.errors import ModelError, at
-from multibody_sym.kinematics.contacts import lies_flat, reach, touch
+from multibody_sym.kinematics.contacts import reach, touch
 from multibody_sym.kinematics.motion import Motion, accelerations
+from multibody_sym.kinematics.relative import direction
 from multibody_sym.model.declaration.contacts import verify_coefficients
-from multibody_sym.model.mechanism.contact_rows import ContactRow
+from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Rim
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.vectors import cross, dot
 
 _ROLLING: Final = ".rolling"
+_PARALLEL: Final = 1e-12
+"""The square of an angle (rad) up to which a rim lies in a plane."""
 
 
 def verify_contact_values(motion: Motion) -> None:
@@ -69,13 +73,23 @@ def verify_outside(motion: Motion, tolerance: float) -> None:
                     f"{first} starts {-gap:.6g} m inside {second}{part}; move it out along the normal "
                     "(initial: {q: ..}), or correct the surface: its normal points out of its body"
                 )
-        if gap <= tolerance and not element.open and lies_flat(row, motion):
+        if gap <= tolerance and not element.open and _lies_flat(row, motion):
             first, second = (skin.place.name for skin in row.skins)
             with at(*element.path):
                 raise ModelError(
                     f"the rim of {first} and {second} lies flat and touches all around, in no one place: name points "
                     "of it (points: {p1: [r, 0, 0], ..}, three or more, and contacts with repeat), or tilt it"
                 )
+
+
+def _lies_flat(row: ContactRow, motion: Motion) -> bool:
+    """Return whether a rim is parallel to the plane of its contact, at a state in floats."""
+    rim = next((skin for skin in row.skins if isinstance(skin, Rim)), None)
+    face = next((skin for skin in row.skins if isinstance(skin, Flat)), None)
+    if rim is None or face is None:
+        return False
+    steep = cross(direction(motion, rim.place, rim.axis), direction(motion, face.place, face.normal))
+    return bool(dot(steep, steep) <= _PARALLEL)
 
 
 def contact_gaps(motion: Motion, tolerance: float) -> Iterator[tuple[OneWay, ContactRow, float]]:

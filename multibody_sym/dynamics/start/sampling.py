@@ -44,6 +44,8 @@ def _near(mechanism: Mechanism, begin: Start, rng: np.random.Generator) -> State
     rows = Rows(mechanism, begin.parameters, range(len(mechanism.rows)), float(rng.uniform(0.0, 1.0)))
     apart = moved(mechanism, np.array(begin.q, dtype=float), change)
     closed = closed_near(rows, apart)
+    if closed is None and any(body.is_foot for body in mechanism.bodies):
+        raise ValueError("a curve is not where its foot is, and what touches it is told by that")
     q = apart if closed is None else closed
     motion = rows.motion(q, u + _correction(rows.motion(q, u)))
     verify_inertia(motion)

@@ -9,8 +9,9 @@ from typing import Any, ClassVar, Final
 from multibody_sym.errors import ModelError
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.contacts import Coefficient, CoefficientField, Contact, verify_coefficients
+from multibody_sym.model.declaration.curves.curve import Curve, CurveField
 from multibody_sym.model.declaration.fields import Element, ListOf, MapOf, Names, OneOf, OneOrMap, Record, holds
-from multibody_sym.model.declaration.values import Choice, Count, Direction, Flag, Point, Scalar, Text
+from multibody_sym.model.declaration.values import AXES, Choice, Count, Direction, Flag, Point, Scalar, Text
 from multibody_sym.scalars.node import Node
 
 _ACTS: Final = Choice(("in_joints",))
@@ -144,6 +145,22 @@ class PointInPlane(Element):
 
 
 @dataclass(frozen=True)
+class OnCurve(Element):
+    """A point of one body stays on a `curve` of another, `on` a body, point or frame of it (ground).
+
+    Its multipliers `x`, `y` and `z` are the components of the force on the point, along the axes of what carries the
+    curve; `reaction(NAME.foot, normal)` is the force across it. The parameter is a coordinate; at the start it is found
+    from where the point is: where the curve is nearest.
+    """
+
+    components: ClassVar[tuple[str, ...]] = AXES
+
+    point: str = holds(Text())
+    curve: Curve = holds(CurveField())
+    on: str = holds(Text(), "ground")
+
+
+@dataclass(frozen=True)
 class Rolling(Element):
     """A ball or disc (`body`, or a surface of it) rolls on a plane or another one (`on`), never slips or lifts off.
 
@@ -200,6 +217,7 @@ CONSTRAINTS: Final = OneOf(
         "rope": Rope,
         "point_on_line": PointOnLine,
         "point_in_plane": PointInPlane,
+        "on_curve": OnCurve,
         "rolling": Rolling,
         "gear": Gear,
         "coupler": Coupler,

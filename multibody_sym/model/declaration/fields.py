@@ -137,7 +137,7 @@ class OneOf:
     aliases: Mapping[str, str]
 
     def accept(self, value: Any) -> Element:
-        if isinstance(value, Element) and type(value) in self.table.values():
+        if isinstance(value, Element) and isinstance(value, tuple(self.table.values())):
             return value
         if not isinstance(value, Mapping):
             raise ModelError(f"expected a map with a type ({', '.join(self.table)}), got {described(value)}")

@@ -7,12 +7,13 @@ from typing import Any, Final
 
 from multibody_sym.errors import ModelError
 from multibody_sym.expressions.printer import text
+from multibody_sym.model.declaration.curves.curve import Curve, CurveField
 from multibody_sym.model.declaration.fields import Element, ListOf, holds
-from multibody_sym.model.declaration.values import Direction, Flag, Point, Scalar, Vector, scalar
+from multibody_sym.model.declaration.values import Choice, Direction, Flag, Point, Scalar, Vector, scalar
 from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import Node, quantity, symbol
+from multibody_sym.scalars.node import ZERO, Node, quantity, symbol
 
-_KINDS: Final = ("sphere", "disc", "plane", "segment", "point", "revolution")
+_KINDS: Final = ("sphere", "disc", "plane", "segment", "point", "revolution", "curve", "outline")
 FROM_AXIS: Final = quantity("distance from the axis", ())
 """What stands for `s` in profiles: no parameter, though one may have that name."""
 _S: Final = symbol("s")
@@ -47,6 +48,10 @@ class Surface(Element):
     `between`. A segment, a thin bar, leads from place to place. In a plane model it is touched on both sides if its
     `normal` is z, else where that points; in space the first of two bars that cross lies where the normal of the second
     points, or the second against that of the first if the second's is z.
+
+    A `curve`, in a plane model, is touched by points, discs and outlines on one `side` of its way: left, which is above
+    `{y: f(x)}`, or right. An `outline` is that of the body, such as an ellipse, once around counter-clockwise as its
+    parameter grows by 2 pi, and is touched from outside. Both start from `centre`.
     """
 
     sphere: Node | None = holds(Scalar("m"), None)
@@ -60,10 +65,23 @@ class Surface(Element):
     point: Point | None = holds(Vector("m"), None)
     inside: bool = holds(Flag(), False)
     revolution: Node | None = holds(ProfileField(), None)
+    curve: Curve | None = holds(CurveField(), None)
+    outline: Curve | None = holds(CurveField(), None)
+    side: str = holds(Choice(("left", "right")), "left")
+
+    @property
+    def guide(self) -> Curve | None:
+        """The curve that it is, if it is one."""
+        return self.curve or self.outline
+
+    @property
+    def touched_on_left(self) -> bool:
+        """Whether what touches a curve is on the left of its way."""
+        return self.outline is None and self.side == "left"
 
     @property
     def kind(self) -> str:
-        """Which of the kinds it is: sphere, disc, plane, segment, point or revolution."""
+        """Which of the kinds it is: sphere, disc, plane, segment, point, revolution, curve or outline."""
         return next(kind for kind in _KINDS if getattr(self, kind) is not None)
 
     @property
@@ -76,7 +94,10 @@ class Surface(Element):
     def verify(self) -> None:
         if sum(getattr(self, kind) is not None for kind in _KINDS) != 1:
             places = "plane: [x, y, z], segment: [p, q], point: [x, y, z]"
-            raise ModelError(f"a surface is one of sphere: radius, disc: radius, {places}, revolution: height")
+            raise ModelError(
+                f"a surface is one of sphere: radius, disc: radius, {places}, revolution: height, "
+                "curve: {y: f(x)}, outline: {x: .., y: .., parameter: s}"
+            )
         for kind in ("sphere", "disc"):
             radius = getattr(self, kind)
             if radius is not None and radius.shadow is not None and radius.shadow <= 0:
@@ -84,5 +105,11 @@ class Surface(Element):
                 raise ModelError(told).under(kind)
         if self.inside and self.sphere is None and self.disc is None:
             raise ModelError("a sphere or a disc may be touched from inside, nothing else").under("inside")
+        for word in ("curve", "outline"):
+            guide = getattr(self, word)
+            if guide is not None and guide.place[2] is not ZERO:
+                raise ModelError("a curve that touches lies in the x-y plane of its body; leave z out").under(word)
+        if self.side != "left" and self.curve is None:
+            raise ModelError("a curve has sides; an outline is touched from outside").under("side")
         if self.between is not None and self.plane is None:
             raise ModelError("a plane may end between two places; a segment has its ends already").under("between")

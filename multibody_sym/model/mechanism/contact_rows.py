@@ -1,8 +1,9 @@
 """Rows of contacts: what of two bodies touches, and along which directions they push, rub and roll.
 
 Every contact is one of a centre with a radius (zero: a point; hollow: a drum, a bowl) or the rim of a disc with a
-plane, a centre with a radius, the side of a bar in space or, if it is a point, a smooth surface; or of two such bars
-that cross. How they move is in `kinematics/contacts.py`.
+plane, a centre with a radius, the side of a bar in space or, if it is a point, a smooth surface; of two such bars that
+cross; or of a curve in a plane model with a plane, a centre with a radius or another curve. How they move is in
+`kinematics/contacts.py`.
 """
 
 from __future__ import annotations
@@ -89,6 +90,19 @@ class Level(Skin):
     second: tuple[Node, ...]
 
 
+@dataclass(frozen=True)
+class Bent(Skin):
+    """A curve in a plane model, which the `foot` follows: a frame of a massless body whose x is the tangent.
+
+    What touches it is where the foot's y points, or, unless it is on the `left`, where y points away from. `closed`
+    ones are outlines of their bodies.
+    """
+
+    foot: Marker
+    left: bool = True
+    closed: bool = False
+
+
 ContactDirection = Literal["normal", "t1", "t2", "roll1", "roll2"]
 
 
@@ -126,7 +140,8 @@ class ContactRow(WithoutLine):
     @property
     def points(self) -> tuple[Marker, ...]:
         tips = (skin.tip for skin in self.skins if isinstance(skin, Edge))
-        return (*(skin.place for skin in self.skins), *tips)
+        feet = (skin.foot for skin in self.skins if isinstance(skin, Bent))
+        return (*(skin.place for skin in self.skins), *tips, *feet)
 
     @property
     def laws(self) -> tuple[Node, ...]:

@@ -80,7 +80,8 @@ class TreeBody:
 
     The joint moves by `steps` (unit axes). `q` and `u` are the places of its coordinates and speeds among those of the
     mechanism. A ground that moves is such a body too, joined to the world by prescribed steps. A massless `is_double`,
-    which rows hold to the body that it doubles, keeps a joint's coordinates where other joints carry its child.
+    which rows hold to the body that it doubles, keeps a joint's coordinates where other joints carry its child. A
+    massless one that `is_foot` follows where a curve is touched, or guides a point.
     """
 
     name: str
@@ -93,6 +94,7 @@ class TreeBody:
     q: tuple[int, ...]
     u: tuple[int, ...]
     is_double: bool = False
+    is_foot: bool = False
 
     @cached_property
     def free_steps(self) -> tuple[FreeStep, ...]:

@@ -15,6 +15,7 @@ from typing import Final
 
 from multibody_sym.errors import ModelError, suggestion
 from multibody_sym.model.declaration.bodies import Body, Frame
+from multibody_sym.model.declaration.curves.foot import Foot
 from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.declaration.joint import Joint
 from multibody_sym.model.declaration.joints import Free, Planar
@@ -59,13 +60,16 @@ def freed_bodies(system: System, carrying: Iterable[str]) -> Freed:
     }
     touching = {name for declared, contact in system.contacts.items() for name, _ in copies(declared, contact)}
     carriers: dict[str, Joint] = {}
-    for name in (name for name in system.bodies if name != GROUND):
+    feet = {joint.child for joint in system.joints.values() if isinstance(joint, Foot)}  # which follow other bodies
+    for name in (name for name in system.bodies if name != GROUND and name not in feet):
         taken = _names({**system.joints, **carriers}) | {*system.parameters, *system.inputs, *system.joints, *touching}
         word = _word(name)
         while not taken.isdisjoint((word, *_names({word: _carrier(name, word, plane)}))):
             word += "_free"
         carriers[word] = _carrier(name, word, plane)
-    cut = {name: replace(joint, cut=True) for name, joint in system.joints.items()}
+    cut = {
+        name: joint if isinstance(joint, Foot) else replace(joint, cut=True) for name, joint in system.joints.items()
+    }
     freed = replace(system, bodies=Names(bodies), joints=Names({**carriers, **cut}))
     joints = system.joints.items()
     told = frozenset(name for name, joint in joints if has_rows(joint) and has_formula(joint, plane=plane))

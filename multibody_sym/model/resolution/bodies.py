@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from multibody_sym.errors import ModelError
+from multibody_sym.model.declaration.curves.foot import Foot
 from multibody_sym.model.declaration.steps import Rotate, Translate
 from multibody_sym.model.mechanism.mass import GROUND, IDENTITY, NO_MASS, Pose, mass_of, unit_vector
 from multibody_sym.model.mechanism.mechanism import TreeBody, double_name
@@ -26,7 +27,8 @@ def tree_bodies(references: References, carrying: Iterable[str], doubled: Iterab
         nq, nu = len(joint.coordinate_units), len(joint.speed_units)
         numbers = tuple(range(q, q + nq)), tuple(range(u, u + nu))
         ends = on_parent.pose, on_body.pose
-        made.append(TreeBody(name, on_parent.body, joint_name, steps, *ends, mass, *numbers, double))
+        foot = isinstance(joint, Foot)
+        made.append(TreeBody(name, on_parent.body, joint_name, steps, *ends, mass, *numbers, double, foot))
         q, u = q + nq, u + nu
     return (*_ground(references), *made)
 

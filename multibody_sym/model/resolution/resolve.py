@@ -23,6 +23,7 @@ from multibody_sym.model.resolution.bodies import tree_bodies
 from multibody_sym.model.resolution.cuts import has_rows
 from multibody_sym.model.resolution.driving_inputs import driving_inputs, expression_of, with_driving_inputs
 from multibody_sym.model.resolution.force_places import with_withheld
+from multibody_sym.model.resolution.guides.feet import with_feet
 from multibody_sym.model.resolution.impacts import struck_impacts
 from multibody_sym.model.resolution.loads import loads
 from multibody_sym.model.resolution.measured import measured
@@ -54,6 +55,7 @@ def mechanism(system: System) -> Mechanism:
     whatever else contradicts itself.
     """
     verify_system(system)
+    system = with_feet(system)
     relative = with_withheld(_resolved(system), system)
     if system.simulation.coordinates == "relative":
         return relative

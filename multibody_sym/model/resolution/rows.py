@@ -13,6 +13,7 @@ from multibody_sym.model.declaration.constraints import (
     Distance,
     Expression,
     Gear,
+    OnCurve,
     PointInPlane,
     PointOnLine,
     PrescribedMotion,
@@ -35,6 +36,7 @@ from multibody_sym.model.mechanism.rows import (
 from multibody_sym.model.resolution.contacts.elements import rolling_rows
 from multibody_sym.model.resolution.cuts import cut_rows, normals_of, welded_rows
 from multibody_sym.model.resolution.gear_teeth import gear_row
+from multibody_sym.model.resolution.guides.rows import foot_rows, rows_on_curve
 from multibody_sym.model.resolution.plane import rows_in_plane
 from multibody_sym.model.resolution.references import References
 from multibody_sym.model.resolution.ropes.runs import rope_rows
@@ -50,6 +52,7 @@ def declared_rows(references: References) -> list[Row]:
     for name, element in references.system.constraints.items():
         with at("constraints", name):
             made += _rows(element, name, references)
+    made += foot_rows(references)
     return rows_in_plane(made) if references.plane else made
 
 
@@ -152,6 +155,11 @@ def _(element: PointInPlane, name: str, references: References) -> list[Row]:
     with at("plane", "through"):
         frames = references.marker(element.plane.through), point
     return [PositionRow(name, frames, unit_vector(element.plane.normal))]
+
+
+@_rows.register
+def _(element: OnCurve, name: str, references: References) -> list[Row]:
+    return rows_on_curve(name, element, references)
 
 
 @_rows.register

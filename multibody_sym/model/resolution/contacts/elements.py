@@ -15,6 +15,7 @@ from multibody_sym.model.declaration.steps import is_upright
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.contact_rows import (
+    Bent,
     ContactDirection,
     ContactRow,
     Edge,
@@ -32,6 +33,7 @@ from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.start_constants import TangentAngle
 from multibody_sym.model.resolution.contacts.samples import sample_value
 from multibody_sym.model.resolution.contacts.skins import Solid, solid_of
+from multibody_sym.model.resolution.guides.rows import footed
 from multibody_sym.model.resolution.plane import in_plane, moves_in_plane
 from multibody_sym.model.resolution.references import References
 from multibody_sym.model.resolution.spanning_tree import body_part
@@ -84,7 +86,7 @@ def contacts(references: References) -> tuple[OneWay, ...]:
     for name, element in system.constraints.items():
         if isinstance(element, Rolling) and element.contact is not None:
             with at("constraints", name):
-                _rolling_skins(element, references, flat)
+                _rolling_skins(name, element, references, flat)
                 found += _elements(name, ("constraints", name), element.contact, references, flat)
     return tuple(found)
 
@@ -103,17 +105,17 @@ def _together(declared: str, copies: Sequence[tuple[OneWay, ...]], taken: set[st
 def rolling_rows(name: str, element: Rolling, references: References) -> Iterator[ContactRow]:
     """Yield the rows of a ball or disc that rolls: along the normal, and along both tangents."""
     flat = references.plane or in_plane(references.system)
-    skins = _rolling_skins(element, references, flat)
+    skins = _rolling_skins(name, element, references, flat)
     across = _usual_across(name, skins, references, flat)
     for row, along in zip(row_names(name, element), _ROLLING, strict=True):
         yield ContactRow(row, skins, along, across, flat)
 
 
-def _rolling_skins(element: Rolling, references: References, flat: bool) -> tuple[Skin, Skin]:
+def _rolling_skins(name: str, element: Rolling, references: References, flat: bool) -> tuple[Skin, Skin]:
     """Return the skins of what rolls, and of what it rolls on. Raises ModelError for what does not roll there."""
     with at("body"):
         wheels = [skin for _, skin in solid_of(element.body, references, flat=flat).skins]
-        if len(wheels) != 1 or not (is_curved(wheels[0]) or isinstance(wheels[0], Rim)):
+        if len(wheels) != 1 or not (is_curved(wheels[0]) or isinstance(wheels[0], (Rim, Bent))):
             what = "a plane" if isinstance(wheels[0], Flat) else "neither a ball nor a disc"
             raise ModelError(f"{element.body} is {what}; a ball or a disc rolls")
     with at("on"):
@@ -122,7 +124,7 @@ def _rolling_skins(element: Rolling, references: References, flat: bool) -> tupl
             raise ModelError(f"{element.on} is neither a plane nor round; name a surface to roll on")
         if not _may_touch(wheels[0], under):
             raise _cannot_touch(wheels[0], under, f"{element.body} and {element.on}")
-    return wheels[0], under
+    return footed(name, (wheels[0], under), references)
 
 
 def copies(name: str, contact: Contact) -> Iterator[tuple[str, tuple[str, ...]]]:
@@ -150,8 +152,10 @@ def _elements(
                 solids.append(solid_of(reference, references, flat=flat))
                 _verify_crossed(reference, solids[-1], references.system)
         meeting = list(_meetings(solids[0], solids[1], contact.between))
+        _verify_one(meeting)
     _verify_fields(contact, [skins for _, skins, _ in meeting])
     for words, skins, inner in meeting:
+        skins = footed(name, skins, references)
         part = name if len(meeting) == 1 else ".".join((name, *(list(filter(None, words)) or [_ALONE])))
         across = _across(name, contact, skins, references, flat)
         both = _Meeting(part, ContactRow(part, skins, "normal", across, flat, inner), flat)
@@ -166,6 +170,13 @@ def _elements(
             group=name,
             open=contact.open,
         )
+
+
+def _verify_one(meeting: Sequence[tuple[tuple[str, str], tuple[Skin, Skin], Marker | None]]) -> None:
+    """Raise ModelError for several parts that may touch one curve, which has one foot for each contact."""
+    if len(meeting) > 1 and any(isinstance(skin, Bent) for _, skins, _ in meeting for skin in skins):
+        names = ", ".join(filter(None, (word for words, _, _ in meeting for word in words)))
+        raise ModelError(f"one part touches a curve in a contact, and here are {names}; give each a contact of its own")
 
 
 def _meetings(
@@ -312,6 +323,10 @@ def _may_touch(a: Skin, b: Skin) -> bool:
     if isinstance(a, Edge) or isinstance(b, Edge):
         other = b if isinstance(a, Edge) else a
         return isinstance(other, Edge) or (is_curved(other) and not any(hollow))
+    if isinstance(a, Bent) or isinstance(b, Bent):
+        other = a if isinstance(b, Bent) else b
+        endless = isinstance(other, Flat) and other.ends is None
+        return endless or (isinstance(other, (Round, Bent)) and not any(hollow))
     if any(flats):
         return not all(flats) and not any(hollow)
     if isinstance(a, Rim) or isinstance(b, Rim):
@@ -335,6 +350,11 @@ def _cannot_touch(a: Skin, b: Skin, both: str) -> ModelError:
         return ModelError(
             f"{both}: in space the side of a bar and an edge touch other bars, edges and balls; name one of these, "
             "or give the other one {sphere: r}"
+        )
+    if isinstance(a, Bent) or isinstance(b, Bent):
+        return ModelError(
+            f"{both}: a curve is touched by points, discs and outlines of bodies, and by planes that do not end; name "
+            "one of these"
         )
     if isinstance(a, Rim) or isinstance(b, Rim):
         return ModelError(f"{both}: in space the rim of a disc touches planes only; name a plane, or give it a sphere")

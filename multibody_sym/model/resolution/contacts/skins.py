@@ -16,8 +16,8 @@ from multibody_sym.model.declaration.bodies import Body, Shape
 from multibody_sym.model.declaration.steps import is_upright
 from multibody_sym.model.declaration.surfaces import FROM_AXIS, Surface
 from multibody_sym.model.declaration.values import Point
-from multibody_sym.model.mechanism.contact_rows import LOCAL, Edge, Face, Flat, Level, Rim, Round, Skin
-from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.contact_rows import LOCAL, Bent, Edge, Face, Flat, Level, Rim, Round, Skin
+from multibody_sym.model.mechanism.markers import NOWHERE, Marker
 from multibody_sym.model.mechanism.mass import GROUND, ORIGIN, OWN_POINTS, Pose, unit_vector
 from multibody_sym.model.resolution.references import BARE, References
 from multibody_sym.model.resolution.spanning_tree import body_part
@@ -104,6 +104,10 @@ def _of_surface(place: _Place, surface: Surface) -> Solid:
     if surface.point is not None:
         return Solid((("", Round(place.at(surface.point))),))
     centre = place.at(surface.centre)
+    if surface.guide is not None:
+        _verify_flat(place, "is a curve", "it is touched where all moves in the xy-plane; on_curve guides points")
+        closed = surface.outline is not None
+        return Solid((("", Bent(centre, NOWHERE, surface.touched_on_left, closed)),))
     if surface.revolution is not None:
         return Solid((("", _level(centre, surface.revolution, unit_vector(surface.axis), flat=place.flat)),))
     if surface.sphere is not None or place.flat:
@@ -155,9 +159,9 @@ def _bar(place: _Place, p: Point, q: Point, normal: Point) -> Solid:
     return Solid((*skins, *place.points((p, q), "end")))
 
 
-def _verify_flat(place: _Place) -> None:
+def _verify_flat(place: _Place, what: str = "ends at two places", advice: str = "in space planes have no ends") -> None:
     if not place.flat:
-        raise ModelError(f"{place.name} ends at two places, and this model is not plane; in space planes have no ends")
+        raise ModelError(f"{place.name} {what}, and this model is not plane; {advice}")
 
 
 def _of_shape(place: _Place, shape: Shape) -> Solid:

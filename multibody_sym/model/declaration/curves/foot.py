@@ -1,0 +1,24 @@
+"""What follows the place where a curve is touched: made of declarations, never declared itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from multibody_sym.model.declaration.fields import ListOf, holds
+from multibody_sym.model.declaration.joints import CurveJoint
+from multibody_sym.model.declaration.values import Count, Text
+
+
+@dataclass(frozen=True, kw_only=True)
+class Foot(CurveJoint):
+    """The joint of a massless frame whose x is the tangent of a curve where that is nearest to something else.
+
+    It belongs to the contact or constraint `owner`, and follows the curve that the end number `end` of its two ends
+    `between` names.
+    """
+
+    kind: ClassVar[str] = "foot"
+    owner: str = holds(Text())
+    between: tuple[str, ...] = holds(ListOf(Text(), 2, 2))
+    end: int = holds(Count(0))
