@@ -16,12 +16,13 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
 from multibody_sym.dynamics.routes import FORMALISMS
 from multibody_sym.model.declaration.bodies import GroundMotion
-from multibody_sym.model.declaration.constraints import CONSTRAINTS
+from multibody_sym.model.declaration.constraints import CONSTRAINTS, OnCurve
 from multibody_sym.model.declaration.forces import FORCES, Friction
 from multibody_sym.model.declaration.joints import JOINTS
 from multibody_sym.model.declaration.tables import Table
 
-DECLARED = [cls for table in (JOINTS, FORCES, CONSTRAINTS) for cls in table.table.values() if cls is not Friction]
+APART = (Friction, OnCurve)
+DECLARED = [cls for table in (JOINTS, FORCES, CONSTRAINTS) for cls in table.table.values() if cls not in APART]
 MOST_SPEEDS = 4
 """Up to which the routes that derive closed forms take part here."""
 
