@@ -154,3 +154,10 @@ def test_a_rod_whose_end_is_guided_along_a_curve_keeps_energy_in_both_coordinate
     assert run["n"] == pytest.approx((normal * force).sum(0) / np.hypot(*normal), rel=1e-9)
     absolute = mbs.simulate(system, t_end=1.0, samples=11, coordinates="absolute", rtol=1e-12, backend="python")
     assert absolute["guide_s"] == pytest.approx(run["guide_s"], abs=1e-9)
+
+
+def test_the_ellipse_rests_upright_and_flat_on_the_floor_never_under_it() -> None:
+    found = mbs.equilibrium(from_file("rolling_ellipse"))
+    heights = {round(place["y"], 9) for place in found.positions}
+    assert heights == {0.3, 0.5}
+    assert not any(stable for place, stable in zip(found.positions, found.stable, strict=True) if place["y"] > 0.4)

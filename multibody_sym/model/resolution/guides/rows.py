@@ -16,7 +16,8 @@ from multibody_sym.model.mechanism.rows import AngleRow, PositionRow, Row
 from multibody_sym.model.resolution.contacts.skins import solid_of
 from multibody_sym.model.resolution.plane import in_plane
 from multibody_sym.model.resolution.references import References
-from multibody_sym.scalars.node import ONE, ZERO
+from multibody_sym.scalars.node import ONE, ZERO, negate
+from multibody_sym.scalars.vectors import negate as opposite
 
 _X: Final[Point] = (ONE, ZERO, ZERO)
 _Y: Final[Point] = (ZERO, ONE, ZERO)
@@ -58,15 +59,27 @@ def _rows(owner: str, skins: tuple[Skin, Skin], references: References) -> Itera
     names = list(feet_of(owner, references))
     bent = [skin for skin in skins if isinstance(skin, Bent)]
     if len(bent) == 2:
-        first, second = (skin.foot for skin in bent)
-        yield AngleRow(f"{names[0]}.t", (first, second), (_Y, _X))
-        yield PositionRow(f"{names[1]}.t", (second, first), _X)
+        first, second = bent
+        facing = _turned(first.foot, _Y if first.left != second.left else opposite(_Y))
+        yield AngleRow(f"{names[0]}.t", (facing, second.foot), (_Y, _X), shared=_Y)
+        yield PositionRow(f"{names[1]}.t", (second.foot, first.foot), _X)
         return
     other = next(skin for skin in skins if not isinstance(skin, Bent))
     if isinstance(other, Flat):
-        yield AngleRow(f"{names[0]}.t", (other.place, bent[0].foot), (other.normal, _X))
+        facing = _turned(other.place, opposite(other.normal) if bent[0].left else other.normal)
+        yield AngleRow(f"{names[0]}.t", (facing, bent[0].foot), (_Y, _X), shared=_Y)
     else:
         yield PositionRow(f"{names[0]}.t", (bent[0].foot, other.place), _X)
+
+
+def _turned(marker: Marker, normal: Point) -> Marker:
+    """Return a frame at a marker of which y is a unit vector of the marker's axes, in the plane.
+
+    What faces a curve does so from one side: of two places where the tangent is along it, the one where y is y.
+    """
+    x, y, _ = normal
+    rotation = ((y, x, ZERO), (negate(x), y, ZERO), _Z)
+    return replace(marker, pose=replace(marker.pose, rotation=rotation))
 
 
 def rows_on_curve(name: str, element: OnCurve, references: References) -> list[Row]:
