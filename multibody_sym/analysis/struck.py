@@ -247,7 +247,10 @@ def outcome(posed: PosedImpact) -> Struck:
         )
     from multibody_sym.dynamics.impacts.strike import strike  # brings scipy
 
-    return strike(posed.problem)
+    try:
+        return strike(posed.problem)
+    except NoSolutionError as error:
+        raise NoSolutionError(error.message, where=Where(path=("impact",))) from None
 
 
 @dataclass(frozen=True)

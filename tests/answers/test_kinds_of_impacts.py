@@ -121,6 +121,9 @@ impact: {impulse: [I, 0, 0], at: beam.middle}
         ("{first: {motion: drive, speed: 1}, second: {motion: again, speed: 2}}", "contradict each other"),
         ("{first: {contacts: c1}, second: {contacts: c2}, law: stronge, sequence: simultaneous}", "one_by_one"),
         ("{contacts: [far]}", "far is open by 1"),
+        ("{first: {motion: drive, speed: 1}, second: {motion: third, speed: 2}}", "^impact: no impulses .* contradict"),
+        ("{contacts: [c1], tangential_restitution: 1}", "c1 is smooth"),
+        ("{between: [cart, box], normal: x, tangential_restitution: 1}", "smooth stores nothing"),
     ],
 )
 def test_what_cannot_be_is_told_with_a_cure(impact: str, message: str) -> None:
@@ -132,7 +135,8 @@ bodies:
 joints:
   P: {{type: planar, parent: ground, child: box, initial: {{u: [0, -1, 0]}}}}
   Q: {{type: prismatic, parent: ground, child: cart, axis: x, q: x}}
-constraints: {{drive: {{type: motion, joint: Q, value: 0*t}}, again: {{type: motion, joint: Q, value: 0*t}}}}
+constraints: {{drive: {{type: motion, joint: Q, value: 0*t}}, again: {{type: motion, joint: Q, value: 0*t}},
+  third: {{type: motion, joint: Q, value: 0*t}}}}
 contacts:
   c1: {{between: [box.a, ground.floor], restitution: 0.5}}
   c2: {{between: [box.b, ground.floor], restitution: 0.5}}
@@ -154,3 +158,26 @@ impact: {sequence: simultaneous}
     assert text(told.impulses["c"]["normal"].expression) == "3*m*v/2"
     assert told.impulses["c"]["friction"].value == pytest.approx(-0.6)
     assert told.after["u_P_theta"].value == pytest.approx(0, abs=1e-14)
+
+
+NAMED = """
+parameters: {m: {value: 2, positive: true}, v: {value: 2, positive: true}, l: {value: 1, positive: true}}
+bodies:
+  ball: {mass: m}
+  rod: {mass: m, inertia: {Izz: m*l^2/12}, points: {tip: [l/2, 0, 0], end: ["-l/2", 0, 0]},
+    surfaces: {top: {segment: ENDS, normal: y}}}
+joints:
+  A: {type: point, parent: ground, child: ball, axes: xy, initial: {q: [l/4, 0], u: [0, -v]}}
+  B: {type: planar, parent: ground, child: rod}
+contacts: {c: {between: [ball, rod.top]}}
+impact: closing
+"""
+
+
+def test_a_segment_leads_from_point_to_point_of_its_body_by_name() -> None:
+    told, same = (found(NAMED.replace("ENDS", x)) for x in ("[end, tip]", '[["-l/2", 0, 0], [l/2, 0, 0]]'))
+    assert text(told.impulses["c"]["normal"].expression) == text(same.impulses["c"]["normal"].expression) == "4*m*v/11"
+    system = mbs.loads(HEAD + NAMED.replace("ENDS", "[end, tip]"))
+    assert mbs.loads(mbs.dumps(system)) == system
+    with pytest.raises(mbs.ModelError, match=r"surfaces\.top\.segment\.1: the body has no point 'tup'; did you mean"):
+        found(NAMED.replace("ENDS", "[end, tup]"))

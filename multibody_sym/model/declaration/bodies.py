@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Final, cast
 
-from multibody_sym.errors import ModelError, at
+from multibody_sym.errors import ModelError, at, suggestion
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.fields import (
     Element,
@@ -220,6 +220,16 @@ class Body(Element):
         for name in self.points:
             if name in self.frames:
                 raise ModelError(f"{name!r} is both a point and a frame")
+        for name, surface in self.surfaces.items():
+            for kind in ("segment", "between"):
+                for k, end in enumerate(getattr(surface, kind) or ()):
+                    if isinstance(end, str) and end not in self.points:
+                        with at("surfaces", name, kind, k):
+                            raise ModelError(f"the body has no point {end!r}{suggestion(end, self.points)}")
+
+    def ends(self, places: tuple[Point | str, ...]) -> tuple[Point, ...]:
+        """Return the ends of a surface in body axes."""
+        return tuple(self.points[place] if isinstance(place, str) else place for place in places)
 
     @property
     def varying(self) -> VariableMass | None:

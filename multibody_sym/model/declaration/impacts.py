@@ -72,6 +72,11 @@ class Impact(Element):
                 raise ModelError(f"{place} is missing: where the {kind} is, or how much of it")
         for name in ("restitution", "tangential_restitution"):
             verify_restitution(name, getattr(self, name))
+        smooth = self.static is None and self.kinetic is None
+        if self.between is not None and smooth and self.tangential_restitution is not None:
+            raise ModelError(
+                "what is smooth stores nothing to give back; give static or kinetic, or leave it out"
+            ).under("tangential_restitution")
         for name in ("static", "kinetic"):
             value = getattr(self, name)
             if isinstance(value, Node) and value.shadow is not None and value.shadow < 0:

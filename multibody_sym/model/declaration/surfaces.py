@@ -37,6 +37,19 @@ def _exchanged(node: Node, old: Node, new: Node) -> Node:
     return found
 
 
+@dataclass(frozen=True)
+class EndField(Vector):
+    """A place in body axes, or the name of a point of the body."""
+
+    def accept(self, value: Any) -> Any:
+        if isinstance(value, str) and value.isidentifier():
+            return value
+        return super().accept(value)
+
+    def tree(self, value: Any) -> Any:
+        return value if isinstance(value, str) else super().tree(value)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Surface(Element):
     """A surface of a body, in body axes: a ball, the sharp rim of a disc about `axis`, a plane, a segment, a point.
@@ -45,9 +58,10 @@ class Surface(Element):
     at the distance s from it; points lie on it. In a plane model s is the way along x if the axis is y, of any sign.
     Balls and discs have their centre at `centre`; what touches them `inside` is in a bowl or a drum. A plane goes
     through a place and has a `normal`, which points away from the body; in a plane model it may end at the two places
-    `between`. A segment, a thin bar, leads from place to place. In a plane model it is touched on both sides if its
-    `normal` is z, else where that points; in space the first of two bars that cross lies where the normal of the second
-    points, or the second against that of the first if the second's is z.
+    `between`. A segment, a thin bar, leads from place to place. Such ends are places or points of the body by name. In
+    a plane model it is touched on both sides if its `normal` is z, else where that points; in space the first of two
+    bars that cross lies where the normal of the second points, or the second against that of the first if the second's
+    is z.
 
     A `curve`, in a plane model, is touched by points, discs and outlines on one `side` of its way: left, which is above
     `{y: f(x)}`, or right. An `outline` is that of the body, such as an ellipse, once around counter-clockwise as its
@@ -60,8 +74,8 @@ class Surface(Element):
     centre: Point = holds(Vector("m"), (0, 0, 0))
     plane: Point | None = holds(Vector("m"), None)
     normal: Point = holds(Direction(), "z")
-    between: tuple[Point, ...] | None = holds(ListOf(Vector("m"), 2, 2), None)
-    segment: tuple[Point, ...] | None = holds(ListOf(Vector("m"), 2, 2), None)
+    between: tuple[Point | str, ...] | None = holds(ListOf(EndField("m"), 2, 2), None)
+    segment: tuple[Point | str, ...] | None = holds(ListOf(EndField("m"), 2, 2), None)
     point: Point | None = holds(Vector("m"), None)
     inside: bool = holds(Flag(), False)
     revolution: Node | None = holds(ProfileField(), None)

@@ -149,6 +149,9 @@ class _Resolved:
             if impact.restitution is not None:
                 self.restitutions[name] = impact.restitution
             if impact.tangential_restitution is not None:
+                if not any(x.frictions for x in unilateral if name in (x.name, x.group)):
+                    with at("tangential_restitution"):
+                        raise ModelError(f"{name} is smooth and stores nothing to give back; give it static or kinetic")
                 self.tangential[name] = impact.tangential_restitution
 
     def _add_begun(self, names: tuple[str, ...]) -> None:

@@ -88,7 +88,7 @@ def _vectors(body: Body) -> Iterator[Point]:
         yield surface.centre
         if surface.plane is not None:
             yield from (surface.plane, surface.normal)
-        yield from (*(surface.between or ()), *(surface.segment or ()))
+        yield from body.ends((*(surface.between or ()), *(surface.segment or ())))
         if surface.point is not None:
             yield surface.point
         if surface.revolution is not None:

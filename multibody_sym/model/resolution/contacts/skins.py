@@ -70,7 +70,7 @@ def solid_of(reference: str, references: References, *, flat: bool) -> Solid:
     body = references.system.bodies.get(name, BARE)
     place = _Place(reference, references.numbers[name], flat)
     if part in body.surfaces:
-        return _of_surface(place, body.surfaces[part])
+        return _of_surface(place, body.surfaces[part], body)
     if part and part not in (*body.points, *body.frames):
         parts = dict(_parts(place, body.shape)) if body.shape is not None else {}
         if part in parts:
@@ -95,11 +95,12 @@ def _only_surface(name: str, body: Body, references: References, *, flat: bool) 
     return solid_of(f"{name}.{solid[0]}", references, flat=flat) if solid else _point(name, references)
 
 
-def _of_surface(place: _Place, surface: Surface) -> Solid:
+def _of_surface(place: _Place, surface: Surface, body: Body) -> Solid:
     if surface.plane is not None:
-        return _plane(place, surface.plane, unit_vector(surface.normal), surface.between)
+        between = None if surface.between is None else body.ends(surface.between)
+        return _plane(place, surface.plane, unit_vector(surface.normal), between)
     if surface.segment is not None:
-        p, q = surface.segment
+        p, q = body.ends(surface.segment)
         return _bar(place, p, q, unit_vector(surface.normal))
     if surface.point is not None:
         return Solid((("", Round(place.at(surface.point))),))
