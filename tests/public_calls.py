@@ -70,7 +70,7 @@ _ENDS = {"between": ["a", "b"]}
 _ELEMENTS: dict[str, dict[str, Any]] = {
     "Ask": {
         "value": None, "of": None, "after": 0, "when": None, "at": None, "along": None, "max": 1, "min": None,
-        "until": 2, "find": None, "so": None, "between": None, "formula": None,
+        "until": 2, "find": None, "so": None, "between": None, "formula": None, "period_of": None,
     },
     "Baumgarte": {"alpha": 1, "beta": 1},
     "Body": {
@@ -200,7 +200,7 @@ def _doors(system: mbs.System) -> list[Call]:
         Call("conserved_quantities", mbs.conserved_quantities, {**whole, **changes}, slow=True),
         Call("check", mbs.check, {**whole, **changes}, slow=True),
         Call("solve", mbs.solve, {**whole, **changes}, slow=True),
-        Call("modes", mbs.modes, {**whole, "at": {"theta": 0}, **changes}, slow=True),
+        Call("modes", mbs.modes, {**whole, "at": {"theta": 0}, "period": None, **changes}, slow=True),
         Call("linearize", mbs.linearize, {**whole, "at": {"theta": 0}, **changes}, slow=True),
         Call("period_multipliers", mbs.period_multipliers, {**period, "at": "equilibrium", **changes}, slow=True),
         Call("equilibrium", mbs.equilibrium, {**whole, **changes}, slow=True),

@@ -41,6 +41,7 @@ def test_a_value_is_found_for_which_a_period_is_wanted() -> None:
     assert text(answers["l2"].expression) == "g/pi^2"
 
 
+@pytest.mark.long
 def test_where_there_is_no_formula_a_value_is_found_by_numbers() -> None:
     chain = "four_equal_masses_five_springs"
     model = BY_NAME[chain].replace("  b: {mass: m}\n", "  b: {mass: 3*m}\n")

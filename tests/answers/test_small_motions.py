@@ -243,3 +243,18 @@ def test_the_record_shows_pickles_and_prints() -> None:
     data = modes.as_json()
     assert data["frequencies"][0]["expression"] == "sqrt(g*(2 - sqrt(2))/l)"
     assert data["M"][0][1] == {"value": 1.0, "expression": "2*m*l^2", "unit": ""}
+
+
+def test_a_stable_equilibrium_is_looked_for_where_the_nearest_is_not() -> None:
+    system = mbs.loads(BY_NAME["bead_on_a_turning_hoop"].text)
+    modes = mbs.modes(system, initial={"theta": 0.01})
+    assert modes.stable is True
+    assert text(modes.at["theta"].expression) == "acos(g/(R*W^2))"
+    assert mbs.modes(system, initial={"theta": 0.01}, at="equilibrium").stable is False
+
+
+def test_a_motion_that_passes_a_rest_is_told_about_that() -> None:
+    modes = mbs.modes(mbs.loads(BY_NAME["simple_pendulum"].text), initial={"u_theta": 1.0})
+    assert modes.about == "equilibrium"
+    assert text(modes.frequencies[0].expression) == "sqrt(g/l)"
+    assert any("speeds are left out" in note for note in modes.notes)

@@ -118,6 +118,8 @@ class _Motion:
             return self._extreme(name, question)
         if question.formula is not None:
             return self._formula(name, question.formula)
+        if question.period_of is not None:
+            return replace(self._later(name, question), unit="s")
         return replace(self._course(name, question), unit=_unit(question))
 
     # --- expressions ----------------------------------------------------------------------------------------------
@@ -241,6 +243,8 @@ class _Motion:
         numbers = InNumbers(self.simulated)
         try:
             found = numbers.answer(question)
+            if question.period_of is not None:
+                return found
             time = found.t if found.t is not None else numbers.time(question)
         except NeverError as reason:
             self.remarks.append(f"{name}: {reason}")

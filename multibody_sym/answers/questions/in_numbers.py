@@ -9,6 +9,7 @@ import numpy as np
 
 from multibody_sym.answers.questions.extremes import extreme
 from multibody_sym.answers.questions.simulated_motion import Simulated
+from multibody_sym.answers.small_motions.amplitude import NoPeriodError, period_of
 from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.values import Value
@@ -37,7 +38,16 @@ class InNumbers:
             if found is None:
                 raise NeverError("the motion ends before the time after which it is asked")
             return Value(found.value, t=found.t)
+        if question.period_of is not None:
+            return Value(self._period(question.period_of))
         return Value(self._course(question))
+
+    def _period(self, coordinate: str) -> float:
+        try:
+            with at("period_of"):
+                return period_of(self.motion.system, coordinate)
+        except NoPeriodError as reason:
+            raise NeverError(str(reason)) from None
 
     def time(self, question: Ask) -> float:
         """Return the time that a question names. Raises NeverError where its moment does not come."""

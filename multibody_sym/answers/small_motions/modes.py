@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from multibody_sym.analysis.linearization import At
+from multibody_sym.answers.small_motions.amplitude import NoPeriodError, period_of
 from multibody_sym.answers.small_motions.record import Modes
 from multibody_sym.answers.small_motions.small_motion import SmallMotion
 from multibody_sym.dynamics.start.examined import numbers_of
+from multibody_sym.errors import at as under
+from multibody_sym.expressions.values import Value
+from multibody_sym.model.declaration.doors import text
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.changes import Changes
 
@@ -17,6 +22,7 @@ def modes(
     system: System,
     *,
     at: At = None,
+    period: str | None = None,
     parameters: Mapping[str, Any] | None = None,
     initial: Mapping[str, Any] | None = None,
     inputs: Mapping[str, Any] | None = None,
@@ -28,12 +34,25 @@ def modes(
 
         M x'' + C x' + K x = 0        det(K - omega^2 M) = 0
 
-    The start if it is an equilibrium or a steady motion, else the one found beside it (`Modes.found`); `at` another
-    state, as for `linearize`. In a steady motion the momenta of cyclic coordinates are held (Routh). Frequencies are
-    ordered by size at the declared parameters. With dampers and more freedoms than one, frequencies are those without
-    them. `parameters` .. `project`: what the call changes of the system (`Changes`); `formalism` for the numbers.
+    The start if it is an equilibrium or a steady motion, else the one found beside it (`Modes.found`), a stable one
+    if there is any; `at` another state, as for `linearize`. In a steady motion the momenta of cyclic coordinates are
+    held (Routh). Frequencies are ordered by size at the declared parameters. With dampers and more freedoms than one,
+    frequencies are those without them. `period`: a coordinate whose period in the motion from the start is told too
+    (`Modes.period`), whatever its amplitude: a number, from runs. `parameters` .. `project`: what the call changes of
+    the system (`Changes`); `formalism` for the numbers.
     Raises InputError, and NoSolutionError where there is no such state or nothing is free to move.
     """
     asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
     with numbers_of(asked):
-        return SmallMotion.of(asked, formalism, at).told()
+        found = SmallMotion.of(asked, formalism, at).told()
+        if period is None:
+            return found
+        with under("period"):
+            return _with_period(found, asked, text("period", period))
+
+
+def _with_period(found: Modes, asked: System, coordinate: str) -> Modes:
+    try:
+        return replace(found, period=Value(period_of(asked, coordinate), None, "s"))
+    except NoPeriodError as reason:
+        return replace(found, period=Value(None, None, "s"), notes=(*found.notes, f"no period is told: {reason}"))

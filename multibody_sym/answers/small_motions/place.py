@@ -6,13 +6,16 @@ the motion from the start, which swings about it, would come to rest but for the
 
 from __future__ import annotations
 
+import time
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import islice, takewhile
 from typing import Any, Final, Literal
 
 import numpy as np
 
 from multibody_sym.analysis.deviations import Flow
+from multibody_sym.analysis.equilibrium import guesses, search_from
 from multibody_sym.analysis.linearization import At, Linearization, flow_at, settled
 from multibody_sym.analysis.places_asked import REST, told_of
 from multibody_sym.analysis.steadiness import displaced
@@ -31,6 +34,9 @@ _LEFT: Final = 1e-10
 _CONVERGED: Final = 1e-14
 _STEPS: Final = 60
 _LARGEST_STEP: Final = 0.2
+_GUESSES: Final = 24
+_SECONDS: Final = 3.0
+"""CPU time after which no other guess for a stable equilibrium is begun."""
 _SINGULAR: Final = 1e-12
 
 
@@ -56,22 +62,42 @@ class Place:
 def place_of(system: System, formalism: str | None, at: At = None) -> Place:
     """Return the declared state if speeds keep their values there, else the equilibrium or steady motion beside it.
 
-    Raises InputError, and NoSolutionError where there is none, or with `at` where that state is none.
+    An equilibrium that is found is a stable one if a few guesses find any. Raises InputError, and NoSolutionError where
+    there is none, or with `at` where that state is none.
     """
     flow, begin = flow_at(system, formalism, at)
     if balanced(flow, begin):
-        return _settled_at(flow, begin, at)
+        with suppress(*((NoSolutionError,) if at is None and any(begin.u) else ())):  # it may pass a rest on its way
+            return _settled_at(flow, begin, at)
     if at is not None:
-        found = "the state is no equilibrium and no steady motion: speeds change in it"
-        raise NoSolutionError(f"{found}; name others, or write {REST}", where=Where(path=("at",)))
+        why = "the state is no equilibrium and no steady motion: speeds change in it"
+        raise NoSolutionError(f"{why}; name others, or write {REST}", where=Where(path=("at",)))
     if any(begin.u):
         with suppress(NoSolutionError, np.linalg.LinAlgError, *UNDEFINED):
             steady = _Steady(flow, begin).found()
             if steady is not None:
                 return _settled_at(flow, steady, None, found=True)
     moves = any(begin.u)
-    flow, begin = flow_at(system, formalism, REST)
-    return _settled_at(flow, begin, None, found=True, stopped=moves)
+    first = flow_at(system, formalism, REST)
+    found = _settled_at(*first, None, found=True, stopped=moves)
+    if max(found.linear.eigenvalues.real, default=0.0) > 0.0:
+        names = _stable_beside(flow, begin, formalism)
+        if names is not None:
+            return _settled_at(*flow_at(system, formalism, names), None, found=True, stopped=moves)
+    return found
+
+
+def _stable_beside(flow: Flow, begin: Start, formalism: str | None) -> dict[str, float] | None:
+    """Return the coordinates of the stable equilibrium nearest to a start, as far as a few guesses find one."""
+    until, search = time.process_time() + _SECONDS, search_from(flow.mechanism, begin, formalism)
+    around = islice(guesses(search.places, search.places.start), _GUESSES)
+    reached = (search.reached(guess) for guess in takewhile(lambda _: time.process_time() < until, around))
+    found = [q for q in reached if q is not None and search.stable(q)]
+    if not found:
+        return None
+    nearest = min(found, key=lambda q: float(np.linalg.norm(q - np.array(begin.q))))
+    rest = {speed.name: 0.0 for speed in flow.mechanism.speeds}
+    return dict(zip((c.name for c in flow.mechanism.coordinates), nearest.tolist(), strict=True)) | rest
 
 
 def _settled_at(flow: Flow, begin: Start, at: Any, *, found: bool = False, stopped: bool = False) -> Place:

@@ -40,10 +40,8 @@ from multibody_sym.numerics.arrays import Floats
 _REST: Final = 1e-12
 """The part of the largest omega^2 up to which one is zero."""
 _WORK_OF_CONDITIONS: Final = 50_000
-_STOPPED: Final = (
-    "the start moves, but no steady motion was found beside it: its speeds are left out. Steady motions are told in "
-    "angles: declare `angles: zxz` or the like where a joint has a quaternion"
-)
+_STOPPED: Final = "the start moves, but no steady motion was found beside it: its speeds are left out"
+_IN_ANGLES: Final = "; those of attitudes are found in angles: declare `angles: zxz` or the like"
 _DAMPED: Final = "dampers act: frequencies and shapes are those without them, and eigenvalues those with them"
 
 
@@ -233,7 +231,8 @@ class SmallMotion:
         if self.matrices is not None and not self.matrices.balanced:
             notes.append("nothing is accelerated here for the declared parameters; formulas hold where that is so")
         if self.place.stopped:
-            notes.append(_STOPPED)
+            turning = any(body.quaternions for body in self.mechanism.bodies)
+            notes.append(_STOPPED + (_IN_ANGLES if turning else ""))
         return [*notes, *(f"numbers only, where no formula is given: {reason}" for reason in self.reasons)]
 
 

@@ -19,6 +19,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_units(parser)
     place = "where: equilibrium, the position of rest found first, or NAME=VALUE; default: the start, or beside it"
     parser.add_argument("--at", metavar="WHERE", action="append", help=place)
+    swings = "a coordinate whose period in the motion from the start is told too, whatever its amplitude"
+    parser.add_argument("--period", metavar="NAME", help=swings)
 
 
 def run(options: argparse.Namespace) -> Answer:
@@ -29,5 +31,5 @@ def run(options: argparse.Namespace) -> Answer:
 
     units = asked_units(options)
     with model(options) as system:
-        found = modes(system, at=options.at, **shared(options))
+        found = modes(system, at=options.at, period=options.period, **shared(options))
     return Answer(found.as_json(), modes_document(found) if options.format == "latex" else modes_text(found, units))

@@ -19,8 +19,8 @@ from multibody_sym.scalars.node import Node, symbol
 _FORMS: Final = (
     "an expression, {of: body, after: time}, {coordinate: value}, {of: body, at: {coordinate: value}}, "
     "{max: expression}, {min: expression}, {value: expression, when: {coordinate: value}}, "
-    "{find: parameter, so: equation} or {formula: coordinate}; c sticks (a state) and conditions "
-    "may stand for {coordinate: value}"
+    "{find: parameter, so: equation}, {formula: coordinate} or {period_of: coordinate}; c sticks (a state) and "
+    "conditions may stand for {coordinate: value}"
 )
 _SETS: Final = (
     ("value",),
@@ -33,6 +33,7 @@ _SETS: Final = (
     ("min",),
     ("find", "so"),
     ("formula",),
+    ("period_of",),
 )
 _BESIDE: Final[Mapping[str, tuple[str, ...]]] = {
     "along": ("of",),
@@ -138,7 +139,8 @@ class Ask(Element):
     its velocity `along` a direction. `max`, `min`: the largest or least value of an expression over the motion, `after`
     a time and `until` another or a moment. `find`: the value of a parameter, coordinate or speed at the start for which
     the equation `so` holds, `between` two values if that is known. `formula`: a coordinate as a function of time.
-    Expressions name other answers too.
+    `period_of`: the period of a coordinate in the motion from the start, whatever its amplitude. Expressions name other
+    answers too.
     """
 
     value: Node | None = holds(Scalar(), None)
@@ -154,6 +156,7 @@ class Ask(Element):
     so: Equation | None = holds(EquationField(), None)
     between: tuple[Node, ...] | None = holds(ListOf(Scalar(), 2, 2), None)
     formula: str | None = holds(Text(), None)
+    period_of: str | None = holds(Text(), None)
 
     def verify(self) -> None:
         given = {name for name in fields_of(Ask) if getattr(self, name) is not None}

@@ -1,0 +1,169 @@
+"""The period of a motion of any amplitude, from a run: the time between turns of a coordinate, or of one turn around.
+
+A coordinate that swings turns where its speed vanishes; its period is the time from one turn to the next but one. One
+that goes around has advanced by 2 pi. Runs end at the times that were found, which are corrected by Newton's method.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.errors import ModelError, suggestion
+from multibody_sym.model.declaration.fields import Names
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.simulation.simulate import simulate
+from multibody_sym.simulation.trajectory import Trajectory
+
+_SAMPLES: Final = 2001
+_EXACTLY: Final = {"rtol": 1e-13, "atol": 1e-15}
+_PLAIN: Final = "dormand_prince"
+_LONGER: Final = 12
+_TURNS: Final = 6
+"""How many turns are wanted: those of two periods and a half, so that it is seen that the second is as the first."""
+_DENSE: Final = 60
+"""With more turns than this a run is too long for its samples to tell each of them."""
+_SAME: Final = 1e-6
+_ALIKE: Final = 1e-4
+"""How well the samples tell where a coordinate turns, and when it does."""
+_STILL: Final = 1e-13
+"""A speed that is rounding."""
+_CORRECTIONS: Final = 3
+
+
+class NoPeriodError(Exception):
+    """The motion does not repeat itself; its text says how."""
+
+
+def period_of(system: System, coordinate: str) -> float:
+    """Return the period (s) of a coordinate in the motion from the start. Raises ModelError, NoPeriodError."""
+    return Swing.of(system, coordinate).period()
+
+
+@dataclass(frozen=True)
+class Swing:
+    """The motion of one coordinate of a system; `around`: it is an angle, which may go around."""
+
+    system: System
+    coordinate: str
+    around: bool
+
+    @classmethod
+    def of(cls, system: System, coordinate: str) -> Swing:
+        """Return the motion of a coordinate. Raises ModelError where there is none of this name with a rate."""
+        resolved = mechanism(system)
+        own = resolved.relative or resolved
+        paired = [own.coordinates[q] for body in own.bodies for q, _ in body.rate_pairs]
+        found = next((c for c in paired if c.name == coordinate), None)
+        if found is None:
+            raise ModelError(
+                f"no coordinate is called {coordinate!r}{suggestion(coordinate, [c.name for c in paired])}"
+            )
+        return cls(system, coordinate, found.unit == "rad")
+
+    def period(self) -> float:
+        """Return the period. Raises NoPeriodError."""
+        run = self._long_enough()
+        if np.abs(run[f"u_{self.coordinate}"]).max() <= _STILL:
+            raise NoPeriodError(f"{self.coordinate} does not move")
+        turns = self._turns(run)
+        if len(turns) < _TURNS:
+            return self._around(run)
+        places = [self._at(run, t) for t in turns[:_TURNS]]
+        size = max(places) - min(places)
+        first, second = turns[2] - turns[0], turns[4] - turns[2]
+        repeated = max(abs(places[k] - places[k + 2]) for k in range(_TURNS - 2)) <= _SAME * size
+        if not repeated or abs(second - first) > _ALIKE * first:
+            raise NoPeriodError(f"the motion of {self.coordinate} does not repeat itself")
+        begin = turns[0] if turns[0] == 0.0 else self._turned(turns[0], run)
+        return self._turned(turns[2], run) - begin
+
+    # --- runs -----------------------------------------------------------------------------------------------------
+
+    def _long_enough(self) -> Trajectory:
+        """Return a run with a few turns, or one as long as any is tried."""
+        run = self._run(None)
+        duration = float(run.t[-1])
+        for _ in range(_LONGER):
+            count = len(self._turns(run))
+            if np.abs(run[f"u_{self.coordinate}"]).max() <= _STILL:
+                return run
+            if count > _DENSE:
+                duration /= 16.0
+            elif count < _TURNS and not self._goes_around(run):
+                duration *= 2.0
+            else:
+                return run
+            run = self._run(duration)
+        return run
+
+    def _run(self, duration: float | None) -> Trajectory:
+        plain: dict[str, Any] = {} if self.system.simulation.step is not None else dict(_EXACTLY)
+        if plain and self.system.simulation.method == _PLAIN:
+            plain["method"] = "dormand_prince_8"
+        quiet = replace(self.system, stop=Names(), outputs=Names())
+        return simulate(quiet, t_end=duration, samples=_SAMPLES, **plain)
+
+    def _turns(self, run: Trajectory) -> list[float]:
+        """Return the first times at which the speed vanishes, interpolated; those of a start at rest begin with 0."""
+        u = run[f"u_{self.coordinate}"]
+        found = [0.0] if u[0] == 0.0 and u.any() else []
+        signs = np.sign(u)
+        for k in np.flatnonzero(signs[1:-1] * signs[2:] < 0) + 1:
+            found.append(float(run.t[k] - u[k] * (run.t[k + 1] - run.t[k]) / (u[k + 1] - u[k])))
+        found += [float(t) for t in run.t[1:][signs[1:] == 0]]
+        return sorted(found)
+
+    def _at(self, run: Trajectory, time: float) -> float:
+        """Return the coordinate at a time, by the cubic through the samples and slopes on both sides."""
+        q, u = run[self.coordinate], run[f"u_{self.coordinate}"]
+        k = min(int(np.searchsorted(run.t, time, side="right")), len(q) - 1)
+        step = float(run.t[k] - run.t[k - 1])
+        x = (time - float(run.t[k - 1])) / step
+        y = 1.0 - x
+        ends = q[k - 1] * y * y * (1 + 2 * x) + q[k] * x * x * (3 - 2 * x)
+        return float(ends + step * (u[k - 1] * x * y * y - u[k] * x * x * y))
+
+    def _turned(self, time: float, run: Trajectory) -> float:
+        """Return the time of a turn, corrected by runs that end there."""
+        u, k = run[f"u_{self.coordinate}"], int(np.searchsorted(run.t, time))
+        slope = (u[k] - u[k - 1]) / (run.t[k] - run.t[k - 1])
+        for _ in range(_CORRECTIONS):
+            missed = float(self._run(time)[f"u_{self.coordinate}"][-1])
+            time -= missed / float(slope)
+        return time
+
+    # --- around ---------------------------------------------------------------------------------------------------
+
+    def _goes_around(self, run: Trajectory) -> bool:
+        q = run[self.coordinate]
+        return self.around and bool(np.abs(q - q[0]).max() > 4.5 * math.pi)
+
+    def _around(self, run: Trajectory) -> float:
+        """Return the time in which an angle advances by 2 pi, its speed being then what it was."""
+        q, u = run[self.coordinate], run[f"u_{self.coordinate}"]
+        if not self._goes_around(run):
+            raise NoPeriodError(f"{self.coordinate} does not turn back within {float(run.t[-1]):.4g} s")
+        advanced = math.copysign(2 * math.pi, float(u[-1]))
+        times = [self._passed(run, float(q[0]) + n * advanced) for n in (1, 2)]
+        speeds = [float(np.interp(t, run.t, u)) for t in times]
+        fast = float(np.abs(u).max())
+        if abs(speeds[0] - speeds[1]) > _ALIKE * fast or abs(times[1] - 2 * times[0]) > _ALIKE * times[0]:
+            raise NoPeriodError(f"the motion of {self.coordinate} does not repeat itself")
+        return self._passed_exactly(times[0], float(q[0]) + advanced)
+
+    def _passed(self, run: Trajectory, value: float) -> float:
+        """Return when a coordinate has a value that it passes, by the cubic through both sides."""
+        q = run[self.coordinate] - value
+        k = int(np.flatnonzero(q[:-1] * q[1:] <= 0)[0])
+        return float(run.t[k] - q[k] * (run.t[k + 1] - run.t[k]) / (q[k + 1] - q[k]))
+
+    def _passed_exactly(self, time: float, value: float) -> float:
+        for _ in range(_CORRECTIONS):
+            run = self._run(time)
+            time -= float(run[self.coordinate][-1] - value) / float(run[f"u_{self.coordinate}"][-1])
+        return time
