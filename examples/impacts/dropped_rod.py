@@ -2,9 +2,7 @@
 
 import multibody_sym as mbs
 
-g, m, l, s, v, e = mbs.parameters(
-    "g m l s v e", ["9.81 m/s^2", "2 kg", "1.2 m", "0.2 m", "3 m/s", 0.5], positive=True
-)
+g, m, l, s, v, e = mbs.parameters("g m l s v e", ["9.81 m/s^2", "2 kg", "1.2 m", "0.2 m", "3 m/s", 0.5], positive=True)
 below = mbs.Surface(segment=[[-l / 2, 0, 0], [l / 2, 0, 0]], normal="-y")
 
 system = mbs.System(

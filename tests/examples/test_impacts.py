@@ -176,3 +176,22 @@ def test_a_falling_load_jerks_the_other_up() -> None:
     speed = eval("m*sqrt(2*g*h)/(m + M) - g*(M - m)/(m + M)*after", {**known, "after": run.t[-1] - taut["t"]})
     assert run["u_y2"][-1] == pytest.approx(speed, rel=1e-9)
     assert run["u_y1"][-1] == pytest.approx(-speed, rel=1e-9)
+
+
+@pytest.mark.parametrize("k", [1.0, 0.0, -1.0])
+def test_two_billiard_balls_roll_at_last_after_a_follow_a_stun_and_a_draw_shot(k: float) -> None:
+    """Angular momentum of each ball about the line of the cloth on which it runs: J = 2/5 m r^2 and what p gave it."""
+    system = loaded("two_billiard_balls")
+    known = {**values(system), "k": k, "s": (k > 0) - (k < 0)}
+    p = eval("(1 + e)*m*v/(2 - s*f*mu)", known)
+    found = mbs.solve(system, parameters={"k": k}).impact.impulses["balls"]
+    assert found["normal"].value == pytest.approx(p, rel=1e-12)
+    assert found["friction"].value == pytest.approx(known["s"] * known["f"] * p, abs=1e-15)
+    run = mbs.simulate(system, parameters={"k": k}, samples=3)
+    rolled = {"cloth1", "cloth2"}
+    assert {event["element"] for event in run.events if event["kind"] == "stick"} == rolled
+    for ball, formula in (("1", "(5 + 2*k)*v/7 - 5*(1 + s*f)*p/(7*m)"), ("2", "5*(1 - s*f)*p/(7*m)")):
+        speed = eval(formula, {**known, "p": p})
+        assert run[f"u_x{ball}"][-1] == pytest.approx(speed, rel=1e-9)
+        assert run[f"u_phi{ball}"][-1] == pytest.approx(-speed / known["r"], rel=1e-9)
+        assert run[f"u_y{ball}"][-1] == pytest.approx(0.0, abs=1e-12)
