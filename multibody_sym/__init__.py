@@ -117,6 +117,7 @@ if TYPE_CHECKING:
     from multibody_sym.scalars.functions import sqrt as sqrt
     from multibody_sym.scalars.functions import tan as tan
     from multibody_sym.scalars.functions import where as where
+    from multibody_sym.simulation.canonical.function import canonical_equations as canonical_equations
     from multibody_sym.simulation.export import export as export
     from multibody_sym.simulation.impact_function import impact as impact
     from multibody_sym.simulation.right_side import compile as compile
@@ -166,6 +167,7 @@ _NAMES = {
     "model.declaration.tables": "Table",
     "model.resolution.resolve": "mechanism",
     "scalars.functions": "absolute acos asin atan atan2 cos exp log maximum minimum pi sign sin sqrt tan where",
+    "simulation.canonical.function": "canonical_equations",
     "simulation.export": "export",
     "simulation.impact_function": "impact",
     "simulation.right_side": "compile state_derivative",

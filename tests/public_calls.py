@@ -209,6 +209,7 @@ def _doors(system: mbs.System) -> list[Call]:
         Call("simulate", mbs.simulate, {**whole, **run, **changes}, slow=True),
         Call("export", mbs.export, {**whole, **exported, **changes}, slow=True),
         Call("state_derivative", mbs.state_derivative, {**whole, "formalism": None}),
+        Call("canonical_equations", mbs.canonical_equations, whole),
         Call("mass_matrix", mbs.mass_matrix, whole),
         Call("inverse_dynamics", mbs.inverse_dynamics, whole),
         Call("impact", mbs.impact, {"system": replace(system, impact=mbs.Impact(impulse=[1, 0, 0], at="bob"))}),
@@ -224,14 +225,23 @@ def _compile(wanted: Any, native: Any, backend: Any) -> Any:
 def _compiled(system: mbs.System) -> list[Call]:
     more = {"parameters": {"m": 2}, "inputs": {"F": 1}}
     rhs = mbs.compile(mbs.state_derivative(system), backend="python")
+    canonical = mbs.compile(mbs.canonical_equations(system), backend="python")
+    momenta = mbs.derive(system, "hamilton")
     inertia = mbs.compile(mbs.mass_matrix(system), backend="python")
     forces = mbs.compile(mbs.inverse_dynamics(system), backend="python")
     hybrid = mbs.compile(mbs.hybrid_dynamics(system, ["hinge"]), backend="python")
     tree = {"t": 0.0, "q": [0.1], "u": [0.2], "udot": None, **more}
-    numeric = {"q": [0.1], "u": [0.2], "t": 0.0, "parameters": [1, 0.5, 9.81, 1]}
+    values = [1, 0.5, 9.81, 1]
+    numeric = {"q": [0.1], "u": [0.2], "t": 0.0, "parameters": values}
     equations = mbs.derive(system)
     return [
         Call("compiled state derivative", rhs.__call__, {"t": 0.0, "x": [0.1, 0.2], **more}),
+        Call("compiled canonical equations", canonical.__call__, {"t": 0.0, "x": [0.1, 0.2], **more}),
+        Call("compiled momenta", canonical.momenta, {"t": 0.0, "q": [0.1], "u": [0.2], **more}),
+        Call("compiled speeds", canonical.speeds, {"t": 0.0, "q": [0.1], "p": [0.2], **more}),
+        Call("compiled H", canonical.hamiltonian, {"t": 0.0, "x": [0.1, 0.2], **more}),
+        Call("canonical explicit", momenta.explicit, {"expression": momenta.function}),
+        Call("lambdified canonical", momenta.lambdify(), {"q": [0.1], "p": [0.2], "t": 0.0, "parameters": values}),
         Call("compiled mass matrix", inertia.__call__, tree),
         Call("compiled inverse dynamics", forces.__call__, {**tree, "udot": [0.3]}),
         Call("compiled hybrid dynamics", hybrid.__call__, {**tree, "udot": [0.3]}),
@@ -245,6 +255,7 @@ def _compiled(system: mbs.System) -> list[Call]:
 def _results(system: mbs.System) -> list[Call]:
     """Return the records that come back, made by hand, and what can be asked of them."""
     records = [mbs.CheckReport, mbs.Equilibrium, mbs.Linearization, mbs.Solution, mbs.SymbolicEquations, mbs.Trajectory]
+    records += [mbs.CanonicalEquations, mbs.FirstIntegral]
     records += [mbs.Conserved, mbs.Modes, mbs.Multipliers, mbs.RangeOfRest, mbs.LeastForMotion]
     made = [Call(cls.__name__, cls, dict.fromkeys(inspect.signature(cls).parameters, ())) for cls in records]
     run = mbs.simulate(system, t_end=0.02, samples=2, backend="python")

@@ -16,6 +16,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.numbers import vector
 from multibody_sym.runtime.loading import Backend
 from multibody_sym.simulation.arguments import Arguments, Values
+from multibody_sym.simulation.canonical.function import CanonicalFunction, CanonicalQuestion, canonical_function
 from multibody_sym.simulation.impact_function import ImpactFunction, ImpactQuestion, impact_function
 from multibody_sym.simulation.runnable import Runnable, runnable
 from multibody_sym.simulation.settings import run_settings
@@ -76,6 +77,12 @@ def compile(wanted: StateDerivative, *, native: bool = False, backend: Backend |
 
 
 @overload
+def compile(
+    wanted: CanonicalQuestion, *, native: bool = False, backend: Backend | None = None
+) -> CanonicalFunction: ...
+
+
+@overload
 def compile(wanted: ImpactQuestion, *, native: bool = False, backend: Backend | None = None) -> ImpactFunction: ...
 
 
@@ -84,9 +91,12 @@ def compile(wanted: TreeQuestion, *, native: bool = False, backend: Backend | No
 
 
 def compile(
-    wanted: StateDerivative | TreeQuestion | ImpactQuestion, *, native: bool = False, backend: Backend | None = None
-) -> RightSide | TreeFunction | ImpactFunction:
-    """Return a state derivative, inverse or hybrid dynamics, a mass matrix or an impact as a compiled function.
+    wanted: StateDerivative | CanonicalQuestion | TreeQuestion | ImpactQuestion,
+    *,
+    native: bool = False,
+    backend: Backend | None = None,
+) -> RightSide | CanonicalFunction | TreeFunction | ImpactFunction:
+    """Return a state derivative, Hamilton's equations, inverse or hybrid dynamics, M or an impact, as a function.
 
     `native` and `backend` as for `simulate`. Raises InputError for what the model contradicts, and NoSolutionError
     where no start satisfies the constraints of a state derivative.
@@ -96,6 +106,8 @@ def compile(
     native = flag("native", native)
     if isinstance(wanted, ImpactQuestion):
         return impact_function(wanted, native=native, backend=backend)
+    if isinstance(wanted, CanonicalQuestion):
+        return canonical_function(wanted, native=native, backend=backend)
     if not isinstance(wanted, (StateDerivative, *get_args(TreeQuestion))):
         raise ArgumentError(f"expected state_derivative(system), mass_matrix(system) or the like, got {shown(wanted)}")
     if not isinstance(wanted, StateDerivative):

@@ -78,7 +78,7 @@ def state_derivative(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
         multipliers: Sequence[Node] = ()
         report: Sequence[Node] = (ZERO,) * 3
     else:
-        udot, multipliers, report = _constrained(trace, mechanism, dynamics)
+        udot, multipliers, report = constrained_motion(trace, mechanism, dynamics)
     rates = dynamics.rates
     if mechanism.held:
         rates, udot = coordinate_rates(mechanism, trace["q"], _unheld(mechanism, trace["u"])), _unheld(mechanism, udot)
@@ -92,7 +92,7 @@ def state_derivative(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
     )
 
 
-def _constrained(
+def constrained_motion(
     trace: Trace, mechanism: Mechanism, dynamics: TreeDynamics
 ) -> tuple[list[Node], list[Node], Sequence[Node]]:
     """Return udot, multipliers and the solve's report; of what is stabilised, where Baumgarte's coefficients say so."""
