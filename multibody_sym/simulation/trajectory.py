@@ -130,10 +130,11 @@ class Trajectory(Samples):
         """Return how well the general theorems hold along the run: the largest miss of each by name, with its time.
 
         `momentum`, `angular_momentum` (about the origin) and `power` at each instant; `impulse`, `angular_impulse` and
-        `work` from event to event, which tell the accuracy of the integration too. Relative to the sums of absolute
-        values of the terms. Every stretch is run once more, in fine samples.
+        `work` from the start on, through impacts, which tell the accuracy of the integration too. Relative to the sums
+        of absolute values of the terms. Every stretch is run once more, in fine samples.
         """
-        return verified(self.stretches)
+        jumps = () if self.modes is None else self.modes.passed
+        return verified(self.stretches, jumps=jumps)
 
     def _run_outputs(self) -> dict[str, Floats]:
         asked = self.ready.mechanism.run_outputs

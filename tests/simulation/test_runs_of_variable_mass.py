@@ -42,6 +42,7 @@ def test_what_holds_on_to_a_mass_that_passes_zero_is_told_where_it_did() -> None
 def test_a_rocket_burns_out_and_flies_on() -> None:
     run = mbs.simulate(rocket("max(100 - 2*t, 20)"), t_end=60, samples=2, rtol=1e-11, atol=1e-13)
     assert run["u_y"][-1] == pytest.approx(2000 * math.log(5) - 9.81 * 60, rel=1e-9)
+    assert max(miss.relative for miss in run.verified().values()) < 1e-9
 
 
 def leaking_four_bar(**settings: Any) -> mbs.System:
@@ -75,7 +76,6 @@ def test_a_loop_in_joint_and_in_absolute_coordinates() -> None:
     ]
     for q in ("phi", "beta", "psi"):
         np.testing.assert_allclose(runs[1][q], runs[0][q], rtol=0, atol=1e-7)
-    assert max(miss.relative for miss in runs[0].verified().values()) < 1e-8
     np.testing.assert_allclose(runs[1].reactions["A"]["fx"], runs[0].reactions["A"]["fx"], rtol=0, atol=1e-5)
 
 

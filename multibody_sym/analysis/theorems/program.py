@@ -10,7 +10,7 @@ from typing import Final
 
 from multibody_sym.analysis.theorems.candidates import rates_of_state
 from multibody_sym.dynamics.programs.exertions import Exertion, exertions, resultant
-from multibody_sym.dynamics.programs.momenta import angular_momentum, body_momenta
+from multibody_sym.dynamics.programs.momenta import Momentum, angular_momentum, body_momenta
 from multibody_sym.kinematics.energy import kinetic_energy
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import row_motions
@@ -36,12 +36,14 @@ def theorems_program(mechanism: Mechanism) -> Program:
     """Return (t, q, u, ..., udot (nu), multipliers (ns)) -> value, left, right, size, content, each (7).
 
     P, L and T; their rates; what causes these; the sums of absolute values of both sides' terms, and those of the
-    values, body by body. Moments count with the levers' lengths, as what cancels in r x F is rounded too.
+    values, body by body. Moments count with the levers' lengths, as what cancels in r x F is rounded too, and so does
+    angular momentum: of a ball that spins against its way J omega and r x m v may cancel.
     """
     unknown = (Array("udot", (len(mechanism.speeds),)), Array("multipliers", (len(mechanism.rows),)))
     trace = Trace("theorems", (*arrays(mechanism), *unknown))
     motion = motion_of(mechanism, slot_state(mechanism))
-    parts = [[*part.momentum, *angular_momentum([part])] for part in body_momenta(motion)]
+    momenta = body_momenta(motion)
+    parts = [[*part.momentum, *angular_momentum([part])] for part in momenta]
     flat = [as_node(x) for part in parts for x in part]
     T = as_node(kinetic_energy(motion))
     rates = [as_node(x) for x in tangents([*flat, T], rates_of_state(mechanism))]
@@ -57,7 +59,7 @@ def theorems_program(mechanism: Mechanism) -> Program:
         "left": [*_sums(of_body), rates[-1]],
         "right": [*_sums(causes), _sum(powers)],
         "size": [*size[:3], *(x + lever for x, lever in zip(size[3:6], levers, strict=True)), size[6]],
-        "content": [*_sums(parts, absolute), T],
+        "content": [*_sums(parts, absolute)[:3], *_sums([_terms(part) for part in momenta])[3:], T],
     }
     return trace.finish({name: ((7,), [as_node(x) for x in values]) for name, values in columns.items()})
 
@@ -77,7 +79,13 @@ def _causes(motion: Motion, acting: Sequence[Exertion]) -> tuple[list[list[S]], 
     return found, [lever] * 3
 
 
-def _sums(rows: Sequence[Sequence[S]], of: Callable[[S], S] | None = None) -> list[S]:
+def _terms(part: Momentum) -> list[S]:
+    """Return nothing of a body's momentum, and the sums of the terms of its angular momentum (6)."""
+    lever = _sum(map(absolute, part.com)) * _sum(map(absolute, part.momentum))
+    return [0, 0, 0, *(absolute(spin) + lever for spin in part.spin)]
+
+
+def _sums(rows: Iterable[Sequence[S]], of: Callable[[S], S] | None = None) -> list[S]:
     """Return the sums of six columns, or of their absolute values."""
     return [_sum(row[k] if of is None else of(row[k]) for row in rows) for k in range(6)]
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.runtime.integration import integrate
+from multibody_sym.runtime.integration import Integration, integrate
 from multibody_sym.runtime.loading import Compiled
 from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.parts import Part
@@ -23,6 +23,10 @@ NEVER: Final = 1e300
 """A margin that no switching function exceeds."""
 LEAST, IN_MODES, PIECES = 1024, 64, 4
 """The fewest pieces of a whole run, of a stretch in one of many modes, and of a step: those of order 8 are long."""
+BESIDE: Final = 1e-12
+"""The part of a stretch beside a kink that is left out: there the force is that of either side."""
+MOST_KINKS: Final = 1000
+"""Kinks of a stretch that are told apart."""
 _NODES: Final = np.linspace(0.0, 1.0, 5)
 _POWERS: Final = np.arange(1, 6)
 _MONOMIALS: Final = np.linalg.inv(np.vander(_NODES, increasing=True))
@@ -43,21 +47,37 @@ class Stretch:
         """How long it lasts."""
         return self.until - self.problem.start
 
-    def fine(self) -> Part:
-        """Return evenly spaced samples, one more than four times a number of pieces."""
-        problem, pieces = self.problem, max(LEAST if self.mechanism.mode is None else IN_MODES, PIECES * self.steps)
-        again = replace(
-            problem,
-            t0=problem.start,
-            t_end=self.until,
-            begun=None,
-            samples=4 * pieces + 1,
-            margins=(NEVER,) * len(problem.margins),
-            limiting=0,
-        )
-        run = integrate(again)
+    def fine(self, finer: int = 1) -> Part:
+        """Return evenly spaced samples, one more than four times a number of pieces; `finer` times as many."""
+        least = LEAST if self.mechanism.mode is None else IN_MODES
+        problem, pieces = self.problem, finer * (max(least, PIECES * self.steps) + 1 & ~1)
+        run = self._run(self.until, 4 * pieces + 1)
         count = 4 * ((len(run.t) - 1) // 4) + 1
         return Part(self.mechanism, self.compiled, problem.parameters, run.t[:count], run.q[:count], run.u[:count])
+
+
+    def _run(self, until: float, samples: int) -> Integration:
+        """Run from the beginning until a time once more, whatever the mode's switching functions say."""
+        problem = replace(self.problem, t0=self.problem.start, t_end=until, samples=samples, begun=None)
+        return integrate(replace(problem, margins=(NEVER,) * len(problem.margins), limiting=0))
+
+    def smooth_parts(self) -> list[Stretch]:
+        """Return the parts between kinks, at which forces bend or jump; they end and begin just beside them."""
+        problem = self.problem
+        if all(problem.terminal[: problem.switches]):
+            return [self]
+        kinks = [event.time for event in self._run(self.until, 2).events if not event.terminal]
+        beside, found, rest = BESIDE * self.duration, [], self
+        for time in kinks if len(kinks) <= MOST_KINKS else ():
+            before, after = time - beside, time + beside
+            if before <= rest.problem.start or after >= self.until:
+                continue
+            reached, part = rest._run(after, 2), (before - problem.start) / self.duration
+            steps = max(1, round(part * self.steps))
+            found.append(replace(rest, until=before, steps=steps))
+            begin = replace(problem, t0=after, q0=reached.q_final, u0=reached.u_final, begun=None)
+            rest = replace(rest, problem=begin)
+        return [*found, rest]
 
 
 def integral(values: Floats, t: Floats) -> Floats:
@@ -92,5 +112,5 @@ def integral_until(times: Floats, values: Floats, t: Floats) -> Floats:
 
 
 def lasting(stretches: Sequence[Stretch]) -> list[Stretch]:
-    """Return the stretches that take time."""
-    return [stretch for stretch in stretches if stretch.duration > 0.0]
+    """Return the stretches that take time, in parts between kinks."""
+    return [part for stretch in stretches if stretch.duration > 0.0 for part in stretch.smooth_parts()]

@@ -26,6 +26,7 @@ from multibody_sym.runtime.loading import Backend, Compiled
 from multibody_sym.runtime.problem import Event, Loop, Problem, RunFailure
 from multibody_sym.runtime.python_loop import put_back
 from multibody_sym.simulation.along.fine import Stretch as AlongStretch
+from multibody_sym.simulation.along.jumps import Jump, Passed, passed
 from multibody_sym.simulation.one_way.account import EnergyAccount, energy_account
 from multibody_sym.simulation.one_way.decision import Before, Decided, decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws
@@ -102,9 +103,9 @@ class OneWayRun:
     """A run under way, by `laws`; `make` compiles a mechanism in a mode, `template` is the run's problem.
 
     Rows are put back after each step if the template's are, or `stabilised` by Baumgarte's alpha, beta (1/s).
-    `changes` are what switches did in the order of time, `stretches` the modes, `lost` what impacts took (J), by
-    element. `trouble` says why a run could not go on. `jumps` are those after which a stretch went on: its number, the
-    time, and the state after it.
+    `blows` are all impacts, `changes` what switches did in the order of time, `stretches` the modes, `lost` what
+    impacts took (J), by element. `trouble` says why a run could not go on. `jumps` are those after which a stretch
+    went on: its number, the time, and the state after it.
     """
 
     laws: Laws
@@ -117,6 +118,7 @@ class OneWayRun:
     trouble: str = ""
     legs: list[Leg] = field(default_factory=list)
     jumps: list[tuple[int, float, Floats]] = field(default_factory=list)
+    blows: list[Jump] = field(default_factory=list)
     _scale: Scale = Scale(1.0, 1.0)
     _usual: dict[tuple[Key, int], Mode] = field(default_factory=dict)
     _recent: list[tuple[float, Key]] = field(default_factory=list)
@@ -160,6 +162,11 @@ class OneWayRun:
             AlongStretch(each.program.mechanism, each.program.compiled, leg.problem, leg.until, leg.steps)
             for each, leg in self._smooth()
         ]
+
+    @property
+    def passed(self) -> Iterator[Passed]:
+        """Both sides of the general theorems at each impact."""
+        return (passed(self.laws.mechanism, self.laws.parameters.tolist(), jump) for jump in self.blows)
 
     def _smooth(self) -> Iterator[tuple[Stretch, Leg]]:
         """Yield the legs of the run in parts within which speeds do not jump."""
@@ -293,6 +300,7 @@ class OneWayRun:
         self, time: float, blow: Blow, words: Mapping[str, str] | None = None, late: Mapping[str, float] | None = None
     ) -> None:
         """Note what an impact did; what rests does so when it would have ceased to bounce."""
+        self.blows.append(Jump(time, blow.q, blow.u, blow.jump, blow.rows, sum(blow.lost.values())))
         for name, lost in blow.lost.items():
             self.lost[name] = self.lost.get(name, 0.0) + lost
         for name, impulse in blow.impulses.items():

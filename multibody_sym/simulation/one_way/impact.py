@@ -24,11 +24,17 @@ _HEIGHT: Final = 1e4 * np.finfo(float).eps
 
 @dataclass(frozen=True)
 class Blow:
-    """An impact: the jump of the speeds (nu,), by element the impulses (N s) and the energy it took (J)."""
+    """An impact: the jump of the speeds (nu,), by element the impulses (N s) and the energy it took (J).
+
+    `q` (nq,) and `u` (nu,) are those before it, `rows` the impulses (N s) of all that struck or held, friction too.
+    """
 
     jump: Floats
     impulses: Mapping[str, float]
     lost: Mapping[str, float]
+    q: Floats
+    u: Floats
+    rows: Mapping[str, float]
     notes: tuple[str, ...] = ()
 
 
@@ -109,7 +115,8 @@ def bounced(facts: Facts, element: OneWay) -> Blow | None:
     after = facts.known["phidot"] + facts.known["jacobian"] @ jump
     if any(x is not element and _strikes(facts, x, after) for x in laws.unilateral):
         return None
-    return Blow(jump, {element.name: impulse}, {element.name: 0.5 * impulse * (e - 1.0) * speed})
+    lost = {element.name: 0.5 * impulse * (e - 1.0) * speed}
+    return Blow(jump, {element.name: impulse}, lost, facts.q, facts.u, {element.normals[0].name: impulse})
 
 
 def _strikes(facts: Facts, element: OneWay, after: Floats) -> bool:
@@ -153,6 +160,9 @@ def struck(facts: Facts, touching: Collection[str], resting: Collection[str]) ->
         facts.speeds(found.x),
         {element.name: float(found.impulses[problem.places[element.normals[0].name]]) for element in own},
         {name: float(np.nansum(found.lost[places])) for name, places in taken.items()},
+        facts.q,
+        facts.u,
+        dict(zip(problem.names, found.impulses.tolist(), strict=True)),
         found.notes,
     )
 

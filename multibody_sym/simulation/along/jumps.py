@@ -1,0 +1,100 @@
+"""The general theorems through impacts: what the impulses of all rows make of momenta and energy.
+
+    P+ - P- = sum of impulses,    L+ - L- = sum of their moments,    T+ - T- = b du - what was lost - sum z_k dphi_k/dt
+
+The right sides come from the impulses z of the rows that struck: M du = C^T z gives the speeds that they lead to, by
+composite bodies, where the run went on from those of its law solver in weighted coordinates. What moves as prescribed
+does work too: with b = dT/du at u = 0, the momenta that it gives, and the rates dphi/dt that it gives the rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
+from multibody_sym.dynamics.programs.law_rows import every_row
+from multibody_sym.dynamics.programs.momenta import angular_momentum, body_momenta, generalized_momenta
+from multibody_sym.kinematics.energy import kinetic_energy
+from multibody_sym.kinematics.motion import Motion, motion_of
+from multibody_sym.kinematics.rows import RowMotion, row_motions
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import ROUNDED, least_squares
+
+
+@dataclass(frozen=True, eq=False)
+class Jump:
+    """An impact at time t and coordinates q (nq,), from speeds u (nu,) on by a `change` (nu,).
+
+    `impulses` by row (N s), and the energy that was `lost` (J).
+    """
+
+    t: float
+    q: Floats
+    u: Floats
+    change: Floats
+    impulses: Mapping[str, float]
+    lost: float
+
+
+@dataclass(frozen=True, eq=False)
+class Passed:
+    """An impact at time t, of P, L about the origin and T (7): how they `changed`, and how they should have.
+
+    `expected` follows from the impulses, `size` is the sum of absolute terms before, after and of what changed them.
+    """
+
+    t: float
+    changed: Floats
+    expected: Floats
+    size: Floats
+
+
+def passed(mechanism: Mechanism, parameters: Sequence[float], jump: Jump) -> Passed:
+    """Return both sides of the theorems at an impact."""
+    struck = tuple(row for row in every_row(mechanism) if jump.impulses.get(row.name))
+    before = _motion(replace(mechanism, rows=struck), parameters, jump, jump.u)
+    rows, z = row_motions(before), [jump.impulses[row.name] for row in struck]
+    forces = np.array([row.forces for row in rows], dtype=float).reshape(len(rows), len(jump.u))
+    led = jump.u + least_squares(np.array(mass_matrix(before), dtype=float), forces.T @ np.array(z), ROUNDED)
+    after, reached = (_motion(mechanism, parameters, jump, u) for u in (jump.u + jump.change, led))
+    (m0, size0), (m1, size1), (m2, _) = (_momenta(motion) for motion in (before, after, reached))
+    T0, T1 = (float(kinetic_energy(motion)) for motion in (before, after))
+    prescribed = generalized_momenta(_motion(mechanism, parameters, jump, np.zeros_like(jump.u)))
+    given = [float(b * du) for b, du in zip(prescribed, jump.change.tolist(), strict=True)]
+    given += [-x * _driven(row, jump.u) for x, row in zip(z, rows, strict=True)]
+    energy = T0 + T1 + abs(jump.lost) + sum(map(abs, given))
+    return Passed(
+        jump.t,
+        np.array([*(m1 - m0), T1 - T0]),
+        np.array([*(m2 - m0), sum(given) - jump.lost]),
+        np.array([*(size0 + size1), energy]),
+    )
+
+
+def _motion(mechanism: Mechanism, parameters: Sequence[float], jump: Jump, u: Floats) -> Motion:
+    return motion_of(mechanism, state_of(mechanism, float, jump.t, jump.q.tolist(), u.tolist(), list(parameters)))
+
+
+def _momenta(motion: Motion) -> tuple[Floats, Floats]:
+    """Return P and L about the origin (6), and the sums of the lengths of their terms."""
+    parts = body_momenta(motion)
+    values = [[*part.momentum, *angular_momentum([part])] for part in parts]
+    linear, spin, com = (
+        np.linalg.norm(np.array([getattr(part, of) for part in parts], dtype=float).reshape(-1, 3), axis=1)
+        for of in ("momentum", "spin", "com")
+    )
+    angular = spin + com * linear
+    sizes = np.repeat([linear.sum(), angular.sum()], 3)
+    return np.array(values, dtype=float).reshape(-1, 6).sum(axis=0), sizes
+
+
+def _driven(row: RowMotion, u: Floats) -> float:
+    """Return the rate of a row that time alone gives it; none of friction in joints, all whose work counts as lost."""
+    if row.exerts is not None or not row.kinematic:
+        return 0.0
+    return float(row.phidot) - float(np.array(row.jacobian, dtype=float) @ u)
