@@ -161,3 +161,9 @@ def test_the_ellipse_rests_upright_and_flat_on_the_floor_never_under_it() -> Non
     heights = {round(place["y"], 9) for place in found.positions}
     assert heights == {0.3, 0.5}
     assert not any(stable for place, stable in zip(found.positions, found.stable, strict=True) if place["y"] > 0.4)
+
+
+def test_the_steps_of_a_rolling_disc_are_those_of_a_book() -> None:
+    solution = mbs.solve(from_file("disc_in_a_parabolic_hollow"), steps=True)
+    assert solution.steps is not None
+    assert [step.title for step in solution.steps.steps if "cut free" in step.title] == ["disc, cut free"]

@@ -55,10 +55,23 @@ class CutFree:
         self._at_rest = accelerations(self.motion, [0] * len(self.symbols.speeds))
         self.known: dict[Any, Linear] = {}
         self.free: list[Equality] = []
-        bodies = range(len(self.motion.bodies))
+        idle = self._idle_feet()
+        self._nothing = frozenset(self.known)
+        bodies = [index for index in range(len(self.motion.bodies)) if index not in idle]
         for index in bodies:
             self._free_directions(index)
         self.bodies = self._reduced([self._body(index) for index in bodies])
+
+    def _idle_feet(self) -> set[int]:
+        """Return the massless bodies that only follow where curves are touched: what makes them follow is no force."""
+        rows = {row.name: s for row, s in zip(self.motion.mechanism.rows, self.symbols.multipliers, strict=True)}
+        found = set()
+        for index, body in enumerate(self.motion.mechanism.bodies):
+            if body.is_foot and f"{body.joint_name}.t" in rows:
+                found.add(index)
+                nothing = (*self.actions.reaction_symbols(index), rows[f"{body.joint_name}.t"])
+                self.known.update((s, Linear({}, self.exactly.constant(0))) for s in nothing)
+        return found
 
     # --- joints ----------------------------------------------------------------------------------------------------
 
@@ -96,7 +109,8 @@ class CutFree:
 
     def _body(self, index: int) -> FreeBody:
         reference, about = self._reference(index)
-        forces = [force for action in self.actions.of_body[index] if (force := self._force(index, action, reference))]
+        actions = (action for action in self.actions.of_body[index] if action.symbol not in self._nothing)
+        forces = [force for action in actions if (force := self._force(index, action, reference))]
         equations = tuple(self._equations(index, forces, reference, about))
         return FreeBody(self.motion.mechanism.bodies[index].name, tuple(forces), equations)
 

@@ -12,12 +12,14 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.dynamics.start.constants import valued
 from multibody_sym.errors import ModelError, at
 from multibody_sym.kinematics.contacts import touch
 from multibody_sym.kinematics.guides.touched import fits
 from multibody_sym.kinematics.motion import Motion, accelerations, pose
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.relative import direction
+from multibody_sym.kinematics.state import State
 from multibody_sym.model.declaration.curves.follow import Follow
 from multibody_sym.model.mechanism.contact_rows import Bent, ContactRow, Flat, Skin
 from multibody_sym.model.mechanism.markers import Marker
@@ -60,6 +62,27 @@ def with_feet(motion: Motion, q: Floats) -> Floats:
     for coordinates, parameters in _found(motion):
         found[coordinates] = parameters
     return found
+
+
+def verify_ways(mechanism: Mechanism, state: State) -> None:
+    """Raise ModelError where a curve has no value, or leads nowhere: in a cusp its bead has no direction to move in."""
+    for body in mechanism.bodies:
+        for free in body.free_steps:
+            step = free.step
+            if not isinstance(step, Follow):
+                continue
+            s, (name, unit) = state.q[free.q[0]], step.leaf.data[1]
+            with at("joints", body.joint_name, "curve"), valued():
+                *place, x, y, z = state.values((*step.place, *step.rates.s), {step.leaf: s})
+                if x == y == z == 0.0:
+                    raise ModelError(
+                        f"the curve has a cusp, or stops, at {name} = {s:.6g} {unit}, where nothing tells which way it "
+                        f"leads from {_listed(place)} m; start beside it"
+                    )
+
+
+def _listed(place: Sequence[float]) -> str:
+    return f"({', '.join(f'{x:.6g}' for x in place)})"
 
 
 def verify_fits(motion: Motion) -> None:

@@ -1,127 +1,132 @@
-"""Tables as inputs, against scipy's interpolation; how they are declared; runs that follow them."""
+"""Curves as they are declared: forms, units, names, what is refused with which words, what is written back."""
 
 from __future__ import annotations
 
+import copy
+import math
+import pickle
 from typing import Any
 
-import numpy as np
 import pytest
-from scipy.interpolate import CubicSpline
 
-from multibody_sym.errors import InputError
-from multibody_sym.formats.reader import loads
-from multibody_sym.formats.writer import dumps
-from multibody_sym.model.declaration.bodies import Body
-from multibody_sym.model.declaration.forces import Torque
-from multibody_sym.model.declaration.joints import Revolute
-from multibody_sym.model.declaration.system import System
-from multibody_sym.model.declaration.tables import MOST_ROWS, Table, bends, interpolated
-from multibody_sym.model.resolution.resolve import mechanism
-from multibody_sym.scalars.derivatives import derivative
-from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import symbol
-from multibody_sym.scalars.traversal import postorder
-from multibody_sym.simulation.simulate import simulate
+import multibody_sym as mbs
 
-T = symbol("t")
-
-
-def rows(count: int) -> np.ndarray:
-    rng = np.random.default_rng(count)
-    return np.column_stack([np.cumsum(rng.uniform(0.1, 1.0, count)) - 1, rng.normal(size=count)])
-
-
-def values(node: Any, times: np.ndarray) -> np.ndarray:
-    return np.array([evaluate_float([node], {T: float(t)})[0] for t in times])
-
-
-@pytest.mark.parametrize("count", [2, 3, 4, 17])
-def test_linear_is_numpys(count: int) -> None:
-    table = rows(count)
-    times = np.concatenate([np.linspace(-3, table[-1, 0] + 2, 101), table[:, 0]])
-    found = values(interpolated(Table(table)), times)
-    np.testing.assert_allclose(found, np.interp(times, *table.T), rtol=0, atol=1e-13)
-
-
-@pytest.mark.parametrize("count", [2, 3, 4, 17])
-def test_cubic_is_the_natural_spline(count: int) -> None:
-    table = rows(count)
-    times = np.concatenate([np.linspace(-3, table[-1, 0] + 2, 101), table[:, 0]])
-    node = interpolated(Table(table, interpolation="cubic"))
-    spline = CubicSpline(*table.T, bc_type="natural")
-    np.testing.assert_allclose(values(node, times), spline(np.clip(times, *table[[0, -1], 0])), rtol=0, atol=1e-12)
-    inside = times[(times > table[0, 0]) & (times < table[-1, 0])]
-    np.testing.assert_allclose(values(derivative(node, T), inside), spline(inside, 1), rtol=0, atol=1e-11)
-
-
-def test_a_thousand_rows_are_found_in_ten_comparisons() -> None:
-    node = interpolated(Table([[k, k % 7] for k in range(MOST_ROWS)]))
-    depth: dict[Any, int] = {}
-    for n in postorder([node]):
-        depth[n] = max((depth[a] for a in n.args), default=0) + (n.op == "where")
-    assert depth[node] == 10
-    assert evaluate_float([node], {T: 998.5})[0] == pytest.approx((998 % 7 + 999 % 7) / 2)
-
-
-def test_linear_tables_bend_at_every_row_and_splines_at_their_ends() -> None:
-    table = rows(5)
-    for bend, argument in zip(bends(Table(table)), table[:, 0], strict=True):
-        assert evaluate_float([bend], {T: float(argument)}) == [0.0]
-    assert len(bends(Table(table, interpolation="cubic"))) == 2
-
-
-TEXT = """\
+WIRE = """
 multibody_sym: 1
-name: s
-bodies: {a: {mass: 1, inertia: {Izz: 2}}}
-joints: {A: {type: revolute, parent: ground, child: a}}
-forces: {drive: {type: torque, joint: A, value: tau}, spring: {type: torque, joint: A, value: law}}
-inputs:
-  tau: {table: [[0 s, 0], [1, 2 N*m], [2, 0]]}
-  law: {table: [[-1, 1], [0, 0], [1, -3]], of: 2*A, interpolation: cubic}
+name: wire
+parameters: {{p: 2 m, m: 1 kg}}
+bodies: {{bead: {{mass: m}}}}
+joints:
+  wire:
+    type: curve
+    parent: ground
+    child: bead
+    curve: {curve}
+    initial: {{q: {q}}}
 """
 
 
-def test_tables_are_read_and_written() -> None:
-    system = loads(TEXT)
-    assert loads(dumps(system)) == system
-    inputs = {
-        "tau": Table([[0, 0], [1, "2 N*m"], [2, 0]]),
-        "law": Table([[-1, 1], [0, 0], [1, -3]], of="2*A", interpolation="cubic"),
-    }
-    forces = {"drive": Torque("tau", joint="A"), "spring": Torque("law", joint="A")}
-    bodies, joints = {"a": Body(mass=1, inertia={"Izz": 2})}, {"A": Revolute("ground", "a")}
-    assert System("s", bodies=bodies, joints=joints, forces=forces, inputs=inputs) == system
-
-
-@pytest.mark.parametrize("backend", ["c", "python"])
-def test_run_follows_a_table(backend: str) -> None:
-    """A triangle of torque turns the body: the speed is its integral, held steps of the integrator included."""
-    text = TEXT.replace("value: law", "value: 0*law")
-    run = simulate(loads(text), t_end=3, samples=7, backend=backend)
-    speed = [0, 0.125, 0.5, 0.875, 1, 1, 1]
-    np.testing.assert_allclose(run["u_A"], speed, atol=1e-12)
-    np.testing.assert_allclose(run["tau"], [0, 1, 2, 1, 0, 0, 0], atol=1e-14)
+def wire(curve: str, q: str = "1") -> mbs.System:
+    return mbs.loads(WIRE.format(curve=curve, q=q))
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "message", "path"),
+    ("curve", "unit", "names"),
     [
-        ("[1, 2 N*m]", "[0, 2]", "row 2 begins with 0, which does not come after 0", ("inputs", "tau", "table", "1")),
-        ("[1, 2 N*m]", "[1, m]", "a table holds numbers, got m", ("inputs", "tau", "table", "1")),
-        ("[1, 2 N*m]", "[1, 2, 3]", r"expected a row \[argument, value\], got a list", ("inputs", "tau", "table", "1")),
-        ("[[0 s, 0], [1, 2 N*m], [2, 0]]", "[[0, 1]]", "2 to 1,000 rows, got 1", ("inputs", "tau", "table")),
-        ("cubic", "quintic", "'quintic' is no choice here", ("inputs", "law", "interpolation")),
-        ("of: 2*A", "of: 2*B", "'B' is not declared", ("inputs", "law", "of")),
-        ("of: 2*A", "at: 2*A", "unknown key 'at'", ("inputs", "law", "at")),
+        ("{y: x^2/(2*p)}", "m", ["x", "y"]),
+        ("{x: y^2/p}", "m", ["x", "y"]),
+        ("{z: sin(x/p)*p, y: x}", "m", ["x", "y", "z"]),
+        ("{x: p*cos(s), y: p*sin(s), parameter: s}", "rad", ["x", "y"]),
+        ("{x: s, y: s^2/p, parameter: s}", "m", ["x", "y"]),
+        ("{x: p*cos(s/p), y: p*sin(s/p), parameter: s, unit: m}", "m", ["x", "y"]),
     ],
 )
-def test_wrong_tables_are_named(old: str, new: str, message: str, path: tuple[str, ...]) -> None:
-    with pytest.raises(InputError, match=message) as caught:
-        mechanism(loads(TEXT.replace(old, new)))
-    assert caught.value.where.path == path
+def test_forms_and_units(curve: str, unit: str, names: list[str]) -> None:
+    system = wire(curve)
+    resolved = mbs.mechanism(system)
+    assert resolved.coordinates[0].unit == unit
+    moved = [axis for axis, way in zip("xyz", resolved.bodies[0].steps[0].rates.s, strict=True) if way.shadow != 0]
+    assert moved == names
+    assert mbs.loads(mbs.dumps(system)) == system
+    assert pickle.loads(pickle.dumps(system)) == system == copy.deepcopy(system)
 
 
-def test_too_many_rows_are_refused() -> None:
-    with pytest.raises(InputError, match="got 1001"):
-        Table([[k, 0] for k in range(MOST_ROWS + 1)])
+@pytest.mark.parametrize(
+    ("curve", "words"),
+    [
+        ("{}", "say where the curve leads"),
+        ("{x: s, y: s^2/p, z: s}", "say where the curve leads"),
+        ("{y: x^2/p, parameter: s}", "no coordinate of the curve names 's'"),
+        ("{y: abs(x)}", "has a kink or a jump"),
+        ('{y: "where(x < 0, x, 2*x)"}', "has a kink or a jump"),
+        ("{y: k*x}", "'k' is not declared"),
+        ("{y: u_wire*x}", "here an expression names parameters, inputs, the time only"),
+        ("{x: m, y: m^2/p, parameter: m}", "'m' is a parameter of the model and the parameter of this curve"),
+        ("{y: x^2/p, unit: kg}", "'kg' is no choice here"),
+        ("{y: p^2}", "a quantity in m\\^2; here one in m is wanted"),
+    ],
+)
+def test_what_is_refused_is_told_at_its_place(curve: str, words: str) -> None:
+    with pytest.raises(mbs.ModelError, match=words) as found:
+        mbs.mechanism(wire(curve))
+    where = found.value.where  # what only the whole model tells has its line from the commands
+    assert where.line == 11 or tuple(where.path)[:3] == ("joints", "wire", "curve")
+
+
+@pytest.mark.parametrize(
+    ("curve", "q", "words"),
+    [
+        ("{x: p*(s - sin(s)), y: p*cos(s), parameter: s}", "0", r"cusp, or stops, at s = 0 rad, .* from \(0, 2, 0\) m"),
+        ("{y: p*log(x/p)}", "-1", "no finite value at the start"),
+    ],
+)
+def test_a_start_without_a_way_is_told(curve: str, q: str, words: str) -> None:
+    with pytest.raises(mbs.ModelError, match=words):
+        mbs.solve(wire(curve, q))
+
+
+def test_a_coordinate_may_have_the_name_of_the_parameter() -> None:
+    s, (p,) = mbs.variable("s"), mbs.parameters("p", [2])
+    circle = mbs.Curve(x=p * mbs.sin(s), y=-p * mbs.cos(s), parameter="s")
+    system = mbs.System(
+        "wire",
+        gravity=[0, -9.81, 0],
+        bodies={"bead": mbs.Body(mass=1)},
+        joints={"wire": mbs.CurveJoint(parent="ground", child="bead", curve=circle, q="s")},
+        outputs={"height": -p * mbs.cos(s)},
+    )
+    assert mbs.loads(mbs.dumps(system)) == system
+    pendulum = mbs.solve(system, initial={"s": 0.5}).accelerations["s"].value
+    assert pendulum == pytest.approx(-9.81 / 2 * math.sin(0.5), rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("surface", "words"),
+    [
+        ({"curve": {"y": "x^2", "z": "x"}}, "lies in the x-y plane of its body"),
+        ({"outline": {"x": "cos(s)", "y": "sin(s)", "parameter": "s"}, "side": "right"}, "touched from outside"),
+        ({"curve": {"y": "x^2"}, "disc": 1}, "a surface is one of"),
+    ],
+)
+def test_surfaces_that_are_no_curves(surface: dict[str, Any], words: str) -> None:
+    with pytest.raises(mbs.ModelError, match=words):
+        mbs.Surface(**surface)
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        (mbs.Body(shape=mbs.Shape("box", [1, 1, 1], 1)), "corner1, corner2, corner3, corner4; give each a contact"),
+        (mbs.Body(mass=1, surfaces={"drum": mbs.Surface(disc=1, inside=True)}), "a curve is touched by points, discs"),
+    ],
+)
+def test_what_cannot_touch_a_curve(body: mbs.Body, words: str) -> None:
+    hill = mbs.Body(surfaces={"hill": mbs.Surface(curve=mbs.Curve(y="x^2"))})
+    system = mbs.System(
+        "hill",
+        bodies={"ground": hill, "b": body},
+        joints={"free": mbs.Planar("ground", "b")},
+        contacts={"c": mbs.Contact(("b", "ground.hill"))},
+    )
+    with pytest.raises(mbs.ModelError, match=words):
+        mbs.mechanism(system)
