@@ -8,9 +8,9 @@ from typing import Final
 
 RUNTIME_SOURCES: Final = (
     *("solve.c", "calls.c", "constraints.c", "events.c", "looks.c", "explicit.c", "stages.c", "implicit.c"),
-    *("singular.c", "pairing.c", "multistep.c", "runtime.c"),
+    *("singular.c", "pairing.c", "multistep.c", "runtime.c", "turns.c"),
 )
-RUNTIME_HEADERS: Final = ("in_order.h", "pairing.h", "runtime.h", "stages.h", "stepper.h", "vectors.h")
+RUNTIME_HEADERS: Final = ("in_order.h", "pairing.h", "runtime.h", "stages.h", "stepper.h", "turns.h", "vectors.h")
 _PACKAGE = Path(__file__).resolve().parents[1]
 
 

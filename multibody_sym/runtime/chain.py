@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from sys import float_info
 from typing import Final
 
@@ -19,13 +20,31 @@ from multibody_sym.runtime.problem import Begun, Event, Loop, Problem, Progress,
 
 @dataclass(frozen=True)
 class Leg:
-    """A part of a run in one problem: samples number `first` up to `end`, in time up to `until`, by so many `steps`."""
+    """A part of a run in one problem: samples number `first` up to `end`, in time up to `until`, by so many `steps`.
 
-    problem: Problem
+    It is the problem `of` a mode, begun at another time and state (nq + nu,) if there is one `since`. `before`: the
+    steps that the loop that took these had taken before.
+    """
+
+    of: Problem
     first: int
     end: int
     until: float
     steps: int = 0
+    since: tuple[float, Floats] | None = None
+    before: int = 0
+
+    @cached_property
+    def problem(self) -> Problem:
+        """The problem from the start of this part on."""
+        if self.since is None:
+            return self.of
+        (time, x), nq = self.since, len(self.of.q0)
+        return replace(self.of, begun=Begun(time, self.first), q0=x[:nq], u0=x[nq:])
+
+    def passed(self, end: int, until: float, steps: int) -> Leg:
+        """Return it as far as it has come, by the steps of its loop."""
+        return replace(self, end=end, until=until, steps=steps - self.before)
 
 
 @dataclass(frozen=True)
@@ -56,9 +75,9 @@ def chain(onward: Onward, legs: list[Leg]) -> Loop:
         while True:
             latest = done
             for progress in loop_for(problem)(problem, samples):
+                problem = legs[-1].of  # the loop may have gone on from mode to mode
                 latest = _joined(done, progress, problem)
-                steps = progress.statistics.steps
-                legs[-1] = replace(legs[-1], end=latest.written, until=latest.time, steps=steps)
+                legs[-1] = legs[-1].passed(latest.written, latest.time, progress.statistics.steps)
                 if _switched(progress, problem) is None:
                     yield latest
             index = _switched(progress, problem)

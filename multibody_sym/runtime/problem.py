@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -14,6 +14,7 @@ from multibody_sym.integrators.methods.collocation import Collocation
 from multibody_sym.integrators.methods.methods import Method
 from multibody_sym.integrators.pairing import Pairing
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.runtime.course import KnownTurn, Passage, Rule
 from multibody_sym.runtime.loading import Compiled
 
 _CROSSINGS: Final = 300
@@ -50,7 +51,8 @@ class Problem:
     where each is that of the coordinate in its place. The last switching functions are those of a mode, with `margins`
     by which they may exceed zero, of which the first `limiting` keep adaptive steps short, and no adaptive step leads
     over one of the `moments` (`integrators.flow.Events`).
-    `begun`: the run goes on from q0, u0 at another time than t0. `jump` may let it go on where a mode would end.
+    `begun`: the run goes on from q0, u0 at another time than t0. `jump` may let it go on where a mode would end, and
+    the loop in C may follow a `course` from mode to mode.
     Raises ValueError.
     """
 
@@ -78,6 +80,7 @@ class Problem:
     moments: tuple[float, ...] = ()
     begun: Begun | None = None
     jump: Jump | None = None
+    course: Course | None = None
 
     def __post_init__(self) -> None:
         for true, claim in (
@@ -138,6 +141,40 @@ class Problem:
     def times(self) -> Floats:
         """Return the times of all samples."""
         return sample_times(self.t0, self.t_end, self.samples)
+
+
+@dataclass(eq=False)
+class CourseMode:
+    """A mode, with the turns that are known of each of its switching functions: `mbs_mode`."""
+
+    problem: Problem
+    rules: tuple[Rule, ...]
+    held: tuple[int, ...]
+    closed: tuple[int, ...]
+    turns: list[list[KnownTurn]]
+
+
+@dataclass(eq=False)
+class Course:
+    """A run from mode to mode: the Programs `laws` and `inputs`, their parameters, and what that is measured by.
+
+    `normals` and `angles`: of each element the place of its normal, and 1 where its gap is an angle; `slides`: of each
+    speed 1 in m/s. `mode` is the number of the one in which the run is `since` a time; what happens sooner than `least`
+    after it is left to others. `speed` is the largest that was met. `passed` is told of each turn that was taken.
+    """
+
+    compiled: Compiled
+    parameters: Floats
+    normals: tuple[int, ...]
+    angles: tuple[int, ...]
+    slides: Floats
+    length: float
+    least: float
+    passed: Callable[[Passage], None]
+    speed: float = 0.0
+    since: float = 0.0
+    mode: int = 0
+    modes: list[CourseMode] = field(default_factory=list)
 
 
 @dataclass(frozen=True)

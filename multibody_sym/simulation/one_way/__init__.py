@@ -2,7 +2,8 @@
 
 question                                            answered by
 what laws ask at an instant, in numbers             facts
-what holds then, and what a switch does             decision (positions, impacts, speeds, accelerations)
+what holds then, and what a switch does             decision (impacts, accelerations), settling (positions, speeds)
+whether it does what it did before                  turns
 forces that are not unique: which ones a run has    basic
 which speeds stand still for good in a mode         held
 a mode as a problem to integrate                    modes (each made and compiled once)

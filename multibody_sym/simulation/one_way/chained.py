@@ -18,10 +18,10 @@ from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration.settings import Settings
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.mode_words import mode_words
 from multibody_sym.model.mechanism.one_way import INACTIVE, Mode
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.chain import Leg, Switch, chain
+from multibody_sym.runtime.course import Passage
 from multibody_sym.runtime.loading import Backend, Compiled
 from multibody_sym.runtime.problem import Event, Loop, Problem, RunFailure
 from multibody_sym.runtime.python_loop import put_back
@@ -31,9 +31,12 @@ from multibody_sym.simulation.one_way.account import EnergyAccount, energy_accou
 from multibody_sym.simulation.one_way.decision import Before, Decided, decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws
 from multibody_sym.simulation.one_way.impact import Blow, Bounces, bounced
-from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of
+from multibody_sym.simulation.one_way.modes import Key, Modes, key_of
 from multibody_sym.simulation.one_way.moments import moments
+from multibody_sym.simulation.one_way.roads import Roads
+from multibody_sym.simulation.one_way.stretches import Change, Stretch
 from multibody_sym.simulation.one_way.thin_bars import passed_through, thin_bars
+from multibody_sym.simulation.one_way.turns import Turn, followed, turn_of
 from multibody_sym.simulation.parts import Part
 from multibody_sym.simulation.problem import own_coefficient
 from multibody_sym.simulation.recall import compiled, compiled_laws
@@ -54,48 +57,6 @@ _UNSEEN: Final = 100.0
 """The multiple of a run's absolute tolerance below which a speed is rounding of its steps."""
 _UNSEEN_MOST: Final = 1e-8
 """The largest such speed (m/s): a tenth of that up to which slip keeps the direction in which it starts."""
-
-
-@dataclass(frozen=True)
-class Change:
-    """What a switch changed: at a time, the state of an element, or of a part of it.
-
-    Of what was struck also its `impulse` (N s, or N m s), and the energy that was `lost` there (J).
-    """
-
-    time: float
-    element: str
-    word: str
-    before: str
-    impulse: float | None = None
-    lost: float = 0.0
-
-    @property
-    def told(self) -> dict[str, Any]:
-        """The change as `Trajectory.events` tells it."""
-        known = {"t": self.time, "kind": self.word, "element": self.element}
-        return known if self.impulse is None else known | {"impulse": self.impulse, "lost": self.lost}
-
-
-@dataclass(frozen=True, eq=False)
-class Stretch:
-    """A part of a run in one mode: the Programs, how it began and the state that was found there."""
-
-    program: ModeProgram
-    problem: Problem
-    decided: Decided
-    mode: Mode
-
-    def udot_at(self, at: Facts) -> Floats:
-        """Return the accelerations (nu,) in the mode."""
-        compiled, known = self.problem.compiled, (at.t, at.q, at.u, self.problem.parameters)
-        inputs = compiled["inputs"](*known)[0] if self.problem.inputs else np.zeros(0)
-        return compiled["state_derivative"](*known, inputs, self.problem.modes)[1]
-
-    @property
-    def words(self) -> dict[str, str]:
-        """The state of each one-way element."""
-        return mode_words(self.program.mechanism.one_way, self.mode)
 
 
 @dataclass
@@ -120,12 +81,16 @@ class OneWayRun:
     jumps: list[tuple[int, float, Floats]] = field(default_factory=list)
     blows: list[Jump] = field(default_factory=list)
     _scale: Scale = Scale(1.0, 1.0)
+    remembers: bool = True
     _usual: dict[tuple[Key, int], Mode] = field(default_factory=dict)
+    _passed: dict[int, Stretch] = field(default_factory=dict)
+    _turns: dict[tuple[Key, int], list[Turn]] = field(default_factory=dict)
     _recent: list[tuple[float, Key]] = field(default_factory=list)
     _bounces: Bounces = field(default_factory=Bounces)
 
     def __post_init__(self) -> None:
         self.modes = Modes(self.laws.mechanism, self.make, self.template, self.stabilised or (0.0, 0.0))
+        self._roads = Roads(self.laws, self.template, self._soon, self.passed)
 
     def begin(self) -> Problem:
         """Return the run in the mode in which it begins.
@@ -172,13 +137,13 @@ class OneWayRun:
         """Yield the legs of the run in parts within which speeds do not jump."""
         nq = len(self.laws.mechanism.coordinates)
         for number, (stretch, leg) in enumerate(zip(self.stretches, self.legs, strict=False)):
-            problem, lasted = replace(leg.problem, jump=None), leg.until - leg.problem.start
+            problem, lasted = replace(leg.problem, jump=None, course=None), leg.until - leg.problem.start
             for t, x in [(t, x) for k, t, x in self.jumps if k == number]:
                 steps = math.ceil(leg.steps * (t - problem.start) / lasted) if lasted > 0.0 else 0
-                yield stretch, replace(leg, problem=problem, until=t, steps=steps)
+                yield stretch, replace(leg, of=problem, since=None, until=t, steps=steps)
                 problem = replace(problem, begun=None, t0=t, q0=x[:nq], u0=x[nq:])
             steps = math.ceil(leg.steps * (leg.until - problem.start) / lasted) if lasted > 0.0 else 0
-            yield stretch, replace(leg, problem=problem, steps=steps)
+            yield stretch, replace(leg, of=problem, since=None, steps=steps)
 
     @property
     def events(self) -> list[dict[str, Any]]:
@@ -203,11 +168,10 @@ class OneWayRun:
 
     def onward(self, problem: Problem, switch: Switch) -> Problem | RunFailure | Event:
         """Return the run in the mode that follows at a switch, or why there is none."""
-        now, usual = self.stretches[-1], (key_of(self.stretches[-1].mode), switch.index)
-        found = self._decided(switch.begun.time, switch.x, now.program.switchings[switch.index], self._usual.get(usual))
-        if found.mode is not None:
-            self._usual[usual] = found.mode
-        entered = self._entered(found, switch)
+        found = self._known(switch) or self._searched(switch)
+        now, entered = self.stretches[-1], self._entered(found, switch)
+        if not isinstance(entered, RunFailure):
+            self._learn(now, switch.index)
         return entered if isinstance(entered, RunFailure) else self._stop(switch.begun.time) or entered
 
     def jump(self, t: float, x: Floats, index: int) -> Floats | None:
@@ -224,7 +188,7 @@ class OneWayRun:
         if blow is None or before.late(facts, alone, [cause.element.name]):
             found = self._decided(t, x, cause, None)
             blow, facts = found.blow, found.facts
-            if blow is None or found.mode != now.mode or found.found.verdict != "one":
+            if blow is None or found.mode != now.mode or found.several:
                 return None
         else:
             facts = replace(facts, u=facts.u + blow.jump)
@@ -233,19 +197,62 @@ class OneWayRun:
         self.jumps.append((len(self.stretches) - 1, t, after.copy()))
         return after
 
+    def _known(self, switch: Switch) -> Decided | None:
+        """Return how the run goes on where a switch was decided before and leads on in the same way."""
+        now = self.stretches[-1]
+        turns = self._turns.get((key_of(now.mode), switch.index))
+        if not turns:
+            return None
+        facts, closed = self._at(switch.begun.time, switch.x, now.program.switchings[switch.index])
+        rates = None if turns[0].cause is None else now.rates_at(facts)
+        ways = (followed(turn, facts, closed, rates) for turn in turns)
+        return next((found for found in ways if found is not None), None)
+
+    def _searched(self, switch: Switch) -> Decided:
+        """Return how the run goes on, and remember it: for forces at a limit all ways, for others the last one."""
+        now = self.stretches[-1]
+        cause, usual = now.program.switchings[switch.index], (key_of(now.mode), switch.index)
+        found = self._decided(switch.begun.time, switch.x, cause, None if cause.limits else self._usual.get(usual))
+        if found.mode is not None:
+            self._usual[usual] = found.mode
+        turn = turn_of(found, now.mode, cause) if self.remembers else None
+        others = self._turns.get(usual, []) if cause.limits else []
+        self._turns[usual] = [x for x in others if turn is None or x.mode != turn.mode] + ([turn] if turn else [])
+        return found
+
+    def _learn(self, now: Stretch, index: int) -> None:
+        """Let the loop in C know where a switch of a mode leads, if the run does not stop there."""
+        stops = self.laws.mechanism.state_stops.values()
+        turns = [] if stops else self._turns.get((key_of(now.mode), index), [])
+        self._roads.learn(now.mode, index, turns)
+
+    def passed(self, passage: Passage) -> None:
+        """Note a turn that the loop in C has taken."""
+        stretch = self._passed[passage.to]
+        self.legs[-1] = self.legs[-1].passed(passage.written, passage.time, passage.steps)
+        began = passage.time, passage.x
+        self.legs.append(Leg(stretch.problem, passage.written, passage.written, passage.time, 0, began, passage.steps))
+        self._returns(passage.time, key_of(stretch.mode))
+        for name, word, before in self._begin(stretch):
+            self.changes.append(Change(passage.time, name, word, before))
+
     def _decided(self, t: float, x: Floats, cause: Switching, guess: Mode | None) -> Decided:
         """Return how the run goes on from a state at which a switching function of its mode has crossed."""
-        now, mechanism, nq = self.stretches[-1], self.laws.mechanism, len(self.laws.mechanism.coordinates)
-        x = x if now.problem.project else put_back(now.problem, t, x)
-        self._scale = _larger(self._scale, x[nq:], self.laws.slides)
-        active = [
-            each.name for each in mechanism.one_way if each.unilateral and now.mode.sides.get(each.name, INACTIVE)
-        ]
-        closed = [name for name in active if not (cause.ends == "leaves" and name == cause.element.name)]
-        closed += [cause.element.name] if cause.ends == "closes" else []
-        facts = self.laws.at(t, x[:nq], x[nq:], self._scale)
+        now = self.stretches[-1]
+        facts, closed = self._at(t, x, cause)
         beyond = (cause.element.name,) if cause.ends == "leaves" else ()
         return decided(facts, closed, Before(now.mode, now.udot_at(facts), guess, self._bounces), beyond=beyond)
+
+    def _at(self, t: float, x: Floats, cause: Switching) -> tuple[Facts, list[str]]:
+        """Return what laws ask where a switching function of the mode has crossed, and the elements that are closed."""
+        now, nq = self.stretches[-1], len(self.laws.mechanism.coordinates)
+        x = x if now.problem.project else put_back(now.problem, t, x)
+        self._scale = _larger(self._scale, x[nq:], self.laws.slides)
+        sides = now.mode.sides
+        active = [x.name for x in self.laws.mechanism.one_way if x.unilateral and sides.get(x.name, INACTIVE)]
+        closed = [name for name in active if not (cause.ends == "leaves" and name == cause.element.name)]
+        closed += [cause.element.name] if cause.ends == "closes" else []
+        return self.laws.at(t, x[:nq], x[nq:], self._scale), closed
 
     def _stop(self, time: float) -> Event | None:
         """Return that a state has just begun in which the run ends; its number follows those of other stops."""
@@ -260,7 +267,9 @@ class OneWayRun:
         """Return the run in the mode that was found, noting what has changed."""
         t = found.facts.t
         if found.mode is None:
-            self.trouble = f"no state of what holds one way only fulfils its laws ({found.found.searched})"
+            self.trouble = (
+                f"no state of what holds one way only fulfils its laws ({found.found.searched if found.found else ''})"
+            )
             return RunFailure(Status.NO_MODE, t, None)
         problem, program = self.modes.problem(found, None if switch is None else switch.begun)
         problem = replace(problem, jump=self.jump)
@@ -272,29 +281,43 @@ class OneWayRun:
         if returns >= _RETURNS:
             forces, others = problem.margins[: problem.limiting], problem.margins[problem.limiting :]
             problem = replace(problem, margins=(*(_KEPT * margin for margin in forces), *others))
-        self._note(t, found, Stretch(program, problem, found, found.mode))
+        problem = self._roads.entered(problem, program, found.mode, t, self._scale)
+        if self._roads.course is not None:
+            problem = replace(problem, course=self._roads.course)
+        stretch = Stretch(program, problem, found.mode)
+        if problem.course is not None:
+            self._passed[self._roads.number(found.mode)] = stretch
+        self._note(t, found, stretch)
         return problem
+
+    @property
+    def _soon(self) -> float:
+        return _AT_ONCE * self.template.t_end / 200.0
 
     def _returns(self, time: float, key: Key) -> int:
         """Return how often the run has come back to a mode without time going on."""
-        soon = _AT_ONCE * self.template.t_end / 200.0
-        self._recent = [(t, k) for t, k in self._recent if time - t <= soon]
+        self._recent = [(t, k) for t, k in self._recent if time - t <= self._soon]
         returns = sum(k == key for _, k in self._recent)
         self._recent.append((time, key))
         return returns
 
     def _note(self, time: float, found: Decided, stretch: Stretch) -> None:
-        if found.found.verdict == "several":
+        if found.several:
             self.changes.append(Change(time, self.laws.mechanism.one_way[0].name, SEVERAL, ""))
-        before = self.stretches[-1].words if self.stretches else {}
-        self.stretches.append(stretch)
-        blow, words = found.blow, stretch.words
-        changed = {name: word for name, word in words.items() if before and before.get(name) != word}
+        blow, changes = found.blow, self._begin(stretch)
+        changed = {name: word for name, word, _ in changes}
         if blow is not None:
             self._hit(time, blow, {name: changed.pop(name, IMPACT) for name in blow.impulses}, found.late)
-        for name, word in changed.items():
-            self.changes.append(Change(time, name, word, before.get(name, "")))
-        self._bounces.rested([name for name, side in found.mode.sides.items() if side] if found.mode else ())
+        self.changes += [Change(time, name, word, before) for name, word, before in changes if name in changed]
+
+    def _begin(self, stretch: Stretch) -> list[tuple[str, str, str]]:
+        """Begin a stretch, and return which elements are in another state than before: name, state now and before."""
+        before, words = self.stretches[-1].words if self.stretches else {}, stretch.words
+        self.stretches.append(stretch)
+        self._bounces.rested([name for name, side in stretch.mode.sides.items() if side])
+        return [
+            (name, word, before.get(name, "")) for name, word in words.items() if before and before.get(name) != word
+        ]
 
     def _hit(
         self, time: float, blow: Blow, words: Mapping[str, str] | None = None, late: Mapping[str, float] | None = None

@@ -13,37 +13,51 @@ from multibody_sym.dynamics.laws.problem import Found, LawState
 from multibody_sym.kinematics.motion import coordinate_rates
 from multibody_sym.model.mechanism.one_way import INACTIVE, Mode, OneWay
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.numerics.rank import SWITCHED, least_squares
+from multibody_sym.simulation.one_way import settling
 from multibody_sym.simulation.one_way.basic import basic_mode
-from multibody_sym.simulation.one_way.facts import Facts, posed
+from multibody_sym.simulation.one_way.facts import Facts, posed, rounded_up
 from multibody_sym.simulation.one_way.impact import Blow, Bounces, low_bounce, struck
+from multibody_sym.simulation.one_way.settling import at_rest, moved, named, onto_rows
 
-_ROUNDING: Final = 1e-15
-"""The part of the model's size, and of its largest speed, that is not put back."""
-_COARSER: Final = (SWITCHED, 1e-7, 1e-5, 1e-3)
-"""Tolerances of rows that bring to rest what hardly moves, until they change speeds slightly: near a dead centre what
-stands still holds nothing else, and a crank does not stop for a slider that does."""
-_SLIGHT: Final = 1e-6
-"""The part of the largest speeds by which these may change: a thousand times that up to which slip counts as rest."""
-_SOON: Final = (1e-7, 1e-5, 1e-3)
+SOON: Final = (1e-7, 1e-5, 1e-3)
 """Parts of the time in which the fastest passes the model's size: so soon it shows how forces at a limit change."""
 
 
 @dataclass(frozen=True, eq=False)
 class Decided:
-    """How a run goes on from an instant: with the coordinates and speeds of `facts`, in a mode.
+    """How a run goes on from an instant: with the coordinates and speeds of `facts`, in a mode; None if there is none.
 
-    `found` are the states that are possible, of which `state` was taken, None if there is none; `blow` what an
-    impact did, None without one; `late` how much longer (s) what rests now would still have bounced.
+    `largest` is the largest force there, as forces are measured; `found` the states that are possible, of a problem as
+    `posed`; both None where the mode was known before and verified. `blow`: what an impact did, None without one;
+    `late`: how much longer (s) what rests now would still have bounced.
     """
 
     facts: Facts
     mode: Mode | None
-    state: LawState | None
-    found: Found
-    posed: PosedLaws
+    largest: float
+    found: Found | None
+    posed: PosedLaws | None
     blow: Blow | None = None
     late: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def several(self) -> bool:
+        """Whether the laws have several states."""
+        return self.found is not None and self.found.verdict == "several"
+
+    @property
+    def searched(self) -> str:
+        """What was searched, in words."""
+        return "" if self.found is None else self.found.searched
+
+    @staticmethod
+    def largest_of(forces: Floats, causes: Floats) -> float:
+        """Return the largest force, and no less than a thousandth of what would move things: rounding is part of it.
+
+        It is rounded up to a power of two, so that it does not hang on digits.
+        """
+        largest = max(float(np.abs(forces).max(initial=0.0)), 1e-3 * float(np.abs(causes).max(initial=0.0)))
+        return rounded_up(largest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,15 +85,15 @@ def decided(
     Others that touch there count as well, but for those that have got `beyond` an edge, however near they still are.
     Several events at once are one. `before` is None at the start.
     """
-    touching = [name for name in _touching(facts, closed) if name not in beyond]
-    facts = _moved(facts, q=_onto_rows(facts, touching))
-    closing = _closing(facts, touching)
+    touching = [name for name in settling.touching(facts, closed) if name not in beyond]
+    facts = moved(facts, q=onto_rows(facts, touching))
+    closing = settling.closing(facts, touching)
     late = before.late(facts, closing, touching) if before is not None else {}
     blow = struck(facts, touching, late) if closing else None
     if blow is not None:
-        facts = _moved(facts, u=facts.u + blow.jump)
-        touching = [x.name for x in _named(facts, touching) if not _leaves(facts, x, before if late else None)]
-    facts = _moved(facts, u=_at_rest(facts, touching))
+        facts = moved(facts, u=facts.u + blow.jump)
+        touching = [x.name for x in named(facts, touching) if not _leaves(facts, x, before if late else None)]
+    facts = moved(facts, u=at_rest(facts, touching))
     problem = posed(facts, touching)
     found = _found(problem, None if before is None else before.guess or before.mode)
     state = found.states[0] if found.states else None
@@ -87,7 +101,8 @@ def decided(
     limit = mode is None or before is None or mode == before.mode or _between(facts, mode, before.mode)
     if before is not None and blow is None and limit:
         state, mode = _ahead(facts, touching, before, state, mode)
-    return Decided(facts, mode, state, found, problem, blow, late)
+    largest = 0.0 if state is None else Decided.largest_of(state.z, problem.problem.right)
+    return Decided(facts, mode, largest, found, problem, blow, late)
 
 
 def _leaves(facts: Facts, element: OneWay, before: Before | None) -> bool:
@@ -107,14 +122,6 @@ def _between(facts: Facts, mode: Mode, before: Mode) -> bool:
     return any(before.sides.get(name, INACTIVE) and not mode.sides.get(name, INACTIVE) for name in names)
 
 
-def _moved(facts: Facts, *, q: Floats | None = None, u: Floats | None = None) -> Facts:
-    """Return what holds at other coordinates or speeds; the same where they are None."""
-    if q is None and u is None:
-        return facts
-    there = facts.q if q is None else q, facts.u if u is None else u
-    return facts.laws.at(facts.t, *there, facts.scale)
-
-
 def _found(problem: PosedLaws, previous: Mode | None) -> Found:
     """Return the states that are possible: all at the start of a run, later the one next to its mode."""
     from multibody_sym.dynamics.laws.search import find  # brings scipy, which a run without laws does not need
@@ -131,7 +138,7 @@ def _ahead(
     """
     mechanism = facts.laws.mechanism
     rates = np.array(coordinate_rates(mechanism, facts.q.tolist(), facts.u.tolist()), dtype=float)
-    for soon in (part * facts.scale.length / facts.scale.speed for part in _SOON):
+    for soon in (part * facts.scale.length / facts.scale.speed for part in SOON):
         later = facts.laws.at(facts.t + soon, facts.q + soon * rates, facts.u + soon * before.udot, facts.scale)
         there = posed(later, touching)
         found = _found(there, before.mode).states
@@ -139,66 +146,3 @@ def _ahead(
         if following != mode:
             return found[0], following
     return state, mode
-
-
-def _touching(facts: Facts, closed: Collection[str]) -> list[str]:
-    """Return the unilateral elements that touch: those named, unless they leave, and those that stand so."""
-    found = []
-    for element in facts.laws.mechanism.one_way:
-        if element.unilateral:
-            standing = facts.standing(element)
-            if standing in ("touching", "closing") or (element.name in closed and standing != "leaving"):
-                found.append(element.name)
-    return found
-
-
-def _named(facts: Facts, names: Collection[str]) -> list[OneWay]:
-    return [element for element in facts.laws.mechanism.one_way if element.name in names]
-
-
-def _closing(facts: Facts, touching: Collection[str]) -> list[OneWay]:
-    """Return what closes with a speed."""
-    return [x for x in _named(facts, touching) if facts.rate(x) < -facts.allowed_speed(x.normals[0])]
-
-
-# --- moves ------------------------------------------------------------------------------------------------------------
-
-
-def _least(matrix: Floats, wanted: Floats) -> Floats:
-    """Return the x of least norm with matrix x = wanted, as far as dependent rows allow."""
-    return least_squares(matrix, wanted, SWITCHED)
-
-
-def _kept(facts: Facts, touching: Collection[str]) -> list[int]:
-    """Return the places of the rows that hold: constraints and the normals of what touches."""
-    mechanism = facts.laws.mechanism
-    return [facts.place(row) for row in (*mechanism.rows, *(x.normals[0] for x in _named(facts, touching)))]
-
-
-def _onto_rows(facts: Facts, touching: Collection[str]) -> Floats | None:
-    """Return the coordinates put onto closed gaps, taut ropes and constraints; None if they are there."""
-    places = _kept(facts, touching)
-    phi = facts.known["phi"][places]
-    if not np.abs(phi).max(initial=0.0) > _ROUNDING * facts.scale.length:
-        return None
-    there = np.flatnonzero(phi)
-    change = facts.speeds(_least(facts.known["matrix"][places][there], -phi[there])).tolist()
-    moved: Floats = facts.q + np.array(coordinate_rates(facts.laws.mechanism, facts.q.tolist(), change), dtype=float)
-    return moved
-
-
-def _at_rest(facts: Facts, touching: Collection[str]) -> Floats | None:
-    """Return the speeds with what touches and does not slide at rest in its rows to the last bit; None if it is."""
-    problem = posed(facts, touching)
-    places = _kept(facts, touching)
-    laws = zip(problem.parts, problem.problem.parts, strict=True)
-    places += [facts.place(row) for part, law in laws if law.rests for row in part.rows]
-    speeds = facts.known["phidot"][places]
-    if not np.abs(speeds).max(initial=0.0) > _ROUNDING * facts.scale.speed:
-        return None
-    sizes = facts.laws.slides * facts.scale.speed + (1.0 - facts.laws.slides) * facts.scale.turning
-    for independent in _COARSER:
-        change = facts.speeds(least_squares(facts.known["matrix"][places], -speeds, independent))
-        if (np.abs(change) <= _SLIGHT * sizes).all():
-            return facts.u + change
-    return None

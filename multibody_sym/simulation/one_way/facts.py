@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Final
 
 import numpy as np
 
@@ -16,6 +18,8 @@ from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.loading import Compiled
+
+_BESIDE: Final = 1.37
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,6 +137,11 @@ class Facts:
         """Return the change of the speeds (nu,) that weighted coordinates x (n,) stand for."""
         changed: Floats = self.known["inverse"] @ x
         return changed
+
+
+def rounded_up(value: float) -> float:
+    """Return a value rounded up to a power of two, beside which forces are rare: it does not hang on digits."""
+    return 2.0 ** math.ceil(math.log2(_BESIDE * value)) / _BESIDE if value > 0.0 else 0.0
 
 
 def posed(facts: Facts, closed: Collection[str]) -> PosedLaws:

@@ -19,7 +19,7 @@ from multibody_sym.numerics.rank import ROUNDED, rank
 from multibody_sym.runtime.loading import Compiled
 from multibody_sym.runtime.problem import Begun, Problem
 from multibody_sym.simulation.one_way.decision import Decided
-from multibody_sym.simulation.one_way.facts import Facts
+from multibody_sym.simulation.one_way.facts import Facts, rounded_up
 from multibody_sym.simulation.one_way.held import held_speeds
 
 _FORCES: Final = 2e-13
@@ -104,7 +104,7 @@ class Modes:
         assert mode is not None
         program = self.program(mode, at)
         entered = program.mechanism
-        independent = independent_rows(entered, decided.posed)
+        independent = len(entered.rows) if decided.posed is None else independent_rows(entered, decided.posed)
         values = self.parameters(entered, at.laws.parameters, mode, independent)
         count = len(program.switchings)
         own = self.template.terminal[: len(entered.stops) + len(entered.kinks) + len(entered.fades)]
@@ -119,7 +119,7 @@ class Modes:
             project=bool(entered.rows) and self.template.project,
             independent=float(independent),
             terminal=own + (True,) * count,
-            margins=tuple(_margin(one, at, _largest(decided)) for one in program.switchings),
+            margins=tuple(_margin(one, at, decided.largest) for one in program.switchings),
             limiting=sum(one.limits for one in program.switchings),
             begun=begun,
         )
@@ -133,13 +133,6 @@ def independent_rows(entered: Mechanism, posed: PosedLaws) -> int:
     return int(rank(matrix, ROUNDED)) if places else 0
 
 
-def _largest(decided: Decided) -> float:
-    """Return the largest force, and no less than a thousandth of what would move things: rounding is part of it."""
-    assert decided.state is not None
-    forces, causes = decided.state.z, decided.posed.problem.right
-    return max(float(np.abs(forces).max(initial=0.0)), 1e-3 * float(np.abs(causes).max(initial=0.0)))
-
-
 def _margin(one: Switching, at: Facts, largest: float) -> float:
     """Return by how much a switching function may exceed zero: what rounding may make of nothing."""
     if one.limits:
@@ -150,5 +143,5 @@ def _margin(one: Switching, at: Facts, largest: float) -> float:
     if one.ends == "stops":
         row = one.part.rows[0]
         by_time = _TIMES * abs(at.t) * abs(float(at.known["right"][at.place(row)]))
-        return at.allowed_speed(row, _SPEEDS) + by_time
+        return rounded_up(at.allowed_speed(row, _SPEEDS) + by_time)
     return -at.allowed_slip(one.part, _AT_REST)

@@ -1,0 +1,50 @@
+"""What the loop in C has to know to go on at switches that were decided before: records for `turns.h`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from multibody_sym.numerics.arrays import Floats
+
+Rub = tuple[int, int, int, int, int]
+"""The places of a normal and a tangent, the number of a friction part, the way it slides, 1 if from rest."""
+FORCE, LENGTH, ANGLE, SPEED = range(4)
+Rule = tuple[int, int]
+"""By what a switching function may exceed zero: a part of forces, of the model's size, or of the speed along a row."""
+
+
+@dataclass(frozen=True)
+class ActingRows:
+    """What acts in a mode, by places of rows: `mbs_acting`."""
+
+    active: tuple[int, ...] = ()
+    sliding: tuple[Rub, ...] = ()
+    sticking: tuple[Rub, ...] = ()
+    pressing: tuple[int, ...] = ()
+    apart: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class KnownTurn:
+    """A switch that was decided: `mbs_turn`."""
+
+    to: int
+    touching: tuple[int, ...]
+    kept: tuple[int, ...]
+    rows: tuple[int, ...]
+    signs: tuple[tuple[int, int], ...]
+    after: ActingRows
+    before: ActingRows
+    cause: int
+    way: int
+
+
+@dataclass(frozen=True)
+class Passage:
+    """A turn that was taken: when, to which mode, after so many samples and steps, and the state (nq + nu,) then."""
+
+    time: float
+    to: int
+    written: int
+    steps: int
+    x: Floats

@@ -1,0 +1,107 @@
+"""A problem as the loop in C reads it."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.runtime.native import MethodStruct, NativeFunction, ProblemStruct, SystemStruct
+from multibody_sym.runtime.native_method import address, method_struct
+from multibody_sym.runtime.problem import Problem
+
+Integers = NDArray[np.intc]
+
+_PROGRAMS: Final = (
+    "inputs",
+    "state_derivative",
+    "jacobian",
+    "index_2",
+    "index_2_by_state",
+    "index_2_by_multipliers",
+    "project_position",
+    "project_velocity",
+    "normalize",
+    "events",
+)
+
+
+class NativeProblem:
+    """The structures of a problem, with all that they point into: `handle` for C, `margins` that may be written."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        self._given, self._whole = _given(problem), _whole_numbers(problem)
+        self.margins = self._given[2]
+        self._method = method_struct(problem.method)
+        self._system = _system(problem, self._given, self._whole)
+        self.structure = _problem(problem, self._method, self._system)
+        derivative = problem.compiled["state_derivative"]
+        assert isinstance(derivative, NativeFunction)
+        self.library, self.handle = derivative.library, ctypes.byref(self.structure)
+
+    @property
+    def work(self) -> int:
+        """Doubles of room that the loop takes."""
+        return int(self.library.mbs_work(self.handle))
+
+
+def _whole_numbers(problem: Problem) -> dict[str, Integers]:
+    pairs = problem.pairing
+    lists: dict[str, Sequence[Any]] = {"terminal": problem.terminal, "plain": pairs.plain, "ball": pairs.balls}
+    return {name: np.array(values, dtype=np.intc).ravel() for name, values in lists.items()}
+
+
+def _given(problem: Problem) -> tuple[Floats, ...]:
+    """Return parameters, modes, margins and moments, which must live as long as the system for C."""
+    given = (problem.parameters, problem.modes, problem.margins, problem.moments)
+    return tuple(np.array(values, dtype=float) for values in given)
+
+
+def _system(problem: Problem, given: tuple[Floats, ...], whole: dict[str, Integers]) -> SystemStruct:
+    """Return the system for C; it points into the arrays, which must live as long."""
+    parameters, modes, margins, moments = given
+    programs = {}
+    for name in _PROGRAMS:
+        if name in problem.compiled and (name != "inputs" or problem.inputs):
+            function = problem.compiled[name]
+            assert isinstance(function, NativeFunction)
+            programs[name] = ctypes.addressof(function.structure)
+    return SystemStruct(
+        **programs,
+        parameters=address(parameters),
+        modes=address(modes),
+        nq=len(problem.q0),
+        nu=len(problem.u0),
+        ns=problem.rows,
+        nw=problem.inputs,
+        ng=len(problem.terminal),
+        plains=len(problem.pairing.plain),
+        balls=len(problem.pairing.balls),
+        margins=address(margins),
+        switches=len(margins),
+        limiting=problem.limiting,
+        moments=address(moments),
+        moment_count=len(moments),
+        **{name: address(values) for name, values in whole.items()},
+    )
+
+
+def _problem(problem: Problem, method: MethodStruct, system: SystemStruct) -> ProblemStruct:
+    return ProblemStruct(
+        method=ctypes.pointer(method),
+        system=ctypes.pointer(system),
+        step=problem.step or 0.0,
+        project=problem.project,
+        **{
+            name: getattr(problem, name)
+            for name in (
+                *("t0", "t_end", "rtol", "atol"),
+                *("contradiction", "closure", "independent", "max_steps", "samples"),
+            )
+        },
+    )

@@ -1,0 +1,99 @@
+"""What a switch does before forces are asked: what touches, positions on their rows, speeds of what stops at zero."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.kinematics.motion import coordinate_rates
+from multibody_sym.model.mechanism.one_way import OneWay
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.few_rows import least_change
+from multibody_sym.numerics.rank import SWITCHED, least_squares
+from multibody_sym.simulation.one_way.facts import Facts, posed
+
+_ROUNDING: Final = 1e-15
+"""The part of the model's size, and of its largest speed, that is not put back."""
+_COARSER: Final = (SWITCHED, 1e-7, 1e-5, 1e-3)
+"""Tolerances of rows that bring to rest what hardly moves, until they change speeds slightly: near a dead centre what
+stands still holds nothing else, and a crank does not stop for a slider that does."""
+_SLIGHT: Final = 1e-6
+"""The part of the largest speeds by which these may change: a thousand times that up to which slip counts as rest."""
+
+
+def moved(facts: Facts, *, q: Floats | None = None, u: Floats | None = None) -> Facts:
+    """Return what holds at other coordinates or speeds; the same where they are None."""
+    if q is None and u is None:
+        return facts
+    there = facts.q if q is None else q, facts.u if u is None else u
+    return facts.laws.at(facts.t, *there, facts.scale)
+
+
+def touching(facts: Facts, closed: Collection[str]) -> list[str]:
+    """Return the unilateral elements that touch: those named, unless they leave, and those that stand so."""
+    found = []
+    for element in facts.laws.mechanism.one_way:
+        if element.unilateral:
+            standing = facts.standing(element)
+            if standing in ("touching", "closing") or (element.name in closed and standing != "leaving"):
+                found.append(element.name)
+    return found
+
+
+def named(facts: Facts, names: Collection[str]) -> list[OneWay]:
+    """Return the elements of these names."""
+    return [element for element in facts.laws.mechanism.one_way if element.name in names]
+
+
+def closing(facts: Facts, touching: Collection[str]) -> list[OneWay]:
+    """Return what closes with a speed."""
+    return [x for x in named(facts, touching) if facts.rate(x) < -facts.allowed_speed(x.normals[0])]
+
+
+def _kept(facts: Facts, touching: Collection[str]) -> list[int]:
+    """Return the places of the rows that hold: constraints and the normals of what touches."""
+    mechanism = facts.laws.mechanism
+    return [facts.place(row) for row in (*mechanism.rows, *(x.normals[0] for x in named(facts, touching)))]
+
+
+def onto_rows(facts: Facts, touching: Collection[str]) -> Floats | None:
+    """Return the coordinates put onto closed gaps, taut ropes and constraints; None if they are there."""
+    places = _kept(facts, touching)
+    phi = facts.known["phi"][places]
+    if not np.abs(phi).max(initial=0.0) > _ROUNDING * facts.scale.length:
+        return None
+    there = np.flatnonzero(phi)
+    rows, wanted = facts.known["matrix"][places][there], -phi[there]
+    change = least_change(rows, wanted, facts.known["inverse"])
+    if change is None:
+        change = facts.speeds(least_squares(rows, wanted, SWITCHED))
+    rates = coordinate_rates(facts.laws.mechanism, facts.q.tolist(), change.tolist())
+    onto: Floats = facts.q + np.array(rates, dtype=float)
+    return onto
+
+
+def at_rest(facts: Facts, touching: Collection[str]) -> Floats | None:
+    """Return the speeds with what touches and does not slide at rest in its rows to the last bit; None if it is."""
+    problem = posed(facts, touching)
+    places = _kept(facts, touching)
+    laws = zip(problem.parts, problem.problem.parts, strict=True)
+    places += [facts.place(row) for part, law in laws if law.rests for row in part.rows]
+    speeds = facts.known["phidot"][places]
+    if not np.abs(speeds).max(initial=0.0) > _ROUNDING * facts.scale.speed:
+        return None
+    sizes = facts.laws.slides * facts.scale.speed + (1.0 - facts.laws.slides) * facts.scale.turning
+    for change in _changes(facts, places, -speeds):
+        if (np.abs(change) <= _SLIGHT * sizes).all():
+            return facts.u + change
+    return None
+
+
+def _changes(facts: Facts, places: Sequence[int], wanted: Floats) -> Iterator[Floats]:
+    """Yield changes of speeds (nu,) that change rows as wanted, by ever fewer of the rows."""
+    rows = facts.known["matrix"][places]
+    change = least_change(rows, wanted, facts.known["inverse"])
+    if change is not None:
+        yield change
+    yield from (facts.speeds(least_squares(rows, wanted, independent)) for independent in _COARSER)

@@ -1,0 +1,62 @@
+"""Parts of a run in one mode, and what a switch from one to the next changed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from multibody_sym.model.mechanism.mode_words import mode_words
+from multibody_sym.model.mechanism.one_way import Mode
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.runtime.problem import Problem
+from multibody_sym.simulation.one_way.facts import Facts
+from multibody_sym.simulation.one_way.modes import ModeProgram
+
+
+@dataclass(frozen=True)
+class Change:
+    """What a switch changed: at a time, the state of an element, or of a part of it.
+
+    Of what was struck also its `impulse` (N s, or N m s), and the energy that was `lost` there (J).
+    """
+
+    time: float
+    element: str
+    word: str
+    before: str
+    impulse: float | None = None
+    lost: float = 0.0
+
+    @property
+    def told(self) -> dict[str, Any]:
+        """The change as `Trajectory.events` tells it."""
+        known = {"t": self.time, "kind": self.word, "element": self.element}
+        return known if self.impulse is None else known | {"impulse": self.impulse, "lost": self.lost}
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """A part of a run in one mode: the Programs and the problem as it began."""
+
+    program: ModeProgram
+    problem: Problem
+    mode: Mode
+
+    def rates_at(self, at: Facts) -> tuple[Floats, Floats]:
+        """Return the rates of coordinates (nq,) and speeds (nu,) in the mode."""
+        compiled, known = self.problem.compiled, (at.t, at.q, at.u, self.problem.parameters)
+        inputs = compiled["inputs"](*known)[0] if self.problem.inputs else np.zeros(0)
+        qdot, udot, *_ = compiled["state_derivative"](*known, inputs, self.problem.modes)
+        return qdot, udot
+
+    def udot_at(self, at: Facts) -> Floats:
+        """Return the accelerations (nu,) in the mode."""
+        return self.rates_at(at)[1]
+
+    @cached_property
+    def words(self) -> dict[str, str]:
+        """The state of each one-way element."""
+        return mode_words(self.program.mechanism.one_way, self.mode)

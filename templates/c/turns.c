@@ -1,0 +1,535 @@
+/* Switches that were decided before; `turns.py` says what is verified, and does the same. */
+#include "stepper.h"
+#include "turns.h"
+
+#define TOUCHING 1e-9  /* part of the model's size, and of its speed, that gaps and speeds of what touches may have */
+#define ROUNDING 1e-15 /* and that is not put back */
+#define SLIGHT 1e-6    /* part of speeds that may be put back */
+#define INDEPENDENT 1e-6
+#define CLEAR 3e-10    /* part of the largest force, and of an acceleration's terms, by which inequalities hold */
+#define ROUNDED 1e-12  /* and of the largest acceleration */
+#define WITHIN 0.1     /* part of that by which a limit is kept */
+#define PIVOT 1e-5     /* least part of a row that others leave */
+#define FEW 8          /* rows that are put back */
+#define MOST 12        /* rows that act */
+#define BESIDE 1.37
+
+enum { OPEN, INSIDE, RESTING, LEAVING, CLOSING };
+
+/* The forces of what acts, what they do, by what they are measured. */
+typedef struct {
+    double z[MOST], *x;
+    double force, rounded;
+} solved;
+
+static int width(const mbs_course *c)
+{
+    return c->modes->problem->system->nu;
+}
+
+long long mbs_room(const mbs_course *course)
+{
+    const mbs_system *s = course->modes->problem->system;
+    return (long long)(MOST + 5) * s->nu + 4LL * s->nq;
+}
+
+static void ask(const mbs_course *c, double t, const double *q, const double *u)
+{
+    mbs_laws *l = c->laws;
+    const double *in[6] = {&t, q, u, l->parameters, l->given, l->given};
+    if (l->inputs)
+        l->inputs->call(in, &l->given);
+    l->laws->call(in, l->outputs);
+}
+
+static double dot(int n, const double *a, const double *b)
+{
+    double total = 0.0;
+    for (int k = 0; k < n; ++k)
+        total += a[k] * b[k];
+    return total;
+}
+
+static double length_of(int n, const double *row)
+{
+    double size = sqrt(dot(n, row, row));
+    return size == 0.0 ? 1.0 : size;
+}
+
+/* The largest speed along a row of which a part counts. */
+static double speed_along(const mbs_course *c, int row)
+{
+    const mbs_laws *l = c->laws;
+    double total = 0.0;
+    for (int k = 0; k < width(c); ++k)
+        total += fabs(l->jacobian[row * width(c) + k]) * (l->slides[k] * l->speed + (1.0 - l->slides[k]) * (l->speed / l->length));
+    return total;
+}
+
+static int standing(const mbs_course *c, int element)
+{
+    const mbs_laws *l = c->laws;
+    int normal = l->normals[element];
+    double gap = l->phi[normal], rate = l->phidot[normal], allowed = TOUCHING * (l->angles[element] ? 1.0 : l->length);
+    if (gap > allowed || l->reaches[element] < -allowed)
+        return OPEN;
+    if (gap < -allowed)
+        return INSIDE;
+    return fabs(rate) <= TOUCHING * speed_along(c, normal) ? RESTING : rate > 0.0 ? LEAVING : CLOSING;
+}
+
+/* What touches is what did when the switch was decided, and nothing closes. */
+static int touches_alike(const mbs_course *c, const mbs_turn *turn, const int *closed)
+{
+    const mbs_laws *l = c->laws;
+    for (int k = 0; k < l->elements; ++k) {
+        int now = standing(c, k), touches = now == RESTING || now == CLOSING || (closed[k] && now != LEAVING);
+        if (touches != turn->touching[k])
+            return 0;
+        if (touches && l->phidot[l->normals[k]] < -TOUCHING * speed_along(c, l->normals[k]))
+            return 0;
+    }
+    return 1;
+}
+
+static int signs_alike(const mbs_course *c, const mbs_turn *turn)
+{
+    for (int k = 0; k < turn->parts; ++k) {
+        double speed = c->laws->phidot[turn->signs[k].tangent], allowed = TOUCHING * speed_along(c, turn->signs[k].tangent);
+        if (turn->signs[k].sign != (fabs(speed) <= allowed ? 0 : speed > 0.0 ? 1 : -1))
+            return 0;
+    }
+    return 1;
+}
+
+/* `change` receives inverse x with the least x for which rows x = wanted; 0 where rows are many or nearly dependent. */
+static int least_change(const mbs_course *c, int count, const int *rows, const double *wanted, double *change)
+{
+    int n = width(c);
+    const double *a = c->laws->matrix;
+    double triangle[FEW][FEW], y[FEW], *x = c->room;
+    if (count > FEW)
+        return 0;
+    for (int i = 0; i < count; ++i) {
+        double right = wanted[i];
+        for (int j = 0; j <= i; ++j) {
+            double value = dot(n, a + rows[i] * n, a + rows[j] * n), square = value;
+            for (int p = 0; p < j; ++p)
+                value -= triangle[i][p] * triangle[j][p];
+            if (j == i && !(value > INDEPENDENT * square))
+                return 0;
+            triangle[i][j] = j < i ? value / triangle[j][j] : sqrt(value);
+        }
+        for (int p = 0; p < i; ++p)
+            right -= triangle[i][p] * y[p];
+        y[i] = right / triangle[i][i];
+    }
+    for (int i = count - 1; i >= 0; --i) {
+        for (int p = i + 1; p < count; ++p)
+            y[i] -= triangle[p][i] * y[p];
+        y[i] /= triangle[i][i];
+    }
+    for (int k = 0; k < n; ++k) {
+        x[k] = 0.0;
+        for (int i = 0; i < count; ++i)
+            x[k] += a[rows[i] * n + k] * y[i];
+    }
+    for (int k = 0; k < n; ++k)
+        change[k] = dot(n, c->laws->inverse + k * n, x);
+    return 1;
+}
+
+/* Put coordinates onto rows that hold; 0 where that is left to others. */
+static int onto_rows(const mbs_course *c, const mbs_turn *turn, double t, double *q, const double *u)
+{
+    const mbs_system *s = c->modes->problem->system;
+    int rows[FEW], count = 0;
+    double wanted[FEW], largest = 0.0, *change = c->room + s->nu;
+    for (int k = 0; k < turn->keeps; ++k) {
+        double phi = c->laws->phi[turn->kept[k]];
+        largest = fabs(phi) > largest ? fabs(phi) : largest;
+        if (phi != 0.0) {
+            if (count == FEW)
+                return 0;
+            wanted[count] = -phi;
+            rows[count++] = turn->kept[k];
+        }
+    }
+    if (!(largest > ROUNDING * c->laws->length))
+        return 1;
+    if (!least_change(c, count, rows, wanted, change))
+        return 0;
+    for (int k = 0; k < s->plains; ++k)
+        q[s->plain[2 * k]] += change[s->plain[2 * k + 1]];
+    ask(c, t, q, u);
+    return 1;
+}
+
+/* Bring to rest what touches and does not slide. */
+static int at_rest(const mbs_course *c, const mbs_turn *turn, double t, const double *q, double *u)
+{
+    const mbs_laws *l = c->laws;
+    int rows[FEW], count = 0, n = width(c);
+    double wanted[FEW], largest = 0.0, *change = c->room + n;
+    for (int k = 0; k < turn->keeps + turn->parts; ++k) {
+        if (k >= turn->keeps && turn->signs[k - turn->keeps].sign)
+            continue;
+        if (count == FEW)
+            return 0;
+        rows[count] = k < turn->keeps ? turn->kept[k] : turn->signs[k - turn->keeps].tangent;
+        wanted[count] = -l->phidot[rows[count]];
+        largest = fabs(wanted[count]) > largest ? fabs(wanted[count]) : largest;
+        ++count;
+    }
+    if (!(largest > ROUNDING * l->speed))
+        return 1;
+    if (!least_change(c, count, rows, wanted, change))
+        return 0;
+    for (int k = 0; k < n; ++k)
+        if (!(fabs(change[k]) <= SLIGHT * (l->slides[k] * l->speed + (1.0 - l->slides[k]) * (l->speed / l->length))))
+            return 0;
+    for (int k = 0; k < n; ++k)
+        u[k] += change[k];
+    ask(c, t, q, u);
+    return 1;
+}
+
+/* Solve K z = r by elimination with pivots in columns; 0 where rows are nearly dependent. */
+static int eliminated(int m, double k[MOST][MOST], double *r)
+{
+    for (int i = 0; i < m; ++i) {
+        int best = i;
+        for (int j = i + 1; j < m; ++j)
+            best = fabs(k[j][i]) > fabs(k[best][i]) ? j : best;
+        if (!(fabs(k[best][i]) > PIVOT))
+            return 0;
+        for (int p = 0; p < m; ++p) {
+            double kept = k[i][p];
+            k[i][p] = k[best][p];
+            k[best][p] = kept;
+        }
+        double right = r[i];
+        r[i] = r[best];
+        r[best] = right;
+        for (int j = i + 1; j < m; ++j) {
+            double part = k[j][i] / k[i][i];
+            for (int p = i; p < m; ++p)
+                k[j][p] -= part * k[i][p];
+            r[j] -= part * r[i];
+        }
+    }
+    for (int i = m - 1; i >= 0; --i) {
+        for (int p = i + 1; p < m; ++p)
+            r[i] -= k[i][p] * r[p];
+        r[i] /= k[i][i];
+    }
+    return 1;
+}
+
+static int place_of(const mbs_acting *acting, int row)
+{
+    int k = 0;
+    while (acting->active[k] != row)
+        ++k;
+    return k;
+}
+
+/* The forces of what acts, with static coefficients for what slides from rest or not. */
+static int solve(const mbs_course *c, const mbs_turn *turn, const mbs_acting *acting, int with_static, solved *s)
+{
+    const mbs_laws *l = c->laws;
+    int n = width(c), m = acting->actives;
+    double *pushes = c->room + 5 * n, k[MOST][MOST], sizes[MOST], largest = 0.0;
+    s->x = c->room + 4 * n;
+    for (int i = 0; i < m; ++i)
+        mbs_copy(n, l->exerted + acting->active[i] * n, pushes + i * n);
+    for (int j = 0; j < acting->slidings; ++j) {
+        const mbs_rub *one = acting->sliding + j;
+        double mu = l->coefficients[2 * one->part + !(with_static && one->begins)];
+        double *push = pushes + place_of(acting, one->normal) * n;
+        for (int p = 0; p < n; ++p)
+            push[p] -= one->sense * mu * l->exerted[one->tangent * n + p];
+    }
+    for (int i = 0; i < m; ++i)
+        sizes[i] = length_of(n, l->exerted + acting->active[i] * n);
+    for (int i = 0; i < m; ++i) {
+        const double *row = l->matrix + acting->active[i] * n;
+        double size = length_of(n, row);
+        for (int j = 0; j < m; ++j)
+            k[i][j] = dot(n, row, pushes + j * n) / (size * sizes[j]);
+        s->z[i] = l->right[acting->active[i]] / size;
+    }
+    if (!eliminated(m, k, s->z))
+        return 0;
+    mbs_fill(n, 0.0, s->x);
+    s->force = 0.0;
+    for (int j = 0; j < acting->slidings; ++j) {
+        const mbs_rub *one = acting->sliding + j;
+        int i = place_of(acting, one->normal);
+        double mu = l->coefficients[2 * one->part + !(with_static && one->begins)];
+        double force = mu * fabs(s->z[i]) / sizes[i] * length_of(n, l->exerted + one->tangent * n);
+        s->force = force > s->force ? force : s->force;
+    }
+    for (int i = 0; i < m; ++i) {
+        s->force = fabs(s->z[i]) > s->force ? fabs(s->z[i]) : s->force;
+        s->z[i] /= sizes[i];
+        for (int p = 0; p < n; ++p)
+            s->x[p] += pushes[i * n + p] * s->z[i];
+    }
+    for (int i = 0; i < turn->takes; ++i) {
+        double right = fabs(l->right[turn->rows[i]]) / length_of(n, l->matrix + turn->rows[i] * n);
+        largest = right > largest ? right : largest;
+    }
+    s->rounded = ROUNDED / CLEAR * (sqrt(dot(n, s->x, s->x)) + largest);
+    s->force += s->rounded;
+    return 1;
+}
+
+/* What is left of a row lies clearly on a side. */
+static int clearly(const mbs_course *c, const solved *s, int row, int side)
+{
+    int n = width(c);
+    const double *a = c->laws->matrix + row * n;
+    double size = length_of(n, a), terms = fabs(c->laws->right[row]);
+    for (int k = 0; k < n; ++k)
+        terms += fabs(a[k]) * fabs(s->x[k]);
+    return side * (dot(n, a, s->x) - c->laws->right[row]) / size > CLEAR * (terms / size + s->rounded);
+}
+
+static double sized(const mbs_course *c, int row)
+{
+    return length_of(width(c), c->laws->exerted + row * width(c));
+}
+
+/* All inequalities of what acts hold clearly, but for those of the row `open`. */
+static int all_hold(const mbs_course *c, const mbs_acting *acting, const solved *s, int open)
+{
+    double least = CLEAR * s->force;
+    for (int i = 0; i < acting->pressings; ++i) {
+        int row = acting->pressing[i];
+        if (row != open && !(s->z[place_of(acting, row)] * sized(c, row) > least))
+            return 0;
+    }
+    for (int i = 0; i < acting->stickings; ++i) {
+        const mbs_rub *one = acting->sticking + i;
+        double limit = c->laws->coefficients[2 * one->part] * s->z[place_of(acting, one->normal)];
+        if (one->tangent != open &&
+            !(sized(c, one->tangent) * (limit - fabs(s->z[place_of(acting, one->tangent)])) > least))
+            return 0;
+    }
+    for (int i = 0; i < acting->aparts; ++i)
+        if (acting->apart[i] != open && !clearly(c, s, acting->apart[i], 1))
+            return 0;
+    for (int i = 0; i < acting->slidings; ++i) {
+        const mbs_rub *one = acting->sliding + i;
+        if (one->begins && one->tangent != open && !clearly(c, s, one->tangent, one->sense))
+            return 0;
+    }
+    return 1;
+}
+
+static int rub_at_all(const mbs_course *c, int count, const mbs_rub *rubs, int *differ)
+{
+    for (int i = 0; i < count; ++i) {
+        const double *mu = c->laws->coefficients + 2 * rubs[i].part;
+        if (!(mu[0] > 0.0) || !(mu[1] > 0.0))
+            return 0;
+        *differ |= rubs[i].begins && mu[0] != mu[1];
+    }
+    return 1;
+}
+
+static int holds(const mbs_course *c, const mbs_turn *turn, const mbs_acting *acting, int open, solved *s)
+{
+    int differ = 0;
+    if (!signs_alike(c, turn) || !rub_at_all(c, acting->slidings, acting->sliding, &differ) ||
+        !rub_at_all(c, acting->stickings, acting->sticking, &differ))
+        return 0;
+    for (int with_static = differ; with_static >= 0; --with_static)
+        if (!solve(c, turn, acting, with_static, s) || !all_hold(c, acting, s, open))
+            return 0;
+    return 1;
+}
+
+/* By how much the force of the row that had come to its limit exceeds it. */
+static double over(const mbs_course *c, const mbs_turn *turn, const solved *s)
+{
+    const mbs_acting *before = &turn->before;
+    double force = s->z[place_of(before, turn->cause)], size = sized(c, turn->cause);
+    for (int i = 0; i < before->stickings; ++i)
+        if (before->sticking[i].tangent == turn->cause) {
+            const mbs_rub *one = before->sticking + i;
+            return size * (-turn->way * force - c->laws->coefficients[2 * one->part] * s->z[place_of(before, one->normal)]);
+        }
+    return -size * force;
+}
+
+/* What holds soon after, where forces have clearly left the limit that they keep now. */
+static int ahead(const mbs_course *c, const mbs_turn *turn, double t, const double *q, const double *u, solved *s)
+{
+    static const double parts[] = {0.0, 1e-7, 1e-5, 1e-3};
+    const mbs_system *system = c->modes[c->mode].problem->system;
+    int nq = system->nq, n = system->nu;
+    double *later_q = c->room + (MOST + 5) * n, *qdot = later_q + nq, *later_u = c->room + 2 * n, *udot = c->room + 3 * n;
+    double *inputs = c->laws->given;
+    const double *in[6] = {&t, q, u, system->parameters, inputs, system->modes};
+    double multipliers[4 * MOST], report[3], *const out[4] = {qdot, udot, multipliers, report};
+    if (system->ns > 4 * MOST)
+        return 0;
+    system->state_derivative->call(in, out);
+    for (int k = 0; k < 4; ++k) {
+        double soon = parts[k] * c->laws->length / c->laws->speed;
+        for (int i = 0; i < nq; ++i)
+            later_q[i] = q[i] + soon * qdot[i];
+        for (int i = 0; i < n; ++i)
+            later_u[i] = u[i] + soon * udot[i];
+        ask(c, t + soon, later_q, later_u);
+        if (!holds(c, turn, &turn->before, turn->cause, s))
+            return 0;
+        double beyond = over(c, turn, s);
+        if (beyond > CLEAR * s->force)
+            return k > 0 && holds(c, turn, &turn->after, -1, s);
+        if (beyond > WITHIN * CLEAR * s->force)
+            return 0;
+    }
+    return 0;
+}
+
+/* Rounded up to a power of two, so that it does not hang on digits. */
+static double rounded_up(double value)
+{
+    return value > 0.0 ? ldexp(1.0, (int)ceil(log2(BESIDE * value))) / BESIDE : 0.0;
+}
+
+/* The largest force of the rows that take part, or a thousandth of what would move things. */
+static double largest_force(const mbs_course *c, const mbs_turn *turn, const solved *s)
+{
+    const mbs_acting *acting = &turn->after;
+    double largest = 0.0;
+    for (int i = 0; i < acting->actives; ++i)
+        largest = fabs(s->z[i]) > largest ? fabs(s->z[i]) : largest;
+    for (int i = 0; i < acting->slidings; ++i) {
+        const mbs_rub *one = acting->sliding + i;
+        double force = c->laws->coefficients[2 * one->part + 1] * fabs(s->z[place_of(acting, one->normal)]);
+        largest = force > largest ? force : largest;
+    }
+    return largest;
+}
+
+static double largest_cause(const mbs_course *c, const mbs_turn *turn)
+{
+    double largest = 0.0;
+    for (int i = 0; i < turn->takes; ++i)
+        largest = fabs(c->laws->right[turn->rows[i]]) > largest ? fabs(c->laws->right[turn->rows[i]]) : largest;
+    return largest;
+}
+
+static double margin(const mbs_course *c, const mbs_margin *rule, double t, double largest)
+{
+    if (rule->kind == MBS_FORCE)
+        return 2e-13 * largest;
+    if (rule->kind == MBS_SPEED)
+        return rounded_up(1e-13 * speed_along(c, rule->row) + 4.0 * MBS_EPSILON * fabs(t) * fabs(c->laws->right[rule->row]));
+    return 1e-14 * (rule->kind == MBS_ANGLE ? 1.0 : c->laws->length);
+}
+
+/* Verify where a switch leads; q and u are put where the mode that follows begins, and its margins are set. */
+static int followed(const mbs_course *c, const mbs_turn *turn, double t, double *q, double *u)
+{
+    const mbs_mode *to = c->modes + turn->to;
+    int count = to->problem->system->switches;
+    double largest, cause;
+    solved s;
+    ask(c, t, q, u);
+    if (!touches_alike(c, turn, c->modes[c->mode].closed) || !onto_rows(c, turn, t, q, u))
+        return 0;
+    if (!signs_alike(c, turn) || !at_rest(c, turn, t, q, u))
+        return 0;
+    cause = largest_cause(c, turn);
+    if (turn->cause < 0 ? !holds(c, turn, &turn->after, -1, &s) : !ahead(c, turn, t, q, u, &s))
+        return 0;
+    largest = largest_force(c, turn, &s);
+    largest = rounded_up(largest > 1e-3 * cause ? largest : 1e-3 * cause);
+    if (turn->cause >= 0)
+        ask(c, t, q, u);
+    for (int i = 0; i < count; ++i)
+        to->margins[i] = margin(c, to->rules + i, t, largest);
+    for (int i = 0; i < to->holds; ++i)
+        u[to->held[i]] = 0.0;
+    return 1;
+}
+
+/* Begin in another mode at (t, x), with all that was counted. */
+static void enter(const mbs_problem *problem, mbs_state *state, const double *x, double *work)
+{
+    mbs_state before = *state;
+    mbs_start(problem, x, state, work);
+    state->t = state->t_new = state->pace_time = before.t;
+    state->drift_position = before.drift_position;
+    state->drift_velocity = before.drift_velocity;
+    state->removed_position = before.removed_position;
+    state->removed_velocity = before.removed_velocity;
+    state->quaternion_deviation = before.quaternion_deviation;
+    state->least_rank = before.least_rank;
+    state->greatest_rank = before.greatest_rank;
+    state->conditioning = before.conditioning;
+    state->conditioning_time = before.conditioning_time;
+    state->steps = before.steps;
+    state->rejected = before.rejected;
+    state->evaluations = before.evaluations;
+    state->jacobians = before.jacobians;
+    state->factorisations = before.factorisations;
+    state->sample = before.sample;
+}
+
+static void grow_speed(mbs_laws *l, int n, const double *u)
+{
+    double fastest = 0.0;
+    for (int k = 0; k < n; ++k) {
+        double speed = fabs(u[k]) * (l->slides[k] + (1.0 - l->slides[k]) * l->length);
+        fastest = speed > fastest ? speed : fastest;
+    }
+    l->speed = fastest > l->speed ? fastest : l->speed;
+}
+
+/* Take a turn that is known at the switch where a run stands; 0 where none leads on. */
+static int turned(mbs_course *c, mbs_state *state, double *work)
+{
+    const mbs_mode *now = c->modes + c->mode;
+    const mbs_system *s = now->problem->system;
+    int index = state->event - (s->ng - s->switches), n = s->nq + s->nu;
+    const mbs_turn *turn = now->turn;
+    double *x = c->states + c->passed * n;
+    if (index < 0 || state->status != MBS_STOPPED || !(state->t < now->problem->t_end) || c->passed == c->most ||
+        state->sample >= now->problem->samples || !(state->t - c->since > c->least))
+        return 0;
+    for (int k = 0; k < index; ++k)
+        turn += now->turns[k];
+    grow_speed(c->laws, s->nu, work + s->nq);
+    for (int k = 0; k < now->turns[index]; ++k, ++turn) {
+        mbs_copy(n, work, x);
+        if (!followed(c, turn, state->t, x, x + s->nq))
+            continue;
+        mbs_passage passage = {state->t, turn - now->turn, state->sample, state->steps};
+        c->passages[c->passed++] = passage;
+        c->since = state->t;
+        c->mode = turn->to;
+        enter(c->modes[turn->to].problem, state, x, work);
+        return 1;
+    }
+    return 0;
+}
+
+long long mbs_follow(mbs_course *course, mbs_state *state, double *work, long long steps, long long rows,
+                     double *samples)
+{
+    const mbs_system *s = course->modes[course->mode].problem->system;
+    long long written = 0, last = state->steps + steps;
+    int n = s->nq + s->nu;
+    for (;;) {
+        const mbs_problem *problem = course->modes[course->mode].problem;
+        written += mbs_integrate(problem, state, work, last - state->steps, rows - written, samples + written * n);
+        if (!turned(course, state, work) || state->steps >= last)
+            return written;
+    }
+}
