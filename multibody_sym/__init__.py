@@ -122,6 +122,8 @@ if TYPE_CHECKING:
     from multibody_sym.simulation.impact_function import impact as impact
     from multibody_sym.simulation.right_side import compile as compile
     from multibody_sym.simulation.right_side import state_derivative as state_derivative
+    from multibody_sym.simulation.simulate import Prepared as Prepared
+    from multibody_sym.simulation.simulate import prepare as prepare
     from multibody_sym.simulation.simulate import simulate as simulate
     from multibody_sym.simulation.trajectory import Trajectory as Trajectory
     from multibody_sym.simulation.tree_functions import hybrid_dynamics as hybrid_dynamics
@@ -171,7 +173,7 @@ _NAMES = {
     "simulation.export": "export",
     "simulation.impact_function": "impact",
     "simulation.right_side": "compile state_derivative",
-    "simulation.simulate": "simulate",
+    "simulation.simulate": "Prepared prepare simulate",
     "simulation.trajectory": "Trajectory",
     "simulation.tree_functions": "hybrid_dynamics inverse_dynamics mass_matrix",
 }

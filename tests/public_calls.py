@@ -183,6 +183,7 @@ def _doors(system: mbs.System) -> list[Call]:
         "t_end": 0.02, "method": "rk4", "step": 0.01, "rtol": None, "atol": None, "samples": 2, "constraints": None,
         "native": False, "backend": "python", "on_progress": None,
     }
+    prepared = {name: value for name, value in run.items() if name != "on_progress"}
     changes = {
         "parameters": {"m": 2}, "initial": {"theta": 0.1}, "inputs": {"F": 0}, "coordinates": "relative",
         "project": False, "formalism": None,
@@ -207,6 +208,7 @@ def _doors(system: mbs.System) -> list[Call]:
         Call("range_of_rest", mbs.range_of_rest, {**whole, "vary": "m", **changes}, slow=True),
         Call("least_for_motion", mbs.least_for_motion, {**whole, "least": "m", "vary": "l", **changes}, slow=True),
         Call("simulate", mbs.simulate, {**whole, **run, **changes}, slow=True),
+        Call("prepare", mbs.prepare, {**whole, **prepared, **changes}, slow=True),
         Call("export", mbs.export, {**whole, **exported, **changes}, slow=True),
         Call("state_derivative", mbs.state_derivative, {**whole, "formalism": None}),
         Call("canonical_equations", mbs.canonical_equations, whole),
@@ -256,11 +258,14 @@ def _results(system: mbs.System) -> list[Call]:
     """Return the records that come back, made by hand, and what can be asked of them."""
     records = [mbs.CheckReport, mbs.Equilibrium, mbs.Linearization, mbs.Solution, mbs.SymbolicEquations, mbs.Trajectory]
     records += [mbs.CanonicalEquations, mbs.FirstIntegral]
-    records += [mbs.Conserved, mbs.Modes, mbs.Multipliers, mbs.RangeOfRest, mbs.LeastForMotion]
+    records += [mbs.Conserved, mbs.Prepared, mbs.Modes, mbs.Multipliers, mbs.RangeOfRest, mbs.LeastForMotion]
     made = [Call(cls.__name__, cls, dict.fromkeys(inspect.signature(cls).parameters, ())) for cls in records]
     run = mbs.simulate(system, t_end=0.02, samples=2, backend="python")
+    prepared = mbs.prepare(system, t_end=0.02, samples=2, backend="python")
+    again = {"parameters": {"m": 2}, "initial": {"theta": 0.1}, "inputs": {"F": 0}, "t_end": 0.01, "on_progress": None}
     return [
         *made,
+        Call("prepared.run", prepared.run, again, slow=True),
         Call("UrdfNotice", _notice, {"text": "told"}),
         Call("run[name]", run.__getitem__, {"name": "theta"}),
         Call("run.plot", run.plot, {"path": None}, slow=True),

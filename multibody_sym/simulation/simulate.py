@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -54,20 +56,106 @@ def simulate(
     Returns what was computed until then if Ctrl-C interrupts it.
     Raises InputError, NoSolutionError (no start, no inertia) and FailedRunError, which holds what was computed.
     """
+    changes = Changes(parameters, initial, inputs, coordinates, project)
+    settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
+    asked = _with_settings(changes.of(system), settings, constraints)
     native, on_progress = flag("native", native), callback("on_progress", on_progress)
+    return Prepared(asked, formalism, native, backend).run(on_progress=on_progress)
+
+
+def prepare(
+    system: System,
+    *,
+    t_end: Any = None,
+    method: str | None = None,
+    step: Any = None,
+    rtol: Any = None,
+    atol: Any = None,
+    samples: Any = None,
+    constraints: Any = None,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    formalism: str | None = None,
+    native: bool = False,
+    backend: Backend | None = None,
+) -> Prepared:
+    """Return a system prepared to be run again and again: `prepare(system).run()` is `simulate(system)`.
+
+    Arguments and errors as for `simulate`.
+    """
+    changes = Changes(parameters, initial, inputs, coordinates, project)
+    settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
+    asked = _with_settings(changes.of(system), settings, constraints)
+    prepared = Prepared(asked, formalism, flag("native", native), backend)
+    prepared.verify()
+    return prepared
+
+
+def _with_settings(system: System, settings: Mapping[str, Any], constraints: Any) -> System:
     chosen = {"baumgarte": {"baumgarte": {}}, "projection": {"projection": True}, "index_2": {"index_2": True}}
     named = chosen.get(constraints, constraints) if isinstance(constraints, str) else constraints
     if isinstance(constraints, Baumgarte):
         named = {"baumgarte": constraints}
-    settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
-    changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
-    asked = with_settings(changed, {**settings, "constraints": named})
-    begun, told = _begun(asked)
-    ready = runnable(begun, formalism, native=native, backend=backend)
-    in_numbers = settings_of(ready)
-    problem = problem_of(ready, in_numbers)
-    modes = one_way_run(ready, problem, in_numbers, native=native, backend=backend)
-    return _run(ready, problem if modes is None else modes.begin(), modes, on_progress, told)
+    return with_settings(system, {**settings, "constraints": named})
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A `system` that is resolved, started and compiled once, and run as often as it is asked.
+
+    What was found for it serves all runs with its own values. Other values are resolved and started anew, since what
+    touches and slides may be other things then; Programs are not compiled again.
+    """
+
+    system: System
+    formalism: str | None = None
+    native: bool = False
+    backend: Backend | None = None
+
+    def run(
+        self,
+        *,
+        parameters: Mapping[str, Any] | None = None,
+        initial: Mapping[str, Any] | None = None,
+        inputs: Mapping[str, Any] | None = None,
+        t_end: Any = None,
+        on_progress: Callable[[Samples, float], None] | None = None,
+    ) -> Trajectory:
+        """Return the motion, with other values where they are given; arguments, result and errors as for `simulate`.
+
+        It has the bits of the run that `simulate` makes of the same values, whatever was run before.
+        """
+        on_progress = callback("on_progress", on_progress)
+        if any(values is not None for values in (parameters, initial, inputs, t_end)):
+            changed = with_settings(Changes(parameters, initial, inputs).of(self.system), {"t_end": t_end})
+            return replace(self, system=changed).run(on_progress=on_progress)
+        modes = None if self._one_way is None else self._one_way.again()
+        return _run(self._ready, self._problem if modes is None else modes.begin(), modes, on_progress, self._start[1])
+
+    def verify(self) -> None:
+        """Prepare now what a run takes. Raises InputError and NoSolutionError."""
+        if self._one_way is not None:
+            self._one_way.begin()
+
+    @cached_property
+    def _start(self) -> tuple[System, tuple[Mapping[str, Any], ...]]:
+        return _begun(self.system)
+
+    @cached_property
+    def _ready(self) -> Runnable:
+        return runnable(self._start[0], self.formalism, native=self.native, backend=self.backend)
+
+    @cached_property
+    def _problem(self) -> Problem:
+        return problem_of(self._ready, settings_of(self._ready))
+
+    @cached_property
+    def _one_way(self) -> OneWayRun | None:
+        in_numbers = settings_of(self._ready)
+        return one_way_run(self._ready, self._problem, in_numbers, native=self.native, backend=self.backend)
 
 
 def _begun(system: System) -> tuple[System, tuple[Mapping[str, Any], ...]]:

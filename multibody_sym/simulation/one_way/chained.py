@@ -81,7 +81,6 @@ class OneWayRun:
     jumps: list[tuple[int, float, Floats]] = field(default_factory=list)
     blows: list[Jump] = field(default_factory=list)
     _scale: Scale = Scale(1.0, 1.0)
-    remembers: bool = True
     _usual: dict[tuple[Key, int], Mode] = field(default_factory=dict)
     _passed: dict[int, Stretch] = field(default_factory=dict)
     _turns: dict[tuple[Key, int], list[Turn]] = field(default_factory=dict)
@@ -97,18 +96,31 @@ class OneWayRun:
 
         Raises NoSolutionError where there is none, ModelError where a point moves across a thin bar that it touches.
         """
+        found, self._scale = self._first
+        entered = self._entered(found, None)
+        if isinstance(entered, RunFailure):
+            raise NoSolutionError(f"{self.trouble} at the start")
+        return entered
+
+    def again(self) -> OneWayRun:
+        """Return the run before it begins, which shares what follows from its start alone."""
+        run = OneWayRun(self.laws, self.make, self.template, self.stabilised)
+        run.modes = self.modes
+        run.__dict__["_first"] = self._first
+        return run
+
+    @cached_property
+    def _first(self) -> tuple[Decided, Scale]:
+        """What is decided at the start, and how large and fast the model is."""
         t, q, u = self.template.start, self.template.q0, self.template.u0
         mechanism = self.laws.mechanism
         given = t, q.tolist(), u.tolist(), self.laws.parameters.tolist()
         scale = scale_of(motion_of(mechanism, state_of(mechanism, float, *given)))
-        self._scale = replace(scale, unseen=min(_UNSEEN * self.template.atol, _UNSEEN_MOST))
-        facts = self.laws.at(t, q, u, self._scale)
+        scale = replace(scale, unseen=min(_UNSEEN * self.template.atol, _UNSEEN_MOST))
+        facts = self.laws.at(t, q, u, scale)
         for bar in thin_bars(mechanism):
             bar.verify_leaving(facts)
-        found = self._entered(decided(facts, ()), None)
-        if isinstance(found, RunFailure):
-            raise NoSolutionError(f"{self.trouble} at the start")
-        return found
+        return decided(facts, ()), scale
 
     @property
     def loop(self) -> Loop:
@@ -215,7 +227,7 @@ class OneWayRun:
         found = self._decided(switch.begun.time, switch.x, cause, None if cause.limits else self._usual.get(usual))
         if found.mode is not None:
             self._usual[usual] = found.mode
-        turn = turn_of(found, now.mode, cause) if self.remembers else None
+        turn = turn_of(found, now.mode, cause)
         others = self._turns.get(usual, []) if cause.limits else []
         self._turns[usual] = [x for x in others if turn is None or x.mode != turn.mode] + ([turn] if turn else [])
         return found
