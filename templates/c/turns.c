@@ -13,6 +13,7 @@
 #define FEW 8          /* rows that are put back */
 #define MOST 12        /* rows that act */
 #define BESIDE 1.37
+#define LEAST_LEFT (16.0 * MBS_EPSILON) /* part of a time that no step leads on by */
 
 enum { OPEN, INSIDE, RESTING, LEAVING, CLOSING };
 
@@ -61,8 +62,10 @@ static double speed_along(const mbs_course *c, int row)
 {
     const mbs_laws *l = c->laws;
     double total = 0.0;
-    for (int k = 0; k < width(c); ++k)
-        total += fabs(l->jacobian[row * width(c) + k]) * (l->slides[k] * l->speed + (1.0 - l->slides[k]) * (l->speed / l->length));
+    for (int k = 0; k < width(c); ++k) {
+        double size = l->slides[k] * l->speed + (1.0 - l->slides[k]) * (l->speed / l->length);
+        total += fabs(l->jacobian[row * width(c) + k]) * size;
+    }
     return total;
 }
 
@@ -95,7 +98,8 @@ static int touches_alike(const mbs_course *c, const mbs_turn *turn, const int *c
 static int signs_alike(const mbs_course *c, const mbs_turn *turn)
 {
     for (int k = 0; k < turn->parts; ++k) {
-        double speed = c->laws->phidot[turn->signs[k].tangent], allowed = TOUCHING * speed_along(c, turn->signs[k].tangent);
+        int tangent = turn->signs[k].tangent;
+        double speed = c->laws->phidot[tangent], allowed = TOUCHING * speed_along(c, tangent);
         if (turn->signs[k].sign != (fabs(speed) <= allowed ? 0 : speed > 0.0 ? 1 : -1))
             return 0;
     }
@@ -359,7 +363,8 @@ static double over(const mbs_course *c, const mbs_turn *turn, const solved *s)
     for (int i = 0; i < before->stickings; ++i)
         if (before->sticking[i].tangent == turn->cause) {
             const mbs_rub *one = before->sticking + i;
-            return size * (-turn->way * force - c->laws->coefficients[2 * one->part] * s->z[place_of(before, one->normal)]);
+            double limit = c->laws->coefficients[2 * one->part] * s->z[place_of(before, one->normal)];
+            return size * (-turn->way * force - limit);
         }
     return -size * force;
 }
@@ -370,7 +375,8 @@ static int ahead(const mbs_course *c, const mbs_turn *turn, double t, const doub
     static const double parts[] = {0.0, 1e-7, 1e-5, 1e-3};
     const mbs_system *system = c->modes[c->mode].problem->system;
     int nq = system->nq, n = system->nu;
-    double *later_q = c->room + (MOST + 5) * n, *qdot = later_q + nq, *later_u = c->room + 2 * n, *udot = c->room + 3 * n;
+    double *later_q = c->room + (MOST + 5) * n, *qdot = later_q + nq;
+    double *later_u = c->room + 2 * n, *udot = c->room + 3 * n;
     double *inputs = c->laws->given;
     const double *in[6] = {&t, q, u, system->parameters, inputs, system->modes};
     double multipliers[4 * MOST], report[3], *const out[4] = {qdot, udot, multipliers, report};
@@ -428,8 +434,10 @@ static double margin(const mbs_course *c, const mbs_margin *rule, double t, doub
 {
     if (rule->kind == MBS_FORCE)
         return 2e-13 * largest;
-    if (rule->kind == MBS_SPEED)
-        return rounded_up(1e-13 * speed_along(c, rule->row) + 4.0 * MBS_EPSILON * fabs(t) * fabs(c->laws->right[rule->row]));
+    if (rule->kind == MBS_SPEED) {
+        double by_time = 4.0 * MBS_EPSILON * fabs(t) * fabs(c->laws->right[rule->row]);
+        return rounded_up(1e-13 * speed_along(c, rule->row) + by_time);
+    }
     return 1e-14 * (rule->kind == MBS_ANGLE ? 1.0 : c->laws->length);
 }
 
@@ -500,8 +508,9 @@ static int turned(mbs_course *c, mbs_state *state, double *work)
     int index = state->event - (s->ng - s->switches), n = s->nq + s->nu;
     const mbs_turn *turn = now->turn;
     double *x = c->states + c->passed * n;
-    if (index < 0 || state->status != MBS_STOPPED || !(state->t < now->problem->t_end) || c->passed == c->most ||
-        state->sample >= now->problem->samples || !(state->t - c->since > c->least))
+    if (index < 0 || state->status != MBS_STOPPED || c->passed == c->most || state->sample >= now->problem->samples)
+        return 0;
+    if (!(state->t < now->problem->t_end - LEAST_LEFT * fabs(state->t)) || !(state->t - c->since > c->least))
         return 0;
     for (int k = 0; k < index; ++k)
         turn += now->turns[k];

@@ -81,7 +81,7 @@ def both_ways(monkeypatch: pytest.MonkeyPatch, text: str, **options: Any) -> tup
     with monkeypatch.context() as patched:
         patched.setattr(chained, "followed", counted("in Python", chained.followed))
         patched.setattr(chained, "decided", counted("searched", chained.decided))
-        patched.setattr(chained.OneWayRun, "passed", counted("in C", chained.OneWayRun.passed))
+        patched.setattr(chained.OneWayRun, "turned", counted("in C", chained.OneWayRun.turned))
         first = mbs.simulate(system, **options)
     with monkeypatch.context() as patched:
         patched.setattr(chained, "turn_of", lambda *_: None)

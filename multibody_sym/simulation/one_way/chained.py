@@ -89,7 +89,7 @@ class OneWayRun:
 
     def __post_init__(self) -> None:
         self.modes = Modes(self.laws.mechanism, self.make, self.template, self.stabilised or (0.0, 0.0))
-        self._roads = Roads(self.laws, self.template, self._soon, self.passed)
+        self._roads = Roads(self.laws, self.template, self._soon, self.turned)
 
     def begin(self) -> Problem:
         """Return the run in the mode in which it begins.
@@ -238,7 +238,7 @@ class OneWayRun:
         turns = [] if stops else self._turns.get((key_of(now.mode), index), [])
         self._roads.learn(now.mode, index, turns)
 
-    def passed(self, passage: Passage) -> None:
+    def turned(self, passage: Passage) -> None:
         """Note a turn that the loop in C has taken."""
         stretch = self._passed[passage.to]
         self.legs[-1] = self.legs[-1].passed(passage.written, passage.time, passage.steps)
