@@ -37,7 +37,7 @@ from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, as_node, slot
 from multibody_sym.scalars.traversal import leaves
-from multibody_sym.scalars.vectors import S, Vec, cross, dot, negate, subtract
+from multibody_sym.scalars.vectors import S, Vec, apply_transposed, cross, dot, negate, subtract
 
 _BEFORE: Final = "before"
 
@@ -154,7 +154,9 @@ def with_meetings(motion: Motion, elements: Sequence[OneWay]) -> State:
         if isinstance(row, MeetingRow):
             wanted = [leaf for leaf in leaves(row.axis, "slot") if leaf.data[0] == MEETING]
             if wanted:
-                moving = subtract(*(velocity(motion, end) for end in row.ends))
+                first, second = row.ends  # the normal leads from the second to the first, which comes against it
+                coming = subtract(velocity(motion, second), velocity(motion, first))
+                moving = apply_transposed(motion.rotation(row.frame.body), coming)
                 found |= {leaf: moving[leaf.data[1] % 3] for leaf in wanted}
     state = motion.state
     return replace(state, slots={**state.slots, **found}) if found else state

@@ -152,7 +152,7 @@ class StruckImpacts:
 
 
 def meeting_leaf(number: int, component: int) -> Node:
-    """Return the leaf for a component of the relative velocity of points that meet without a normal."""
+    """Return the leaf for a component of the velocity, second against first, of points that meet without a normal."""
     return slot(MEETING, 3 * number + component)
 
 
