@@ -140,7 +140,7 @@ def met(system: mbs.System) -> tuple[Sequence[Motion], Meeting]:
     """
     flight = mbs.simulate(system, samples=SAMPLES)
     free = Motion.of(flight)
-    passed, corner, side, k = min(meetings(free))
+    passed, corner, side, k = min(meetings(free), key=lambda each: (round(each[0], 6), *each[1:]))
     sample = int(passed)
     surface, other = faced(free, sample, corner, side, k)
     point = named(corner)
