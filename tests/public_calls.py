@@ -79,7 +79,7 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
     },
     "Contact": {
         "between": ["a", "b"], "static": 0.2, "kinetic": 0.1, "restitution": 0, "rolling_resistance": 0.01,
-        "tangent": "x", "open": True, "repeat": None,
+        "tangent": "x", "open": True, "repeat": None, "tangential_restitution": 0,
     },
     "Coupler": {"joints": {"A": 1}, "value": 0, "acts": "in_joints"},
     "Custom": {**_MOVES, "free": [{"rotate": "x"}]},

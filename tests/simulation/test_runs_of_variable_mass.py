@@ -121,3 +121,23 @@ def test_an_impact_is_one_of_the_mass_of_the_moment() -> None:
     assert hit["t"] == pytest.approx(struck, rel=1e-9)
     assert abs(hit["impulse"]) == pytest.approx(2 * (1 + struck) * 2 / (1 + struck), rel=1e-9)
     assert run["u_x"][-1] == pytest.approx(-2 / 2.5, rel=1e-9)
+
+
+def test_reactions_about_a_joint_whose_body_s_centre_moves_in_it() -> None:
+    """A slider driven in its joint, whose centre of mass moves across the guide: the same in both coordinates."""
+    mass = mbs.VariableMass("2 + t", absolute_velocity=[0, 0, 0])
+    body = mbs.Body(mass=mass, com=[0, "0.5 + t", 0], inertia={"Izz": 1})
+    system = mbs.System(
+        "slider",
+        gravity=[0, -10, 0],
+        bodies={"slider": body},
+        joints={"guide": mbs.Prismatic("ground", "slider", axis="x", q="x")},
+        forces={"drive": mbs.Torque(joint="guide", value=3)},
+    )
+    told = [
+        mbs.simulate(system, t_end=0.5, samples=2, coordinates=how, **FINE).reactions["guide"]
+        for how in ("relative", "absolute")
+    ]
+    for component in ("fx", "fy", "mz"):
+        assert told[1][component].tolist() == pytest.approx(told[0][component].tolist(), abs=1e-8)
+    assert told[0]["fx"][0] == pytest.approx(3.0)

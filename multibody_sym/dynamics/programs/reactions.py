@@ -88,7 +88,7 @@ def _driven(motion: Motion, cut: CutJoint, rows: Sequence[RowMotion], multiplier
     Q = [of_speed[k] for k in child.u]
     along, about = (Q[:3], Q[3:]) if child.quaternions else ((*Q[:2], 0), (0, 0, Q[2]))
     force = apply_transposed(motion.bodies[index].R_PB, along)
-    return force, add(about, cross(motion.masses[index].com, force))
+    return force, add(about, cross(pose(motion.state, child.frame_on_body)[1], force))
 
 
 def _one_way_in(mechanism: Mechanism, joint: str) -> list[int]:
