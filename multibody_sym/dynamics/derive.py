@@ -203,6 +203,7 @@ def _derived(ready: Prepared, method: str, names: Subexpressions, given: Energie
         told.constants,
         *_friction_matrices(parts, len(symbols.speeds)),
         {k: row.beside for k, row in enumerate(parts.rows) if row.beside},
+        parts.energies.dissipation,
     )
 
 

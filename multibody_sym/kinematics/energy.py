@@ -7,10 +7,11 @@ from dataclasses import fields, replace
 from functools import singledispatch
 from typing import Final
 
-from multibody_sym.kinematics.loads import apart, own_leaves, span
+from multibody_sym.kinematics.loads import apart, own_leaves, span, span_rate
 from multibody_sym.kinematics.masses.rates import varies
 from multibody_sym.kinematics.motion import BodyMass, BodyMotion, Motion
-from multibody_sym.model.mechanism.loads import JointPotential, JointSpring, Load, PointSpring
+from multibody_sym.kinematics.points import velocity
+from multibody_sym.model.mechanism.loads import JointPotential, JointSpring, Load, PointDrag, PointSpring
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import Multiplier, VelocityRow
 from multibody_sym.scalars.functions import evaluate
@@ -156,3 +157,51 @@ def _(load: JointSpring, motion: Motion) -> S:
     stiffness, rest, coordinate = motion.state.values([load.stiffness, load.rest, load.coordinate])
     stretch = coordinate - rest
     return stiffness * (stretch * stretch) / 2
+
+
+# --- dampers -------------------------------------------------------------------------------------------------------
+
+
+def dissipation(motion: Motion) -> S | None:
+    """Return Rayleigh's D = sum of c v^2/2 of all dampers and drags, whose force is -dD/du.
+
+    None where there are none, or one is not linear in the speeds.
+    """
+    found: S | None = None
+    for load in motion.mechanism.loads:
+        coefficients = _coefficients(load)
+        if all(x is ZERO for x in coefficients):
+            continue
+        if not _is_linear(load, coefficients):
+            return None
+        half = _half_power(load, motion)
+        found = half if found is None else found + half
+    return found
+
+
+def _coefficients(load: Load) -> tuple[Node, ...]:
+    """Return what the forces of a load that brakes are in proportion to."""
+    if isinstance(load, (JointSpring, PointSpring)):
+        return (load.damping,)
+    return (load.linear, load.quadratic) if isinstance(load, PointDrag) else ()
+
+
+def _is_linear(load: Load, coefficients: tuple[Node, ...]) -> bool:
+    """Return whether a damper's force is linear in the speeds: no speed, and no input, stands in its coefficient."""
+    squared = isinstance(load, PointDrag) and load.quadratic is not ZERO
+    return not squared and not any(leaf.data[0] in ("u", "inputs") for leaf in leaves(coefficients, "slot"))
+
+
+def _half_power(load: Load, motion: Motion) -> S:
+    """Return half of what a linear damper takes."""
+    damping = motion.state.values([_coefficients(load)[0]])[0]
+    if isinstance(load, JointSpring):
+        (rate,) = motion.state.values([load.rate])
+        return damping * (rate * rate) / 2
+    if isinstance(load, PointSpring):
+        rate = span_rate(motion, load.ends, span(motion, load.ends, load.straight)[1])
+        return damping * (rate * rate) / 2
+    if isinstance(load, PointDrag):
+        v = velocity(motion, load.at)
+        return damping * dot(v, v) / 2
+    raise TypeError(f"nothing says what power {type(load).__name__} takes")

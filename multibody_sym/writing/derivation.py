@@ -201,6 +201,7 @@ def derivation_data(equations: Equations) -> dict[str, Any]:
 def _in_speeds(equations: SymbolicEquations) -> dict[str, Any]:
     return {
         "reactions": [symbol.name for symbol in equations.reactions],
+        "dissipation": None if equations.dissipation is None else _expression(equations, equations.dissipation),
         "mass_matrix": _matrix(equations, equations.mass_matrix),
         "forcing": [row[0] for row in _matrix(equations, equations.forcing)],
         "constraint_jacobian": _matrix(equations, equations.constraint_jacobian),

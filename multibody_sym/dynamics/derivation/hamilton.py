@@ -63,7 +63,7 @@ def hamilton(ready: Prepared, names: Subexpressions, given: Energies) -> Canonic
     momenta = momentum_symbols(mechanism, symbols)
     left = transformed(mechanism, symbols, momenta, range(len(momenta)), names)
     found = _found(mechanism, symbols, momenta, left, names, given)
-    book, parts = named_parts(names, found, symbols)
+    book, (parts, shown) = named_parts(names, (found, without_rows(given)), symbols)
     notation = momentum_notation(ready, book, momenta, names)
     equations = _equations(mechanism, symbols, momenta, parts, notation)
     return CanonicalEquations(
@@ -71,9 +71,9 @@ def hamilton(ready: Prepared, names: Subexpressions, given: Energies) -> Canonic
         mechanism,
         symbols,
         momenta,
-        book.of(given.kinetic),
-        book.of(sympy.Add(*given.potential)),
-        tuple(map(book.of, totals(given.forces, len(symbols.speeds)))),
+        shown.kinetic,
+        sympy.Add(*shown.potential),
+        tuple(totals(shown.forces, len(symbols.speeds))),
         parts.function,
         dict(zip(symbols.speeds, parts.speeds, strict=True)),
         (tuple(parts.qdot), tuple(parts.pdot)),
@@ -81,7 +81,7 @@ def hamilton(ready: Prepared, names: Subexpressions, given: Energies) -> Canonic
         equations,
         book.definitions,
         {symbol: value_of(node) for symbol, node in names.numbers.items()},
-        _steps(ready, names, given, parts, left, book, momenta, notation, equations),
+        _steps(ready, names, shown, parts, left, book, momenta, notation, equations),
         notation,
         ready.told.constants,
         None if left.moves else parts.function,
@@ -172,6 +172,11 @@ def named_parts(names: Subexpressions, part: Any, symbols: Symbols) -> tuple[Nam
     return named, mapped(part, named.of)
 
 
+def without_rows(given: Energies) -> Energies:
+    """Return the energies without rows, which have their own terms."""
+    return replace(given, constraints=(), held={})
+
+
 def mapped(part: Any, change: Any) -> Any:
     """Return a record, list or tuple with every sympy expression in it changed."""
     if isinstance(part, sympy.Basic):
@@ -222,7 +227,7 @@ def _equations(
 def _steps(
     ready: Prepared,
     names: Subexpressions,
-    given: Energies,
+    shown: Energies,
     found: _Found,
     left: Transformed,
     named: Named,
@@ -231,7 +236,6 @@ def _steps(
     equations: tuple[Equation, ...],
 ) -> tuple[Step, ...]:
     mechanism, symbols = ready.mechanism, ready.symbols
-    shown = Energies(*(mapped(x, named.of) for x in (given.kinetic, given.potential, given.forces, ())))
     note = _meaning_of_function(mechanism, found, left, symbols, named)
     by_speed = [Equation(p, x) for p, x in zip(momenta, found.by_speeds, strict=True)]
     by_momenta = [Equation(u, x) for u, x in zip(symbols.speeds, found.speeds, strict=True)]

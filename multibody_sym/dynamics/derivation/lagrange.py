@@ -21,7 +21,7 @@ from multibody_sym.algebra.subexpressions import Subexpressions
 from multibody_sym.dynamics.derivation.symbols import Symbols, numbered_symbols
 from multibody_sym.dynamics.formalisms.equations import EquationsOfMotion, equations
 from multibody_sym.errors import ModelError
-from multibody_sym.kinematics.energy import kinetic_energy, potential_energy, split, stored_energy
+from multibody_sym.kinematics.energy import dissipation, kinetic_energy, potential_energy, split, stored_energy
 from multibody_sym.kinematics.loads import TINY, applied, applied_generalized_forces
 from multibody_sym.kinematics.masses.rates import varies
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, joint_rates, motion_of
@@ -54,7 +54,8 @@ class Energies:
 
     `kinetic` T(q, u); `potential` V(q, t), the weight's and each spring's; `forces` the generalised forces Q (nu) of
     each load that V does not hold; `constraints` phi(q, t) of each row, psi(q, u, t) of a nonholonomic one. In T and V
-    masses that vary are `held`: letters, by which nothing is differentiated, with what they stand for.
+    masses that vary are `held`: letters, by which nothing is differentiated, with what they stand for. `dissipation`:
+    Rayleigh's function D of dampers, where all are linear.
     """
 
     kinetic: Any
@@ -62,6 +63,7 @@ class Energies:
     forces: tuple[tuple[Any, ...], ...]
     constraints: tuple[Any, ...]
     held: Mapping[Any, Any] = field(default_factory=dict)
+    dissipation: Any = None
 
 
 def energies(mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> Energies:
@@ -77,7 +79,9 @@ def energies(mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> E
     held = dict(zip(letters.values(), map(names.name, stood_for), strict=True))
     translated = names.translated([x for part in parts for x in part], {**known, **letters})
     (T,), potential, constraints, *forces = _cut([names.name(e) for e in translated], parts)
-    return Energies(T, tuple(potential), tuple(map(tuple, forces)), tuple(constraints), held)
+    lost = dissipation(motion_of(mechanism, slot_state(mechanism)))
+    D = None if lost is None else names.name(names.translated([as_node(lost)], known)[0])
+    return Energies(T, tuple(potential), tuple(map(tuple, forces)), tuple(constraints), held, D)
 
 
 def energy_nodes(mechanism: Mechanism) -> list[list[Node]]:

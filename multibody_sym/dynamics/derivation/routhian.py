@@ -20,9 +20,9 @@ from multibody_sym.dynamics.derivation.hamilton import (
     MOMENTA,
     Named,
     Plain,
-    mapped,
     momentum_notation,
     named_parts,
+    without_rows,
 )
 from multibody_sym.dynamics.derivation.lagrange import Energies, projected, totals, turning
 from multibody_sym.dynamics.derivation.legendre import Transformed, momentum_symbols, transformed
@@ -63,7 +63,7 @@ def routh(ready: Prepared, names: Subexpressions, given: Energies) -> CanonicalE
     momenta = tuple(every[k] for k in cyclic)
     reduced = transformed(mechanism, symbols, momenta, cyclic, names)
     found = _found(mechanism, symbols, reduced, names, given)
-    named, parts = named_parts(names, found, symbols)
+    named, (parts, shown) = named_parts(names, (found, without_rows(given)), symbols)
     notation = momentum_notation(ready, named, every, names)
     cyclic_speeds = [symbols.speeds[k] for k in cyclic]
     speeds = dict(zip(cyclic_speeds, parts.speeds, strict=True))
@@ -76,9 +76,9 @@ def routh(ready: Prepared, names: Subexpressions, given: Energies) -> CanonicalE
         mechanism,
         symbols,
         momenta,
-        named.of(given.kinetic),
-        named.of(sympy.Add(*given.potential)),
-        tuple(map(named.of, totals(given.forces, len(symbols.speeds)))),
+        shown.kinetic,
+        sympy.Add(*shown.potential),
+        tuple(totals(shown.forces, len(symbols.speeds))),
         parts.function,
         speeds,
         ((), ()),
@@ -86,7 +86,7 @@ def routh(ready: Prepared, names: Subexpressions, given: Energies) -> CanonicalE
         equations,
         named.definitions,
         {symbol: value_of(node) for symbol, node in names.numbers.items()},
-        _steps(ready, names, given, parts, named, momenta, notation, equations),
+        _steps(ready, names, shown, parts, named, momenta, notation, equations),
         notation,
         ready.told.constants,
         None if reduced.moves else parts.energy,
@@ -162,7 +162,7 @@ def _rates(mechanism: Mechanism, symbols: Symbols, kept: Sequence[int]) -> dict[
 def _steps(
     ready: Prepared,
     names: Subexpressions,
-    given: Energies,
+    shown: Energies,
     found: _Found,
     named: Named,
     momenta: Sequence[Any],
@@ -170,7 +170,6 @@ def _steps(
     equations: tuple[Equation, ...],
 ) -> tuple[Step, ...]:
     mechanism, symbols = ready.mechanism, ready.symbols
-    shown = Energies(*(mapped(x, named.of) for x in (given.kinetic, given.potential, given.forces, ())))
     by_speed = tuple(Equation(p, x) for p, x in zip(momenta, found.by_speeds, strict=True))
     return (
         coordinate_step(mechanism),

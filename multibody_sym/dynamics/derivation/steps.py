@@ -33,6 +33,7 @@ from multibody_sym.scalars.vectors import ZERO_VECTOR, apply
 _LONG: Final = 500
 _T: Final = Label("T", "T")
 _V: Final = Label("V", "V")
+_D: Final = Label("D", "D")
 
 
 def coordinate_step(mechanism: Mechanism) -> Step:
@@ -110,7 +111,7 @@ def _vector(vector: Sequence[Any], mechanism: Mechanism, symbols: Symbols, names
 
 
 def energy_steps(mechanism: Mechanism, symbols: Symbols, given: Energies, notation: Notation) -> tuple[Step, ...]:
-    """Return T, V, and the generalised forces of the loads that V does not hold."""
+    """Return T, V, Rayleigh's function of dampers, and the generalised forces of the loads that V does not hold."""
     forces = totals(given.forces, len(symbols.speeds))
     acting = [(by, force) for by, force in _shown(mechanism, symbols, forces) if force != 0]
     equations = [Equation(_of("Q", by, notation), force) for by, force in acting]
@@ -118,7 +119,12 @@ def energy_steps(mechanism: Mechanism, symbols: Symbols, given: Energies, notati
     potential = Step("Potential energy", (Equation(_V, sympy.Add(*given.potential)),))
     note = "by virtual work of all loads that V does not hold" if equations else "V holds all loads"
     notes = "\n".join([note, *_inputs(mechanism)])
-    return kinetic, potential, Step("Generalised forces", tuple(equations), notes)
+    lost = () if given.dissipation is None else (Step(DISSIPATION, (Equation(_D, given.dissipation),), _RAYLEIGH),)
+    return kinetic, potential, *lost, Step("Generalised forces", tuple(equations), notes)
+
+
+DISSIPATION: Final = "Rayleigh's function"
+_RAYLEIGH: Final = "half the power that dampers take; -dD/du is their part of the generalised forces"
 
 
 def _inputs(mechanism: Mechanism) -> list[str]:

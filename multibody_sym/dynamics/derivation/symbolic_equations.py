@@ -41,7 +41,8 @@ class SymbolicEquations:
     with those of its `reactions` that do not vanish. All are sympy expressions in the symbols of `symbols` and in the
     names that `definitions` explains, each by earlier ones; `numbers` holds the values of symbols that stand for
     numbers. `steps` is the derivation, `notation` how it is written. `constants` are the values, at the declared
-    start, of the parameters that a run measures there; none where that start cannot be assembled.
+    start, of the parameters that a run measures there; none where that start cannot be assembled. `dissipation` is
+    Rayleigh's function D of dampers, where there are any and all are linear: -dD/du is their part of the forces.
 
     Where something slides or joints rub, `exerted` C (s x n) and `coupling` D (s x s) are what stands for H^T and is
     added in M udot = f + C^T lambda, H udot + D lambda = gamma; else None. Rows that go `beside` others exert theirs
@@ -69,6 +70,7 @@ class SymbolicEquations:
     exerted: Any = None
     coupling: Any = None
     beside: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
+    dissipation: Any = None
 
     @property
     def operations(self) -> int:

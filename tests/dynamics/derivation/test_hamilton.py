@@ -383,3 +383,13 @@ def test_equations_are_pickled_and_shown() -> None:
     assert r"\dot{p}_{\theta}" in equations._repr_latex_()
     rates = pickle.loads(pickle.dumps(equations.lambdify()))([0.3], [0.2])
     assert rates[0] == pytest.approx([0.2])
+
+
+def test_all_names_of_a_long_form_are_explained() -> None:
+    equations = canonical(chain([f"m{k}" for k in range(5)], [f"l{k}" for k in range(5)]))
+    s = equations.symbols
+    leaves = {s.time, *s.coordinates, *s.speeds, *s.parameters, *s.inputs, *equations.momenta, *equations.numbers}
+    known = {*leaves, *(name for name, _ in equations.definitions)}
+    rates = [x for part in equations.rates for x in part]
+    parts = [equations.kinetic_energy, equations.potential_energy, equations.function, *rates]
+    assert all(e.free_symbols <= known for e in (*parts, *(e for _, e in equations.definitions)))
