@@ -13,7 +13,8 @@ from multibody_sym.algebra.conditions import Condition, in_circle, within
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.closed_form import ClosedForms, closed_forms, unknowns
 from multibody_sym.answers.instant import Solved
-from multibody_sym.answers.one_way import Acting, is_active, rubs, slip_of
+from multibody_sym.answers.one_way import Acting
+from multibody_sym.dynamics.programs.one_way_forces import is_active, rubs, slip_of
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.expressions.printer import text
 from multibody_sym.kinematics.motion import motion_of
@@ -68,7 +69,7 @@ def inequalities(acting: Acting, solved: Solved) -> Iterator[Inequality]:
             if rubs(part):
                 yield from _friction(acting, element, part, part.name in moving)
     yield from _groups(acting)
-    yield from _standing(acting, Acting(solved.numbers))
+    yield from _standing(acting, Acting.at(solved.numbers))
     yield from _taut_ropes(acting)
 
 
@@ -124,10 +125,10 @@ def _friction(acting: Acting, element: OneWay, part: FrictionPart, moves: bool) 
 
 def _gripping(acting: Acting, part: FrictionPart, slip: RopeSlipRow) -> Iterator[Inequality]:
     """Yield that neither tension of a rope over a rough wheel is more than exp(mu wrap) times the other."""
-    (static,) = coefficients(acting.instant.motion, part.rows, [part.static])
+    (static,) = coefficients(acting.motion, part.rows, [part.static])
     most, wheel = (2 + static) / (2 - static), slip.rope.rubs.index(slip.name)
     before, behind = slip.rope.asked[wheel : wheel + 2]
-    tensions = acting.instant.tensions
+    tensions = acting.tensions
     for smaller, larger in ((before, behind), (behind, before)):
         told = " <= ".join((_asked(larger), f"{_asked(smaller)}*exp(static*wrap)"))
         rest = most * tensions[smaller] - tensions[larger]
@@ -139,7 +140,7 @@ def _asked(rope: str) -> str:
 
 
 def _sticking(acting: Acting, element: OneWay, part: FrictionPart, rows: tuple[str, ...]) -> Inequality:
-    (static,) = coefficients(acting.instant.motion, part.rows, [part.static])
+    (static,) = coefficients(acting.motion, part.rows, [part.static])
     limit = static * acting.pressing(element, part)
     forces = acting.friction(part)
     told = f"abs(friction({part.name})) <= static*normal({element.name})"
@@ -202,7 +203,7 @@ def _corner_groups(acting: Acting) -> Iterator[tuple[str, list[OneWay]]]:
 def _sticking_together(
     acting: Acting, name: str, elements: Sequence[OneWay], parts: Sequence[FrictionPart]
 ) -> Inequality:
-    statics = [coefficients(acting.instant.motion, part.rows, [part.static])[0] for part in parts]
+    statics = [coefficients(acting.motion, part.rows, [part.static])[0] for part in parts]
     pairs = zip(statics, elements, parts, strict=True)
     limit = sum((static * acting.pressing(element, part) for static, element, part in pairs), 0)
     forces = [sum(each[1:], each[0]) for each in zip(*map(acting.friction, parts), strict=True)]
@@ -223,7 +224,7 @@ def _standing(acting: Acting, numbers: Acting) -> Iterator[Inequality]:
         places = [numbers.place(element) for element in elements]
         if face is None or any(place is None for place in places):
             continue
-        normal = np.array(direction(numbers.instant.motion, face.place, face.normal), dtype=float)
+        normal = np.array(direction(numbers.motion, face.place, face.normal), dtype=float)
         corners = outline(np.array(places, dtype=float), normal)
         if len(elements) > (3 if len(corners) > 2 else 2):
             rows = tuple(element.normals[0].name for element in elements)
@@ -242,7 +243,7 @@ def _inside(
     """
     places = [acting.place(element) or ZERO_VECTOR for element in elements]
     start, along = places[side[0]], subtract(places[side[1]], places[side[0]])
-    inward = along if face is None else cross(direction(acting.instant.motion, face.place, face.normal), along)
+    inward = along if face is None else cross(direction(acting.motion, face.place, face.normal), along)
     arms = (dot(inward, subtract(place, start)) for place in places)
     moment = sum((acting.normal(x) * arm for x, arm in zip(elements, arms, strict=True)), 0)
     about = ", ".join(elements[k].name.removeprefix(f"{name}.") for k in sorted(side[: 1 if face is None else 2]))
@@ -259,7 +260,7 @@ def _skins(element: OneWay) -> tuple[Skin, ...]:
 def slipping(solved: Solved) -> Iterator[Condition]:
     """Yield that parts which slip from rest do so under their static coefficients too, where these are others."""
     mechanism, forms = solved.mechanism, solved.forms
-    here_first = Acting(solved.nodes)
+    here_first = Acting.at(solved.nodes)
     starting = [
         part
         for element in mechanism.one_way
@@ -273,7 +274,7 @@ def slipping(solved: Solved) -> Iterator[Condition]:
         other = closed_forms(static, solved.symbolic)
         instant = Instant(motion_of(static, solved.symbolic.state), *unknowns(static))
         for part in starting:
-            rate = as_node(Acting(instant).starting(part))
+            rate = as_node(Acting.at(instant).starting(part))
             (here,) = forms.of([book_form(other.of([rate])[0])])
             yield Condition(here, True, f"{part.name} sticks")
     except NoClosedFormError as reason:

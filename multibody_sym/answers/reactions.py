@@ -2,27 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import reduce
 from operator import add
-from typing import Any, Final
+from typing import Any
 
 from multibody_sym.answers.instant import Solved
-from multibody_sym.answers.one_way import Acting, is_active, rubs
+from multibody_sym.answers.one_way import Acting
 from multibody_sym.answers.solution import AT
+from multibody_sym.dynamics.programs.one_way_forces import FORCES, component_names, is_active
 from multibody_sym.dynamics.programs.pulleys import held_pulleys
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.mechanism.mechanism import NORMAL, Mechanism
-from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
+from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.rows import ExpressionRow, RopeRow, Row
 from multibody_sym.model.mechanism.units import REACTION_UNITS, MechanismUnits
 
 Components = dict[str, Value]
 Ask = Callable[[Instant], Mapping[str, Any]]
-
-_FORCES: Final = {"contact": "normal", "rope": "tension", "stop": "force", "friction": "normal"}
 
 
 def reactions_of(solved: Solved) -> dict[str, Components]:
@@ -92,7 +91,7 @@ def _of_one_way(solved: Solved) -> dict[str, Components]:
     for element in solved.mechanism.one_way:
 
         def of_element(instant: Instant, element: OneWay = element) -> Mapping[str, Any]:
-            return _forces(Acting(instant), element)
+            return Acting.at(instant).of(element)
 
         rope = element.normals[0] if element.kind == "rope" else None
         if isinstance(rope, RopeRow):
@@ -111,31 +110,11 @@ def _of_rope(solved: Solved, rope: RopeRow) -> Components:
     return solved.values(of_rope, dict.fromkeys(rope.components, "N"))
 
 
-def _forces(acting: Acting, element: OneWay) -> dict[str, Any]:
-    """Return the forces of an element over any scalar."""
-    parts = [part for part in element.frictions if rubs(part)]
-    found: dict[str, Any] = {}
-    if element.unilateral:
-        found[_FORCES[element.kind]] = acting.normal(element)
-    elif parts and not parts[0].norm:
-        found["normal"] = acting.pressing(element, parts[0])
-    acts = is_active(acting.mechanism, element)
-    for part in parts:
-        forces = acting.friction(part) if acts else [0 for _ in part.rows]
-        found |= dict(zip(_names(element, part), forces, strict=True))
-    return found
-
-
-def _names(element: OneWay, part: FrictionPart) -> Iterator[str]:
-    """Yield the names of a part's components: `friction`, or `rolling`; with 1 and 2 where it has two."""
-    word = "friction" if part is element.frictions[0] else part.name.rpartition(".")[2]
-    return (f"{word}_{k}" if len(part.rows) > 1 else word for k in range(1, len(part.rows) + 1))
-
-
 def _units(mechanism: Mechanism, element: OneWay) -> dict[str, str]:
-    told = dict.fromkeys(_FORCES.values(), "N")
+    told = dict.fromkeys(FORCES.values(), "N")
     for part in element.frictions:
-        told |= {name: unit_of(mechanism, row) for name, row in zip(_names(element, part), part.rows, strict=True)}
+        named = zip(component_names(element, part), part.rows, strict=True)
+        told |= {name: unit_of(mechanism, row) for name, row in named}
     return told
 
 
@@ -157,7 +136,7 @@ def _of_groups(solved: Solved) -> dict[str, Components]:
     for name, elements in groups.items():
 
         def of_group(instant: Instant, elements: list[OneWay] = elements) -> Mapping[str, Any]:
-            return _summed(Acting(instant), elements)
+            return _summed(Acting.at(instant), elements)
 
         units = {**_units(solved.mechanism, elements[0]), **dict.fromkeys(AT, "m")}
         found[name] = solved.values(of_group, units)
@@ -167,7 +146,7 @@ def _of_groups(solved: Solved) -> dict[str, Components]:
 
 
 def _summed(acting: Acting, elements: list[OneWay]) -> dict[str, Any]:
-    every = [_forces(acting, element) for element in elements]
+    every = [acting.of(element) for element in elements]
     total = {name: reduce(add, (forces[name] for forces in every if name in forces)) for name in every[0]}
     acts = [element for element in elements if is_active(acting.mechanism, element)]
     places = [acting.place(element) for element in acts]

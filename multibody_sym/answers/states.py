@@ -12,8 +12,9 @@ from multibody_sym.algebra.conditions import Condition
 from multibody_sym.algebra.exact_signs import decided_sign
 from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.mode_conditions import inequalities
-from multibody_sym.answers.one_way import Acting, is_active, mode_of, rubs, slip_of
+from multibody_sym.answers.one_way import Acting
 from multibody_sym.answers.reactions import unit_of
+from multibody_sym.dynamics.programs.one_way_forces import is_active, mode_of, rubs, slip_of
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.expressions.values import Value
 from multibody_sym.kinematics.rows import coefficients
@@ -47,7 +48,7 @@ def state_found(solved: Solved) -> StateFound:
     mechanism = solved.mechanism
     found = mode_words(mechanism.one_way, mode_of(mechanism))
     needed = dict(_needed(solved))
-    acting = Acting(solved.numbers)
+    acting = Acting.at(solved.numbers)
     lines = tuple(line for element in mechanism.one_way for line in _lines(solved, acting, element, found, needed))
     return StateFound(found, dict(_directions(acting)), (*lines, *_tipping(solved)), dict(_at_limit(solved)), needed)
 
@@ -98,7 +99,7 @@ def _why(solved: Solved, acting: Acting, element: OneWay, part: FrictionPart, ne
             return ": no friction is needed"
         return f": that needs a coefficient of {least.told()} or more"
     forces = [float(x) for x in acting.friction(part)]
-    (static,) = coefficients(acting.instant.motion, part.rows, [part.static])
+    (static,) = coefficients(acting.motion, part.rows, [part.static])
     limit = float(static * acting.pressing(element, part))
     size = sum(x * x for x in forces) ** 0.5
     told = unit_of(acting.mechanism, part.rows[0])
@@ -111,7 +112,7 @@ def _why(solved: Solved, acting: Acting, element: OneWay, part: FrictionPart, ne
 
 
 def _unique(solved: Solved, row: str) -> bool:
-    values = [float(Acting(instant).multiplier(row)) for instant in (solved.numbers, *solved.others)]
+    values = [float(Acting.at(instant).multiplier(row)) for instant in (solved.numbers, *solved.others)]
     size = max((abs(float(x)) for x in solved.numbers.multipliers), default=0.0)
     return all(abs(x - values[0]) <= 1e-8 * size for x in values)
 
@@ -146,17 +147,17 @@ def _needed(solved: Solved) -> Iterator[tuple[str, Value]]:
     """Yield for each part that is rough `enough` the least coefficient with which it sticks: |F| / N."""
     for element in solved.mechanism.one_way:
         for part in element.frictions if is_active(solved.mechanism, element) else ():
-            pressing = float(Acting(solved.numbers).pressing(element, part)) if part.enough else 0.0
+            pressing = float(Acting.at(solved.numbers).pressing(element, part)) if part.enough else 0.0
             if abs(pressing) > _TINY * max((abs(float(x)) for x in solved.numbers.multipliers), default=0.0):
                 yield part.name, _least_coefficient(solved, element, part)
 
 
 def _least_coefficient(solved: Solved, element: OneWay, part: FrictionPart) -> Value:
-    forces = [float(x) for x in Acting(solved.numbers).friction(part)]
+    forces = [float(x) for x in Acting.at(solved.numbers).friction(part)]
     sign = -1 if len(forces) == 1 and forces[0] < 0.0 else 1
 
     def ratio(instant: Instant) -> Mapping[str, Any]:
-        acting = Acting(instant)
+        acting = Acting.at(instant)
         force = acting.friction(part)
         size = sign * force[0] if len(force) == 1 else sqrt(reduce(add, (x * x for x in force)))
         (arm,) = instant.motion.state.values([part.arm])
@@ -173,7 +174,7 @@ def _at_limit(solved: Solved) -> Iterator[tuple[str, str]]:
     if not solved.decided.at_limit:
         return
     values = exact_values(solved)
-    acting = Acting(solved.nodes)
+    acting = Acting.at(solved.nodes)
     for inequality in inequalities(acting, solved):
         if not set(inequality.rows) & set(solved.decided.at_limit):
             continue
@@ -193,7 +194,7 @@ def beyond_limits(solved: Solved) -> dict[str, float]:
     found = dict[str, float]()
     if solved.decided.at_limit:
         values = exact_values(solved)
-        for inequality in inequalities(Acting(solved.nodes), solved):
+        for inequality in inequalities(Acting.at(solved.nodes), solved):
             conditions: list[Condition] = solved.closed(inequality.conditions) or []
             if inequality.rows[0] in solved.decided.at_limit and conditions:
                 least = min((condition.value for condition in conditions), key=lambda value: float(value.sample))

@@ -242,7 +242,7 @@ def with_directions(mechanism: Mechanism, given: SymbolicState) -> SymbolicState
 
 def begins_along(mechanism: Mechanism, given: SymbolicState, forms: ClosedForms) -> bool:
     """Return whether all that begins to slide in space does so along its direction, whatever the parameters are."""
-    acting = Acting(Instant(motion_of(mechanism, given.state), *unknowns(mechanism)))
+    acting = Acting.at(Instant(motion_of(mechanism, given.state), *unknowns(mechanism)))
     for sliding in _beginning(mechanism):
         assert sliding.starts is not None
         rates = [as_node(acting.acceleration(row.name)) for row in sliding.rows]
@@ -259,7 +259,7 @@ def _smooth_direction(mechanism: Mechanism, given: SymbolicState, sliding: Slidi
     """Return where something would begin to slide without friction; nothing without a closed form."""
 
     variant = with_coefficients(mechanism, lambda _: ZERO)
-    acting = Acting(Instant(motion_of(variant, given.state), *unknowns(variant)))
+    acting = Acting.at(Instant(motion_of(variant, given.state), *unknowns(variant)))
     try:
         forms = closed_forms(variant, given)
         rates = [book_form(x) for x in forms.of(as_node(acting.acceleration(row.name)) for row in sliding.rows)]

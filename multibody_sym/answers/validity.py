@@ -67,7 +67,7 @@ def _inequalities(solved: Solved) -> Iterator[tuple[Inequality, bool | None]]:
     """Yield the inequalities and whether their closed forms are the numbers, None where forces are not unique."""
 
     def of(instant: Instant) -> Iterator[Inequality]:
-        return inequalities(Acting(instant), solved)
+        return inequalities(Acting.at(instant), solved)
 
     numbers = [list(of(instant)) for instant in (solved.numbers, *solved.others)]
     for k, nodes in enumerate(of(solved.nodes)):

@@ -71,8 +71,9 @@ def of_run(node: Node) -> bool:
 
 
 def component_kind(component: str) -> Kind:
-    """Return the kind of a component of a reaction: `fx` .. `fz` and `normal` are forces, `mx` .. `mz` moments."""
-    return Kind(ENERGY, angle=None) if component.startswith("m") else Kind(FORCE)
+    """Return the kind of a component of a reaction: a force, but for `mx` .. `mz` and what resists rolling."""
+    turns = component.startswith("m") or component.startswith("rolling")
+    return Kind(ENERGY, angle=None) if turns else Kind(FORCE)
 
 
 def quantity_known(function: str, arguments: Sequence[str]) -> Known | None:

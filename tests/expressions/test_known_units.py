@@ -16,6 +16,7 @@ from multibody_sym.expressions.parser import parse
 from multibody_sym.expressions.units import DIMENSIONLESS, ENERGY, LENGTH, TIME, Dimension, parse_unit
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.scalars.rounding import EPSILON, Bounded, bounded
 
 SPEED = LENGTH.times(TIME, -1)
 DECLARED = {
@@ -115,8 +116,10 @@ def scales_as_told(text: str) -> bool:
     (found,) = known([node], lambda leaf: LEAVES.get(leaf.data))
     if found is not None:
         before = value(node, VALUES)
-        after = value(node, {name: x * scale(LEAVES[name].kind.dimension) for name, x in VALUES.items()})
-        assert after == pytest.approx(before * scale(found.kind.dimension), rel=1e-7, abs=1e-12 * abs(after))
+        scaled = {name: x * scale(LEAVES[name].kind.dimension) for name, x in VALUES.items()}
+        factor = scale(found.kind.dimension)
+        lost = rounding(node, scaled) + rounding(node, VALUES) * factor
+        assert value(node, scaled) == pytest.approx(before * factor, rel=1e-7, abs=lost)
     return found is not None or node.shadow is not None  # a constant is in no unit
 
 
@@ -125,6 +128,12 @@ def value(node: Node, values: Mapping[str, float]) -> float:
         return evaluate_float([node], {symbol(name): x for name, x in values.items()})[0]
     except (ArithmeticError, ValueError):
         return 0.0
+
+
+def rounding(node: Node, values: Mapping[str, float]) -> float:
+    """Return a bound of what is lost in an expression's value, where terms cancel; 0 where none is known."""
+    (found,) = bounded([node], {symbol(name): Bounded(x, EPSILON * abs(x)) for name, x in values.items()})
+    return 2 * found.bound if math.isfinite(found.bound) else 0.0
 
 
 VALUES = dict(zip(sorted(LEAVES), (0.7, 1.3, 2.1, 0.4, 1.9, 3.2, 0.9, 1.7, 2.6, 0.3, 1.1, 4.3, 0.6), strict=True))

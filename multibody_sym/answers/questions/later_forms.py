@@ -145,6 +145,8 @@ class LaterForms:
         """Return the closed form of an answer, of what happens at a time, None where none has the number's value."""
         if number.value is None or self.motion.changes_before(time * (1.0 - _FOUND)) is not None:
             return None
+        if time == 0.0 and number.t is not None:
+            return self._at_start(question)
         for course in self._courses(time):
             try:
                 found = self._confirmed(self._closed(course, question, time), number.value)
@@ -154,6 +156,12 @@ class LaterForms:
             if found is not None:
                 return found
         return None
+
+    def _at_start(self, question: Ask) -> Node | None:
+        """Return the extreme that is the value at the start."""
+        asked = _asked(question)
+        assert asked is not None
+        return self.solved.values(self.solved.asked(asked), {})[""].expression
 
     def _courses(self, time: float) -> Iterator[Course]:
         """Yield the courses that are known, at a time."""
@@ -206,9 +214,6 @@ class LaterForms:
 
     def _extreme_place(self, course: Course, question: Ask, along: Node, time: float) -> Node:
         """Return where an extreme is: at the start, at an end that was given, where the speed turns, or flat."""
-        if time == 0.0 and question.after is None:
-            motion = self.solved.nodes.motion.state
-            return ZERO if course.variable is TIME else as_node(motion.q[0])
         ends = [x for x in (question.after, question.until) if x is not None]
         for end in ends:
             timed = isinstance(end, Node) and not is_condition(end)

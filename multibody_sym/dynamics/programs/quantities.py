@@ -21,6 +21,7 @@ from multibody_sym.dynamics.programs.momenta import (
     jacobi_integral,
     momentum,
 )
+from multibody_sym.dynamics.programs.one_way_forces import OneWayForces
 from multibody_sym.dynamics.programs.pulleys import pulley_reactions
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.dynamics.programs.switching import SwitchingValues, switchings
@@ -45,7 +46,7 @@ from multibody_sym.model.declaration.values import AXES
 from multibody_sym.model.mechanism.loads import PlacePotential, PointPull
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import COM, Pose
-from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import evaluate, sqrt
@@ -228,10 +229,12 @@ def _place_of(instant: Instant, name: str, axis: str) -> S:
     return _component(place(found, instant.motion), axis)
 
 
-def _reaction(instant: Instant, joint: str, component: str) -> S:
-    if joint in instant.motion.mechanism.joint_names:
-        return instant.reactions[joint][component]
-    return instant.pulleys[joint][component] if joint in instant.pulleys else 0
+def _reaction(instant: Instant, element: str, component: str) -> S:
+    if element in instant.motion.mechanism.joint_names:
+        return instant.reactions[element][component]
+    if component not in COMPONENTS:
+        return OneWayForces(instant.motion, instant.multipliers).of_contact(element, component)
+    return instant.pulleys[element][component] if element in instant.pulleys else 0
 
 
 def _tension(instant: Instant, name: str) -> S:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -19,6 +19,7 @@ from multibody_sym.model.declaration.system import RESERVED, System, expressions
 from multibody_sym.model.declaration.values import AXES, dimension_of_unit
 from multibody_sym.model.mechanism.mass import GROUND, OWN_POINTS
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, NORMAL, Coordinate, Speed
+from multibody_sym.model.resolution.contacts.elements import contact_names
 from multibody_sym.model.resolution.references import BARE
 from multibody_sym.model.resolution.ropes.runs import run_names, tension_names
 from multibody_sym.model.resolution.spanning_tree import coordinate_names, ground_moves, speed_names
@@ -66,7 +67,10 @@ _MAY_NAME: Final[Mapping[str, tuple[str, ...]]] = {
     _MOTION: ("a parameter", "an input", "the time"),
 }
 _MAY_ASK: Final = ("outputs", "stop", "ask")
+CONTACT_COMPONENTS: Final = ("normal", "friction", "friction_1", "friction_2", "rolling", "rolling_1", "rolling_2")
+"""The components of what a contact exerts: two of friction and of rolling resistance in space."""
 _KINDS: Final[Mapping[str, str]] = {
+    "joint": "no joint and no contact",
     "whole": "no body, nor the word system",
     "about": "no point, nor the word com",
     "store": "no body and no force",
@@ -212,6 +216,7 @@ def _vocabulary(system: System) -> dict[str, list[str]]:
         name: tension_names(system, name) if isinstance(element, Rope) else rows[name]
         for name, element in system.constraints.items()
     }
+    contacts = contact_names(system.contacts)
     return {
         "point": [*bodies, *(f"{name}.{p}" for name, b in bodies.items() for p in (*b.points, *b.frames, *OWN_POINTS))],
         "body": list(bodies),
@@ -219,11 +224,13 @@ def _vocabulary(system: System) -> dict[str, list[str]]:
             *system.joints,
             *([GROUND] if ground_moves(system.bodies) else ()),
             *(name for name, pulley in system.pulleys.items() if pulley.is_held),
+            *contacts,
         ],
+        "contact": contacts,
         "rope": [x for name, names in tensions.items() if name in pulling for x in names],
         "constraint": [x for names in rows.values() for x in names],
         "axis": list(AXES),
-        "component": [*COMPONENTS, NORMAL],
+        "component": [*COMPONENTS, *CONTACT_COMPONENTS],
         "guide": [name for name, joint in system.joints.items() if guides(joint)],
         **_of_theorems(system),
     }
@@ -270,8 +277,8 @@ def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str
                 raise ModelError(f"{leaf}: {name!r} has a tension on each side of wheels that turn with it; ask {each}")
             what = _KINDS.get(kind, f"no {kind}")
             raise ModelError(f"{leaf}: {name!r} is {what}{suggestion(name, vocabulary[kind])}")
-    if arguments[1:] == (NORMAL,) and arguments[0] not in vocabulary["guide"]:
-        raise ModelError(f"{leaf}: a joint that guides along a curve has a normal force; ask for fx, fy, .. here")
+    if function == "reaction":
+        _verify_component(leaf, arguments[0], arguments[1], vocabulary)
 
 
 def _verify_mode(leaf: Node, section: str) -> None:
@@ -280,6 +287,18 @@ def _verify_mode(leaf: Node, section: str) -> None:
         raise ModelError(f"{leaf} is one of small oscillations: it can be asked in ask only")
     if not leaf.data[1][0].isdecimal() or leaf.data[1][0] == "0":
         raise ModelError(f"{leaf}: name a mode by its number; 1 is the one with the lowest frequency")
+
+
+def _verify_component(leaf: Node, element: str, component: str, vocabulary: Mapping[str, Collection[str]]) -> None:
+    """Raise ModelError where a contact is asked for a joint's component, or a joint for a contact's."""
+    if element in vocabulary["contact"]:
+        what, known = "a contact", CONTACT_COMPONENTS
+    elif element in vocabulary["guide"]:
+        what, known = "a joint that guides along a curve", (*COMPONENTS, NORMAL)
+    else:
+        what, known = "a joint", COMPONENTS
+    if component not in known:
+        raise ModelError(f"{leaf}: {element!r} is {what}, which has {', '.join(known)}")
 
 
 def _listed(words: tuple[str, ...]) -> str:

@@ -1,0 +1,140 @@
+"""The forces of what holds one way only, in the mode of a mechanism, over any scalar."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, reduce
+from operator import add
+from typing import Final
+
+from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.rows import RowMotion, friction_factors, row_motions
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, Mode, OneWay
+from multibody_sym.model.mechanism.rows import Row
+from multibody_sym.model.mechanism.sliding_rows import SlidingRow
+from multibody_sym.scalars.functions import sqrt
+from multibody_sym.scalars.node import ZERO
+from multibody_sym.scalars.vectors import S
+
+FORCES: Final = {"contact": "normal", "rope": "tension", "stop": "force", "friction": "normal"}
+"""The component with which elements of a kind press, pull or stop."""
+
+
+def mode_of(mechanism: Mechanism) -> Mode:
+    """Return the mode that a mechanism is in."""
+    return mechanism.mode or Mode({})
+
+
+def is_active(mechanism: Mechanism, element: OneWay) -> bool:
+    """Return whether an element acts: friction in joints always does."""
+    return not element.unilateral or mode_of(mechanism).sides.get(element.name, INACTIVE) != INACTIVE
+
+
+def slip_of(mechanism: Mechanism, part: FrictionPart) -> int:
+    """Return how a part slips: 0 sticks, 1 and -1, 2 in space."""
+    return mode_of(mechanism).slips.get(part.name, STICKS)
+
+
+def rubs(part: FrictionPart) -> bool:
+    """Return whether there is friction at all."""
+    return part.enough or part.static is not ZERO or part.kinetic is not ZERO
+
+
+@dataclass(frozen=True, eq=False)
+class OneWayForces:
+    """The elements of a mechanism in its mode, in motion, with the multipliers (ns) of its rows."""
+
+    motion: Motion
+    multipliers: Sequence[S]
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism in its mode."""
+        return self.motion.mechanism
+
+    @cached_property
+    def _places(self) -> Mapping[str, int]:
+        return {row.name: k for k, row in enumerate(self.mechanism.rows)}
+
+    def multiplier(self, row: str) -> S:
+        """Return the multiplier of a row by name, 0 where it does not act."""
+        place = self._places.get(row)
+        return 0 if place is None else self.multipliers[place]
+
+    def normal(self, element: OneWay) -> S:
+        """Return the force with which an element presses, pulls or stops."""
+        return self.multiplier(element.normals[0].name)
+
+    def pressing(self, element: OneWay, part: FrictionPart) -> S:
+        """Return N of a part's friction law, for normal forces with the signs that they have in the mode."""
+        sides = mode_of(self.mechanism).sides
+        components = [self.multiplier(element.normals[k].name) for k in part.normals]
+        if part.norm and sum(x is not ZERO for x in components) > 1:
+            return sqrt(sum(x * x for x in components))
+        total: S = 0
+        for k in part.normals:
+            name = element.normals[k].name
+            side = 1 if element.unilateral else sides.get(name, sides.get(element.name, 1))
+            total = total + (self.multiplier(name) if side >= 0 else -self.multiplier(name))
+        return total
+
+    def friction(self, part: FrictionPart) -> list[S]:
+        """Return the friction of a part along its rows (1, or 2 in space)."""
+        if slip_of(self.mechanism, part) == STICKS:
+            return [self.multiplier(row.name) for row in part.rows]
+        total: list[S] = [0 for _ in part.rows]
+        for row in self.mechanism.rows:
+            for sliding in row.frictions if isinstance(row, SlidingRow) else ():
+                if sliding.rows == part.rows:
+                    factors = friction_factors(sliding, [self.rows[x.name] for x in part.rows], self.motion)
+                    if part.norm:
+                        return [factor * self.pressing(self._element_of(part), part) for factor in factors]
+                    force = self.multiplier(row.name)
+                    total = [x + factor * force for x, factor in zip(total, factors, strict=True)]
+        return total
+
+    def _element_of(self, part: FrictionPart) -> OneWay:
+        return next(element for element in self.mechanism.one_way if part in element.frictions)
+
+    @cached_property
+    def rows(self) -> Mapping[str, RowMotion]:
+        """The rows of all elements, whether they act or not, by name; those that define forces are left out."""
+        motion = self.motion
+        every = tuple(_kinematic(self.mechanism))
+        whole = replace(motion, mechanism=replace(self.mechanism, rows=every))
+        return dict(zip((row.name for row in every), row_motions(whole), strict=True))
+
+    def of(self, element: OneWay) -> dict[str, S]:
+        """Return the forces of an element by component: what presses, then friction, of two parts in space."""
+        parts = [part for part in element.frictions if rubs(part)]
+        found: dict[str, S] = {}
+        if element.unilateral:
+            found[FORCES[element.kind]] = self.normal(element)
+        elif parts and not parts[0].norm:
+            found["normal"] = self.pressing(element, parts[0])
+        acts = is_active(self.mechanism, element)
+        for part in parts:
+            forces = self.friction(part) if acts else [0 for _ in part.rows]
+            found |= dict(zip(component_names(element, part), forces, strict=True))
+        return found
+
+    def of_contact(self, name: str, component: str) -> S:
+        """Return a component of the force of a contact, of all its parts together; 0 where it has none."""
+        elements = [x for x in self.mechanism.one_way if x.kind == "contact" and name in (x.name, x.group)]
+        return reduce(add, (self.of(element).get(component, 0) for element in elements), 0)
+
+
+def component_names(element: OneWay, part: FrictionPart) -> Iterator[str]:
+    """Yield the names of a part's components: `friction`, or `rolling`; with 1 and 2 where it has two."""
+    word = "friction" if part is element.frictions[0] else part.name.rpartition(".")[2]
+    return (f"{word}_{k}" if len(part.rows) > 1 else word for k in range(1, len(part.rows) + 1))
+
+
+def _kinematic(mechanism: Mechanism) -> Iterator[Row]:
+    for element in mechanism.one_way:
+        if element.unilateral:
+            yield element.normals[0]
+        for part in element.frictions:
+            yield from part.rows
