@@ -291,12 +291,13 @@ def _verify_mode(leaf: Node, section: str) -> None:
 
 def _verify_component(leaf: Node, element: str, component: str, vocabulary: Mapping[str, Collection[str]]) -> None:
     """Raise ModelError where a contact is asked for a joint's component, or a joint for a contact's."""
+    known: tuple[str, ...] = COMPONENTS
     if element in vocabulary["contact"]:
         what, known = "a contact", CONTACT_COMPONENTS
     elif element in vocabulary["guide"]:
         what, known = "a joint that guides along a curve", (*COMPONENTS, NORMAL)
     else:
-        what, known = "a joint", COMPONENTS
+        what = "a joint"
     if component not in known:
         raise ModelError(f"{leaf}: {element!r} is {what}, which has {', '.join(known)}")
 
