@@ -7,11 +7,13 @@ beside the sum of absolute values of the terms, with the time. Each impact is lo
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
+import numpy.typing as npt
 
 from multibody_sym.analysis.theorems.program import INTEGRAL, THEOREMS, theorems_program
 from multibody_sym.numerics.arrays import Floats
@@ -97,11 +99,19 @@ def _of_stretch(stretch: Stretch, program: Compiled, since: _Since) -> Iterator[
         since.start, since.content = value[0], content[0]
     ends = slice(None, None, 4)
     missed = value[ends] - since.start - (since.total + adding)
-    whole = since.size + scales + content[ends] + since.content
+    whole = (since.size + scales + content[ends] + since.content)[_a_step_on(len(scales), stretch.steps)]
     for name, own in THEOREMS.items():
         yield name, _worst(left[:, own] - right[:, own], (size + content)[:, own], fine.t)
         yield INTEGRAL[name], _worst(missed[:, own], whole[:, own], fine.t[ends])
     since.total, since.size = since.total + adding[-1], since.size + scales[-1]
+
+
+def _a_step_on(count: int, steps: int) -> npt.NDArray[np.intp]:
+    """Return for each of evenly spaced times the number of that a mean step later, at most the last.
+
+    Between the ends of a step samples are as near as it is long; what began at rest is next to nothing at first.
+    """
+    return np.minimum(np.arange(count) + math.ceil(count / max(steps, 1)), count - 1)
 
 
 def _is_settled(values: Floats, size: Floats, found: Floats, t: Floats) -> bool:
