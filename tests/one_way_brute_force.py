@@ -253,10 +253,14 @@ def _all_solved(matrix: np.ndarray, right: np.ndarray, speeds: int) -> _Solved:
 
 
 def _allowed(modes: _Modes, g: np.ndarray, g0: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return what rounding may leave of inequalities (b, i) for y (b, n + m)."""
+    """Return what rounding may leave of inequalities (b, i) for y (b, n + m).
+
+    It is a part of the forces of which they are made; of the largest force there is, perhaps elsewhere, some thousand
+    roundings: a clamp of 5e7 N does not let a rope push with 0.03 N.
+    """
     terms = (np.abs(g) @ np.abs(y)[:, :, None])[:, :, 0] + np.abs(g0)
     largest = np.abs(y[:, modes.n :] * modes.scale[modes.n :]).max(axis=1, initial=0.0)
-    return 1e-9 * (terms + np.where(_of_motion(modes, g), GRAVITY, largest[:, None]))
+    return 1e-9 * terms + np.where(_of_motion(modes, g), 1e-9 * GRAVITY, 1e-12 * largest[:, None])
 
 
 def _of_motion(modes: _Modes, g: np.ndarray) -> np.ndarray:
@@ -328,7 +332,8 @@ class _Inequalities:
                 t = self._best(sense * slopes[:, k] / np.abs(slopes[:, k]).max(), y / size, idle, size)
                 if t is not None:
                     bound[k] = z[k] + size * (slopes[:, k] @ t)
-        return least, most
+        room = np.abs(np.stack([least - z, most - z])).max(axis=0) > 1e-7 * size  # less is what inequalities allow
+        return np.where(room, least, z), np.where(room, most, z)
 
     def moves(self, y: np.ndarray, idle: np.ndarray) -> bool:
         """Return whether udot changes with what is open."""
