@@ -315,6 +315,9 @@ def _power(a: Quotient, b: Quotient) -> Quotient:
         if exponent.denominator <= 2:
             base = a if exponent.denominator == 1 else sqrt(a)
             return base.power(exponent.numerator)
+    whole = Fraction(int(b.above.coeff(1)), int(b.below.LC)) if b.below.is_ground else Fraction(0)
+    if whole and whole.denominator == 1 and not a.vanishes:  # a^(n + 1) is a a^n, so that such powers cancel
+        return a.power(int(whole)) * _power(a, b - int(whole))
     return _opaque("pow", a, b)
 
 
@@ -365,14 +368,6 @@ def _tangent(a: Quotient) -> Quotient:
     return s / c
 
 
-def _less(a: Quotient, b: Quotient) -> Quotient:
-    return a.field.constant(int(sign(b - a) > 0))
-
-
-def _less_equal(a: Quotient, b: Quotient) -> Quotient:
-    return a.field.constant(int(sign(b - a) >= 0))
-
-
 _PRECISE_OPERATIONS: Final[dict[str, Callable[..., Any]]] = {
     "pow": PRECISE.power, "asin": PRECISE.asin, "acos": PRECISE.acos, "atan": PRECISE.atan, "atan2": PRECISE.atan2,
     "sinh": PRECISE.sinh, "cosh": PRECISE.cosh, "tanh": PRECISE.tanh, "exp": PRECISE.exp, "log": PRECISE.log,
@@ -394,7 +389,7 @@ _OPERATIONS: Final[dict[str, Callable[..., Quotient]]] = {
     "sign": lambda a: a.field.constant(sign(a)),
     "min": lambda a, b: a if sign(b - a) >= 0 else b,
     "max": lambda a, b: a if sign(a - b) >= 0 else b,
-    "less": _less,
-    "less_equal": _less_equal,
+    "less": lambda a, b: a.field.constant(int(sign(b - a) > 0)),
+    "less_equal": lambda a, b: a.field.constant(int(sign(b - a) >= 0)),
     "where": lambda c, a, b: b if c.is_zero else a,
 }

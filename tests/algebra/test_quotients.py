@@ -61,6 +61,8 @@ def quotient(expression: str | Node, *, expands: bool = False, work: int = 10**6
     "where(a < b, c, x) - c",
     "sign(y)*a + a",
     "a^(3/2)*sqrt(a) - a^2",
+    "a^(x + 1)*a^(x - 1) - (a^x)^2",
+    "b^(2 - x) - b^2*b^(-x)",
 ])  # fmt: skip
 def test_what_vanishes_is_zero(expression: str) -> None:
     assert quotient(expression).is_zero

@@ -1,0 +1,79 @@
+"""The examples of small oscillations, each against its formula by hand."""
+
+from __future__ import annotations
+
+from math import cos, pi, radians, sin, sqrt
+
+import pytest
+from mpmath import mp, quad
+from twins import from_file
+
+import multibody_sym as mbs
+
+G = 9.81
+
+
+def answers(name: str, **parameters: float) -> dict[str, float | None]:
+    return {key: found.value for key, found in mbs.solve(from_file(name), parameters=parameters).answers.items()}
+
+
+def formula(name: str, answer: str) -> str:
+    return mbs.solve(from_file(name)).answers[answer].as_json()["expression"]
+
+
+def test_coupled_pendulums() -> None:
+    found = answers("coupled_pendulums")
+    low, high = sqrt(G), sqrt(G + 2 * 5 * 0.4**2)
+    assert found == pytest.approx({"w1": low, "w2": high, "beat": 2 * pi / (high - low)}, rel=1e-12)
+    half = found["beat"] / 2
+    run = mbs.simulate(from_file("coupled_pendulums"), t_end=half, initial={"phi1": 1e-4}, backend="python")
+    assert abs(run["phi2"]).max() == pytest.approx(1e-4, rel=0.01)  # after half a beat the other has all the motion
+
+
+def test_wedge_and_spring() -> None:
+    assert formula("wedge_and_spring", "T") == "2*pi*sqrt(m*(M + m*sin(theta)^2)/(k*(M + m)))"
+    assert answers("wedge_and_spring")["T"] == pytest.approx(2 * pi * sqrt((3 + 0.25) / (40 * 4)), rel=1e-12)
+
+
+def test_disc_in_a_hollow() -> None:
+    """The swing of 20 deg by energy: theta'^2 = 2 w^2 (cos(theta) - cos(a)), which is a pendulum's."""
+    found = answers("disc_in_a_hollow")
+    w, a = sqrt(2 * G / (3 * 0.8)), radians(20)
+    assert formula("disc_in_a_hollow", "omega") == "sqrt(2*g/(3*(R - r)))"
+    assert found["omega"] == pytest.approx(w, rel=1e-12)
+    swing = 4 / w * quad(lambda x: 1 / mp.sqrt(1 - (mp.sin(a / 2) * mp.sin(x)) ** 2), [0, mp.pi / 2])
+    assert found["swing"] == pytest.approx(float(swing), rel=1e-10)
+
+
+def test_triatomic_molecule() -> None:
+    assert answers("triatomic_molecule")["ratio"] == pytest.approx(sqrt((12 + 2 * 16) / 12), rel=1e-12)
+    assert formula("triatomic_molecule", "ratio") == "sqrt((M + 2*m)/M)"
+
+
+def test_governor() -> None:
+    m, l, J, a = 1.0, 0.3, 0.05, radians(40)
+    square = G * sin(a) ** 2 / (l * cos(a)) * (J + 2 * m * l**2 * (1 + 3 * cos(a) ** 2))
+    wanted = sqrt(square / (J + 2 * m * l**2 * sin(a) ** 2))
+    assert answers("governor")["omega"] == pytest.approx(wanted, rel=1e-12)
+    aside = {"theta": a + 1e-5, "psi": -a - 1e-5}
+    run = mbs.simulate(from_file("governor"), t_end=2 * pi / wanted, initial=aside, backend="python")
+    assert run["theta"][-1] - run["theta"][0] == pytest.approx(0.0, abs=1e-8)  # back after its period
+
+
+@pytest.mark.parametrize("n", [2.0, 1.0, 2.5])
+def test_nearly_a_circle(n: float) -> None:
+    assert answers("nearly_a_circle", n=n)["angle"] == pytest.approx(2 * pi / sqrt(3 - n), rel=1e-12)
+    assert formula("nearly_a_circle", "angle") == "2*pi/sqrt(3 - n)"
+
+
+def test_an_orbit_under_a_steeper_law_is_unstable() -> None:
+    modes = mbs.modes(from_file("nearly_a_circle"), parameters={"n": 4})
+    assert modes.stable is False
+    assert modes.conditions == ("n > 3",)
+
+
+def test_nutating_top() -> None:
+    m, h, A, W, theta = 0.3, 0.04, 3e-4, 5.0, radians(30)
+    B = A + m * h**2
+    wanted = sqrt(W**2 - 2 * m * G * h * cos(theta) / B + (m * G * h / (B * W)) ** 2)
+    assert answers("nutating_top")["omega"] == pytest.approx(wanted, rel=1e-12)
