@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, Final, Literal, overload
 
 from multibody_sym.algebra.budget import Budget
-from multibody_sym.algebra.subexpressions import Subexpressions
-from multibody_sym.analysis.theorems.first_integrals import with_first_integrals
 from multibody_sym.dynamics.derivation.canonical import CanonicalEquations
-from multibody_sym.dynamics.derivation.hamilton import hamilton
-from multibody_sym.dynamics.derivation.lagrange import Energies
 from multibody_sym.dynamics.derivation.prepared import Prepared, budget_of, prepared, shortest
-from multibody_sym.dynamics.derivation.routhian import routh
 from multibody_sym.dynamics.derivation.symbolic_equations import SymbolicEquations
 from multibody_sym.dynamics.derive import derive as derived
 from multibody_sym.errors import InputError, shown
@@ -20,10 +15,7 @@ from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.changes import Changes
 
-CANONICAL: Final[Mapping[str, Callable[[Prepared, Subexpressions, Energies], CanonicalEquations]]] = {
-    "hamilton": hamilton,
-    "routh": routh,
-}
+CANONICAL: Final = ("hamilton", "routh")
 """Methods whose equations are in momenta."""
 
 
@@ -96,7 +88,8 @@ def derive(
     InputError for an unknown method, ModelError where a method does not apply, NoSolutionError past the budget.
     """
     changes = Changes(parameters, initial, inputs, coordinates, project)
-    if not isinstance(method, str) or method not in CANONICAL:
+    asked = formalism if method is None else method
+    if not isinstance(asked, str) or asked not in CANONICAL:
         return derived(
             model,
             method,
@@ -108,8 +101,18 @@ def derive(
             project=project,
             budget=budget,
         )
-    if formalism is not None and formalism != method:
-        raise InputError(f"method {method!r} and formalism {shown(formalism)} are two routes: give one of them")
-    ready, make = prepared(model, changes), CANONICAL[method]
-    found = shortest(ready, budget_of(budget), lambda names, given: make(ready, names, given))
+    if formalism is not None and formalism != asked:
+        raise InputError(f"method {asked!r} and formalism {shown(formalism)} are two routes: give one of them")
+    found = _in_momenta(asked, prepared(model, changes), budget_of(budget))
+    from multibody_sym.analysis.theorems.first_integrals import with_first_integrals
+
     return with_first_integrals(found, project=isinstance(model, System) and changes.of(model).simulation.project)
+
+
+def _in_momenta(method: str, ready: Prepared, limits: Budget) -> CanonicalEquations:
+    """Return Hamilton's or Routh's equations, whose modules are imported when they are asked for."""
+    if method == "hamilton":
+        from multibody_sym.dynamics.derivation.hamilton import hamilton as make
+    else:
+        from multibody_sym.dynamics.derivation.routhian import routh as make
+    return shortest(ready, limits, lambda names, given: make(ready, names, given))

@@ -179,6 +179,11 @@ def dissipation(motion: Motion) -> S | None:
     return found
 
 
+def brakes(mechanism: Mechanism) -> bool:
+    """Return whether there are dampers or drags."""
+    return any(x is not ZERO for load in mechanism.loads for x in _coefficients(load))
+
+
 def _coefficients(load: Load) -> tuple[Node, ...]:
     """Return what the forces of a load that brakes are in proportion to."""
     if isinstance(load, (JointSpring, PointSpring)):

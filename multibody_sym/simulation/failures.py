@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -15,6 +16,7 @@ from multibody_sym.errors import RunError
 from multibody_sym.integrators.flow import Flow, Status, StepError
 from multibody_sym.integrators.loop import first_step, least_step
 from multibody_sym.kinematics.guides.touched import fits
+from multibody_sym.kinematics.loads import apart
 from multibody_sym.kinematics.masses.rates import varies
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mass import used_up
@@ -37,6 +39,8 @@ _TIGHT: Final = 0.9
 """The part of a radius of curvature from which a wheel in a hollow is what a run fails on."""
 _FEW: Final = 100
 """Least steps of a run, within which a step of the motion is too near to them."""
+_MEETS: Final = 1e-3
+"""The part of a distance at the start below which points meet where a run fails."""
 _USED_UP: Final = 1e-2
 """The part of a mass at the start below which it is why a run failed: there its acceleration grows without bound."""
 _SIZED: Final = 20
@@ -73,6 +77,24 @@ def _tight(run: Trajectory, time: float) -> str:
     return next((fit.text for fit in fits(motion, (*mechanism.rows, *normals)) if fit.ratio > _TIGHT), "")
 
 
+def _met(run: Trajectory, time: float) -> str:
+    """Return which points have come together between which a force acts, or else that there is a singularity."""
+    mechanism, integration = run.ready.mechanism, run.integration
+    unknown = "the motion has a jump or a singularity there"
+    if integration.q_final is None or integration.u_final is None:
+        return unknown
+    rows = Rows(mechanism, run.parameters.tolist(), [], time)
+    first, last = rows.motion(run.ready.q0, run.ready.u0), rows.motion(integration.q_final, integration.u_final)
+    for load in mechanism.loads:
+        if load.line is None:
+            continue
+        begun, now = (math.hypot(*apart(motion, load.line)) for motion in (first, last))
+        if now <= _MEETS * begun:
+            a, b = load.line
+            return f"{a.name} and {b.name} meet there, and {load.name} between them has neither direction nor bound"
+    return unknown
+
+
 def _happened(run: Trajectory, failure: RunFailure) -> str:
     mechanism, when = run.ready.mechanism, f"at t = {failure.time:.6g} s"
     what = _component(mechanism, failure)
@@ -93,7 +115,7 @@ def _happened(run: Trajectory, failure: RunFailure) -> str:
             "or the method does not fit it; take other tolerances, or one of this package's methods"
         )
     if failure.status is Status.STEP_UNDERFLOW:
-        return f"the step became too small {when}, on account of {what}: the motion has a jump or a singularity there"
+        return f"the step became too small {when}, on account of {what}: {_met(run, failure.time)}"
     if failure.status is Status.NOT_CONVERGED:
         advice = "take shorter steps, or tolerances; if that does not help the motion has a jump or a singularity there"
         return f"Newton's iteration for the step does not converge {when}, on account of {what}: {advice}"

@@ -279,6 +279,9 @@ def test_singular_places_are_told() -> None:
     system = particle({"sun": mbs.Gravitation(["ground", "p"], constant=1, masses=[1, 1])}, [0, 0], [0, 0])
     with pytest.raises(mbs.MultibodyError, match="at the same place at the start"):
         mbs.simulate(system, t_end=1)
+    falling = particle({"sun": mbs.Gravitation(["ground", "p"], constant=1, masses=[1, 0.5])}, [1, 0], [0, 0])
+    with pytest.raises(mbs.RunError, match="ground and p meet there, and sun between them"):
+        mbs.simulate(falling, t_end=3, backend="python")
     place = particle({"v": mbs.Potential("1/sqrt(x^2 + y^2)", on="p")}, [0, 0], [0, 0])
     with pytest.raises(mbs.MultibodyError, match=r"forces\.v"):
         mbs.simulate(place, t_end=1)

@@ -21,7 +21,7 @@ from multibody_sym.algebra.subexpressions import Subexpressions
 from multibody_sym.dynamics.derivation.symbols import Symbols, numbered_symbols
 from multibody_sym.dynamics.formalisms.equations import EquationsOfMotion, equations
 from multibody_sym.errors import ModelError
-from multibody_sym.kinematics.energy import dissipation, kinetic_energy, potential_energy, split, stored_energy
+from multibody_sym.kinematics.energy import brakes, dissipation, kinetic_energy, potential_energy, split, stored_energy
 from multibody_sym.kinematics.loads import TINY, applied, applied_generalized_forces
 from multibody_sym.kinematics.masses.rates import varies
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, joint_rates, motion_of
@@ -79,7 +79,7 @@ def energies(mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> E
     held = dict(zip(letters.values(), map(names.name, stood_for), strict=True))
     translated = names.translated([x for part in parts for x in part], {**known, **letters})
     (T,), potential, constraints, *forces = _cut([names.name(e) for e in translated], parts)
-    lost = dissipation(motion_of(mechanism, slot_state(mechanism)))
+    lost = dissipation(motion_of(mechanism, slot_state(mechanism))) if brakes(mechanism) else None
     D = None if lost is None else names.name(names.translated([as_node(lost)], known)[0])
     return Energies(T, tuple(potential), tuple(map(tuple, forces)), tuple(constraints), held, D)
 

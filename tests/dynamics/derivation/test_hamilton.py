@@ -29,10 +29,11 @@ from textbook import (
 import multibody_sym as mbs
 from multibody_sym.algebra.budget import Budget
 from multibody_sym.algebra.subexpressions import Subexpressions
-from multibody_sym.analysis.derivations import CANONICAL, derive
+from multibody_sym.analysis.derivations import derive
 from multibody_sym.analysis.theorems.candidates import candidates
 from multibody_sym.cli.main import main
 from multibody_sym.dynamics.derivation.canonical import CanonicalEquations
+from multibody_sym.dynamics.derivation.hamilton import hamilton
 from multibody_sym.dynamics.derivation.lagrange import energies
 from multibody_sym.dynamics.derivation.prepared import prepared
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
@@ -210,7 +211,7 @@ def test_written_out_and_named_forms_agree() -> None:
     for system in (double_pendulum(), turning_hoop(driven=False), cart_pole()):
         ready = prepared(system, Changes())
         names = Subexpressions(ready.symbols.free_prefix, Budget())
-        named = CANONICAL["hamilton"](ready, names, energies(ready.mechanism, ready.symbols, names))
+        named = hamilton(ready, names, energies(ready.mechanism, ready.symbols, names))
         given = parameters(ready.mechanism)
         n = len(ready.mechanism.coordinates)
         state = state_of(
