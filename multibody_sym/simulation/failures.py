@@ -140,12 +140,15 @@ def _happened(run: Trajectory, failure: RunFailure) -> str:
 def mass_used_up(run: Trajectory) -> str | None:
     """Return that a body whose mass varies has none left at the end of a run, and when; None where each has."""
     mechanism, end = run.ready.mechanism, run.integration
+    varying = [body for body in mechanism.bodies if varies(body)]
+    if not varying:
+        return None
     failed = end.failure is not None and end.failure.status is not Status.INTERRUPTED
     first, last = (
         state_of(mechanism, float, t, q.tolist(), u.tolist(), run.parameters.tolist())
         for t, q, u in ((run.problem.t0, run.problem.q0, run.problem.u0), (end.t_final, end.q_final, end.u_final))
     )
-    for body in (body for body in mechanism.bodies if varies(body)):
+    for body in varying:
         begun, left = (float(state.values([body.mass.mass])[0]) for state in (first, last))
         if (failed and left <= _USED_UP * begun) or (run.stop or {}).get("element") == used_up(body.name):
             return (
