@@ -27,15 +27,15 @@ from multibody_sym.runtime.problem import Event, Loop, Problem, RunFailure
 from multibody_sym.runtime.python_loop import put_back
 from multibody_sym.simulation.along.fine import Stretch as AlongStretch
 from multibody_sym.simulation.along.jumps import Jump, Passed, passed
+from multibody_sym.simulation.one_way import thin_bars
 from multibody_sym.simulation.one_way.account import EnergyAccount, energy_account
 from multibody_sym.simulation.one_way.decision import Before, Decided, decided
-from multibody_sym.simulation.one_way.facts import Facts, Laws
+from multibody_sym.simulation.one_way.facts import Facts, Laws, larger
 from multibody_sym.simulation.one_way.impact import Blow, Bounces, bounced
 from multibody_sym.simulation.one_way.modes import Key, Modes, key_of
 from multibody_sym.simulation.one_way.moments import moments
 from multibody_sym.simulation.one_way.roads import Roads
 from multibody_sym.simulation.one_way.stretches import Change, Stretch
-from multibody_sym.simulation.one_way.thin_bars import passed_through, thin_bars
 from multibody_sym.simulation.one_way.turns import Turn, followed, turn_of
 from multibody_sym.simulation.parts import Part
 from multibody_sym.simulation.problem import own_coefficient
@@ -80,6 +80,8 @@ class OneWayRun:
     legs: list[Leg] = field(default_factory=list)
     jumps: list[tuple[int, float, Floats]] = field(default_factory=list)
     blows: list[Jump] = field(default_factory=list)
+    bars: tuple[thin_bars.ThinBar, ...] = ()
+    _hidden: list[str] = field(default_factory=list)
     _scale: Scale = Scale(1.0, 1.0)
     _usual: dict[tuple[Key, int], Mode] = field(default_factory=dict)
     _passed: dict[int, Stretch] = field(default_factory=dict)
@@ -96,7 +98,8 @@ class OneWayRun:
 
         Raises NoSolutionError where there is none, ModelError where a point moves across a thin bar that it touches.
         """
-        found, self._scale = self._first
+        found, self._scale, hidden = self._first
+        self._hidden = list(hidden)
         entered = self._entered(found, None)
         if isinstance(entered, RunFailure):
             raise NoSolutionError(f"{self.trouble} at the start")
@@ -104,23 +107,24 @@ class OneWayRun:
 
     def again(self) -> OneWayRun:
         """Return the run before it begins, which shares what follows from its start alone."""
-        run = OneWayRun(self.laws, self.make, self.template, self.stabilised)
+        run = OneWayRun(self.laws, self.make, self.template, self.stabilised, bars=self.bars)
         run.modes = self.modes
         run.__dict__["_first"] = self._first
         return run
 
     @cached_property
-    def _first(self) -> tuple[Decided, Scale]:
-        """What is decided at the start, and how large and fast the model is."""
+    def _first(self) -> tuple[Decided, Scale, tuple[str, ...]]:
+        """What is decided at the start, how large and fast the model is, and the sides of thin bars that are hidden."""
         t, q, u = self.template.start, self.template.q0, self.template.u0
         mechanism = self.laws.mechanism
         given = t, q.tolist(), u.tolist(), self.laws.parameters.tolist()
         scale = scale_of(motion_of(mechanism, state_of(mechanism, float, *given)))
         scale = replace(scale, unseen=min(_UNSEEN * self.template.atol, _UNSEEN_MOST))
         facts = self.laws.at(t, q, u, scale)
-        for bar in thin_bars(mechanism):
+        for bar in self.bars:
             bar.verify_leaving(facts)
-        return decided(facts, ()), scale
+        hidden = thin_bars.hidden_sides(self.bars, facts, lambda known: decided(facts, (), hidden=known))
+        return decided(facts, (), hidden=hidden), scale, hidden
 
     @property
     def loop(self) -> Loop:
@@ -164,9 +168,14 @@ class OneWayRun:
 
     def passed_through(self, t: Floats, q: Floats, u: Floats) -> str:
         """Return which point got through a bar without thickness between samples, empty where none did."""
-        bars = thin_bars(self.laws.mechanism)
         facts = (self.laws.at(float(t[k]), q[k], u[k], self._scale) for k in range(len(t)))
-        return passed_through(bars, facts) if bars else ""
+        return thin_bars.passed_through(self.bars, facts) if self.bars else ""
+
+    def _is_behind(self, t: float, x: Floats, cause: Switching) -> bool:
+        """Return whether what has come within reach of an element is behind it."""
+        nq = len(self.laws.mechanism.coordinates)
+        facts = self.laws.at(t, x[:nq], x[nq:], self._scale)
+        return cause.ends == "closes" and thin_bars.is_behind(facts, cause.element)
 
     def parts(self, t: Floats, q: Floats, u: Floats, first: int = 0) -> tuple[Part, ...]:
         """Return samples, which begin with number `first` of the run, by the modes they are in."""
@@ -180,6 +189,13 @@ class OneWayRun:
 
     def onward(self, problem: Problem, switch: Switch) -> Problem | RunFailure | Event:
         """Return the run in the mode that follows at a switch, or why there is none."""
+        cause = self.stretches[-1].program.switchings[switch.index]
+        if self._is_behind(switch.begun.time, switch.x, cause):
+            hidden = thin_bars.turned_round(self.bars, cause.element, self._hidden)
+            if hidden is None:
+                self.trouble = f"{cause.element.name}: {thin_bars.FROM_BEHIND}"
+                return RunFailure(Status.NO_MODE, switch.begun.time, None)
+            self._hidden = hidden
         found = self._known(switch) or self._searched(switch)
         now, entered = self.stretches[-1], self._entered(found, switch)
         if not isinstance(entered, RunFailure):
@@ -193,9 +209,11 @@ class OneWayRun:
         if cause.ends != "closes":
             return None
         facts = self.laws.at(t, x[:nq], x[nq:], self._scale)
+        if thin_bars.is_behind(facts, cause.element):
+            return None
         if self._bounces.leaves(facts, cause.element):
             return x
-        blow = bounced(facts, cause.element)
+        blow = bounced(facts, cause.element, self._hidden)
         before, alone = Before(now.mode, now.udot_at(facts), None, self._bounces), [cause.element]
         if blow is None or before.late(facts, alone, [cause.element.name]):
             found = self._decided(t, x, cause, None)
@@ -253,18 +271,21 @@ class OneWayRun:
         now = self.stretches[-1]
         facts, closed = self._at(t, x, cause)
         beyond = (cause.element.name,) if cause.ends == "leaves" else ()
-        return decided(facts, closed, Before(now.mode, now.udot_at(facts), guess, self._bounces), beyond=beyond)
+        before = Before(now.mode, now.udot_at(facts), guess, self._bounces)
+        return decided(facts, closed, before, beyond=beyond, hidden=tuple(self._hidden))
 
     def _at(self, t: float, x: Floats, cause: Switching) -> tuple[Facts, list[str]]:
         """Return what laws ask where a switching function of the mode has crossed, and the elements that are closed."""
         now, nq = self.stretches[-1], len(self.laws.mechanism.coordinates)
         x = x if now.problem.project else put_back(now.problem, t, x)
-        self._scale = _larger(self._scale, x[nq:], self.laws.slides)
+        self._scale = larger(self._scale, x[nq:], self.laws.slides)
         sides = now.mode.sides
         active = [x.name for x in self.laws.mechanism.one_way if x.unilateral and sides.get(x.name, INACTIVE)]
         closed = [name for name in active if not (cause.ends == "leaves" and name == cause.element.name)]
-        closed += [cause.element.name] if cause.ends == "closes" else []
-        return self.laws.at(t, x[:nq], x[nq:], self._scale), closed
+        facts = self.laws.at(t, x[:nq], x[nq:], self._scale)
+        touches = cause.ends == "closes" and not thin_bars.is_behind(facts, cause.element)
+        closed += [cause.element.name] if touches else []
+        return facts, closed
 
     def _stop(self, time: float) -> Event | None:
         """Return that a state has just begun in which the run ends; its number follows those of other stops."""
@@ -346,32 +367,26 @@ class OneWayRun:
                 self.changes.append(Change(when, name, word, "", impulse, blow.lost.get(name, 0.0)))
 
 
-def _larger(scale: Scale, u: Floats, slides: Floats) -> Scale:
-    """Return a run's size and speed, with the largest of the speeds now."""
-    fastest = np.abs(u) * (slides + (1.0 - slides) * scale.length)
-    return replace(scale, speed=max(scale.speed, float(fastest.max(initial=0.0))))
-
-
 def one_way_run(
     ready: Runnable, template: Problem, settings: RunSettings, *, native: bool = False, backend: Backend | None = None
 ) -> OneWayRun | None:
     """Return the run of a system of which some holds one way only, None where all holds both ways."""
-    declared = ready.state.declared
-    if not declared.one_way:
+    if not ready.state.declared.one_way:
         return None
+    declared, bars = thin_bars.with_one_side(ready.state.declared)
     make = partial(_made, ready.system.simulation, ready.formalism, native, backend)
     places = [ready.mechanism.parameters.places[entry.name] for entry in declared.parameters]
     laws = Laws(declared, compiled_laws(declared, native=native, backend=backend), ready.parameters[places])
     known = tuple(moments(ready.system, ready.parameter_values, settings.t_end).tolist())
     template = replace(template, project=settings.project, moments=known)
     if settings.baumgarte is None:
-        return OneWayRun(laws, make, template)
+        return OneWayRun(laws, make, template, bars=bars)
 
     def own() -> float:
-        pilot = OneWayRun(laws, make, replace(template, samples=2))
+        pilot = OneWayRun(laws, make, replace(template, samples=2), bars=bars)
         return own_coefficient(pilot.begin(), pilot.loop)
 
-    return OneWayRun(laws, make, template, settings.baumgarte.chosen(own))
+    return OneWayRun(laws, make, template, settings.baumgarte.chosen(own), bars=bars)
 
 
 def _made(settings: Settings, formalism: str, native: bool, backend: Backend | None, entered: Mechanism) -> Compiled:

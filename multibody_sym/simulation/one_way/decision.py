@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -60,6 +60,13 @@ class Decided:
         return rounded_up(largest)
 
 
+    def carried(self, element: OneWay) -> float:
+        """Return the normal force (N) of an element in the first state that was found, 0 where it takes no part."""
+        place = None if self.posed is None else self.posed.places.get(element.normals[0].name)
+        states = () if self.found is None else self.found.states
+        return 0.0 if place is None or not states else float(states[0].z[place])
+
+
 @dataclass(frozen=True, eq=False)
 class Before:
     """The mode in which a run came to a switch, its accelerations (nu,) there, a mode that may follow, what bounces."""
@@ -78,14 +85,20 @@ class Before:
 
 
 def decided(
-    facts: Facts, closed: Collection[str], before: Before | None = None, *, beyond: Collection[str] = ()
+    facts: Facts,
+    closed: Collection[str],
+    before: Before | None = None,
+    *,
+    beyond: Collection[str] = (),
+    hidden: tuple[str, ...] = (),
 ) -> Decided:
     """Return how a run goes on from an instant at which the unilateral elements named `closed` touch.
 
     Others that touch there count as well, but for those that have got `beyond` an edge, however near they still are.
-    Several events at once are one. `before` is None at the start.
+    Those that are `hidden` take no part: sides of thin bars on which a point is not. Several events at once are one.
+    `before` is None at the start.
     """
-    touching = [name for name in settling.touching(facts, closed) if name not in beyond]
+    touching = [name for name in settling.touching(facts, closed) if name not in beyond and name not in hidden]
     facts = moved(facts, q=onto_rows(facts, touching))
     closing = settling.closing(facts, touching)
     late = before.late(facts, closing, touching) if before is not None else {}
@@ -97,12 +110,16 @@ def decided(
     problem = posed(facts, touching)
     found = _found(problem, None if before is None else before.guess or before.mode)
     state = found.states[0] if found.states else None
-    mode = None if state is None else basic_mode(problem, state)
+    mode = None if state is None else _with_hidden(basic_mode(problem, state), hidden)
     limit = mode is None or before is None or mode == before.mode or _between(facts, mode, before.mode)
     if before is not None and blow is None and limit:
-        state, mode = _ahead(facts, touching, before, state, mode)
+        state, mode = _ahead(facts, touching, before, state, mode, hidden)
     largest = 0.0 if state is None else Decided.largest_of(state.z, problem.problem.right)
     return Decided(facts, mode, largest, found, problem, blow, late)
+
+
+def _with_hidden(mode: Mode | None, hidden: tuple[str, ...]) -> Mode | None:
+    return mode if mode is None or not hidden else replace(mode, idle=(*mode.idle, *hidden))
 
 
 def _leaves(facts: Facts, element: OneWay, before: Before | None) -> bool:
@@ -130,7 +147,12 @@ def _found(problem: PosedLaws, previous: Mode | None) -> Found:
 
 
 def _ahead(
-    facts: Facts, touching: Collection[str], before: Before, state: LawState | None, mode: Mode | None
+    facts: Facts,
+    touching: Collection[str],
+    before: Before,
+    state: LawState | None,
+    mode: Mode | None,
+    hidden: tuple[str, ...],
 ) -> tuple[LawState | None, Mode | None]:
     """Return the state, with its mode, in which a run goes on that is at the limit of its mode: that found soon after.
 
@@ -142,7 +164,7 @@ def _ahead(
         later = facts.laws.at(facts.t + soon, facts.q + soon * rates, facts.u + soon * before.udot, facts.scale)
         there = posed(later, touching)
         found = _found(there, before.mode).states
-        following = basic_mode(there, found[0]) if found else mode
+        following = _with_hidden(basic_mode(there, found[0]), hidden) if found else mode
         if following != mode:
             return found[0], following
     return state, mode

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
 
@@ -198,3 +198,9 @@ def _laws(
                 )
             )
     return tuple(laws), tuple(frictions)
+
+
+def larger(scale: Scale, u: Floats, slides: Floats) -> Scale:
+    """Return a run's size and speed, with the largest of the speeds now."""
+    fastest = np.abs(u) * (slides + (1.0 - slides) * scale.length)
+    return replace(scale, speed=max(scale.speed, float(fastest.max(initial=0.0))))

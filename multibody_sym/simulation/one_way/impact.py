@@ -103,8 +103,11 @@ def restitution(facts: Facts, element: OneWay) -> float:
     return float(facts.known["bounces"][facts.laws.elements[element.name]])
 
 
-def bounced(facts: Facts, element: OneWay) -> Blow | None:
-    """Return the impact of one smooth element alone where nothing else touches and no row holds; None elsewhere."""
+def bounced(facts: Facts, element: OneWay, hidden: Collection[str] = ()) -> Blow | None:
+    """Return the impact of one smooth element alone where nothing else touches and no row holds; None elsewhere.
+
+    What is `hidden` takes no part.
+    """
     laws, place, e = facts.laws, facts.place(element.normals[0]), restitution(facts, element)
     pressed = (part.name for x in laws.mechanism.one_way if x is element or not x.unilateral for part in x.frictions)
     if laws.mechanism.rows or not e > 0.0 or any(name in laws.parts for name in pressed):
@@ -113,7 +116,8 @@ def bounced(facts: Facts, element: OneWay) -> Blow | None:
     impulse = -(1.0 + e) * speed / float(row @ row)
     jump = facts.speeds(impulse * row)
     after = facts.known["phidot"] + facts.known["jacobian"] @ jump
-    if any(x is not element and _strikes(facts, x, after) for x in laws.unilateral):
+    others = (x for x in laws.unilateral if x is not element and x.name not in hidden)
+    if any(_strikes(facts, x, after) for x in others):
         return None
     lost = {element.name: 0.5 * impulse * (e - 1.0) * speed}
     return Blow(jump, {element.name: impulse}, lost, facts.q, facts.u, {element.normals[0].name: impulse})

@@ -1,23 +1,32 @@
-"""Points that get through bars without thickness: a gap that is nothing for an instant only shows on neither side.
+"""Points at bars without thickness, which they touch on the side from which they come.
 
-A point is on the side of such a bar from which it comes, and its place alone does not tell it where it touches. A run
-is therefore looked at sample by sample, and one in which a point has come out on the other side is no motion.
+Place alone does not tell that side where they touch: a run remembers it. There a bar has two sides, each solid behind
+without limit, of which one is live. What comes past an end and in again from behind that side is on the other one from
+then on. A run is looked at sample by sample, too: one in which a point has come out on the other side is no motion.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Final
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Round
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import OneWay
+from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.node import ZERO
+from multibody_sym.simulation.one_way.decision import Decided
 from multibody_sym.simulation.one_way.facts import Facts
 
+_BEHIND: Final = 10.0
+"""The multiple of what counts as touching from which on something is behind a face."""
+FROM_BEHIND: Final = (
+    "what it touches comes in past its end from behind, where a surface that ends with a normal is solid without "
+    "limit; end the run before, or let it be touched on both sides (a segment without a normal, a box, a rod)"
+)
 _CURE: Final = "say on which side it strikes (surfaces: {..: {segment: [..], normal: y}}), or give one of them a radius"
 
 
@@ -44,6 +53,13 @@ class ThinBar:
         beyond = all(_reaches(facts, element) < -facts.allowed_gap(element) for element in self.sides)
         return 0 if beyond else None
 
+    def hidden(self, facts: Facts) -> OneWay | None:
+        """Return the side on which the point is not; None where it is at the bar."""
+        side = self.side(facts)
+        if side == 0:  # past the ends: whichever it comes in from behind will be exchanged
+            side = 1 if facts.gap(self.sides[0]) >= 0.0 else -1
+        return None if side is None else self.sides[side > 0]
+
     def verify_leaving(self, facts: Facts) -> None:
         """Raise ModelError where a point at the bar moves across it: it leaves one side, or strikes the other one."""
         if {facts.standing(element) for element in self.sides} == {"closing", "leaving"}:
@@ -55,6 +71,58 @@ def thin_bars(mechanism: Mechanism) -> tuple[ThinBar, ...]:
     """Return the bars without thickness that points may strike on either side."""
     sides = [element for element in mechanism.one_way if element.unilateral and _is_thin(element)]
     return tuple(_pairs(sides))
+
+
+def with_one_side(mechanism: Mechanism) -> tuple[Mechanism, tuple[ThinBar, ...]]:
+    """Return a mechanism in whose motion points at thin bars are on the side that the run knows, and these bars."""
+    bars = thin_bars(mechanism)
+    one_sided = {side.name: _one_sided(side) for bar in bars for side in bar.sides}
+    elements = tuple(one_sided.get(element.name, element) for element in mechanism.one_way)
+    return replace(mechanism, one_way=elements), tuple(
+        ThinBar((one_sided[bar.sides[0].name], one_sided[bar.sides[1].name])) for bar in bars
+    )
+
+
+def _one_sided(element: OneWay) -> OneWay:
+    """Return a side of a bar that is touched wherever it is within reach."""
+
+    def row_of(row: Row) -> Row:
+        if not isinstance(row, ContactRow):
+            return row
+        first, second = (replace(skin, beside=()) if isinstance(skin, Flat) else skin for skin in row.skins)
+        return replace(row, skins=(first, second))
+
+    frictions = tuple(replace(part, rows=tuple(map(row_of, part.rows))) for part in element.frictions)
+    return replace(element, normals=tuple(map(row_of, element.normals)), frictions=frictions)
+
+
+def hidden_sides(
+    bars: Sequence[ThinBar], facts: Facts, decide: Callable[[tuple[str, ...]], Decided]
+) -> tuple[str, ...]:
+    """Return the sides of bars on which points are not; where they rest that which carries less, as is decided."""
+    places = {bar: bar.hidden(facts) for bar in bars}
+    hidden = [side.name for side in places.values() if side is not None]
+    resting = [bar for bar, side in places.items() if side is None]
+    found = decide(tuple(hidden)) if resting else None
+    for bar in resting:
+        assert found is not None
+        carried = {side.name: found.carried(side) for side in bar.sides}
+        hidden.append(min(reversed(carried), key=carried.__getitem__))
+    return tuple(hidden)
+
+
+def turned_round(bars: Sequence[ThinBar], element: OneWay, hidden: Sequence[str]) -> list[str] | None:
+    """Return the hidden sides once a point has come in from behind a side of its bar; None where it is at none."""
+    for bar in bars:
+        names = [side.name for side in bar.sides]
+        if element.name in names:
+            return [x for x in hidden if x not in names] + [element.name]
+    return None
+
+
+def is_behind(facts: Facts, element: OneWay) -> bool:
+    """Return whether what comes within reach of a face that ends is behind it, and so does not touch it."""
+    return facts.gap(element) < -_BEHIND * facts.allowed_gap(element)
 
 
 def passed_through(bars: tuple[ThinBar, ...], samples: Iterator[Facts]) -> str:
