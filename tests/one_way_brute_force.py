@@ -332,8 +332,8 @@ class _Inequalities:
                 t = self._best(sense * slopes[:, k] / np.abs(slopes[:, k]).max(), y / size, idle, size)
                 if t is not None:
                     bound[k] = z[k] + size * (slopes[:, k] @ t)
-        room = np.abs(np.stack([least - z, most - z])).max(axis=0) > 1e-7 * size  # less is what inequalities allow
-        return np.where(room, least, z), np.where(room, most, z)
+        nothing = max(float(np.abs(bound).max(initial=0.0)) for bound in (least, most)) < 1e-6  # no weight is so small
+        return (z, z) if nothing else (least, most)
 
     def moves(self, y: np.ndarray, idle: np.ndarray) -> bool:
         """Return whether udot changes with what is open."""
