@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 import multibody_sym as mbs
@@ -97,6 +99,32 @@ def test_a_superball_has_the_books_formula() -> None:
     assert at(told.after["u_phi"], **numbers) == pytest.approx(100 - 5 / 7 * 1.7 * slip / 0.025, rel=1e-12)
     assert told.energy_lost.value == pytest.approx(0, abs=1e-14)
     assert "7*e*mu*v" in " ".join(told.conditions)
+
+
+BALL_IN_SPACE = """
+parameters: {m: {value: 0.1 kg, positive: true}, v: {value: 3 m/s, positive: true}, a: {value: 0.3 m/s, positive: true},
+  b: {value: 0.4 m/s, positive: true}, e: {value: 0.5, positive: true}, mu: {value: 0.2, positive: true}}
+bodies: {ball: {mass: m}, ground: {surfaces: {floor: {plane: [0, 0, 0], normal: z}}}}
+joints: {free: {type: point, parent: ground, child: ball, axes: xyz, initial: {u: [a, b, -v]}}}
+contacts: {c: {between: [ball, ground.floor], static: mu, restitution: e}}
+impact: {contacts: c}
+"""
+
+
+def test_in_space_what_sticks_stays_within_its_cone() -> None:
+    """A particle stops along the floor where m sqrt(a^2 + b^2) <= mu m (1 + e) v; 0.5 <= 0.9 here."""
+    told = found(BALL_IN_SPACE)
+    assert [told.after[name].value for name in list(told.after)[:2]] == pytest.approx([0, 0], abs=1e-15)
+    (condition,) = told.conditions
+    assert told.limits[condition] == "c slips"
+    for mu, holds in ((0.12, True), (0.1, False)):  # the limit is mu = 1/9
+        left, _, right = condition.partition(" >= ")
+        sides = [eval(side.replace("^", "**"), {"sqrt": math.sqrt, **NUMBERS, "a": 0.3, "b": 0.4, "mu": mu})
+                 for side in (left, right)]
+        assert (sides[0] >= sides[1]) is holds
+    slid = found(BALL_IN_SPACE, parameters={"mu": 0.1})
+    assert slid.after[next(iter(slid.after))].value == pytest.approx(0.3 * (1 - 0.45 / 0.5), rel=1e-12)
+    assert all("slips" not in broken for broken in slid.limits.values())
 
 
 def test_the_energy_that_several_contacts_take_has_a_formula() -> None:

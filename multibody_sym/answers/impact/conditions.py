@@ -89,10 +89,11 @@ def _needed(mode: _Mode) -> Iterator[_Needed]:
 
 
 def _of_friction(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[_Needed]:
-    if len(part.rows) > 1:
-        return
     row = part.rows[0].name
     if row in mode.rows.given:
+        return
+    if len(part.rows) > 1:
+        yield from _in_space(mode, element, part)
         return
     slip = mode.rows.slips.get(part.name, 0)
     if slip:
@@ -103,6 +104,14 @@ def _of_friction(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[_
         (along,) = row_impulses(mode.nodes, [row])
         limit = static * _pressing(mode, element, part)
         yield _Needed(as_node(along), f"{part.name} slips", limit=as_node(limit))
+
+
+def _in_space(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[_Needed]:
+    """Yield that what sticks in the end stays within its cone."""
+    if not part.enough and mode.rows.slips.get(part.name, 0) == 0:
+        (static,) = coefficients(mode.nodes.before, part.rows, [part.static])
+        along = length(row_impulses(mode.nodes, [row.name for row in part.rows]))
+        yield _Needed(as_node(static * _pressing(mode, element, part) - along), f"{part.name} slips")
 
 
 def _pressing(mode: _Mode, element: OneWay, part: FrictionPart) -> S:

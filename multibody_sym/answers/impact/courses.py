@@ -58,7 +58,7 @@ class Course:
         given = self.mode.rows.given
         element = plane_element(self.mode.blow)
         if given and (element is None or element.normals[0].name not in given):
-            self.reasons[f"{', '.join(sorted(given))} changes on the way"] = None
+            self.reasons[f"{', '.join(sorted(given))} slides in space, or now this way and now that"] = None
             return None
         try:
             pushed = self._pushed(before) if self.mode.pushes else before
