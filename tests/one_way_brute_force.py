@@ -255,12 +255,12 @@ def _all_solved(matrix: np.ndarray, right: np.ndarray, speeds: int) -> _Solved:
 def _allowed(modes: _Modes, g: np.ndarray, g0: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return what rounding may leave of inequalities (b, i) for y (b, n + m).
 
-    It is a part of the forces of which they are made; of the largest force there is, perhaps elsewhere, some thousand
-    roundings: a clamp of 5e7 N does not let a rope push with 0.03 N.
+    It is a part of the forces of which they are made; of the largest force there is, perhaps elsewhere, as little as
+    linear programs leave: a clamp of 5e7 N does not let a rope push with 0.03 N.
     """
     terms = (np.abs(g) @ np.abs(y)[:, :, None])[:, :, 0] + np.abs(g0)
     largest = np.abs(y[:, modes.n :] * modes.scale[modes.n :]).max(axis=1, initial=0.0)
-    return 1e-9 * terms + np.where(_of_motion(modes, g), 1e-9 * GRAVITY, 1e-12 * largest[:, None])
+    return 1e-9 * terms + np.where(_of_motion(modes, g), 1e-9 * GRAVITY, 1e-10 * largest[:, None])
 
 
 def _of_motion(modes: _Modes, g: np.ndarray) -> np.ndarray:
