@@ -71,7 +71,7 @@ def leaking_four_bar(**settings: Any) -> mbs.System:
 
 def test_a_loop_in_joint_and_in_absolute_coordinates() -> None:
     runs = [
-        mbs.simulate(leaking_four_bar(), t_end=0.2, samples=3, coordinates=how, backend="python")
+        mbs.simulate(leaking_four_bar(), t_end=0.1, samples=3, coordinates=how, backend="python")
         for how in ("relative", "absolute")
     ]
     for q in ("phi", "beta", "psi"):
@@ -97,8 +97,8 @@ def test_energy_account_closes_with_friction() -> None:
         joints={"free": mbs.PointJoint("ground", "sled", axes="xy", q=["x", "y"])},
         contacts={"c": mbs.Contact(between=["sled.p", "ground.floor"], static=0.2, kinetic=0.2)},
     )
-    run = mbs.simulate(system, t_end=4, samples=3, **FINE)
-    assert run["u_x"][-1] == pytest.approx(40 * math.log(10 / 8) - 0.2 * 9.81 * 4, abs=1e-8)
+    run = mbs.simulate(system, t_end=1, samples=3, rtol=1e-10, atol=1e-12, backend="python")
+    assert run["u_x"][-1] == pytest.approx(40 * math.log(10 / 9.5) - 0.2 * 9.81, abs=1e-8)
     assert abs(run.energy_residual) < 1e-8 * max(1.0, abs(float(run.energy[-1])))
 
 
