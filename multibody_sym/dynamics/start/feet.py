@@ -51,9 +51,9 @@ class _Along:
         return _SIDES[skin.left] * turned
 
 
-def has_feet(mechanism: Mechanism) -> bool:
-    """Return whether anything follows where curves are touched."""
-    return any(body.is_foot for body in mechanism.bodies)
+def has_curves(mechanism: Mechanism) -> bool:
+    """Return whether curves guide anything, or are touched."""
+    return any(isinstance(step, Follow) for body in mechanism.bodies for step in body.steps)
 
 
 def with_feet(motion: Motion, q: Floats) -> Floats:
@@ -88,7 +88,7 @@ def _listed(place: Sequence[float]) -> str:
 def verify_fits(motion: Motion) -> None:
     """Raise ModelError for a hollow that bends more than the ball or disc that touches it."""
     mechanism = motion.mechanism
-    if not has_feet(mechanism):
+    if not any(body.is_foot for body in mechanism.bodies):
         return
     bias = accelerations(motion, [0.0] * len(motion.state.u))
     paths = [(mechanism.row_path(k), row) for k, row in enumerate(mechanism.rows)]

@@ -17,7 +17,7 @@ from multibody_sym.dynamics.formalisms.forward_dynamics import verify_inertia
 from multibody_sym.dynamics.start.absolute_state import absolute_state
 from multibody_sym.dynamics.start.assembly import assembled_position, assembled_speeds
 from multibody_sym.dynamics.start.constants import measured_rows, valued, with_constants
-from multibody_sym.dynamics.start.feet import has_feet, verify_fits, verify_ways, with_feet
+from multibody_sym.dynamics.start.feet import has_curves, verify_fits, verify_ways, with_feet
 from multibody_sym.dynamics.start.parameters import parameter_values, value_or_nan
 from multibody_sym.errors import ModelError, Where, at
 from multibody_sym.kinematics.loads import applied
@@ -71,8 +71,8 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None, *,
     declared = parameter_values(mechanism, overrides or {})
     _verify_motions(mechanism, declared)
     q, u = _declared_state(mechanism, declared)
-    verify_ways(mechanism, state_of(mechanism, float, 0.0, q.tolist(), u.tolist(), declared))
-    if has_feet(mechanism):
+    if has_curves(mechanism):
+        verify_ways(mechanism, state_of(mechanism, float, 0.0, q.tolist(), u.tolist(), declared))
         q = with_feet(Rows(mechanism, declared, []).motion(q, u), q)
     return _closed(mechanism, declared, q, u, measure=True, project=project)
 

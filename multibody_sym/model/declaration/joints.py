@@ -208,7 +208,7 @@ class Direct(Element):
     def verify(self) -> None:
         if sum(x is not None for x in (self.translate, self.rotate, self.curve)) != 1:
             raise ModelError(
-                "a freedom is {translate: axis}, {rotate: axis}, the latter perhaps with a pitch, or {curve: ..}"
+                "a freedom is {translate: axis} or {rotate: axis}, the latter perhaps with a pitch, or {curve: ..}"
             )
         if self.rotate is None and self.pitch is not None:
             raise ModelError("a pitch goes with rotate")

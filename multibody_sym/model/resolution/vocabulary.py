@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -12,10 +12,11 @@ from multibody_sym.expressions.units import Dimension, dimension_of
 from multibody_sym.model.declaration.constraints import Distance, Rope, VelocityConstraint, row_names
 from multibody_sym.model.declaration.curves.curve import PARAMETER
 from multibody_sym.model.declaration.curves.follow import guides
+from multibody_sym.model.declaration.curves.foot import Foot
 from multibody_sym.model.declaration.fields import Element
 from multibody_sym.model.declaration.forces import Damper, SpringDamper, Torque
 from multibody_sym.model.declaration.joint import MovingJoint
-from multibody_sym.model.declaration.system import RESERVED, System, expressions, verify_symbol
+from multibody_sym.model.declaration.system import RESERVED, System, Written, expressions, verify_symbol
 from multibody_sym.model.declaration.values import AXES, dimension_of_unit
 from multibody_sym.model.mechanism.mass import GROUND, OWN_POINTS
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, NORMAL, Coordinate, Speed
@@ -87,7 +88,7 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
         with at("forces", name):
             for key, unit in units.items():
                 system.forces[name].verify_unit(key, unit)
-    for path, node, field_unit in expressions(system):
+    for path, node, field_unit in _declared(system):
         try:
             allowed = _may_name(system, path)
             known = names if path[0] != "ask" else {**_answers(system, path[1]), **names}
@@ -111,7 +112,7 @@ def _answers(system: System, question: str) -> dict[str, str]:
 
 def verify_curves(system: System, names: Mapping[str, str]) -> None:
     """Raise ModelError where the parameter of a curve has the name of something else than a coordinate."""
-    for path, node, _ in expressions(system):
+    for path, node, _ in _declared(system):
         for leaf in leaves([node], "quantity"):
             name = leaf.data[1][0] if leaf.data[0] == PARAMETER else ""
             if name in RESERVED or names.get(name, "a coordinate") != "a coordinate":
@@ -170,7 +171,13 @@ def _is_of_mass(path: Sequence[str]) -> bool:
 
 def _is_driven(path: Sequence[str]) -> bool:
     """Return whether what stands at a path moves something as it says: a motion, a curve of a joint."""
-    return path[2:3] == (_MOTION,) or (path[0] == "joints" and "curve" in path[2:])
+    return path[2:3] == (_MOTION,) or (path[0] in ("joints", "constraints") and "curve" in path[2:])
+
+
+def _declared(system: System) -> Iterator[Written]:
+    """Yield the expressions of a system where they are declared: those of feet stand with their curves too."""
+    feet = {name for name, joint in system.joints.items() if isinstance(joint, Foot)}
+    yield from (each for each in expressions(system) if each.path[0] != "joints" or each.path[1] not in feet)
 
 
 def _verify_leaves(

@@ -130,3 +130,28 @@ def test_what_cannot_touch_a_curve(body: mbs.Body, words: str) -> None:
     )
     with pytest.raises(mbs.ModelError, match=words):
         mbs.mechanism(system)
+
+
+@pytest.mark.parametrize(
+    ("point", "on", "curve", "words", "path"),
+    [
+        ("rod.edn", "ground", "p*s", "'rod' has no point or frame 'edn'", "constraints.c.point"),
+        ("rod", "grund", "p*s", "no body is called 'grund'; did you mean ground", "constraints.c.on"),
+        ("rod", "ground.b", "p*s", "'ground' has no point or frame 'b'", "constraints.c.on"),
+        ("rod", "ground", "k*s", "'k' is not declared", "constraints.c.curve.x"),
+        ("rod", "ground", "free_x*s", "'free_x' is a coordinate; here an expression names", "constraints.c.curve.x"),
+    ],
+)
+def test_wrong_guides_of_points_are_told_where_they_stand(
+    point: str, on: str, curve: str, words: str, path: str
+) -> None:
+    system = mbs.System(
+        "guided",
+        parameters={"p": 1},
+        bodies={"rod": mbs.Body(shape=mbs.Shape("rod", 1, 1))},
+        joints={"free": mbs.Planar("ground", "rod")},
+        constraints={"c": mbs.OnCurve(point, mbs.Curve(x=curve, y="s^2", parameter="s"), on)},
+    )
+    with pytest.raises(mbs.ModelError, match=words) as found:
+        mbs.mechanism(system)
+    assert ".".join(found.value.where.path) == path

@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
+from multibody_sym.errors import ModelError, at, suggestion
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.constraints import OnCurve, Rolling
 from multibody_sym.model.declaration.curves.curve import Curve
@@ -18,8 +19,9 @@ from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.declaration.joint import Joint
 from multibody_sym.model.declaration.surfaces import Surface
 from multibody_sym.model.declaration.system import System
-from multibody_sym.model.mechanism.mass import GROUND
+from multibody_sym.model.mechanism.mass import GROUND, OWN_POINTS
 from multibody_sym.model.resolution.contacts.elements import copies
+from multibody_sym.model.resolution.references import BARE
 from multibody_sym.model.resolution.spanning_tree import body_part, coordinate_names, speed_names
 
 
@@ -33,6 +35,8 @@ def with_feet(system: System) -> System:
             made.add(owner, word, body, _centred(surface), between, end, turns="tangent")
     for owner, element in system.constraints.items():
         if isinstance(element, OnCurve):
+            with at("constraints", owner, "on"):
+                _verify_place(element.on, system)
             made.add(owner, "foot", element.on, element.curve, (element.point, element.on), 1, turns=None)
     if len(made.joints) == len(system.joints):
         return system
@@ -49,8 +53,14 @@ def _touching(system: System) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 
 def _guide(reference: str, system: System) -> tuple[str, Surface] | None:
-    """Return the body and the surface of an end that is a curve: named, or the only one that its body has."""
-    name, part = body_part(reference, system.bodies)
+    """Return the body and the surface of an end that is a curve: named, or the only one that its body has.
+
+    What is no body is told where the contact is made of both ends.
+    """
+    try:
+        name, part = body_part(reference, system.bodies)
+    except ModelError:
+        return None
     body = system.bodies.get(name)
     if body is None:
         return None
@@ -60,6 +70,15 @@ def _guide(reference: str, system: System) -> tuple[str, Surface] | None:
         solid = [each for each in body.surfaces.values() if each.kind != plain]
         surface = solid[0] if len(solid) == 1 else None
     return None if surface is None or surface.guide is None else (name, surface)
+
+
+def _verify_place(reference: str, system: System) -> None:
+    """Raise ModelError for what carries a curve and is no body, nor a point or frame of one."""
+    name, part = body_part(reference, system.bodies)
+    body = system.bodies.get(name, BARE)
+    if part and part not in (*OWN_POINTS, *body.points, *body.frames):
+        known = [f"{name}.{each}" for each in (*body.points, *body.frames)]
+        raise ModelError(f"{name!r} has no point or frame {part!r}{suggestion(reference, known)}")
 
 
 def _centred(surface: Surface) -> Curve:
