@@ -248,6 +248,7 @@ def test_a_pull_of_distance_alone_counts_as_energy_and_others_as_work() -> None:
         (lambda: mbs.Potential("k*x", on="p", joint="j"), "one of the distance of two points"),
         (lambda: mbs.Potential("k*a", joint="j", at="o"), "at goes with on"),
         (lambda: mbs.Potential("u_a^2", joint="j"), "'u_a' is a speed"),
+        (lambda: mbs.Potential("k", joints=[]), "it names no joint"),
         (lambda: mbs.Potential("k*a", between=["ground", "p"]), "coordinate of joint 'j'; this is a potential of th"),
         (lambda: mbs.Potential("k*a", on="p"), "a coordinate of joint 'j'; this is a potential of the place"),
         (lambda: mbs.Potential("k*distnce", between=["ground", "p"]), "'distnce' is not declared"),

@@ -220,8 +220,8 @@ def _equations(
         )
         for k, (p, x) in enumerate(zip(momenta, found.pdot, strict=True))
     ]
-    demands = [Equation(row.phidot if row.phi is None else row.phi, sympy.S.Zero) for row in found.rows]
-    return (*rates, *changes, *demands)
+    demands = [row.phidot if row.phi is None else row.phi for row in found.rows]
+    return (*rates, *changes, *(Equation(x, sympy.S.Zero) for x in demands if x != 0))
 
 
 def _steps(

@@ -144,6 +144,8 @@ class Potential(Element):
                 "a potential is one of the distance of two points (between: [a, b]), of a joint's coordinates "
                 "(joint: or joints:), or of the place of a point (on:)"
             )
+        if self.joints == ():
+            raise ModelError("it names no joint").under("joints")
         for name in ("at", "frame"):
             if getattr(self, name) is not None and self.on is None:
                 raise ModelError(f"{name} goes with on").under(name)

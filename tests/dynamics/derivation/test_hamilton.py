@@ -230,7 +230,23 @@ def test_a_chain_gets_names() -> None:
     verify_hamilton(equations, state, given)
 
 
-CONSTRAINED = [pendulum_in_xy, hanging_mass, lambda: mbs.load(EXAMPLES / "chaplygin_sleigh.yaml")]
+def folded() -> mbs.System:
+    """A pendulum in a plane whose cut joint has rows in space, of which some vanish."""
+    return mbs.System(
+        "folded",
+        bodies={
+            "a": mbs.Body(mass=1, com=[0.5, 0, 0], points={"end": [1, 0, 0]}),
+            "b": mbs.Body(mass=1, inertia={"Izz": 0.1}),
+        },
+        joints={
+            "A": mbs.Revolute("ground", "a", axis="z", q="a"),
+            "B": mbs.Planar("ground", "b", q=["x", "y", "b"], initial={"q": [1, 0, 0]}),
+            "C": mbs.Spherical("a.end", "b", cut=True),
+        },
+    )
+
+
+CONSTRAINED = [pendulum_in_xy, hanging_mass, folded, lambda: mbs.load(EXAMPLES / "chaplygin_sleigh.yaml")]
 
 
 @pytest.mark.parametrize("build", CONSTRAINED)
@@ -252,6 +268,7 @@ def test_constraints_have_multipliers(build: Callable[[], mbs.System]) -> None:
     rates = [float(equations.explicit(e.right).subs(given)) for e in equations.equations[n : n + m]]
     assert close(rates, pdot)
     assert all(abs(float(equations.explicit(x).subs(given))) < 1e-9 for x in equations.constraints)
+    assert not any(e.left == 0 for e in equations.equations)  # a row that vanishes is not told
     with pytest.raises(mbs.ModelError, match="canonical_equations"):
         equations.lambdify()
 
