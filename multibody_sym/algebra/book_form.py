@@ -2,29 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import reduce
-from math import gcd
 from operator import mul
 from typing import Any, Final
 
+from multibody_sym.algebra.angles.angle_sums import AngleSums
+from multibody_sym.algebra.angles.exponentials import with_one_exponent
 from multibody_sym.algebra.angles.multiples import angles_with_multiples, is_of_angle, single_wave, wave, waves
-from multibody_sym.algebra.angles.squares import contracted, shifted
+from multibody_sym.algebra.angles.squares import contracted
 from multibody_sym.algebra.angles.tangents import with_tangents
 from multibody_sym.algebra.decimal_sums import decimal_scales, exact_root, looks_decimal, names_pi_alone, power_scale
 from multibody_sym.algebra.decimals import is_exact_decimal, is_long
 from multibody_sym.algebra.factors import Poly, factored
 from multibody_sym.algebra.quotients import Field, Letter, NoClosedFormError, Quotient
-from multibody_sym.expressions.printer import text
+from multibody_sym.algebra.sums.grouped import Written, added, multiplied, text
+from multibody_sym.algebra.sums.nested import Nested
 from multibody_sym.scalars.elementary import BUILD
-from multibody_sym.scalars.node import ONE, ZERO, Node, add, divide, multiply, negate, number, power
+from multibody_sym.scalars.node import ONE, ZERO, Node, add, divide, multiply, negate, number
 
 _MOST_FORMS: Final = 8
 _MOST_PARTS: Final = 3
 _MOST_TERMS: Final = 120
 _MOST_TERMS_TRIED: Final = 30
+_FEW_TERMS: Final = 12
 _LONGEST: Final = 600
 _MUCH_SHORTER: Final = 0.7
 _SMALL: Final = 12
@@ -43,12 +46,30 @@ def book_form(a: Quotient) -> Node:
     field = a.field
     above, below = (trigonometric_forms(field, p) for p in (a.above, a.below))
     pairs = {field.cancelled(x, y) for x in above for y in below}
-    found = min((_fraction(field, *pair) for pair in pairs), key=_reading)
+    forms = [_fraction(field, *pair) for pair in pairs]
+    roots_below = _with_roots_below(field, field.in_ring(a.above), field.in_ring(a.below))
+    forms += [_single_fraction(field, *roots_below)] if roots_below is not None else []
+    found = min(forms, key=_reading)
     apart = [node for pair in pairs if (node := _term_by_term(field, *pair)) is not None]
     found = min((x for x in apart if len(text(x)) < _MUCH_SHORTER * len(text(found))), key=_reading, default=found)
     if len(text(found)) > _LONGEST:
         raise NoClosedFormError("the closed form is too long")
     return found
+
+
+def _with_roots_below(field: Field, above: Poly, below: Poly) -> tuple[Poly, Poly] | None:
+    """Return A + B r over C as A^2 - B^2 r^2 over C (A - B r), None where there is no such root r above.
+
+    m/(sqrt(h) + sqrt(l)) is shorter than m (sqrt(h) - sqrt(l))/(h - l).
+    """
+    for k in reversed(range(len(field.letters))):
+        plain = field.ring.from_dict({m: c for m, c in above.items() if not m[k]})
+        if field.letters[k].node is None and plain and len(plain) < len(above) <= _FEW_TERMS >= len(below):
+            other = 2 * plain - above
+            product = field.reduced(above * other)
+            above, other_below = field.cancelled(product, below)
+            return field.cancelled(above, other_below * other)
+    return None
 
 
 def _reading(node: Node) -> tuple[int, str]:
@@ -258,9 +279,9 @@ def _product_node(field: Field, product: _Product, atoms: Iterable[tuple[Node, i
     if product.number < 0:
         return negate(_product_node(field, replace(product, number=-product.number), [*atoms, *made]))
     powers = [*atoms, *made, *((_sum(field, p, product.scales.get(p, _WHOLE)), e) for p, e in product.factors)]
-    powers = with_tangents(powers)
-    above = _multiplied([(node, e) for node, e in powers if e > 0])
-    below = _multiplied([(node, -e) for node, e in powers if e < 0])
+    powers = with_tangents(with_one_exponent(field, powers, book_form))
+    above = multiplied([(node, e) for node, e in powers if e > 0])
+    below = multiplied([(node, -e) for node, e in powers if e < 0])
     return _with_number(product.number, above, below)
 
 
@@ -301,10 +322,31 @@ def _sum(field: Field, p: Poly, scale: Fraction = _WHOLE) -> Node:
 
     g m1 + g m2 becomes g (m1 + m2) where that is shorter.
     """
+    key = ("sum", p.ring.ngens, frozenset(p.items()), scale)
+    if key not in field.remembered:
+        forms = [added(_shortest_parts(field, p, scale)), *_with_multiples(field, p, scale)]
+        field.remembered[key] = min(forms, key=lambda node: len(text(node)))
+    node: Node = field.remembered[key]
+    return node
+
+
+def _shortest_parts(field: Field, p: Poly, scale: Fraction) -> list[Written]:
+    """Return a polynomial times `scale` as terms to be added."""
     terms = {m: c * scale for m, c in contracted(field, p).items()}
-    plain = [(_term(field, m), c) for m, c in terms.items()]
-    forms = [_added(_grouped(field, terms)), _added(plain), *_with_multiples(field, p, scale)]
-    return min(forms, key=lambda node: len(text(node)))
+    remembered = field.remembered
+    if "nested" not in remembered:
+        remembered["nested"] = Nested(field.ring, lambda m: _powers(field, m))
+    ways: list[list[Written]] = [remembered["nested"].shortest(terms)]
+    if len(terms) < len(p) <= _MOST_TERMS_TRIED:
+        way = remembered["nested"].shortest({m: c * scale for m, c in field.in_ring(p).items()})
+        ways += [way] if len(text(added(way))) < _MUCH_SHORTER * len(text(added(ways[0]))) else []
+    if len(terms) > 1 and sum(letter.cosine is not None for letter in field.letters) > 1:
+        if "angle sums" not in remembered:
+            remembered["angle sums"] = sums = AngleSums(field, book_form)
+            remembered["nested sums"] = Nested(sums.ring, lambda m: _powers(field, m, sums))
+        together = remembered["angle sums"].put_together(terms)
+        ways += [remembered["nested sums"].shortest(together)] if together is not None else []
+    return min(ways, key=lambda way: len(text(added(way))))
 
 
 def _with_multiples(field: Field, p: Poly, scale: Fraction) -> Iterator[Node]:
@@ -313,69 +355,31 @@ def _with_multiples(field: Field, p: Poly, scale: Fraction) -> Iterator[Node]:
     for s, c in angles_with_multiples(field):
         found = waves(field, p, s, c)
         if found is not None and any(n > 1 for _, _, n in found):
-            yield _added(
-                (_multiplied([*_powers(field, rest), (wave(field, s, kind, n), 1)]), x * scale)
+            yield added(
+                (multiplied([*_powers(field, rest), (wave(field, s, kind, n), 1)]), x * scale)
                 for (rest, kind, n), x in found.items()
             )
 
 
-def _added(terms: Iterable[tuple[Node, Fraction]]) -> Node:
-    ordered = sorted(terms, key=lambda term: (term[1] < 0, term[0] is ONE, text(term[0])))
-    return reduce(add, (multiply(number(c), node) for node, c in ordered))
-
-
-def _grouped(field: Field, terms: dict[Exponents, Fraction]) -> list[tuple[Node, Fraction]]:
-    """Return terms that differ in one letter only as a product of what they share and a sum."""
-    left = dict(terms)
-    found: list[tuple[Node, Fraction]] = []
-    while True:
-        groups: dict[Exponents, list[Exponents]] = {}
-        for m in left:
-            for k, exponent in enumerate(m):
-                if exponent == 1:
-                    groups.setdefault(shifted(m, k, -1), []).append(m)
-        worth = [x for x, group in groups.items() if any(x) or _share_number(left, group)]
-        shared = max(worth, key=lambda x: (len(groups[x]), _evenness(left, groups[x]), sum(x), x), default=None)
-        if shared is None or len(groups[shared]) < 2:
-            return [*found, *((_term(field, m), c) for m, c in left.items())]
-        inside = {tuple(e - s for e, s in zip(m, shared, strict=True)): left.pop(m) for m in groups[shared]}
-        side = _shared_number(inside.values()) * (-1 if all(c < 0 for c in inside.values()) else 1)
-        inner = _added([(_term(field, m), c / side) for m, c in inside.items()])
-        found.append((_multiplied([*_powers(field, shared), (inner, 1)]), side))
-
-
-def _shared_number(numbers: Collection[Fraction]) -> Fraction:
-    """Return the number that is written before a sum: what whole numbers share, what decimals are if they are equal."""
-    if all(c.denominator == 1 for c in numbers):
-        return Fraction(gcd(*(int(c) for c in numbers)))
-    sizes = {abs(c) for c in numbers}
-    return sizes.pop() if len(sizes) == 1 else _WHOLE
-
-
-def _share_number(terms: Mapping[Exponents, Fraction], group: Collection[Exponents]) -> bool:
-    """Return whether letters that are less than the whole sum have the same number before them, and one to be seen."""
-    sizes = {abs(terms[m]) for m in group}
-    return len(sizes) == 1 and sizes != {_WHOLE} and len(group) < len(terms)
-
-
-def _evenness(terms: dict[Exponents, Fraction], group: list[Exponents]) -> float:
-    """Return how near the coefficients of a group are to each other: 1 for equal ones."""
-    sizes = [abs(terms[m]) for m in group]
-    return float(min(sizes) / max(sizes))
-
-
-def _term(field: Field, exponents: Exponents) -> Node:
-    return _multiplied(_powers(field, exponents))
-
-
-def _powers(field: Field, exponents: Exponents) -> list[tuple[Node, int]]:
+def _powers(field: Field, exponents: Exponents, sums: AngleSums | None = None) -> list[tuple[Node, int]]:
     powers = []
     for k, exponent in enumerate(exponents):
-        if exponent:
+        if exponent and sums is not None and (node := sums.node(k)) is not None:
+            powers.append((node, exponent))
+        elif exponent:
             letter = field.letters[k]
             nodes = _written_root(field, letter) if letter.node is None else [letter.node]
             powers += [(node, exponent) for node in nodes]
-    return powers
+    return _with_one_root(with_one_exponent(field, powers, book_form))
+
+
+def _with_one_root(powers: list[tuple[Node, int]]) -> list[tuple[Node, int]]:
+    """Return the factors of a product with sqrt(a) sqrt(b) written as sqrt(a b)."""
+    roots = [node for node, e in powers if node.op == "sqrt" and e == 1]
+    if len(roots) < 2:
+        return powers
+    inside = multiplied([(node.args[0], 1) for node in roots])
+    return [*(pair for pair in powers if pair[0] not in roots), (BUILD["sqrt"](inside), 1)]
 
 
 def _written_root(field: Field, letter: Letter) -> list[Node]:
@@ -383,17 +387,3 @@ def _written_root(field: Field, letter: Letter) -> list[Node]:
     square = field.in_ring(letter.square)
     scale = _square_scale(field, square)
     return [number(1 / exact_root(scale)), BUILD["sqrt"](_sum(field, square, scale))]
-
-
-def _multiplied(powers: Iterable[tuple[Node, int]]) -> Node:
-    """Return the product of powers: letters first, then their powers, functions, roots, sums."""
-    factors = [power(node, number(e)) for node, e in powers if e]
-    return reduce(multiply, sorted(factors, key=_place_in_product), ONE)
-
-
-_PLACES: Final = {"pi": 0, "symbol": 1, "pow": 2, "sqrt": 4, "add": 5}
-
-
-def _place_in_product(node: Node) -> tuple[int, str]:
-    op = node.args[0].op if node.op == "pow" and node.args[0].op != "symbol" else node.op
-    return _PLACES.get(op, 3), text(node)

@@ -6,10 +6,12 @@ from collections.abc import Callable, Iterable
 from fractions import Fraction
 from functools import partial
 from math import gcd, lcm
+from operator import truediv
 from typing import Any, Final
 
 from sympy.ntheory import factorint
 
+from multibody_sym.algebra.angles.exponentials import known_power
 from multibody_sym.algebra.book_form import book_form, trigonometric_forms
 from multibody_sym.algebra.factors import Poly, factored
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, known_angle
@@ -184,6 +186,7 @@ def _letters(angle: Quotient) -> tuple[Quotient, Quotient]:
         return 2 * s * c, 2 * c * c - 1
     if node in field.inverses:
         return _of_inverse(node.op, *field.inverses[node])
+    field.arguments[node] = angle
     return _new_letters(field, node, PRECISE.sin(angle.sample), PRECISE.cos(angle.sample))
 
 
@@ -337,6 +340,7 @@ def _part_of_turn(op: str, *arguments: Quotient) -> Quotient | None:
 def _opaque(op: str, *arguments: Quotient) -> Quotient:
     """Return a letter for a function's value."""
     known = _part_of_turn(op, *arguments) if op in ("asin", "acos", "atan", "atan2") else None
+    known = known_power(arguments[0]) if op == "exp" else known
     if known is not None:
         return known
     node = BUILD[op](*(book_form(a) for a in arguments))
@@ -345,6 +349,8 @@ def _opaque(op: str, *arguments: Quotient) -> Quotient:
         raise NoClosedFormError(f"{op} has no real value")
     if op in ("asin", "acos", "atan", "atan2"):
         arguments[0].field.inverses[node] = arguments
+    if op == "exp":
+        arguments[0].field.arguments[node] = arguments[0]
     return arguments[0].field.letter(node, Letter(node, sample, op == "exp"))
 
 
@@ -363,11 +369,6 @@ def _direction(y: Quotient, x: Quotient) -> Quotient:
     return found + turn * int(PRECISE.nint((PRECISE.atan2(y.sample, x.sample) - found.sample) / turn.sample))
 
 
-def _tangent(a: Quotient) -> Quotient:
-    s, c = sine_and_cosine(a)
-    return s / c
-
-
 _PRECISE_OPERATIONS: Final[dict[str, Callable[..., Any]]] = {
     "pow": PRECISE.power, "asin": PRECISE.asin, "acos": PRECISE.acos, "atan": PRECISE.atan, "atan2": PRECISE.atan2,
     "sinh": PRECISE.sinh, "cosh": PRECISE.cosh, "tanh": PRECISE.tanh, "exp": PRECISE.exp, "log": PRECISE.log,
@@ -384,7 +385,7 @@ _OPERATIONS: Final[dict[str, Callable[..., Quotient]]] = {
     "sqrt": sqrt,
     "sin": lambda a: sine_and_cosine(a)[0],
     "cos": lambda a: sine_and_cosine(a)[1],
-    "tan": _tangent,
+    "tan": lambda a: truediv(*sine_and_cosine(a)),
     "abs": absolute,
     "sign": lambda a: a.field.constant(sign(a)),
     "min": lambda a, b: a if sign(b - a) >= 0 else b,

@@ -126,7 +126,8 @@ class Field:
 
     `work` is what may still be spent, counted in products of terms; when it has run out, NoClosedFormError says so.
     Sines of sums of angles are written out if `expands`. `inverses` holds the arguments of angles such as acos(x),
-    `multiples` the whole numbers by which base angles have been multiplied.
+    `multiples` the whole numbers by which base angles have been multiplied. `arguments`: angles with letters by their
+    own expressions, and exponents by exp(x). `remembered` is for what is found out about the letters there are.
     """
 
     work: int
@@ -135,6 +136,8 @@ class Field:
     positive: list[Quotient] = field(default_factory=list)
     inverses: dict[Node, tuple[Quotient, ...]] = field(default_factory=dict)
     multiples: dict[Node, set[int]] = field(default_factory=dict)
+    arguments: dict[Node, Quotient] = field(default_factory=dict)
+    remembered: dict[Any, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self._position: dict[Any, int] = {}
@@ -157,6 +160,7 @@ class Field:
             k = self._position[identity] = len(self.letters)
             self.letters.append(letter)
             self.ring = PolyRing([f"g{i}" for i in range(k + 1)], ZZ, lex)
+            self.remembered.clear()
         return Quotient(self, self.ring.gens[k], self.ring.one, self.letters[k].sample)
 
     def position(self, identity: Any) -> int | None:
