@@ -87,7 +87,7 @@ def _sample(field: Field, symbol: Node) -> Any:
 
 def _turns(field: Field, symbol: Node) -> bool:
     place = field.position(symbol)
-    return place is not None and field.letters[place].turns
+    return place is not None and not field.letters[place].positive
 
 
 def _margin(field: Field, factors: Factors, letters: Sequence[Any]) -> Any:

@@ -1,13 +1,13 @@
 """Inequalities under which a closed form holds, as few and as short as they can be said.
 
-A condition is divided by what is positive anyway: by what declarations prove, by letters, which keep the sign that
-they have unless they may turn, and by what another condition says. It is dropped where it then says nothing, and
-where no values of the parameters break it alone.
+A condition is divided by what is positive anyway: by what declarations prove, by parameters, of which a condition of
+their own says so where no declaration does (forces, which may turn, stay), and by what another condition says. It is
+dropped where it then says nothing, and where no values of the parameters break it alone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from operator import mul
@@ -17,14 +17,16 @@ from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.breaking import Breaking
 from multibody_sym.algebra.decimals import with_doubles
 from multibody_sym.algebra.factors import Poly, factored
-from multibody_sym.algebra.positivity import least_sign
+from multibody_sym.algebra.positivity import least_sign, undeclared
 from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
+from multibody_sym.algebra.sums.grouped import multiplied
 from multibody_sym.expressions.printer import text
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import ZERO, Node, add, multiply, negate, sqrt
 from multibody_sym.scalars.traversal import flatten
 
 _LONGEST_FACTORED: Final = 60
+_FEW_TERMS: Final = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,12 +88,35 @@ def within(x: Quotient, y: Quotient, broken: str = "") -> list[Condition]:
 
 def comparison(positive: Quotient, strict: bool = True) -> str:
     """Return `a > b` (`a >= b`) for what is positive: b holds what is subtracted, and is 0 where nothing is."""
-    form = _form(positive)
+    sample = {x.node: float(x.sample) for x in positive.field.letters if x.node is not None and x.node.op == "symbol"}
+    forms = [form for scale in _scales(positive) for form in _with_sums_apart(_form(positive / scale))]
+    return min((_compared(form, sample, strict) for form in forms), key=len)
+
+
+def _scales(positive: Quotient) -> list[int]:
+    """Return the numbers by which a condition may be divided to be shorter: those before its terms."""
+    sizes = {abs(int(c)) for c in positive.above.values()} if positive.size <= _FEW_TERMS else set()
+    return [1, *sorted(sizes - {1})[:2]]
+
+
+def _with_sums_apart(form: Node) -> Iterator[Node]:
+    """Yield a sum as it is, and with one of its products of a sum multiplied out: parts of it go to the other side."""
+    yield form
+    terms = flatten("add", form)
+    for term in terms if len(terms) > 1 else ():
+        factors = flatten("mul", term.args[0] if term.op == "neg" else term)
+        sums = [x for x in factors if x.op == "add"]
+        if len(sums) == 1:
+            parts = [multiplied((part if x is sums[0] else x, 1) for x in factors) for part in flatten("add", sums[0])]
+            apart = [negate(part) if term.op == "neg" else part for part in parts]
+            yield reduce(add, (part for each in terms for part in (apart if each is term else [each])))
+
+
+def _compared(form: Node, sample: Mapping[Node, float], strict: bool) -> str:
     if form.op == "neg":
         return f"{text(form.args[0])} {'<' if strict else '<='} 0"
     if form.op == "mul" and form.args[0].op == "number" and form.args[0].data > 0:
         form = form.args[1]
-    sample = {x.node: float(x.sample) for x in positive.field.letters if x.node is not None and x.node.op == "symbol"}
     sides: dict[bool, list[Node]] = {True: [], False: []}
     for term in flatten("add", form):
         opposite = _subtracted(term, sample)
@@ -148,11 +173,13 @@ def reduced(conditions: Iterable[Condition], given: Iterable[Condition] = ()) ->
 
     All are over one field, and hold at its sample; so do those that are `given`: they hold for all parameters allowed.
     """
-    said = [_Said(c, factors) for c in conditions if (factors := _undecided(c)) is not None]
-    said = _without_doubles(_divided(said))
+    conditions = list(conditions)
+    assumed = {k: None for c in conditions for k in _alone(c)}
+    said = [_Said(c, factors) for c in conditions if (factors := _undecided(c, assumed)) is not None]
+    said = _without_doubles([*_divided(said), *(_sign_of(conditions[0].value.field, k) for k in assumed)])
     if not said:
         return []
-    always = [factors for c in given if (factors := _undecided(c)) is not None]
+    always = [factors for c in given if (factors := _undecided(c, assumed)) is not None]
     limits = [_limit(each.condition) for each in said]
     bounds = [factors for factors in limits if factors is not None]
     breaking = Breaking(said[0].condition.value.field, [*(each.factors for each in said), *always, *bounds])
@@ -164,13 +191,33 @@ def reduced(conditions: Iterable[Condition], given: Iterable[Condition] = ()) ->
     return list(_joined([replace(said[k].condition, value=said[k].value) for k in kept if k < len(said)]))
 
 
+def _alone(condition: Condition) -> list[int]:
+    """Return the places of parameters that are factors of a condition, and have their sign at the sample alone."""
+    field = condition.value.field
+    found: set[int] = set()
+    for p in (condition.value.above, condition.value.below):
+        shared = tuple(map(min, zip(*p, strict=True))) if p else ()
+        found |= undeclared(field, field.in_ring(p.ring.from_dict({shared: 1}))) if p else set()
+    return sorted(found)
+
+
+def _sign_of(field: Field, place: int) -> _Said:
+    """Return that a parameter keeps the sign that it has at the sample."""
+    p = field.ring.gens[place]
+    p = p if field.letters[place].sample > 0 else -p
+    return _Said(Condition(field.whole(p), strict=True), [p])
+
+
 def _limit(condition: Condition) -> list[Poly] | None:
     """Return what a circle says besides its squares: that its limit is not negative; None where that is so anyway."""
     return None if condition.circle is None else _undecided(Condition(condition.circle[-1]))
 
 
-def _undecided(condition: Condition) -> list[Poly] | None:
-    """Return the factors whose signs decide a condition, none positive anyway; None where it holds anyway."""
+def _undecided(condition: Condition, assumed: Collection[int] | None = None) -> list[Poly] | None:
+    """Return the factors whose signs decide a condition, none positive anyway; None where it holds anyway.
+
+    Parameters in the places `assumed` (None: all) keep the sign that they have at the sample.
+    """
     value = condition.value
     field, content, turned = value.field, 1, 1
     left: list[Poly] = []
@@ -182,7 +229,7 @@ def _undecided(condition: Condition) -> list[Poly] | None:
         for factor, exponent in factors:
             if exponent % 2 == 0:
                 continue
-            sign = _known_sign(field, factor, condition.strict, condition.under_root)
+            sign = _known_sign(field, factor, condition, assumed)
             turned = turned if sign is None or sign > 0 else -turned
             left += [factor] if sign is None else []
     left = [_without_root(field, p) for p in left]
@@ -205,7 +252,7 @@ def _without_root(field: Field, p: Poly) -> Poly:
     return p
 
 
-def _known_sign(field: Field, p: Poly, strict: bool, under_root: bool) -> int | None:
+def _known_sign(field: Field, p: Poly, said: Condition, assumed: Collection[int] | None) -> int | None:
     """Return the sign that a factor has whatever its letters are (that of the sample, for numbers), None if it varies.
 
     What can be zero is undecided only where zero is not enough; what stands under a root is positive, unless it is that
@@ -214,11 +261,11 @@ def _known_sign(field: Field, p: Poly, strict: bool, under_root: bool) -> int | 
     p = field.in_ring(p)
     if not field.whole(p).symbols:
         return 1 if field.value(p) > 0 else -1
-    roots = () if under_root else (letter for letter in field.letters if letter.node is None)
+    roots = () if said.under_root else (letter for letter in field.letters if letter.node is None)
     radicands = [field.in_ring(letter.square) for letter in roots]
     for sign, q in ((1, p), (-1, -p)):
-        least = 1 if q in radicands else least_sign(field, q)
-        if least == 1 or (least == 0 and not strict):
+        least = 1 if q in radicands else least_sign(field, q, assumed)
+        if least == 1 or (least == 0 and not said.strict):
             return sign
     return None
 

@@ -58,6 +58,7 @@ def parameter_letters(mechanism: Mechanism) -> tuple[list[Node], dict[Node, Lett
     known: dict[Node, Node] = {}
     letters: dict[Node, Letter] = {}
     masses = {body.mass.mass for body in mechanism.bodies}
+    never_negative = masses | _coefficients(mechanism)
     turning = _turning(mechanism)
     waiting = list(range(len(entries)))
     while waiting:
@@ -69,7 +70,7 @@ def parameter_letters(mechanism: Mechanism) -> tuple[list[Node], dict[Node, Lett
         elif not needed:
             known[place] = symbol(entries[index].name)
             sample = exact(Field(_WORK), [value], {})[0].sample
-            positive = entries[index].positive or place in masses
+            positive = entries[index].positive or (place in never_negative and sample > 0)
             turns = place in turning and not positive
             letters[known[place]] = Letter(known[place], sample, positive, turns=turns)
         elif all(leaf in known for leaf in needed):
@@ -77,6 +78,17 @@ def parameter_letters(mechanism: Mechanism) -> tuple[list[Node], dict[Node, Lett
         else:
             waiting.append(index)
     return [known[slot("parameters", i)] for i in range(len(entries))], letters
+
+
+def _coefficients(mechanism: Mechanism) -> set[Node]:
+    """Return the slots of parameters that are coefficients of friction or restitution: no model has negative ones."""
+    struck = mechanism.impact
+    one_way = [*mechanism.one_way, *(struck.meetings if struck is not None else ())]
+    given = [*struck.restitutions.values(), *struck.tangential.values()] if struck is not None else []
+    parts = [x for element in one_way for part in element.frictions for x in (part.static, part.kinetic)]
+    bounces = [x for element in one_way for x in (element.restitution, element.tangential_restitution)]
+    alone = [leaves([x], "slot") for x in map(as_node, (*parts, *bounces, *given))]
+    return {slots[0] for slots in alone if len(slots) == 1}
 
 
 def _turning(mechanism: Mechanism) -> set[Node]:

@@ -56,7 +56,7 @@ def two_pulled_blocks(read: Reader) -> list[Condition]:
 
 
 def test_two_blocks_pulled_apart_have_the_four_conditions_of_the_book() -> None:
-    found = reduced(two_pulled_blocks(reader(INCLINES)))
+    found = reduced(two_pulled_blocks(reader(INCLINES, "m1 m2 F1 F2 mu g")))
     assert [(str(condition), condition.broken) for condition in found] == [
         ("g*m1 >= F1*sin(alpha)", "c1 opens"),
         ("g*m2 >= F2*sin(beta)", "c2 opens"),
@@ -70,7 +70,7 @@ def test_two_blocks_pulled_apart_have_the_four_conditions_of_the_book() -> None:
 
 def test_a_tension_that_follows_from_the_direction_of_motion_is_not_said() -> None:
     """A block slides down and draws a load up: T = m2 (g + a) is positive as a is."""
-    read = reader({"m1": "6", "m2": "4", "mu": "1/50", "g": "10", "alpha": "pi/4"})
+    read = reader({"m1": "6", "m2": "4", "mu": "1/50", "g": "10", "alpha": "pi/4"}, "m1 m2 mu g")
     conditions = [
         Condition(read("m1*g*cos(alpha)")),
         Condition(read(RAMP), strict=True),
@@ -80,7 +80,7 @@ def test_a_tension_that_follows_from_the_direction_of_motion_is_not_said() -> No
 
 
 def test_two_inclines() -> None:
-    read = reader({"m1": "1", "m2": "1", "mu": "1/10", "g": "10", "alpha": "pi/4", "beta": "pi/6"})
+    read = reader({"m1": "1", "m2": "1", "mu": "1/10", "g": "10", "alpha": "pi/4", "beta": "pi/6"}, "m1 m2 mu g")
     conditions = [
         Condition(read("m1*g*cos(alpha)")),
         Condition(read("m2*g*cos(beta)")),
@@ -114,13 +114,23 @@ def test_numbers_alone_have_no_conditions() -> None:
     ],
 )
 def test_what_always_holds_is_not_said(always: str) -> None:
-    read = reader({"M": "5", "m": "1", "l": "2", "x": "0", "g": "10", "alpha": "pi/6", "beta": "1"}, "M m l")
+    read = reader({"M": "5", "m": "1", "l": "2", "x": "0", "g": "10", "alpha": "pi/6", "beta": "1"}, "M m l g")
     assert told([Condition(read(always), strict=True)]) == []
+
+
+def test_signs_that_no_declaration_gives_are_said() -> None:
+    """A load on a slope of a table: where g or the place x may be negative, that is said, alone or within a sum."""
+    read = reader({"m": "1", "g": "10", "l": "2", "x": "1/2", "alpha": "pi/6"}, "m l")
+    assert told([Condition(read("m*g*cos(alpha)"))]) == ["cos(alpha) >= 0", "g > 0"]
+    assert told([Condition(read("g*m*(l + x)"))]) == ["l + x >= 0", "g > 0"]
+    assert told([Condition(read("-g*m*(x - l)/x"), True), Condition(read("g"), True)]) == ["l > x", "g > 0", "x > 0"]
+    falling = reader({"m": "1", "g": "-10", "alpha": "2*pi/3"}, "m")
+    assert told([Condition(falling("m*g*cos(alpha)"))]) == ["cos(alpha) <= 0", "g < 0"]
 
 
 def test_the_sign_of_an_apparent_mass_is_said_where_it_can_change() -> None:
     """Painleve's rod: the normal force is divided by it, and its own condition is that g cos(alpha) has a sign."""
-    read = reader({"m": "1", "mu": "2", "g": "10", "alpha": "pi/6"}, "m mu")
+    read = reader({"m": "1", "mu": "2", "g": "10", "alpha": "pi/6"}, "m mu g")
     apparent = "4 - 3*mu*sin(alpha)*cos(alpha)"
     conditions = [Condition(read(f"g*cos(alpha)/(m*({apparent}))")), Condition(read(apparent), strict=True)]
     assert told(conditions) == ["cos(alpha) >= 0", "4 > 3*mu*cos(alpha)*sin(alpha)"]
@@ -130,7 +140,7 @@ def test_the_sign_of_an_apparent_mass_is_said_where_it_can_change() -> None:
 
 
 def test_sticking_is_said_with_a_size_where_both_sides_can_fail() -> None:
-    read = reader({"m": "1", "mu": "4/5", "g": "10", "alpha": "pi/6", "F": "1"}, "m mu")
+    read = reader({"m": "1", "mu": "4/5", "g": "10", "alpha": "pi/6", "F": "1"}, "m mu g")
     normal = Condition(read("m*g*cos(alpha)"))
     limit = read("mu*m*g*cos(alpha)")
     assert told([normal, *within(read("m*g*sin(alpha)"), limit)]) == ["abs(sin(alpha)) <= mu*cos(alpha)"]
@@ -140,13 +150,13 @@ def test_sticking_is_said_with_a_size_where_both_sides_can_fail() -> None:
 
 
 def test_sticking_is_said_with_one_side_where_the_other_cannot_fail() -> None:
-    read = reader({"m": "1", "mu": "4/5", "g": "10", "F": "1"}, "m mu")
+    read = reader({"m": "1", "mu": "4/5", "g": "10", "F": "1"}, "m mu g F")
     assert told([Condition(read("m*g")), *within(read("-F"), read("mu*m*g"))]) == ["g*m*mu >= F"]
 
 
 def test_both_sides_are_said_where_they_are_shorter_than_a_size() -> None:
     """A rope round half a post, F and m g at its ends: Euler and Eytelwein."""
-    read = reader({"m": "10", "mu": "1/2", "g": "10", "F": "50"}, "m mu")
+    read = reader({"m": "10", "mu": "1/2", "g": "10", "F": "50"}, "m mu g")
     slip = within(read("(exp(mu*pi) + 1)*(g*m - F)"), read("(F + g*m)*(exp(mu*pi) - 1)"), "it slips")
     assert told(slip) == ["F*exp(mu*pi) >= g*m", "g*m*exp(mu*pi) >= F"]
 
@@ -156,15 +166,15 @@ def test_both_sides_are_said_where_they_are_shorter_than_a_size() -> None:
 
 def test_quotients_stay_where_they_are_shorter() -> None:
     """A ladder at a smooth wall: its foot holds for mu >= cot(theta)/2."""
-    read = reader({"m": "12", "mu": "2/5", "g": "10", "theta": "pi/3"}, "m mu")
+    read = reader({"m": "12", "mu": "2/5", "g": "10", "theta": "pi/3"}, "m mu g")
     conditions = [*within(read("g*m/(2*tan(theta))"), read("mu*g*m")), Condition(read("g*m/tan(theta)"))]
     assert told(conditions) == ["2*mu >= 1/tan(theta)", "1/tan(theta) >= 0"]
 
 
 def test_roots_leave_sums_and_what_is_negative_changes_sides() -> None:
     """A wheel at a kerb lifts off the road when the pull exceeds m g sqrt(h (2 R - h))/(R - h)."""
-    read = reader({"m": "10", "g": "10", "R": "1/2", "h": "1/10", "F": "50"}, "m R h F")
-    assert told([Condition(read("F*(h - R)/sqrt(h*(2*R - h)) + g*m"))]) == ["g*m*sqrt(2*R - h)*sqrt(h) >= F*(R - h)"]
+    read = reader({"m": "10", "g": "10", "R": "1/2", "h": "1/10", "F": "50"}, "m R h F g")
+    assert told([Condition(read("F*(h - R)/sqrt(h*(2*R - h)) + g*m"))]) == ["g*m*sqrt(h*(2*R - h)) >= F*(R - h)"]
 
 
 # --- nothing is lost, nothing is idle -------------------------------------------------------------------------------
@@ -202,7 +212,7 @@ def test_what_is_dropped_follows_and_what_is_said_does_not(rows: list[dict[str, 
 
 
 def test_where_the_conditions_hold_all_inequalities_do() -> None:
-    conditions = two_pulled_blocks(reader(INCLINES))
+    conditions = two_pulled_blocks(reader(INCLINES, "m1 m2 F1 F2 mu g"))
     kept = [book_form(condition.value) for condition in reduced(conditions)]
     all_of_them = [book_form(condition.value) for condition in conditions]
     rng, inside = np.random.default_rng(1), 0

@@ -194,7 +194,7 @@ def test_rough_enough_says_how_much() -> None:
     assert solution.needed["c1"].value == pytest.approx(0.5773502691896258, rel=1e-14)
     assert solution.as_json()["needed"]["c1"]["expression"] == "tan(a)"
     assert solution.found == ("c1 sticks: that needs a coefficient of tan(a) = 0.5773502692 or more",)
-    assert solution.conditions == ("cos(a) >= 0",)
+    assert solution.conditions == ("cos(a) >= 0", "g > 0")
 
 
 @pytest.mark.parametrize(
