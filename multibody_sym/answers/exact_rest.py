@@ -17,7 +17,7 @@ from multibody_sym.algebra.quotient_functions import exact, register_angles
 from multibody_sym.algebra.quotients import Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.algebra.solving.roots import roots
 from multibody_sym.analysis.rest.position import Position
-from multibody_sym.analysis.rest.ranges import RestEnd
+from multibody_sym.analysis.rest.rest_ends import RestEnd
 from multibody_sym.analysis.rest.statics import Balance, Curve, Limit, Statics, statics
 from multibody_sym.analysis.rest.touching import out_of_touch
 from multibody_sym.answers.symbolic_start import declared_state

@@ -9,7 +9,8 @@ from typing import Any, Final
 
 from multibody_sym.analysis.rest.causes import causes
 from multibody_sym.analysis.rest.position import Position
-from multibody_sym.analysis.rest.ranges import Ranges, RestEnd, ranges_of_rest
+from multibody_sym.analysis.rest.ranges import Ranges, ranges_of_rest
+from multibody_sym.analysis.rest.rest_ends import RestEnd
 from multibody_sym.answers.exact_rest import ExactEnd
 from multibody_sym.dynamics.routes import verify_formalism
 from multibody_sym.dynamics.start.examined import examined, on_numbers

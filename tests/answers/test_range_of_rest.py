@@ -321,3 +321,34 @@ contacts: {{c: {{between: [p, ground.t], static: tan(a)}}}}
         (pytest.approx(least - math.pi), pytest.approx(-math.pi / 2)),
         (pytest.approx(least, abs=1e-12), pytest.approx(math.pi / 2)),
     ]
+
+
+ROUGH_HINGE = """
+multibody_sym: 1
+name: hinge
+gravity: [0, -g, 0]
+parameters:
+  g: {value: 10 m/s^2, positive: true}
+  m: {value: 1 kg, positive: true}
+  l: {value: 0.5 m, positive: true}
+  r: {value: 0.4 m, positive: true}
+  mu: {value: 0.3, positive: true}
+  th: 10 deg
+bodies: {rod: {mass: m, com: [0, -l, 0]}}
+joints: {A: {type: revolute, parent: ground, child: rod, axis: z, q: phi, initial: {q: th}}}
+forces: {rub: {type: friction, joint: A, static: mu, radius: r}}
+"""
+
+
+def test_a_range_about_pi_is_told_as_one_with_one_multiple_of_pi() -> None:
+    """A rod in a rough hinge rests where m g l |sin th| <= mu r m g: below it, and upside down as well."""
+    found = mbs.range_of_rest(mbs.loads(ROUGH_HINGE), "th")
+    low, high = math.asin(0.24), math.pi - math.asin(0.24)
+    expected = [-low, low, high, math.pi + low]
+    assert [end.value for pair in found.ends for end in pair] == pytest.approx(expected, rel=1e-12)
+    assert [text(end.expression) for pair in found.ends for end in pair] == [
+        "-asin(mu*r/l)",
+        "asin(mu*r/l)",
+        "pi - asin(mu*r/l)",
+        "asin(mu*r/l) + pi",
+    ]

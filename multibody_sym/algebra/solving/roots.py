@@ -21,13 +21,14 @@ from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import ONE, PI, TWO, Node, add, divide, multiply, negate, number
-from multibody_sym.scalars.traversal import leaves
+from multibody_sym.scalars.traversal import flatten, leaves
 
 _VANISHING: Final = PRECISE.mpf(10) ** -12
 """Part of the sum of its terms' sizes up to which a factor vanishes at the sample, which is known to a double."""
 _MOST_ROOTS: Final = 2
 _MOST_TERMS: Final = 4
 _HIGHEST: Final = 4
+_LITTLE: Final = 1000
 _TURNED: Final = 1e-9
 
 _INVERSES: Final[dict[str, Callable[[Node], Node]]] = {
@@ -199,7 +200,7 @@ class Roots:
         if turns:
             value = self.turned(found, value, turns)
         constant, factor = parts[0] / self.field.whole(found.below), parts[1] / self.field.whole(found.below)
-        shifted = value if constant.is_zero else add(value, negate(written(constant)))
+        shifted = with_one_pi(value if constant.is_zero else add(value, negate(written(constant))))
         yield shifted if factor.sample == 1 and not factor.symbols else divide(shifted, written(factor))
 
     def turned(self, argument: Quotient, value: Node, turns: int) -> Node:
@@ -258,6 +259,21 @@ class Roots:
 def _size(letter: Letter) -> Any:
     """Return how large a letter may be: 1 for sines and cosines, of which the sample of a zero is rounding."""
     return PRECISE.mpf(1) if letter.node is not None and letter.node.op in ("sin", "cos") else abs(letter.sample)
+
+
+def with_one_pi(total: Node) -> Node:
+    """Return a sum with its multiples of pi as one: asin(x) - pi for asin(x) + pi - 2 pi."""
+    turns, others = Fraction(0), []
+    for term in flatten("add", total):
+        found = exact(Field(_LITTLE), [term], {})[0] if not leaves([term], "symbol", "slot") else None
+        if found is not None and found.below.is_ground and [*found.above] == [found.field.ring.gens[0].LM]:
+            turns += Fraction(int(found.above.LC), int(found.below.LC))
+        else:
+            others.append(term)
+    if turns:
+        others.append(multiply(number(turns), PI))
+    ordered = sorted(others, key=lambda x: x.op == "neg" or (turns < 0 and x is others[-1]))
+    return reduce(add, ordered) if len(ordered) < len(flatten("add", total)) else total
 
 
 def written(a: Quotient) -> Node:

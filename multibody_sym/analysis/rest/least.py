@@ -8,7 +8,8 @@ from math import inf
 from typing import Final
 
 from multibody_sym.analysis.rest.position import Position
-from multibody_sym.analysis.rest.ranges import Kind, RestEnd, ranges_of_rest, search_of
+from multibody_sym.analysis.rest.ranges import Kind, ranges_of_rest, search_of
+from multibody_sym.analysis.rest.rest_ends import RestEnd
 
 _SHARP: Final = 1e-10
 _LEVEL: Final = 1e-9

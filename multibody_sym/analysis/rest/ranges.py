@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from math import hypot, inf, pi
@@ -12,6 +12,7 @@ from typing import Final, Literal
 import numpy as np
 
 from multibody_sym.analysis.rest.position import Position
+from multibody_sym.analysis.rest.rest_ends import Range, RestEnd, about_pi, united
 from multibody_sym.analysis.rest.statics import Choice, Curve, Direction, Limit
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.feasibility import Conditions, contradiction, extremes, nearest
@@ -25,7 +26,6 @@ _STEPS: Final = {"coefficient": 32, "angle": 144, "other": 128, "again": 8}
 _FARTHEST: Final = 1e4
 """How many times its declared value a parameter is taken at most, where nothing says more."""
 _ALIKE: Final = 1e-11
-_ONE: Final = 1e-12
 _ROUNDING: Final = 1e-14
 """The part of the largest force below which all forces together are none."""
 _PROBES: Final = (0.731, 1.0, 1.317, 1.893)
@@ -34,25 +34,6 @@ _CUTS: Final = 20
 _SETTLED: Final = 1e-13
 _BEYOND: Final = 1e-6
 """The part of a range by which it is looked at from beyond its ends."""
-
-
-@dataclass(frozen=True)
-class RestEnd:
-    """An end of a range: its value, infinite where there is none, and what gives way beyond it.
-
-    `equal` and `limits` are the conditions that contradict each other beyond: places of the equations of balance, and
-    limits, each with its share in this, with this `choice` of what presses. All are empty where the search ends, or
-    what the parameter may be.
-    """
-
-    value: float
-    equal: tuple[int, ...] = ()
-    limits: tuple[Limit, ...] = ()
-    choice: Choice = field(default_factory=Choice)
-    shares: tuple[float, ...] = ()
-
-
-Range = tuple[RestEnd, RestEnd]
 
 
 @dataclass(frozen=True)
@@ -117,7 +98,8 @@ class Search:
         ranges = [found for choice in choices for found in self.widened(choice, kind, searched)]
         told = (low, inf) if kind in ("none", "coefficient", "load") else searched
         ranges = [each for each in ranges if not (low == each[0].value == each[1].value == 0.0)]  # no load, or no body
-        return Ranges(self.name, kind, tuple(united(ranges)), told)
+        found = united(ranges)
+        return Ranges(self.name, kind, tuple(about_pi(found) if kind == "angle" else found), told)
 
     @cached_property
     def least(self) -> float:
@@ -386,15 +368,3 @@ def _rest_end(end: End, limits: Sequence[Limit], choice: Choice) -> RestEnd:
     if against is None:
         return RestEnd(end.value)
     return RestEnd(end.value, against.equal, tuple(limits[k] for k in against.cone), choice, against.shares)
-
-
-def united(ranges: Sequence[Range]) -> list[Range]:
-    """Return ranges that overlap or touch as one, ascending."""
-    found: list[Range] = []
-    for low, high in sorted(ranges, key=lambda each: each[0].value):
-        if found and low.value <= found[-1][1].value + _ONE * abs(low.value):
-            if high.value > found[-1][1].value:
-                found[-1] = (found[-1][0], high)
-        else:
-            found.append((low, high))
-    return found
