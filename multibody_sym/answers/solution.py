@@ -51,7 +51,8 @@ class Solution:
     `slack`. `found` says the same for people. Its forces are among `reactions`: of a contact `normal` and `friction`
     (in space `friction_1`, `friction_2`), of several corners together also `at_x`, `at_y`, `at_z`, where their normal
     force acts. `limits`: by condition, what happens where it fails. `at_limit`: what happens a little further on, with
-    how that was decided. `needed`: the least coefficients with which what is rough enough sticks. `verdict`: `one`, or
+    how that was decided. `needed`: the least coefficients with which what is rough enough sticks. `sums`: forces of
+    separate contacts that are unique together though not alone, such as `c friction + d friction`. `verdict`: `one`, or
     `several` where the laws leave more than one motion, among which `others`; `searched`: what was looked at.
 
     Of a system with an `impact` that is told instead: no accelerations, no reactions, `answers` just after it.
@@ -82,6 +83,7 @@ class Solution:
     verdict: str = "one"
     searched: str = ""
     impact: ImpactFound | None = None
+    sums: Mapping[str, Value] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         found = ", ".join(f"{name}: {value}" for name, value in self.accelerations.items())
@@ -102,6 +104,7 @@ class Solution:
             "shifts": dict(self.shifts),
             "accelerations": _json(self.accelerations),
             "reactions": {name: _with_vectors(_json(components)) for name, components in self.reactions.items()},
+            "sums": _json(self.sums),
             "states": dict(self.states),
             "directions": {name: list(direction) for name, direction in self.directions.items()},
             "verdict": self.verdict,

@@ -15,6 +15,7 @@ from multibody_sym.answers.questions.asked import answered
 from multibody_sym.answers.reactions import place_of, reactions_of
 from multibody_sym.answers.solution import OtherState, RowKind, Solution
 from multibody_sym.answers.states import beyond_limits, state_found
+from multibody_sym.answers.unique_sums import unique_sums
 from multibody_sym.answers.validity import validity
 from multibody_sym.dynamics.start.examined import numbers_of
 from multibody_sym.expressions.values import Value
@@ -131,6 +132,7 @@ def solution_of(solved: Solved) -> Solution:
         limits={condition: broken for condition, broken in valid.conditions.items() if broken},
         at_limit=state.at_limit,
         needed=state.needed,
+        sums=unique_sums(solved, reactions),
         others=_others(solved, names),
         verdict=solved.decided.verdict,
         searched=solved.decided.searched,

@@ -106,10 +106,11 @@ def _condition(solution: Solution, condition: str) -> str:
 
 
 def _one_way_lines(solution: Solution, units: Units) -> list[str]:
-    """Return the forces of contacts, stops and friction, without those of open ones."""
-    return [
+    """Return the forces of contacts, stops and friction, without those of open ones, and their unique sums."""
+    single = [
         f"{name} {component.replace('_', ' ')} = {value.told(units)}"
         for name, kind in solution.kinds.items()
         if kind in ("contact", "stop", "friction") and solution.states.get(name) not in _IDLE
         for component, value in solution.reactions[name].items()
     ]
+    return [*single, *(f"{name} = {value.told(units)}" for name, value in solution.sums.items())]

@@ -171,8 +171,8 @@ def test_a_table_stands_on_four_legs() -> None:
     assert found.limits == {
         "P*(a + x) + a*g*m >= 0": "L tips about L1, L4",
         "P*(b + y) + b*g*m >= 0": "L tips about L1, L2",
-        "P*(a - x) + a*g*m >= 0": "L tips about L2, L3",
-        "P*(b - y) + b*g*m >= 0": "L tips about L3, L4",
+        "P*a + a*g*m >= P*x": "L tips about L2, L3",
+        "P*b + b*g*m >= P*y": "L tips about L3, L4",
     }
     assert found.verdict == "one"
 
