@@ -109,6 +109,8 @@ def _stability(found: Modes) -> list[str]:
         where = f" where {' and '.join(found.conditions)}" if found.conditions else ""
         return [f"unstable{where}"]
     where = " where " + " and ".join(found.conditions) if found.conditions else ""
+    if found.stable is None and not found.oscillating:
+        return ["indifferent: nothing brings it back"]
     return [f"stable{where}" if found.stable else f"oscillations are stable{where}; what moves off uniformly is not"]
 
 

@@ -71,6 +71,15 @@ def test_modes_of_steady_motions_hold_momenta(capsys: pytest.CaptureFixture[str]
     assert "omega = sqrt(g*(3*cos(theta)^2 + 1)/(l*cos(theta)))" in printed
 
 
+def test_what_nothing_brings_back_is_indifferent(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "slide.yaml"
+    path.write_text(COUPLED.partition("forces:")[0])
+    assert main(["modes", str(path)]) == 0
+    printed = capsys.readouterr().out
+    assert "moves off uniformly (omega = 0)" in printed
+    assert printed.rstrip().endswith("indifferent: nothing brings it back")
+
+
 def test_a_place_where_speeds_change_ends_with_3(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["modes", PENDULUM, "--at", "theta=1"]) == 3
     assert "no equilibrium and no steady motion" in capsys.readouterr().err
