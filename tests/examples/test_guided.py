@@ -85,3 +85,14 @@ def test_a_wire_that_bends_by_itself_is_one_that_is_carried() -> None:
     )
     run = mbs.simulate(system, t_end=1.0, samples=11, rtol=1e-12, atol=1e-13, backend="python")
     assert run["s"] == pytest.approx(carried["x"], rel=1e-9, abs=1e-12)
+
+
+def test_a_bead_rests_on_a_rough_parabola_where_the_slope_is_below_mu_and_rubs_with_its_normal_force() -> None:
+    (mu,) = mbs.parameters("mu", [0.2], positive=True)
+    rub = mbs.Friction("wire", static=mu, kinetic=mu)
+    system = replace(from_file("bead_on_a_parabola"), forces={"rub": rub})
+    found = mbs.range_of_rest(system, "mu", parameters={"v": 0.0})
+    assert list(found.rest) == [(pytest.approx(0.6, rel=1e-12), None)]
+    solution = mbs.solve(system)
+    assert text(solution.accelerations["x"].expression) == "-(g*p + v^2)*(mu*p + x0)/(p^2 + x0^2)"
+    assert solution.reactions["rub"]["normal"].value == pytest.approx(solution.reactions["wire"]["normal"].value)
