@@ -149,7 +149,7 @@ def _withheld(run: Trajectory) -> list[str]:
 
 
 def _events(run: Trajectory, units: Units) -> list[str]:
-    changes = run.changes
+    changes = [*run.begun, *run.changes]
     told = [x for x in run.events if x != run.stop and x["kind"] != _SINGULAR and x not in changes]
     warnings = [_warning(event["kind"], event["element"], _time(event["t"], units)) for event in told]
     return [*_changes(changes, units), *_singular(run, units), *warnings]

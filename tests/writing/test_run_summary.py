@@ -135,3 +135,19 @@ def test_what_slips_out_of_the_energy_account_is_told() -> None:
     assert run.modes is not None
     run.modes.account.friction["c1"].total /= 2
     assert run.energy_residual == pytest.approx(-4.5, rel=1e-9)
+
+
+def test_what_struck_before_a_run_stands_first_among_its_changes() -> None:
+    """The summary took the impact for a warning and knew no words for it."""
+    system = mbs.loads("""
+multibody_sym: 1
+name: door
+bodies: {ground: {points: {stop: [1, 0, 0]}}, door: {mass: 3, inertia: {Izz: 1}, points: {edge: [1, 0, 0]}}}
+joints: {hinge: {type: revolute, parent: ground, child: door, axis: z, q: phi, initial: {u: -2}}}
+impact: {between: [door.edge, ground.stop], normal: y, restitution: 0.5}
+simulation: {t_end: 0.1}
+""")
+    told = run_summary(mbs.simulate(system, samples=3, backend="python")).splitlines()
+    at = told.index("changes of what holds one way only:")
+    assert told[at + 1] == "  t = 0 s: impact impact"
+    assert not any("warning" in line for line in told)
