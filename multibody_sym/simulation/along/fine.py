@@ -23,6 +23,8 @@ NEVER: Final = 1e300
 """A margin that no switching function exceeds."""
 LEAST, IN_MODES, PIECES = 1024, 64, 4
 """The fewest pieces of a whole run, of a stretch in one of many modes, and of a step: those of order 8 are long."""
+MOST_PIECES: Final = 100_000
+"""Of a stretch: a stiff run takes millions of steps, and as many samples would fill the memory."""
 BESIDE: Final = 1e-12
 """The part of a stretch beside a kink that is left out: there the force is that of either side."""
 MOST_KINKS: Final = 1000
@@ -50,7 +52,8 @@ class Stretch:
     def fine(self, finer: int = 1) -> Part:
         """Return evenly spaced samples, one more than four times a number of pieces; `finer` times as many."""
         least = LEAST if self.mechanism.mode is None else IN_MODES
-        problem, pieces = self.problem, finer * (max(least, PIECES * self.steps) + 1 & ~1)
+        pieces = min(finer * (max(least, PIECES * self.steps) + 1 & ~1), MOST_PIECES)
+        problem = self.problem
         run = self._run(self.until, 4 * pieces + 1)
         count = 4 * ((len(run.t) - 1) // 4) + 1
         return Part(self.mechanism, self.compiled, problem.parameters, run.t[:count], run.q[:count], run.u[:count])

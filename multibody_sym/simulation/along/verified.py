@@ -18,7 +18,7 @@ import numpy.typing as npt
 from multibody_sym.analysis.theorems.program import INTEGRAL, THEOREMS, theorems_program
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.loading import Backend, Compiled, load
-from multibody_sym.simulation.along.fine import Stretch, integral, lasting
+from multibody_sym.simulation.along.fine import MOST_PIECES, Stretch, integral, lasting
 from multibody_sym.simulation.along.jumps import Passed
 
 _FINER: Final = 4
@@ -92,7 +92,8 @@ def _of_stretch(stretch: Stretch, program: Compiled, since: _Since) -> Iterator[
         fine = stretch.fine(finer)
         value, left, right, size, content = program.map("theorems", *fine.arguments, *fine.derivative[1:3])
         adding, scales = integral(right, fine.t), integral(size, fine.t)
-        if finer >= _FINER**2 or _is_settled(right, scales[-1] + content[-1] + content[0], adding[-1], fine.t):
+        finest = finer >= _FINER**2 or len(fine.t) > 4 * MOST_PIECES
+        if finest or _is_settled(right, scales[-1] + content[-1] + content[0], adding[-1], fine.t):
             break
         finer *= _FINER
     if since.start is None:
