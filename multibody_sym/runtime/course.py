@@ -41,10 +41,14 @@ class KnownTurn:
 
 @dataclass(frozen=True)
 class Passage:
-    """A turn that was taken: when, to which mode, after so many samples and steps, and the state (nq + nu,) then."""
+    """A turn that was taken: when, to which mode, after so many samples and steps, and the state (nq + nu,) then.
+
+    `speed` is the largest that was met.
+    """
 
     time: float
     to: int
     written: int
     steps: int
     x: Floats
+    speed: float

@@ -129,7 +129,8 @@ class NativeCourse:
             turn = self._turns[self.course.mode][each.turn]
             self.course.mode, self.course.since = turn.to, each.time
             self.course.speed = self._laws.speed
-            self.course.passed(Passage(each.time, turn.to, each.samples, each.steps, self._states[k].copy()))
+            reached = self._states[k].copy(), self._laws.speed
+            self.course.passed(Passage(each.time, turn.to, each.samples, each.steps, *reached))
         told.passed = 0
 
     def _array(self, values: NDArray[Any]) -> ctypes.c_void_p:

@@ -258,7 +258,7 @@ class OneWayRun:
 
     def turned(self, passage: Passage) -> None:
         """Note a turn that the loop in C has taken."""
-        stretch = self._passed[passage.to]
+        stretch, self._scale = self._passed[passage.to], replace(self._scale, speed=passage.speed)
         self.legs[-1] = self.legs[-1].passed(passage.written, passage.time, passage.steps)
         began = passage.time, passage.x
         self.legs.append(Leg(stretch.problem, passage.written, passage.written, passage.time, 0, began, passage.steps))
