@@ -61,7 +61,8 @@ class CanonicalFunction:
 
         Raises InputError for an unknown name, a wrong length, and what is no real number.
         """
-        qdot, pdot, *_ = self.arguments.compiled["canonical"](*self._given(t, *self._split(x), parameters, inputs)[0])
+        given, _ = self._given(t, *self._split(x), parameters, inputs)
+        qdot, pdot, *_ = self.arguments.compiled["canonical"](*given)
         return np.concatenate([qdot, pdot])
 
     def momenta(
@@ -75,7 +76,8 @@ class CanonicalFunction:
         self, t: float, q: ArrayLike, p: ArrayLike, parameters: Values = None, inputs: Values = None
     ) -> Floats:
         """Return the speeds u (nu,) of momenta."""
-        return self._given(t, q, p, parameters, inputs)[1]
+        _, u = self._given(t, q, p, parameters, inputs)
+        return u
 
     def hamiltonian(self, t: float, x: ArrayLike, parameters: Values = None, inputs: Values = None) -> float:
         """Return H(q, p, t) = p . u - T + V."""
