@@ -11,9 +11,9 @@ import numpy as np
 
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.decimals import with_doubles
-from multibody_sym.algebra.quotient_functions import doubled, sign
-from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
-from multibody_sym.answers.closed_form import ClosedForms, closed_forms, linear_equations, unknowns
+from multibody_sym.algebra.quotient_functions import doubled, exact, sign
+from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
+from multibody_sym.answers.closed_form import WORK, ClosedForms, closed_forms, linear_equations, unknowns
 from multibody_sym.answers.symbolic_start import begins_along, declared_state, with_directions
 from multibody_sym.answers.symbolic_state import SymbolicState
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
@@ -117,19 +117,30 @@ class Solved:
     def _nodes(self, ask: Callable[[Instant], Mapping[str, Any]]) -> Mapping[str, Any]:
         """Return what `ask` finds over Nodes; nothing where an expression has no value at the exact start."""
         try:
-            return ask(self.nodes) if self.forms is not None else {}
+            return ask(self.nodes)
         except ExpressionError as reason:
             self.reasons[reason.message] = None
             return {}
 
     def value(self, node: Node, number: float, rounding: float = 0.0) -> Value:
         """Return a number with the closed form of a Node, where they agree to within the number's rounding."""
-        closed = self.closed(lambda forms: forms.of([node])[0])
+        closed = self._of_state(node) if self.forms is None else self.closed(lambda forms: forms.of([node])[0])
         if closed is not None and closed.is_zero:
             rounding = max(rounding, _ZERO * self._largest)
         if closed is None or abs(float(closed.sample) - number) > AGREEMENT * abs(number) + rounding:
             return Value(number)
         return self.value_of(closed, rounding) or Value(number)
+
+    def _of_state(self, node: Node) -> Quotient | None:
+        """Return the closed form of what the state alone decides, without accelerations and multipliers."""
+        if leaves([node], "slot"):
+            return None
+        field = Field(WORK)
+        known = {symbol: field.letter(symbol, letter) for symbol, letter in self.symbolic.letters.items()}
+        try:
+            return exact(field, [node], known)[0]
+        except NoClosedFormError:
+            return None
 
     @cached_property
     def _largest(self) -> float:

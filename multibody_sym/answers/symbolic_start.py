@@ -18,6 +18,7 @@ from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.exact_solve import exact_solve
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
+from multibody_sym.algebra.solving.roots import linear_parts, roots
 from multibody_sym.answers.closed_form import ClosedForms, closed_forms, unknowns
 from multibody_sym.answers.one_way import Acting
 from multibody_sym.answers.symbolic_state import SymbolicState, parameter_letters
@@ -106,8 +107,8 @@ class _SymbolicStart:
     def _motion(self, q: Sequence[Node], u: Sequence[Node]) -> Motion:
         return motion_of(self.mechanism, state_of(self.mechanism, Node, ZERO, list(q), list(u), self.parameters))
 
-    def _field(self) -> tuple[Field, dict[Node, Quotient]]:
-        field = Field(_WORK)
+    def _field(self, *, expands: bool = False) -> tuple[Field, dict[Node, Quotient]]:
+        field = Field(_WORK, expands)
         return field, {node: field.letter(node, letter) for node, letter in self.letters.items()}
 
     # --- positions ------------------------------------------------------------------------------------------------
@@ -135,7 +136,7 @@ class _SymbolicStart:
         q = [kept.get(k, node) for k, node in enumerate(self.q)]
         if unknown:
             from_zero = [ZERO if k in unknown else node for k, node in enumerate(q)]
-            closed = self._linear(from_zero, unknown)
+            closed = self._linear(from_zero, unknown) or self._one_by_one(q, unknown)
             if closed is None:
                 return None
             q = [closed.get(k, node) for k, node in enumerate(q)]
@@ -150,6 +151,50 @@ class _SymbolicStart:
             return None
         rows = self._closing(self._motion(q, self.u))
         return self._solved(rows, [as_node(row.phi) for row in rows], {k: places[k] for k in unknown}, self.begin.q)
+
+    def _one_by_one(self, q: Sequence[Node], unknown: Sequence[int]) -> dict[int, Node] | None:
+        """Return the unknown coordinates each from a row in which no other one is left: a rod, then its slider.
+
+        Where all rows have several, one that a row gives linearly is put into the others first.
+        """
+        found, places = list(q), list(unknown)
+        while places:
+            rows = self._residuals(found)
+            root = next((x for row in rows for x in self._alone(row, found, places)), None)
+            for aside in self._linear_ones(rows, found, places) if root is None else ():
+                left = [k for k in places if k != aside[0]]
+                held = [aside[1] if k == aside[0] else node for k, node in enumerate(found)]
+                root = next((x for row in self._residuals(held) for x in self._alone(row, held, left)), None)
+                if root is not None:
+                    break
+            if root is None:
+                return None
+            found[root[0]] = root[1]
+            places.remove(root[0])
+        return {k: found[k] for k in unknown}
+
+    def _residuals(self, q: Sequence[Node]) -> list[Quotient]:
+        field, known = self._field(expands=True)
+        return exact(field, [as_node(row.phi) for row in self._closing(self._motion(q, self.u))], known)
+
+    def _alone(self, row: Quotient, q: Sequence[Node], places: Sequence[int]) -> Iterator[tuple[int, Node]]:
+        """Yield an unknown coordinate with its closed form, where a row has no other one."""
+        there = [k for k in places if q[k] in row.symbols]
+        if len(there) != 1:
+            return
+        sample = {node: float(letter.sample) for node, letter in self.letters.items()}
+        for root in roots(row, q[there[0]]):
+            value = self.begin.q[there[0]]
+            if abs(evaluate_float([root], sample)[0] - value) <= _AS_DECLARED * max(1.0, abs(value)):
+                yield there[0], root
+
+    @staticmethod
+    def _linear_ones(rows: Sequence[Quotient], q: Sequence[Node], places: Sequence[int]) -> Iterator[tuple[int, Node]]:
+        """Yield unknown coordinates that stand linearly in a row, with what it says that they are by the others."""
+        for row in rows:
+            for k in places:
+                for slope, constant in linear_parts(row, q[k]) if q[k] in row.symbols else ():
+                    yield k, book_form(-constant / slope)
 
     def _closing(self, motion: Motion) -> list[RowMotion]:
         """Return the rows that restrict positions: all but nonholonomic ones, and ropes that take their length here."""

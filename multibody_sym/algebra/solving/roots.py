@@ -15,7 +15,7 @@ from typing import Any, Final
 from multibody_sym.algebra.book_form import book_form, trigonometric_forms
 from multibody_sym.algebra.factors import Poly, factored
 from multibody_sym.algebra.quotient_functions import doubled, exact, sqrt
-from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, known_angle
 from multibody_sym.expressions.printer import text
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.elementary import BUILD
@@ -250,8 +250,9 @@ class Roots:
     def of_line(self, angle: Node, a: Quotient, b: Quotient, d: Quotient) -> Iterator[Node]:
         """Yield the angles with a sin + b cos + d = 0."""
         length = sqrt(a * a + b * b)
-        sine = BUILD["asin"](written(-d / (length if a.sample > 0 else -length)))
-        ahead = negate(BUILD["atan"](written(b / a)))
+        length = length if a.sample > 0 else -length
+        sine = BUILD["asin"](written(-d / length))
+        ahead = negate(known_angle(b / length, a / length) or BUILD["atan"](written(b / a)))
         for one in (sine, add(PI, negate(sine))):
             yield from self.of_argument(angle, add(one, ahead), 2)
 
