@@ -129,8 +129,8 @@ class Simulated:
         if time == 0.0:
             run = self._run(point, 1.0)
             return float(np.linalg.norm(_vectors(run, "velocity")[0]))
-        found = float(np.linalg.norm(_vectors(self._run(point, time), "velocity")[-1]))
-        return found if found > _ATOL else 0.0
+        speeds = np.linalg.norm(_vectors(self._run(point, time), "velocity"), axis=1)
+        return float(speeds[-1]) if speeds[-1] > max(_ATOL, _RTOL * float(speeds.max())) else 0.0
 
     def _refined(self, coordinate: str, value: float, time: float) -> float:
         """Return the time by one step of Newton's method from a run that ends there."""
