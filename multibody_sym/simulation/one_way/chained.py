@@ -31,7 +31,7 @@ from multibody_sym.simulation.one_way import thin_bars
 from multibody_sym.simulation.one_way.account import EnergyAccount, energy_account
 from multibody_sym.simulation.one_way.decision import Before, Decided, decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws, larger
-from multibody_sym.simulation.one_way.impact import Blow, Bounces, bounced
+from multibody_sym.simulation.one_way.impact import ENDLESS, Blow, Bounces, Standstill, bounced
 from multibody_sym.simulation.one_way.modes import Key, Modes, key_of
 from multibody_sym.simulation.one_way.moments import moments
 from multibody_sym.simulation.one_way.roads import Roads
@@ -51,8 +51,6 @@ _RETURNS: Final = 2
 _GIVEN_UP: Final = 20
 _KEPT: Final = 1e4
 """How much further a mode that is kept may be beyond what ends it: 1e-8 of the forces."""
-
-
 _UNSEEN: Final = 100.0
 """The multiple of a run's absolute tolerance below which a speed is rounding of its steps."""
 _UNSEEN_MOST: Final = 1e-8
@@ -88,6 +86,7 @@ class OneWayRun:
     _turns: dict[tuple[Key, int], list[Turn]] = field(default_factory=dict)
     _recent: list[tuple[float, Key]] = field(default_factory=list)
     _bounces: Bounces = field(default_factory=Bounces)
+    _standstill: Standstill = field(default_factory=Standstill)
 
     def __post_init__(self) -> None:
         self.modes = Modes(self.laws.mechanism, self.make, self.template, self.stabilised or (0.0, 0.0))
@@ -171,11 +170,16 @@ class OneWayRun:
         facts = (self.laws.at(float(t[k]), q[k], u[k], self._scale) for k in range(len(t)))
         return thin_bars.passed_through(self.bars, facts) if self.bars else ""
 
-    def _is_behind(self, t: float, x: Floats, cause: Switching) -> bool:
-        """Return whether what has come within reach of an element is behind it."""
-        nq = len(self.laws.mechanism.coordinates)
-        facts = self.laws.at(t, x[:nq], x[nq:], self._scale)
-        return cause.ends == "closes" and thin_bars.is_behind(facts, cause.element)
+    def _hindered(self, t: float, x: Floats, cause: Switching) -> str:
+        """Return why nothing follows what has ended a mode, empty where something does."""
+        if self._standstill.lasts(t, len(self.laws.unilateral)):
+            return f"{cause.element.name}: {ENDLESS}"
+        facts = self.laws.at(t, x[: len(self.template.q0)], x[len(self.template.q0) :], self._scale)
+        if cause.ends != "closes" or not thin_bars.is_behind(facts, cause.element):
+            return ""
+        hidden = thin_bars.turned_round(self.bars, cause.element, self._hidden)
+        self._hidden = self._hidden if hidden is None else hidden
+        return f"{cause.element.name}: {thin_bars.FROM_BEHIND}" if hidden is None else ""
 
     def parts(self, t: Floats, q: Floats, u: Floats, first: int = 0) -> tuple[Part, ...]:
         """Return samples, which begin with number `first` of the run, by the modes they are in."""
@@ -190,12 +194,9 @@ class OneWayRun:
     def onward(self, problem: Problem, switch: Switch) -> Problem | RunFailure | Event:
         """Return the run in the mode that follows at a switch, or why there is none."""
         cause = self.stretches[-1].program.switchings[switch.index]
-        if self._is_behind(switch.begun.time, switch.x, cause):
-            hidden = thin_bars.turned_round(self.bars, cause.element, self._hidden)
-            if hidden is None:
-                self.trouble = f"{cause.element.name}: {thin_bars.FROM_BEHIND}"
-                return RunFailure(Status.NO_MODE, switch.begun.time, None)
-            self._hidden = hidden
+        self.trouble = self._hindered(switch.begun.time, switch.x, cause)
+        if self.trouble:
+            return RunFailure(Status.NO_MODE, switch.begun.time, None)
         found = self._known(switch) or self._searched(switch)
         now, entered = self.stretches[-1], self._entered(found, switch)
         if not isinstance(entered, RunFailure):
@@ -206,13 +207,16 @@ class OneWayRun:
         """Return the state after an impact from which the run goes on in its mode; None where that ends."""
         now, nq = self.stretches[-1], len(self.laws.mechanism.coordinates)
         cause = now.program.switchings[index]
-        if cause.ends != "closes":
+        if cause.ends != "closes" or self._standstill.lasts(t, len(self.laws.unilateral)):
             return None
         facts = self.laws.at(t, x[:nq], x[nq:], self._scale)
         if thin_bars.is_behind(facts, cause.element):
             return None
-        if self._bounces.leaves(facts, cause.element):
-            return x
+        leaving = self._bounces.leaving(facts, cause.element)
+        if leaving is not None:
+            after = np.concatenate([leaving, facts.u])
+            self.jumps += [] if leaving is facts.q else [(len(self.stretches) - 1, t, after)]
+            return after.copy()
         blow = bounced(facts, cause.element, self._hidden)
         before, alone = Before(now.mode, now.udot_at(facts), None, self._bounces), [cause.element]
         if blow is None or before.late(facts, alone, [cause.element.name]):
@@ -223,9 +227,8 @@ class OneWayRun:
         else:
             facts = replace(facts, u=facts.u + blow.jump)
         self._hit(t, blow)
-        after = np.concatenate([facts.q, facts.u])
-        self.jumps.append((len(self.stretches) - 1, t, after.copy()))
-        return after
+        self.jumps.append((len(self.stretches) - 1, t, np.concatenate([facts.q, facts.u])))
+        return self.jumps[-1][2].copy()
 
     def _known(self, switch: Switch) -> Decided | None:
         """Return how the run goes on where a switch was decided before and leads on in the same way."""

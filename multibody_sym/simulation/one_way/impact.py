@@ -13,6 +13,7 @@ from multibody_sym.dynamics.laws.assemble import PosedLaws
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.simulation.one_way.facts import Facts, posed
+from multibody_sym.simulation.one_way.settling import onto_rows
 
 _REMAINING: Final = 1e-9
 """The part of the time since the first bounce that what bounces may still have left, to count as at rest."""
@@ -20,6 +21,13 @@ _TICKS: Final = 1e3 * np.finfo(float).eps
 """The part of the time, too: shorter flights are not resolved."""
 _HEIGHT: Final = 1e4 * np.finfo(float).eps
 """The part of the largest length below which the height of a bounce is lost in rounding."""
+_ROUNDING: Final = 16.0 * np.finfo(float).eps
+"""The part of the time by which it has to go on to have done so."""
+
+ENDLESS: Final = (
+    "it strikes or lets go again and again and time does not go on; let it lose energy (restitution below 1), give "
+    "what touches a radius or a surface that reaches further, or begin from a state that differs a little"
+)
 
 
 @dataclass(frozen=True)
@@ -39,6 +47,25 @@ class Blow:
 
 
 @dataclass
+class Standstill:
+    """How often what ends a mode has done so without time going on by more than rounding."""
+
+    _last: float = -np.inf
+    _times: int = 0
+
+    def lasts(self, time: float, contacts: int) -> bool:
+        """Note an end of a mode; return whether there are ten times as many as let impacts collapse."""
+        on = time - self._last > _ROUNDING * abs(time)
+        self._last, self._times = time, 1 if on else self._times + 1
+        return self._times > 10 * _endless(contacts)
+
+
+def _endless(contacts: int) -> int:
+    """Return how many impacts may follow each other at once."""
+    return 100 + 20 * contacts
+
+
+@dataclass
 class Bounces:
     """Since when contacts have been bouncing, by element; what has come to rest begins anew."""
 
@@ -47,13 +74,19 @@ class Bounces:
     _first: float = np.inf
     _left: dict[str, float] = field(default_factory=dict)
 
-    def leaves(self, facts: Facts, element: OneWay) -> bool:
-        """Return whether what has bounced is only leaving, so that its gap crossed zero by rounding; once a time."""
-        known = element.name in self.since and facts.t > self._left.get(element.name, -np.inf)
-        if not known or not facts.rate(element) > 0.0:
-            return False
-        self._left[element.name] = facts.t
-        return True
+    def leaving(self, facts: Facts, element: OneWay) -> Floats | None:
+        """Return the coordinates (nq,) from which what is only leaving goes on; None where it is not.
+
+        The gap of what has bounced may cross zero by rounding, once a time; what is inside is put onto its face.
+        """
+        if not facts.rate(element) > 0.0:
+            return None
+        on = facts.t - self._left.get(element.name, -np.inf) > _ROUNDING * abs(facts.t)
+        if element.name in self.since and on:
+            self._left[element.name] = facts.t
+            return facts.q
+        slow = facts.rate(element) <= facts.allowed_speed(element.normals[0])
+        return None if slow or facts.standing(element) != "inside" else onto_rows(facts, [element.name])
 
     def hit(self, time: float, name: str) -> None:
         """Note an impact of an element."""
@@ -63,11 +96,13 @@ class Bounces:
     def collapsing(self, time: float, contacts: int) -> frozenset[str]:
         """Return the elements whose impacts follow each other so fast that they never end, some without weight.
 
-        More than 100 + 20 of them for each contact in the last 1e-9 of the time since the first impact.
+        More than 100 + 20 of them for each contact in the last 1e-9 of the time since the first impact, or in a time
+        that is not resolved.
         """
-        while self._hits and time - self._hits[0][0] > _REMAINING * (time - self._first):
+        lately = max(_REMAINING * (time - self._first), _TICKS * abs(time))
+        while self._hits and time - self._hits[0][0] > lately:
             self._hits.popleft()
-        many = len(self._hits) > 100 + 20 * contacts
+        many = len(self._hits) > _endless(contacts)
         return frozenset(name for _, name in self._hits) if many else frozenset()
 
     def remaining(self, facts: Facts, element: OneWay, falling: float, alone: bool) -> float | None:
@@ -106,13 +141,15 @@ def restitution(facts: Facts, element: OneWay) -> float:
 def bounced(facts: Facts, element: OneWay, hidden: Collection[str] = ()) -> Blow | None:
     """Return the impact of one smooth element alone where nothing else touches and no row holds; None elsewhere.
 
-    What is `hidden` takes no part.
+    What is `hidden` takes no part; what does not close strikes nothing, however deep rounding has let it in.
     """
     laws, place, e = facts.laws, facts.place(element.normals[0]), restitution(facts, element)
     pressed = (part.name for x in laws.mechanism.one_way if x is element or not x.unilateral for part in x.frictions)
     if laws.mechanism.rows or not e > 0.0 or any(name in laws.parts for name in pressed):
         return None
     row, speed = facts.known["matrix"][place], facts.rate(element)
+    if not speed < 0.0:
+        return None
     impulse = -(1.0 + e) * speed / float(row @ row)
     jump = facts.speeds(impulse * row)
     after = facts.known["phidot"] + facts.known["jacobian"] @ jump

@@ -1,0 +1,110 @@
+"""Impacts at which time would not go on: what rounding has let into a face, and what strikes again at once."""
+
+from __future__ import annotations
+
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.simulation.failures import FailedRunError
+from multibody_sym.simulation.one_way import impact
+from multibody_sym.simulation.one_way.impact import Bounces, Standstill
+
+POINT = """\
+multibody_sym: 1
+name: past_an_end
+gravity: [0, 0, 0]
+parameters: {y0: 0, v: 0, e: 1}
+bodies:
+  ground: {surfaces: {bar: {segment: [[-1, 0, 0], [0, 0, 0]], normal: y}}}
+  p: {mass: 1}
+joints: {free: {type: point, parent: ground, child: p, q: [x, y], initial: {q: [0.5, y0], u: [-1, v]}}}
+contacts: {c: {between: [p, ground.bar], restitution: e}}
+simulation: {t_end: 1, samples: 3}
+"""
+DEEP = 3e-9
+"""Past the end the point is so far (m) inside the face, three times of what counts as touching."""
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+@pytest.mark.parametrize("e", [1.0, 0.5])
+@pytest.mark.parametrize("v", [0.01, -0.01, 1e-8, -1e-8])
+def test_a_point_slightly_inside_past_an_end_strikes_once_at_most(backend: str, e: float, v: float) -> None:
+    """It goes on with v if it leaves, with -e v if it closes."""
+    initial = {"y0": -DEEP - 0.5 * v, "v": v, "e": e}
+    run = mbs.simulate(mbs.loads(POINT), parameters=initial, backend=backend)
+    after = v if v > 0 else -e * v
+    assert run["u_y"][-1] == pytest.approx(after, rel=1e-12)
+    assert run["y"][-1] == pytest.approx(0.5 * after, abs=2 * DEEP)
+    impulses = [(event["t"], event["impulse"]) for event in run.events if event["kind"] == "impact"]
+    assert impulses == ([] if v > 0 else [(pytest.approx(0.5), pytest.approx((1 + e) * abs(v)))])
+
+
+@pytest.mark.parametrize("e", [1.0, 0.5])
+def test_a_point_that_slides_in_slightly_inside_goes_on(e: float) -> None:
+    run = mbs.simulate(mbs.loads(POINT), parameters={"y0": -DEEP, "e": e}, backend="python")
+    assert run["x"][-1] == pytest.approx(-0.5)
+    assert abs(run["y"][-1]) <= DEEP
+
+
+def test_impacts_at_one_time_collapse() -> None:
+    """So do those after a first one at that time, which only rounding sets apart."""
+    bounces, time = Bounces(), 11.5
+    for _ in range(141):
+        assert not bounces.collapsing(time, 2)
+        bounces.hit(time, "c")
+        time += 2e-15
+    assert bounces.collapsing(time, 2) == {"c"}
+    assert bounces.collapsing(time + 1e-6, 2) == frozenset()
+
+
+def test_time_that_does_not_go_on_is_told() -> None:
+    stands, time = Standstill(), 11.5
+    for _ in range(1200):
+        assert not stands.lasts(time, 1)
+        time += 2e-15
+    assert stands.lasts(time, 1)
+    assert not stands.lasts(time + 1e-9, 1)
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_a_run_that_is_struck_for_ever_ends_with_words(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Were what is inside let stay there, it would be met again at once."""
+    monkeypatch.setattr(impact, "_endless", lambda contacts: 10)
+    monkeypatch.setattr(Bounces, "leaving", lambda self, facts, element: facts.q)
+    with pytest.raises(FailedRunError, match="c: it strikes or lets go again and again and time does not go on; let"):
+        mbs.simulate(mbs.loads(POINT), parameters={"y0": -DEEP}, backend=backend)
+
+
+RODS = """\
+multibody_sym: 1
+name: folding
+gravity: [0, 0, 0]
+parameters: {l: 1, further: 0, w: 0.3}
+bodies:
+  one:
+    {mass: 1, com: [l/2, 0, 0], inertia: {Izz: l^2/12},
+     surfaces: {side: {segment: [[0, 0, 0], [l + further, 0, 0]], normal: y}}}
+  two: {mass: 1, com: [l/2, 0, 0], inertia: {Izz: l^2/12}, points: {tip: [l, 0, 0]}}
+joints:
+  table: {type: planar, parent: ground, child: one, q: [x, y, f], initial: {q: [10, 3, 0], u: [0.1, 0.2, w]}}
+  hinge: {type: revolute, parent: one, child: two, axis: z, q: g, initial: {q: 1, u: -1}}
+contacts: {c: {between: [two.tip, one.side], restitution: 1, open: true}}
+simulation: {t_end: 1.5, samples: 3, rtol: 1e-12, atol: 1e-13}
+"""
+
+
+def test_rods_that_fold_bounce_on_what_reaches_further_than_the_tip() -> None:
+    """The speed of the tip across the other rod, l times that of the hinge, is reversed."""
+    rods = mbs.loads(RODS)
+    run = mbs.simulate(rods, parameters={"further": 0.01}, backend="python")
+    (event,) = run.events
+    again = mbs.simulate(rods, parameters={"further": 0.01}, t_end=2 * event["t"], samples=3, backend="python")
+    assert again["g"][-1] == pytest.approx(1.0, abs=1e-9)  # the way back is that there, turned round
+    assert again["u_g"][-1] == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_rods_that_fold_onto_the_very_end_end_with_words(backend: str) -> None:
+    """Their foot is the end to rounding, within the segment or beyond it."""
+    with pytest.raises(FailedRunError, match=r"c: .* or meets its very end; .* let it reach a little further"):
+        mbs.simulate(mbs.loads(RODS), backend=backend)
