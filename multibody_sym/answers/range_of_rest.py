@@ -53,8 +53,9 @@ class RestBound:
 class RangeOfRest:
     """The values of a `parameter` (of a `unit`) at which rest is possible in the declared position: `ends` of ranges.
 
-    `searched`: from where to where values were looked at, None without bound. Rest is possible: some forces that
-    contacts, ropes and friction can exert are in balance; where friction is indeterminate others may be too.
+    `searched`: from where to where values were looked at, None without bound, a whole turn for angles. Rest is
+    possible: some forces that contacts, ropes and friction can exert are in balance; where friction is indeterminate
+    others may be too.
     """
 
     parameter: str

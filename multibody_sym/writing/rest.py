@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isclose, pi
 from typing import Final
 
 from multibody_sym.answers.least_for_motion import LeastForMotion
@@ -55,4 +56,5 @@ def _notes(found: RangeOfRest, units: Units) -> list[str]:
     if low in (None, 0.0) and high is None:
         return []
     told = [units.said(x or 0.0, found.unit, ".6g") for x in (low, high)]
-    return [f"note: looked for from {told[0]} to {told[1]}"]
+    turn = found.unit == "rad" and low is not None and high is not None and isclose(high - low, 2 * pi)
+    return [f"note: looked for {'through a whole turn, ' if turn else ''}from {told[0]} to {told[1]}"]

@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
 from multibody_sym.errors import ArgumentError, InputError, NoSolutionError
+from multibody_sym.expressions.chosen_units import chosen_units
 from multibody_sym.expressions.printer import text
 from multibody_sym.writing.rest import rest_text
 
@@ -352,3 +353,18 @@ def test_a_range_about_pi_is_told_as_one_with_one_multiple_of_pi() -> None:
         "pi - asin(mu*r/l)",
         "asin(mu*r/l) + pi",
     ]
+
+
+def test_the_turn_that_was_looked_through_has_all_ranges_within() -> None:
+    """The range about pi ends past pi: the turn of which the note speaks ends there, and begins one turn before."""
+    found = mbs.range_of_rest(mbs.loads(ROUGH_HINGE), "th")
+    begin, end = found.searched
+    assert begin is not None
+    assert end is not None
+    assert end - begin == pytest.approx(2 * math.pi, rel=1e-13)
+    assert all(begin <= bound.value <= end for pair in found.ends for bound in pair if bound.value is not None)
+    past = math.asin(0.24) + math.pi
+    told = rest_text(found).splitlines()[-1]
+    assert told == f"note: looked for through a whole turn, from {past - 2 * math.pi:.6g} rad to {past:.6g} rad"
+    told = rest_text(found, chosen_units("deg")).splitlines()[-1]
+    assert told.endswith(f"from {math.degrees(past) - 360:.6g} deg to {math.degrees(past):.6g} deg")

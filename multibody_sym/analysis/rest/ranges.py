@@ -12,7 +12,7 @@ from typing import Final, Literal
 import numpy as np
 
 from multibody_sym.analysis.rest.position import Position
-from multibody_sym.analysis.rest.rest_ends import Range, RestEnd, about_pi, united
+from multibody_sym.analysis.rest.rest_ends import Range, RestEnd, about_pi, turn_with, united
 from multibody_sym.analysis.rest.statics import Choice, Curve, Direction, Limit
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.feasibility import Conditions, contradiction, extremes, nearest
@@ -96,10 +96,13 @@ class Search:
         kind, choices = self.kind, self.position.statics.choices()
         low, searched = self.least, self.searched
         ranges = [found for choice in choices for found in self.widened(choice, kind, searched)]
-        told = (low, inf) if kind in ("none", "coefficient", "load") else searched
         ranges = [each for each in ranges if not (low == each[0].value == each[1].value == 0.0)]  # no load, or no body
-        found = united(ranges)
-        return Ranges(self.name, kind, tuple(about_pi(found) if kind == "angle" else found), told)
+        united_ranges = united(ranges)
+        if kind == "angle":
+            about = about_pi(united_ranges)
+            return Ranges(self.name, kind, tuple(about), turn_with(about))
+        told = (low, inf) if kind in ("none", "coefficient", "load") else searched
+        return Ranges(self.name, kind, tuple(united_ranges), told)
 
     @cached_property
     def least(self) -> float:

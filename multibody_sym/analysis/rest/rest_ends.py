@@ -51,3 +51,9 @@ def about_pi(ranges: Sequence[Range]) -> Sequence[Range]:
     if first.value > -pi or last.value < pi or begin.value == last.value:
         return ranges
     return [*ranges[1:-1], (begin, replace(end, value=end.value + 2 * pi))]
+
+
+def turn_with(ranges: Sequence[Range]) -> tuple[float, float]:
+    """Return the turn that has all ranges of an angle within: from -pi to pi, or up to the end of the one about pi."""
+    last = max((high.value for _, high in ranges), default=pi)
+    return (last - 2 * pi, last) if last > pi else (-pi, pi)
