@@ -33,6 +33,7 @@ _MUCH_SHORTER: Final = 0.7
 _SMALL: Final = 12
 _WHOLE: Final = Fraction(1)
 _WHOLE_FOR_DECIMAL: Final = 4
+_FIRST_PAST_TEN: Final = 15
 
 Exponents = tuple[int, ...]
 
@@ -261,12 +262,13 @@ def _scaled(product: _Product, p: Poly, exponent: int, scale: Fraction) -> _Prod
 
 
 def _length(field: Field, product: _Product) -> tuple[int, int]:
-    """Return the length of a product's text, more for each sum whose whole numbers look as if they were decimals.
+    """Return the length of a product's text, more for each sum whose whole numbers look as if they were decimals;
+    tens do not: (10 u + 3 w)/7 is no worse than 10 (u + 0.3 w)/7.
 
     Among equals the product is best that has the fewest numbers in its sums.
     """
     scales = [(p, product.scales.get(p, _WHOLE)) for p, _ in product.factors]
-    whole = sum(looks_decimal(field, p) and scale == 1 for p, scale in scales)
+    whole = sum(looks_decimal(field, p, _FIRST_PAST_TEN) and scale == 1 for p, scale in scales)
     numbers = sum(abs(int(c) * scale) != 1 for p, scale in scales for c in p.values())
     return len(text(_product_node(field, product))) + _WHOLE_FOR_DECIMAL * whole, numbers
 

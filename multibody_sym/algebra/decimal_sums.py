@@ -20,11 +20,14 @@ _LONGEST_DECIMAL: Final = 10**8
 _MOST_DIGITS: Final = 6
 
 
-def looks_decimal(field: Field, p: Poly) -> bool:
-    """Return whether the whole numbers of a sum may come from decimals: large ones, or fives beside a bare number."""
+def looks_decimal(field: Field, p: Poly, least: int = _TEN) -> bool:
+    """Return whether the whole numbers of a sum may come from decimals: large ones, or fives beside a bare number.
+
+    Large are those of 100 and more, and multiples of five from `least` on.
+    """
     others = [int(c) for m, c in p.items() if sum(m[1:])]
     beside_number = 0 < len(others) < len(p) and gcd(*others) % _FIVE == 0 and any(_names_symbol(field, m) for m in p)
-    large = (abs(c) >= _LARGE or (abs(c) >= _TEN and c % _FIVE == 0) for c in p.values())
+    large = (abs(c) >= _LARGE or (abs(c) >= least and c % _FIVE == 0) for c in p.values())
     return len(p) > 1 and (beside_number or any(large))
 
 

@@ -73,6 +73,7 @@ def test_what_people_would_write_is_kept(shown):
     [
         ("1/12*m1*r**2", "m1*r^2/12"), ("a + -b", "a - b"), ("((a))", "a"), ("0.5*m", "m/2"), ("(a*b)/(3)", "a*b/3"),
         ("a*(b*c)", "b*c*a"), ("(x)^(2)", "x^2"), ("2*3*x", "6*x"), ("x*80/3", "80*x/3"), ("1e3", "1000"),
+        ("0.00390625*x", "x/256"), ("3*x/1024", "3*x/1024"), ("0.0375*x", "0.0375*x"),
     ],
 )
 def test_other_ways_to_write_it_print_alike(written, shown):
