@@ -34,6 +34,7 @@ def test_formula_number_and_unit_stand_on_one_line() -> None:
         "  slide fy = g*m*cos(alpha) = 17.32050808 N",
         "conditions",
         "  sin(alpha) > 0",
+        "  g > 0",
         "  up: s never has this value",
         "answers",
         "  way = 2*g*sin(alpha) = 10 m",
