@@ -27,9 +27,9 @@ from multibody_sym.algebra.sums.grouped import (
 )
 
 _NESTED: Final = 1.1
-_LOOKS: Final = 30
+_LOOKS: Final = 16
 _FEW: Final = 6
-_MANY: Final = 40
+_MANY: Final = 25
 _FACTORED: Final = 4
 
 
@@ -66,7 +66,7 @@ class Nested:
         yield _measured(plain(terms, self.powers))
         if not _MANY > len(terms) > 2 or self._looks < 0:
             return
-        for way in self._with_squares(terms):
+        for way in self._with_squares(terms) if len(terms) <= 2 * _FEW else ():
             yield _measured(way)
         for k in self._letters(terms):
             inside = {m: c for m, c in terms.items() if m[k]}
