@@ -39,6 +39,12 @@ def test_a_point_slightly_inside_past_an_end_strikes_once_at_most(backend: str, 
     assert impulses == ([] if v > 0 else [(pytest.approx(0.5), pytest.approx((1 + e) * abs(v)))])
 
 
+@pytest.mark.parametrize("e", [1.0, 0.0])
+def test_a_point_that_leaves_from_what_counts_as_touching_goes_on(e: float) -> None:
+    run = mbs.simulate(mbs.loads(POINT), parameters={"y0": -5e-10 - 1e-8, "v": 2e-8, "e": e}, backend="python")
+    assert (run.events, run["u_y"][-1]) == ([], 2e-8)
+
+
 @pytest.mark.parametrize("e", [1.0, 0.5])
 def test_a_point_that_slides_in_slightly_inside_goes_on(e: float) -> None:
     run = mbs.simulate(mbs.loads(POINT), parameters={"y0": -DEEP, "e": e}, backend="python")

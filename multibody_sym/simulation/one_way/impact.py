@@ -77,7 +77,7 @@ class Bounces:
     def leaving(self, facts: Facts, element: OneWay) -> Floats | None:
         """Return the coordinates (nq,) from which what is only leaving goes on; None where it is not.
 
-        The gap of what has bounced may cross zero by rounding, once a time; what is inside is put onto its face.
+        The gap of what has bounced may cross zero by rounding, once a time; what is beyond its face is put onto it.
         """
         if not facts.rate(element) > 0.0:
             return None
@@ -86,7 +86,7 @@ class Bounces:
             self._left[element.name] = facts.t
             return facts.q
         slow = facts.rate(element) <= facts.allowed_speed(element.normals[0])
-        return None if slow or facts.standing(element) != "inside" else onto_rows(facts, [element.name])
+        return None if slow or facts.standing(element) == "open" else onto_rows(facts, [element.name])
 
     def hit(self, time: float, name: str) -> None:
         """Note an impact of an element."""
