@@ -258,3 +258,45 @@ def test_a_motion_that_passes_a_rest_is_told_about_that() -> None:
     assert modes.about == "equilibrium"
     assert text(modes.frequencies[0].expression) == "sqrt(g/l)"
     assert any("speeds are left out" in note for note in modes.notes)
+
+
+TOP = """
+multibody_sym: 1
+name: sleeping_top
+gravity: [0, 0, -g]
+parameters: {g: {value: 9.81, positive: true}, m: {value: 2, positive: true}, l: {value: 0.3, positive: true},
+  A: {value: 0.3, positive: true}, C: {value: 0.1, positive: true}, n: {value: 60, positive: true}}
+bodies: {f1: {}, f2: {}, top: {mass: m, com: [0, 0, l], inertia: {Ixx: A - m*l^2, Iyy: A - m*l^2, Izz: C}}}
+joints:
+  a: {type: revolute, parent: ground, child: f1, axis: x, q: al}
+  b: {type: revolute, parent: f1, child: f2, axis: y, q: be}
+  c: {type: revolute, parent: f2, child: top, axis: z, q: ps, initial: {u: n}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("n", "stable", "condition"),
+    [(60, True, "C^2*n^2 > 4*A*g*l*m"), (22, False, "4*A*g*l*m > C^2*n^2"), (5, False, "4*A*g*l*m > C^2*n^2")],
+)
+def test_a_top_sleeps_above_one_speed(n: float, stable: bool, condition: str) -> None:
+    """C^2 n^2 > 4 A m g l, by the discriminant of its biquadratic equation (Routh)."""
+    found = mbs.modes(mbs.loads(TOP), parameters={"n": n})
+    assert found.stable is stable
+    assert found.conditions == (condition,)
+
+
+@pytest.mark.parametrize("W", [1, 6])
+def test_a_mass_in_a_round_hollow_of_a_turntable_is_stable_at_any_speed(W: float) -> None:
+    model = """
+        multibody_sym: 1
+        name: turntable
+        parameters: {k: {value: 50, positive: true}, m: {value: 2, positive: true}, W: {value: 1, positive: true}}
+        bodies: {table: {}, p: {mass: m}}
+        joints:
+          t: {type: revolute, parent: ground, child: table, axis: z, motion: W*t}
+          j: {type: point, parent: table, child: p, q: [a, b]}
+        forces: {s: {type: potential, on: p, value: k/2*(x^2 + y^2)}}
+        """
+    found = mbs.modes(mbs.loads(model), parameters={"W": W})
+    assert (found.stable, found.conditions) == (True, ())
+    assert [x.frequency.value for x in found.modes] == pytest.approx([abs(5 - W), 5 + W], rel=1e-12)

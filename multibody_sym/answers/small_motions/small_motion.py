@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Final
 
@@ -187,14 +187,19 @@ class SmallMotion:
         field = self.matrices.field
         field.work = max(field.work, _WORK_OF_CONDITIONS)
         signs = self.spectrum.signs
-        broken = [Condition(-each.value, strict=True) for each in signs if each.value.sample < 0]
+        broken = [replace(each, value=-each.value) for each in signs if each.value.sample < 0]
+        broken = broken[-1:] if self.matrices.is_gyroscopic else broken  # any of them is enough
         used = [x for a in (self.matrices.mass, self.matrices.rates, self.matrices.stiffness) for row in a for x in row]
-        said = [*(broken or signs), *(Condition(x, strict=True) for x in field.positive), *under_roots(used)]
+        said = [*(broken or signs), *([] if self.matrices.is_gyroscopic else self._written_for()), *under_roots(used)]
         try:
             return [str(each) for each in reduced(said)]
         except NoClosedFormError:
             self.reasons["a condition is too long"] = None
             return []
+
+    def _written_for(self) -> list[Condition]:
+        """Return the choices of signs that formulas rest on."""
+        return [] if self.matrices is None else [Condition(x, strict=True) for x in self.matrices.field.positive]
 
     # --- all of it ------------------------------------------------------------------------------------------------
 
@@ -230,6 +235,8 @@ class SmallMotion:
             notes.append(_DAMPED)
         if self.matrices is not None and not self.matrices.balanced:
             notes.append("nothing is accelerated here for the declared parameters; formulas hold where that is so")
+        if self.matrices is not None and self.matrices.is_gyroscopic and (chosen := reduced(self._written_for())):
+            notes.append(f"formulas are written for {' and '.join(map(str, chosen))}")
         if self.place.stopped:
             turning = any(body.quaternions for body in self.mechanism.bodies)
             notes.append(_STOPPED + (_IN_ANGLES if turning else ""))

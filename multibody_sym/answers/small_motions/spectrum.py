@@ -146,7 +146,7 @@ def _signs(powers: Sequence[Quotient], *, definite: bool) -> Iterator[Condition]
         yield Condition(-ratio if k % 2 else ratio, strict=True)
     if not definite and len(powers) == _QUADRATIC + 1:
         c, b, a = powers
-        yield Condition(b * b - 4 * (a * c), strict=True)
+        yield Condition(b * b - 4 * (a * c), strict=True, under_root=True)
 
 
 # --- roots ---------------------------------------------------------------------------------------------------------
