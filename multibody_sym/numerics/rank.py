@@ -9,9 +9,10 @@ The text of this file stands in exported Python, and imports NumPy and the stand
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
 
 from multibody_sym.numerics.arrays import EPSILON, Floats
 
@@ -114,6 +115,16 @@ def idle(matrix: Floats, count: int) -> Floats:
 def last_share(matrix: Floats, count: int) -> Floats:
     """Return (s) the share of each row in the direction that counts least among `count` that do."""
     return np.asarray(np.abs(np.linalg.svd(matrix)[0][:, count - 1]), dtype=float)
+
+
+def least_worth(matrix: Floats) -> float:
+    """Return the least singular value of a matrix as it stands."""
+    return float(np.linalg.svd(matrix, compute_uv=False)[-1])
+
+
+def least_directions(matrix: npt.NDArray[Any], count: int) -> npt.NDArray[Any]:
+    """Return, in rows, the `count` vectors of length one for which |A v| is least, A as it stands, real or complex."""
+    return np.asarray(np.linalg.svd(matrix)[2][-count:].conj())
 
 
 def least_squares(matrix: Floats, right: Floats, tolerance: float | None = None) -> Floats:

@@ -104,7 +104,8 @@ def test_the_chain_meets_itself_and_keeps_its_momenta_and_energy(struck):
     """The run begins after the impact of the particle and goes on through that of the chain's end."""
     run = mbs.simulate(SYSTEM, samples=301)
     assert [run[name][0] for name in struck.after] == pytest.approx([x.value for x in struck.after.values()], abs=1e-12)
-    (met,) = run.events
+    began, met = run.events
+    assert (began["t"], began["kind"]) == (0.0, "impact")
     assert (met["element"], met["kind"]) == ("meet", "impact")
     assert met["t"] == pytest.approx(11.254, abs=1e-3)
     assert met["impulse"] > 0.1

@@ -13,6 +13,7 @@ from multibody_sym.analysis.linearization import Linearization
 from multibody_sym.answers.small_motions.record import Mode
 from multibody_sym.expressions.values import Value
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import least_directions
 
 _AGREEMENT: Final = 1e-7
 """How near a root must come to the square of an eigenvalue, of which rounding takes more where two of them meet."""
@@ -45,7 +46,7 @@ def shapes_in_numbers(M: Floats, G: Floats, K: Floats, square: complex, times: i
     Of several none has the first part of another.
     """
     rate = 1j * np.sqrt(complex(square))
-    found = np.linalg.svd(K + rate * G + rate * rate * M)[2][-times:].conj()
+    found = least_directions(K + rate * G + rate * rate * M, times)
     for k in range(times):
         lead = int(np.argmax((np.abs(found[k:]) > _STILL).any(axis=0)))
         first = k + int(np.argmax(np.abs(found[k:, lead])))

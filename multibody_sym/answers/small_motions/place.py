@@ -27,6 +27,7 @@ from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration.system import System
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
+from multibody_sym.numerics.rank import ROUNDED, least_squares
 
 _MISSED: Final = 1e-8
 """How far the numbers of a start may be from a state in which nothing is accelerated, beside 1 (m, rad)."""
@@ -113,7 +114,7 @@ def balanced(flow: Flow, begin: Start) -> bool:
     if not udot.any():
         return True
     slopes = flow.derivatives(flow.known(q, u))[0][len(u) :] @ flow.tangents(q, u).X
-    step = np.linalg.lstsq(slopes, -udot, rcond=1e-12)[0]
+    step = least_squares(slopes, -udot, ROUNDED)
     left = np.abs(slopes @ step + udot).max()
     size = max(1.0, float(np.abs(q).max(initial=0.0)))
     return bool(np.abs(step).max(initial=0.0) <= _MISSED * size and left <= _LEFT * max(1.0, np.abs(slopes).max()))
@@ -163,7 +164,7 @@ class _Steady:
         by_moving = [self.places.index(self.size + k) for k in self.moving]
         turning = slopes[np.ix_(self.moving, by_rate)]
         matrix = slopes[:, by] + slopes[:, by_moving] @ turning
-        step = np.linalg.lstsq(matrix[self.others], -self.flow.accelerations(q, u)[self.others], rcond=1e-12)[0]
+        step = least_squares(matrix[self.others], -self.flow.accelerations(q, u)[self.others], ROUNDED)
         step = step * min(1.0, _LARGEST_STEP / max(float(np.abs(step).max(initial=0.0)), 1e-300))
         return np.asarray(step, dtype=float), np.asarray(X[:, by] @ step, dtype=float)[: self.size]
 

@@ -18,6 +18,7 @@ import numpy as np
 from multibody_sym.dynamics.programs.switching import Switching
 from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, Mode, OneWay
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import least_worth
 from multibody_sym.simulation.one_way import settling
 from multibody_sym.simulation.one_way.decision import SOON, Decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws
@@ -274,8 +275,7 @@ def _eliminated(matrix: Floats, right: Floats) -> Floats | None:
     """Return the solution of few equations; None where a pivot is small beside one."""
     if not len(right):
         return np.zeros(0)
-    sizes = np.linalg.svd(matrix, compute_uv=False)
-    return np.asarray(np.linalg.solve(matrix, right), dtype=float) if float(sizes[-1]) > PIVOT else None
+    return np.asarray(np.linalg.solve(matrix, right), dtype=float) if least_worth(matrix) > PIVOT else None
 
 
 def _clearly(solved: Solved, facts: Facts, acting: Acting, free: int | None) -> bool:
