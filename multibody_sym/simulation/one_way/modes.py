@@ -29,6 +29,8 @@ _GAPS: Final = 1e-14
 """And of the speeds along its rows, and of the model's size."""
 _TIMES: Final = 4.0 * EPSILON
 """And of the time: what moves by a law of time is where it is at a time that is rounded."""
+_MOST_BY_TIME: Final = 1e-12
+"""But no more than this part of the speeds, as what pushes for a moment has gone long before what it moved stops."""
 _AT_REST: Final = 1e-9
 """The part of a speed along two rows below which what slides in space has stopped."""
 
@@ -143,5 +145,5 @@ def _margin(one: Switching, at: Facts, largest: float) -> float:
     if one.ends == "stops":
         row = one.part.rows[0]
         by_time = _TIMES * abs(at.t) * abs(float(at.known["right"][at.place(row)]))
-        return rounded_up(at.allowed_speed(row, _SPEEDS) + by_time)
+        return rounded_up(at.allowed_speed(row, _SPEEDS) + min(by_time, at.allowed_speed(row, _MOST_BY_TIME)))
     return -at.allowed_slip(one.part, _AT_REST)
