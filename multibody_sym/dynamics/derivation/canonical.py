@@ -12,6 +12,7 @@ import sympy
 from multibody_sym.algebra.budget import Budget
 from multibody_sym.algebra.subexpressions import Subexpressions, needed, value_of
 from multibody_sym.dynamics.derivation.notation import Notation
+from multibody_sym.dynamics.derivation.numpy_function import numpy_function
 from multibody_sym.dynamics.derivation.record import Derivation, Equation
 from multibody_sym.dynamics.derivation.symbolic_equations import READABLE
 from multibody_sym.dynamics.derivation.symbols import Symbols
@@ -109,17 +110,7 @@ class CanonicalEquations:
         given_inputs = dict(zip(s.inputs, inputs, strict=True))
         numbers = {**self.numbers, **{symbol: value_of(node) for symbol, node in declared.numbers.items()}}
         definitions = in_order({**declared.definitions, **given_inputs, **dict(self.definitions), **self.speeds})
-        groups = (s.coordinates, self.momenta, s.parameters)
-        given = (s.time, *(x for group in groups for x in group))
-        dummies = {x: sympy.Dummy() for x in (*given, *(x for x, _ in definitions))}
-        replaced = {**{symbol: sympy.Float(float(value)) for symbol, value in numbers.items()}, **dummies}
-        shared = [(dummies[x], e.xreplace(replaced)) for x, e in definitions]
-        matrices = [[x.xreplace(replaced) for x in part] for part in self.rates]
-        arguments = [dummies[s.time], *([dummies[x] for x in group] for group in groups)]
-        compiled: Callable[..., Any] = sympy.lambdify(
-            arguments, matrices, modules="numpy", cse=lambda expressions: (shared, list(expressions))
-        )
-        return compiled
+        return numpy_function(s.time, (s.coordinates, self.momenta, s.parameters), definitions, numbers, self.rates)
 
     def __str__(self) -> str:
         """Return the equations as text, one a line; names first."""

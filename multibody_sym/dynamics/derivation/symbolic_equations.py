@@ -12,6 +12,7 @@ import sympy
 from multibody_sym.algebra.budget import Budget
 from multibody_sym.algebra.subexpressions import Subexpressions, needed, value_of
 from multibody_sym.dynamics.derivation.notation import Notation
+from multibody_sym.dynamics.derivation.numpy_function import numpy_function
 from multibody_sym.dynamics.derivation.record import Derivation, Equation
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.dynamics.formalisms.constrained import constrained
@@ -117,19 +118,10 @@ class SymbolicEquations:
         inputs = declared.translated(list(self.mechanism.inputs.values()), s.slots)
         definitions = [*declared.definitions.items(), *zip(s.inputs, inputs, strict=True), *self.definitions]
         numbers = {**self.numbers, **{symbol: value_of(node) for symbol, node in declared.numbers.items()}}
-        given = (s.time, *s.coordinates, *s.speeds, *s.parameters)
-        dummies = {x: sympy.Dummy() for x in (*given, *(x for x, _ in definitions))}
-        replaced = {**{symbol: sympy.Float(float(value)) for symbol, value in numbers.items()}, **dummies}
-        shared = [(dummies[x], e.xreplace(replaced)) for x, e in definitions]
         parts = (self.mass_matrix, self.forcing, self.constraint_jacobian, self.constraint_forcing)
         parts += () if self.exerted is None else (self.exerted, self.coupling)
-        matrices = [list(part.xreplace(replaced)) for part in parts]
         groups = (s.coordinates, s.speeds, s.parameters)
-        arguments = [dummies[s.time], *([dummies[x] for x in group] for group in groups)]
-        compiled: Callable[..., Any] = sympy.lambdify(
-            arguments, matrices, modules="numpy", cse=lambda expressions: (shared, list(expressions))
-        )
-        return compiled
+        return numpy_function(s.time, groups, definitions, numbers, [list(part) for part in parts])
 
     def __str__(self) -> str:
         """Return the equations as text, one a line; names first."""
