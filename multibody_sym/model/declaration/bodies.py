@@ -75,11 +75,21 @@ class VariableMass(Element):
         "velocity": "; write relative_velocity (to the body) or absolute_velocity (to inertial space)",
     }
 
-    value: Node = holds(Scalar("kg"))
-    relative_velocity: Point | None = holds(Vector("m/s"), None)
-    absolute_velocity: Point | None = holds(Vector("m/s"), None)
-    frame: str | None = holds(Text(), None)
-    at: str | None = holds(Text(), None)
+    value: Node = holds(Scalar("kg"), says="the mass as an expression of t or coordinates", such="m0 - b*t")
+    relative_velocity: Point | None = holds(
+        Vector("m/s"), None, such="[0, -w, 0]",
+        says="velocity of what leaves or joins, relative to the body there; along the axes of frame",
+    )
+    absolute_velocity: Point | None = holds(
+        Vector("m/s"), None, says="velocity of what leaves or joins, relative to inertial space", such="[0, 0, 0]"
+    )
+    frame: str | None = holds(
+        Text(), None, such="ground",
+        says="the body along whose axes the velocity is given; if left out the body itself, or ground",
+    )
+    at: str | None = holds(
+        Text(), None, says="the point of the body where all mass leaves or joins", such="rocket.nozzle"
+    )
 
     def verify(self) -> None:
         if (self.relative_velocity is None) == (self.absolute_velocity is None):
@@ -122,9 +132,11 @@ SHAPES: Final[Mapping[str, tuple[str, ...]]] = {
 class Shape(Element):
     """A homogeneous body of a standard shape: its kind, its sizes in the order of `SHAPES`, its mass."""
 
-    kind: str = holds(Choice(tuple(SHAPES)))
-    sizes: tuple[Node, ...] = holds(Scalars("m"))
-    mass: Node | VariableMass = holds(MassField())
+    kind: str = holds(Choice(tuple(SHAPES)), says="which shape it is; in a file it is the key itself", such="rod")
+    sizes: tuple[Node, ...] = holds(
+        Scalars("m"), says="its sizes in order: a length, a radius, radius and length, or three edges", such="[r, l]"
+    )
+    mass: Node | VariableMass = holds(MassField(), says="the mass of the shape", such="2 kg")
 
     def verify(self) -> None:
         wanted = SHAPES[self.kind]
@@ -162,16 +174,21 @@ class ShapeField:
 class Turn(Element):
     """A rotation by `angle` about `axis`."""
 
-    axis: Point = holds(Direction())
-    angle: Node = holds(Scalar(""))
+    axis: Point = holds(Direction(), says="the axis about which it turns", such="z")
+    angle: Node = holds(Scalar(""), says="by how much it turns, counter-clockwise about the axis", such="30 deg")
 
 
 @dataclass(frozen=True)
 class Frame(Element):
     """A named position and orientation on a body: turns in order, each about the axes the ones before have turned."""
 
-    position: Point = holds(Vector("m"), (0, 0, 0))
-    rotate: tuple[Turn, ...] = holds(ListOf(Record(Turn)), ())
+    position: Point = holds(
+        Vector("m"), (0, 0, 0), says="where the frame is, in body axes from the body's origin", such="[l, 0, 0]"
+    )
+    rotate: tuple[Turn, ...] = holds(
+        ListOf(Record(Turn)), (), such="[{axis: z, angle: 30 deg}]",
+        says="turns that lead to its orientation, each about axes that the ones before have turned",
+    )
 
 
 @dataclass(frozen=True)
@@ -182,10 +199,13 @@ class GroundMotion(Element):
     keeps its direction in inertial space.
     """
 
-    x: Node = holds(Scalar("m"), 0)
-    y: Node = holds(Scalar("m"), 0)
-    z: Node = holds(Scalar("m"), 0)
-    turn: tuple[Turn, ...] = holds(ListOf(Record(Turn)), ())
+    x: Node = holds(Scalar("m"), 0, says="how far ground's origin moves along x in inertial space", such="A*sin(w*t)")
+    y: Node = holds(Scalar("m"), 0, says="how far ground's origin moves along y in inertial space", such="A*sin(w*t)")
+    z: Node = holds(Scalar("m"), 0, says="how far ground's origin moves along z in inertial space", such="A*sin(w*t)")
+    turn: tuple[Turn, ...] = holds(
+        ListOf(Record(Turn)), (), such="[{axis: z, angle: W*t}]",
+        says="how ground turns, each turn about axes that the ones before have turned",
+    )
 
 
 @dataclass(frozen=True)
@@ -198,15 +218,35 @@ class Body(Element):
     axes are the inertial ones, in which gravity is given and which ground leaves when it moves.
     """
 
-    mass: Node | VariableMass | None = holds(MassField(), None)
-    com: Point | None = holds(Vector("m"), None)
-    inertia: tuple[Node, ...] | None = holds(InertiaField(), None)
-    shape: Shape | None = holds(ShapeField(), None)
-    points: Mapping[str, Point] = holds(MapOf(Vector("m")), None)
-    frames: Mapping[str, Frame] = holds(MapOf(Record(Frame)), None)
-    motion: GroundMotion | None = holds(Record(GroundMotion), None)
-    surfaces: Mapping[str, Surface] = holds(MapOf(Record(Surface)), None)
-    label: str | None = holds(Text(), None)
+    mass: Node | VariableMass | None = holds(
+        MassField(), None, says="its mass: a number, an expression, or a map that says how it varies", such="2 kg"
+    )
+    com: Point | None = holds(
+        Vector("m"), None, says="centre of mass, in body axes from the body's origin", such="[l/2, 0, 0]"
+    )
+    inertia: tuple[Node, ...] | None = holds(
+        InertiaField(), None, such="{Izz: m*l^2/12}",
+        says="moments and products of inertia about the centre of mass, in body axes; those left out are zero",
+    )
+    shape: Shape | None = holds(
+        ShapeField(), None, such="{rod: l, mass: m}",
+        says="a homogeneous shape, which gives mass, centre of mass and inertia",
+    )
+    points: Mapping[str, Point] = holds(
+        MapOf(Vector("m")), None, says="named points, in body axes from the body's origin", such="{pin: [l, 0, 0]}"
+    )
+    frames: Mapping[str, Frame] = holds(
+        MapOf(Record(Frame)), None, such="{incline: {rotate: [{axis: z, angle: 30 deg}]}}",
+        says="named frames: a position and an orientation each",
+    )
+    motion: GroundMotion | None = holds(
+        Record(GroundMotion), None, says="for ground alone: how it moves in inertial space", such="{y: A*sin(w*t)}"
+    )
+    surfaces: Mapping[str, Surface] = holds(
+        MapOf(Record(Surface)), None, such="{rim: {disc: r}}",
+        says="named surfaces, where the body touches others or rolls",
+    )
+    label: str | None = holds(Text(), None, says="the letter or name that formulas and pictures show", such="wheel")
 
     def __post_init__(self) -> None:
         for name in ("points", "frames", "surfaces"):

@@ -21,8 +21,10 @@ _ACTS: Final = Choice(("in_joints",))
 class Distance(Element):
     """A massless rigid rod: the distance of two points equals `value`; its multiplier is the rod's tension."""
 
-    between: tuple[str, ...] = holds(ListOf(Text(), 2, 2))
-    value: Node = holds(Scalar("m"))
+    between: tuple[str, ...] = holds(
+        ListOf(Text(), 2, 2), says="the two points that the rod joins", such="[a.pin, b.pin]"
+    )
+    value: Node = holds(Scalar("m"), says="how far apart they stay", such="l")
 
 
 @dataclass(frozen=True)
@@ -39,13 +41,26 @@ class Rope(Element):
 
     meant: ClassVar[Mapping[str, str]] = {"rough": "; it belongs to the pulley: pulleys: {P: {.., rough: mu}}"}
 
-    path: tuple[str, ...] = holds(ListOf(Text(), 2))
-    length: Node | None = holds(Scalar("m"), None)
-    slack: bool = holds(Flag(), False)
-    wind: tuple[str, ...] = holds(ListOf(Text(), 0, 2), ())
-    wrap: Mapping[str, str] = holds(OneOrMap(Choice(("+", "-"))), Names())
-    turns: Mapping[str, int] = holds(OneOrMap(Count(0)), Names())
-    label: str | None = holds(Text(), None)
+    path: tuple[str, ...] = holds(
+        ListOf(Text(), 2), such="[block, P1, load]",
+        says="its ends, which are points of bodies, and the pulleys or points between them in order",
+    )
+    length: Node | None = holds(
+        Scalar("m"), None, says="its whole length; if left out it fits the initial positions", such="3 m"
+    )
+    slack: bool = holds(Flag(), False, says="whether it may go slack, so that it only pulls", such="true")
+    wind: tuple[str, ...] = holds(
+        ListOf(Text(), 0, 2), (), says="pulleys on bodies at ends of the path on which it winds", such="[drum]"
+    )
+    wrap: Mapping[str, str] = holds(
+        OneOrMap(Choice(("+", "-"))), Names(), such='{drum: "+"}',
+        says="how it runs about pulleys' axes in path order: + counter-clockwise, - clockwise; for all or by name",
+    )
+    turns: Mapping[str, int] = holds(
+        OneOrMap(Count(0)), Names(), such="{post: 2}",
+        says="full turns more that it lies around pulleys, for all or by name",
+    )
+    label: str | None = holds(Text(), None, says="the letter of its tension in formulas", such="T_1")
 
     @property
     def route(self) -> tuple[str, ...]:
@@ -62,8 +77,11 @@ class Expression(Element):
     withheld; `acts="in_joints"` says that each joint is driven along its own axes.
     """
 
-    zero: Node = holds(Scalar())
-    acts: str | None = holds(_ACTS, None)
+    zero: Node = holds(Scalar(), says="the expression of coordinates and t that stays zero", such="x1 + x2 - L")
+    acts: str | None = holds(
+        _ACTS, None, such="in_joints",
+        says="in_joints: joints are driven along their own axes, so that their reactions are known",
+    )
 
 
 @dataclass(frozen=True)
@@ -80,12 +98,26 @@ class Gear(Element):
     side of where these meet, wheels touch.
     """
 
-    joints: tuple[str, ...] = holds(ListOf(Text(), 2, 2))
-    ratio: Node = holds(Scalar())
-    value: Node = holds(Scalar(), 0)
-    acts: str | None = holds(_ACTS, None)
-    radii: tuple[Node, ...] | None = holds(ListOf(Scalar("m"), 2, 2), None)
-    at: str | None = holds(Text(), None)
+    joints: tuple[str, ...] = holds(
+        ListOf(Text(), 2, 2), says="the two joints, of one freedom each, that mesh", such="[A, B]"
+    )
+    ratio: Node = holds(
+        Scalar(), such="-2",
+        says="how many times as fast the first turns as the second; negative where wheels touch outside",
+    )
+    value: Node = holds(Scalar(), 0, says="the first coordinate where the second is zero", such="0")
+    acts: str | None = holds(
+        _ACTS, None, such="in_joints",
+        says="in_joints: the gear acts along the joints' own axes, so that reactions are known",
+    )
+    radii: tuple[Node, ...] | None = holds(
+        ListOf(Scalar("m"), 2, 2), None, such="[r1, r2]",
+        says="radii of both wheels: the force acts at the tooth, and bearings have their reactions",
+    )
+    at: str | None = holds(
+        Text(), None, such="frame.mesh",
+        says="a point of the carrying body that says where along the axes the wheels touch",
+    )
 
     def verify(self) -> None:
         if self.radii is not None and self.acts is not None:
@@ -101,9 +133,13 @@ class Coupler(Element):
     The multiplier acts on each joint as factor times its own. `acts` is that of `Expression`.
     """
 
-    joints: Mapping[str, Node] = holds(MapOf(Scalar()))
-    value: Node = holds(Scalar(), 0)
-    acts: str | None = holds(_ACTS, None)
+    joints: Mapping[str, Node] = holds(
+        MapOf(Scalar()), says="joints of one freedom each, with the factors of their coordinates", such="{A: 1, B: 3}"
+    )
+    value: Node = holds(Scalar(), 0, says="what the sum of factor times coordinate stays equal to", such="0")
+    acts: str | None = holds(
+        _ACTS, None, says="in_joints: it acts along the joints' own axes, so that reactions are known", such="in_joints"
+    )
 
     def verify(self) -> None:
         if not self.joints:
@@ -114,8 +150,8 @@ class Coupler(Element):
 class Line(Element):
     """A line on a body: `through` a point of it, along a `direction` in its axes."""
 
-    through: str = holds(Text())
-    direction: Point = holds(Direction())
+    through: str = holds(Text(), says="a point of the body, through which the line leads", such="ground.o")
+    direction: Point = holds(Direction(), says="its direction, in the axes of that body", such="[1, 1, 0]")
 
 
 @dataclass(frozen=True)
@@ -124,24 +160,24 @@ class PointOnLine(Element):
 
     components: ClassVar[tuple[str, ...]] = ("n1", "n2")
 
-    point: str = holds(Text())
-    line: Line = holds(Record(Line))
+    point: str = holds(Text(), says="the point that stays on the line", such="rod.end")
+    line: Line = holds(Record(Line), says="the line, on another body", such="{through: ground.o, direction: x}")
 
 
 @dataclass(frozen=True)
 class Plane(Element):
     """A plane on a body: `through` a point of it, with a `normal` in its axes."""
 
-    through: str = holds(Text())
-    normal: Point = holds(Direction())
+    through: str = holds(Text(), says="a point of the body, through which the plane leads", such="ground.o")
+    normal: Point = holds(Direction(), says="its normal, in the axes of that body", such="z")
 
 
 @dataclass(frozen=True)
 class PointInPlane(Element):
     """A point of one body stays in a plane of another; the multiplier is the force on the point's body."""
 
-    point: str = holds(Text())
-    plane: Plane = holds(Record(Plane))
+    point: str = holds(Text(), says="the point that stays in the plane", such="rod.end")
+    plane: Plane = holds(Record(Plane), says="the plane, on another body", such="{through: ground.o, normal: z}")
 
 
 @dataclass(frozen=True)
@@ -155,9 +191,9 @@ class OnCurve(Element):
 
     components: ClassVar[tuple[str, ...]] = AXES
 
-    point: str = holds(Text())
-    curve: Curve = holds(CurveField())
-    on: str = holds(Text(), "ground")
+    point: str = holds(Text(), says="the point that stays on the curve", such="rod.end")
+    curve: Curve = holds(CurveField(), says="the curve, as an expression of x or of a parameter", such='{y: "x^2/2"}')
+    on: str = holds(Text(), "ground", says="the body, point or frame that carries the curve", such="ground")
 
 
 @dataclass(frozen=True)
@@ -173,10 +209,18 @@ class Rolling(Element):
 
     components: ClassVar[tuple[str, ...]] = ("n", "t1", "t2")
 
-    body: str = holds(Text())
-    on: str = holds(Text())
-    static: Coefficient | None = holds(CoefficientField(), None, keyword=True)
-    kinetic: Node | None = holds(Scalar(""), None, keyword=True)
+    body: str = holds(
+        Text(), says="the ball or disc that rolls: a body whose shape is one, or a surface", such="wheel.rim"
+    )
+    on: str = holds(Text(), says="the surface on which it rolls", such="ground.table")
+    static: Coefficient | None = holds(
+        CoefficientField(), None, keyword=True, such="mu",
+        says="coefficient of friction at rest, with which it may slip and lift off; or enough",
+    )
+    kinetic: Node | None = holds(
+        Scalar(""), None, keyword=True, such="mu",
+        says="coefficient of friction while it slips; the static one if left out",
+    )
 
     @property
     def contact(self) -> Contact | None:
@@ -193,16 +237,18 @@ class Rolling(Element):
 class PrescribedMotion(Element):
     """The coordinate of a joint with one freedom follows an expression of time; the multiplier is the drive's force."""
 
-    joint: str = holds(Text())
-    value: Node = holds(Scalar())
+    joint: str = holds(Text(), says="the joint, of one freedom, that is driven", such="A")
+    value: Node = holds(Scalar(), says="its coordinate as an expression of t; m or rad", such="2*t")
 
 
 @dataclass(frozen=True)
 class VelocityConstraint(Element):
     """A nonholonomic constraint: an expression that is linear in the speeds equals zero. `acts` as for `Expression`."""
 
-    zero: Node = holds(Scalar())
-    acts: str | None = holds(_ACTS, None)
+    zero: Node = holds(Scalar(), says="an expression, linear in the speeds, that stays zero", such="u_x - r*u_phi")
+    acts: str | None = holds(
+        _ACTS, None, says="in_joints: it acts along the joints' own axes, so that reactions are known", such="in_joints"
+    )
 
 
 def row_names(name: str, element: Element) -> list[str]:
@@ -233,8 +279,10 @@ CONSTRAINTS: Final = OneOf(
 class Roughness(Element):
     """Coefficients of friction of a rope on a drum; one that is left out is the other."""
 
-    static: Node | None = holds(Scalar(""), None)
-    kinetic: Node | None = holds(Scalar(""), None)
+    static: Node | None = holds(
+        Scalar(""), None, says="coefficient of friction while the rope does not slip", such="0.3"
+    )
+    kinetic: Node | None = holds(Scalar(""), None, says="coefficient of friction while the rope slips", such="0.25")
 
     def verify(self) -> None:
         if self.static is None and self.kinetic is None:
@@ -285,11 +333,16 @@ class Pulley(Element):
     still.
     """
 
-    at: str | None = holds(Text(), None)
-    radius: Node = holds(Scalar("m"), 0)
-    axis: Point = holds(Direction(), "z")
-    body: str | None = holds(Text(), None)
-    rough: Roughness | None = holds(RoughnessField(), None)
+    at: str | None = holds(
+        Text(), None, says="the point that holds a pulley without mass and friction", such="ground.top"
+    )
+    radius: Node = holds(Scalar("m"), 0, says="its radius; a pulley at a point may do without", such="0.1 m")
+    axis: Point = holds(Direction(), "z", says="its axis, in the axes of the body that carries it or is it", such="z")
+    body: str | None = holds(Text(), None, says="the wheel that turns with its rope", such="wheel")
+    rough: Roughness | None = holds(
+        RoughnessField(), None, such="0.3",
+        says="friction of the rope on it: one coefficient, or static and kinetic; without it the rope never slips",
+    )
 
     def verify(self) -> None:
         if self.at is None and self.body is None:

@@ -56,15 +56,37 @@ class Contact(Element):
     of corners do.
     """
 
-    between: tuple[str, ...] = holds(ListOf(Text(), 2, 2))
-    static: Coefficient | None = holds(CoefficientField(), None, keyword=True)
-    kinetic: Node | None = holds(KineticField(""), None, keyword=True)
-    restitution: Node = holds(Scalar(""), 0, keyword=True)
-    tangential_restitution: Node | None = holds(Scalar(""), None, keyword=True)
-    rolling_resistance: Node | None = holds(Scalar("m"), None, keyword=True)
-    tangent: Point | None = holds(Direction(), None, keyword=True)
-    open: bool = holds(Flag(), False, keyword=True)
-    repeat: int | None = holds(Count(), None, keyword=True)
+    between: tuple[str, ...] = holds(
+        ListOf(Text(), 2, 2), such="[block, wedge.face]",
+        says="the two that touch: bodies, points or surfaces; forces and normal act on the first",
+    )
+    static: Coefficient | None = holds(
+        CoefficientField(), None, keyword=True, such="0.4",
+        says="coefficient of friction at rest, or enough: it never slips; without one the contact is smooth",
+    )
+    kinetic: Node | None = holds(
+        KineticField(""), None, keyword=True, such="0.3",
+        says="coefficient of friction while it slides; the static one if left out",
+    )
+    restitution: Node = holds(
+        Scalar(""), 0, keyword=True, says="which part of the normal speed an impact gives back, 0 to 1", such="0.5"
+    )
+    tangential_restitution: Node | None = holds(
+        Scalar(""), None, keyword=True, such="0.5",
+        says="which part of the speed along the surface an impact gives back, 0 to 1 (a superball)",
+    )
+    rolling_resistance: Node | None = holds(
+        Scalar("m"), None, keyword=True, says="lever arm of the resistance to rolling", such="1 mm"
+    )
+    tangent: Point | None = holds(
+        Direction(), None, keyword=True, such="x",
+        says="the direction in which friction counts as positive, in the axes of the body with the plane",
+    )
+    open: bool = holds(Flag(), False, keyword=True, says="whether it does not touch at the start", such="true")
+    repeat: int | None = holds(
+        Count(), None, keyword=True, such="49",
+        says="so many contacts, with 1, 2, .. for # and the next for #+1 in the names",
+    )
 
     def verify(self) -> None:
         for name in ("static", "kinetic", "restitution", "tangential_restitution", "rolling_resistance"):

@@ -226,13 +226,15 @@ class Element:
         """Raise ModelError where the fields contradict each other."""
 
 
-def holds(field: Field, default: Any = MISSING, *, keyword: bool = False) -> Any:
-    """Declare a field of an element.
+def holds(field: Field, default: Any = MISSING, *, keyword: bool = False, says: str = "", such: str = "") -> Any:
+    """Declare a field of an element, and what the reference says of it.
 
-    Without a default it must be given; by keyword only if it is marked so or its class is `kw_only`.
+    Without a default it must be given; by keyword only if it is marked so or its class is `kw_only`. `says` what it
+    means in one plain sentence; `such` is an example of it as a model file writes it.
     """
     only: Any = keyword or MISSING
-    return dataclasses.field(default=default, kw_only=only, metadata={"field": field})
+    told = {"field": field, "says": says, "such": such}
+    return dataclasses.field(default=default, kw_only=only, metadata=told)
 
 
 def fields_of(cls: type[Element]) -> dict[str, Field]:

@@ -68,12 +68,17 @@ class Repeat(Element):
     The first is joined to `start`. Bodies are called `<body_name>1`, `<body_name>2`, ..., joints `<joint_name>1`, ...
     """
 
-    count: int = holds(Count())
-    body: Mapping[str, Any] = holds(AnyMap())
-    joint: Mapping[str, Any] = holds(AnyMap())
-    start: str = holds(Text(), "ground")
-    body_name: str = holds(Text(), "body")
-    joint_name: str = holds(Text(), "joint")
+    count: int = holds(Count(), says="how many copies there are", such="10")
+    body: Mapping[str, Any] = holds(
+        AnyMap(), says="the body of each copy", such="{mass: m, com: [0, -l/2, 0], points: {end: [0, -l, 0]}}"
+    )
+    joint: Mapping[str, Any] = holds(
+        AnyMap(), such="{type: revolute, parent: end}",
+        says="the joint of each copy, without child; parent names a point of the copy before",
+    )
+    start: str = holds(Text(), "ground", says="what the first copy is joined to", such="ground.top")
+    body_name: str = holds(Text(), "body", says="the bodies are called by this name and 1, 2, ..", such="rod")
+    joint_name: str = holds(Text(), "joint", says="the joints are called by this name and 1, 2, ..", such="hinge")
 
 
 MOST_REPEATS: Final = 10_000

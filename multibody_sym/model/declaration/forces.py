@@ -29,10 +29,12 @@ class Force(Element):
 
     meant: ClassVar[Mapping[str, str]] = {"force": "; did you mean value?", "torque": "; that is {type: torque, ..}"}
 
-    on: str = holds(Text())
-    value: Point = holds(Vector("N"))
-    at: str | None = holds(Text(), None)
-    frame: str = holds(Text(), "ground")
+    on: str = holds(Text(), says="the body on which it acts", such="block")
+    value: Point = holds(Vector("N"), says="its components along the axes of frame", such="[F*cos(a), F*sin(a), 0]")
+    at: str | None = holds(
+        Text(), None, says="the point where it acts; the centre of mass if left out", such="block.corner"
+    )
+    frame: str = holds(Text(), "ground", says="the body along whose axes the components are", such="ground")
 
 
 @dataclass(frozen=True)
@@ -43,11 +45,20 @@ class Torque(Element):
     coordinate or speed. On a body `value` has three components along the axes of `frame` (a body, default ground).
     """
 
-    value: Node | Point = holds(ScalarOrVector())
-    joint: str | None = holds(Text(), None)
-    freedom: str | None = holds(Text(), None)
-    on: str | None = holds(Text(), None)
-    frame: str = holds(Text(), "ground")
+    value: Node | Point = holds(
+        ScalarOrVector(), such="tau",
+        says="one number for a joint (N*m, or N along a translation), three components for a body",
+    )
+    joint: str | None = holds(
+        Text(), None, says="the joint in which it acts, on the child and back on the parent", such="A"
+    )
+    freedom: str | None = holds(
+        Text(), None, says="which freedom of the joint, by its coordinate or speed, where it has several", such="J_phi"
+    )
+    on: str | None = holds(Text(), None, says="the body on which it acts, where it acts in no joint", such="rotor")
+    frame: str = holds(
+        Text(), "ground", says="the body along whose axes the components of a body's torque are", such="ground"
+    )
 
     def verify(self) -> None:
         if (self.joint is None) == (self.on is None):
@@ -71,12 +82,20 @@ class SpringDamper(Element):
     names the coordinate where there are several.
     """
 
-    stiffness: Node = holds(Scalar())
-    between: tuple[str, ...] | None = holds(ListOf(Text(), 2, 2), None)
-    joint: str | None = holds(Text(), None)
-    freedom: str | None = holds(Text(), None)
-    damping: Node = holds(Scalar(), 0)
-    length: Node = holds(Scalar(), 0)
+    stiffness: Node = holds(
+        Scalar(), says="force for each metre (N/m), in a hinge moment for each radian (N*m)", such="k"
+    )
+    between: tuple[str, ...] | None = holds(
+        ListOf(Text(), 2, 2), None, says="the two points that it pulls together", such="[ground.hook, block]"
+    )
+    joint: str | None = holds(Text(), None, says="the joint in which it acts, instead of between two points", such="A")
+    freedom: str | None = holds(
+        Text(), None, says="which freedom of the joint, by its coordinate, where it has several", such="J_phi"
+    )
+    damping: Node = holds(
+        Scalar(), 0, says="force for each m/s (N*s/m), in a hinge moment for each rad/s (N*m*s)", such="c"
+    )
+    length: Node = holds(Scalar(), 0, says="the length without load; in a joint the coordinate without load", such="l0")
 
     def verify(self) -> None:
         _one_place(self.between, self.joint)
@@ -93,10 +112,16 @@ class SpringDamper(Element):
 class Damper(Element):
     """F = damping d(length)/dt between two points, or against the speed of a joint's freedom."""
 
-    damping: Node = holds(Scalar())
-    between: tuple[str, ...] | None = holds(ListOf(Text(), 2, 2), None)
-    joint: str | None = holds(Text(), None)
-    freedom: str | None = holds(Text(), None)
+    damping: Node = holds(
+        Scalar(), says="force for each m/s (N*s/m), in a hinge moment for each rad/s (N*m*s)", such="c"
+    )
+    between: tuple[str, ...] | None = holds(
+        ListOf(Text(), 2, 2), None, says="the two points whose distance it damps", such="[ground.hook, block]"
+    )
+    joint: str | None = holds(Text(), None, says="the joint in which it acts, instead of between two points", such="A")
+    freedom: str | None = holds(
+        Text(), None, says="which freedom of the joint, by its coordinate or speed, where it has several", such="J_phi"
+    )
 
     def verify(self) -> None:
         _one_place(self.between, self.joint)
@@ -115,8 +140,13 @@ class Pull(Element):
     is soon found; of all others as work.
     """
 
-    between: tuple[str, ...] = holds(ListOf(Text(), 2, 2))
-    value: Node = holds(Scalar("N"))
+    between: tuple[str, ...] = holds(
+        ListOf(Text(), 2, 2), says="the two points that it pulls together", such="[sun, planet]"
+    )
+    value: Node = holds(
+        Scalar("N"), such="k*(distance - l)",
+        says="the force, which may name distance and distance_rate; negative where it pushes",
+    )
 
 
 @dataclass(frozen=True)
@@ -130,13 +160,22 @@ class Potential(Element):
 
     meant: ClassVar[Mapping[str, str]] = {"energy": "; did you mean value?", "potential": "; did you mean value?"}
 
-    value: Node = holds(Scalar("J"))
-    between: tuple[str, ...] | None = holds(ListOf(Text(), 2, 2), None)
-    joint: str | None = holds(Text(), None)
-    joints: tuple[str, ...] | None = holds(ListOf(Text()), None)
-    on: str | None = holds(Text(), None)
-    at: str | None = holds(Text(), None)
-    frame: str | None = holds(Text(), None)
+    value: Node = holds(
+        Scalar("J"), says="the energy, by distance, by the joint's coordinates, or by the place x, y, z", such="m*g*y"
+    )
+    between: tuple[str, ...] | None = holds(
+        ListOf(Text(), 2, 2), None, says="two points whose distance it depends on", such="[a, b]"
+    )
+    joint: str | None = holds(Text(), None, says="the joint whose coordinates it depends on", such="A")
+    joints: tuple[str, ...] | None = holds(
+        ListOf(Text()), None, says="several joints whose coordinates it depends on", such="[A, B]"
+    )
+    on: str | None = holds(Text(), None, says="the body on whose place it depends", such="ball")
+    at: str | None = holds(Text(), None, says="the point of that body; its centre of mass if left out", such="ball.tip")
+    frame: str | None = holds(
+        Text(), None, such="ground",
+        says="where x, y, z are measured: a body, or a frame or point of one; ground if left out",
+    )
 
     def verify(self) -> None:
         if sum(x is not None for x in (self.between, self.joint, self.joints, self.on)) != 1:
@@ -158,9 +197,13 @@ class Gravitation(Element):
     `masses` are those of the bodies unless they are given, as they must be for ground.
     """
 
-    between: tuple[str, ...] = holds(ListOf(Text(), 2, 2))
-    constant: Node = holds(Scalar("N*m^2/kg^2"), 6.67430e-11)
-    masses: tuple[Node, ...] | None = holds(ListOf(Scalar("kg"), 2, 2), None)
+    between: tuple[str, ...] = holds(
+        ListOf(Text(), 2, 2), says="the two bodies, or points of them, that attract each other", such="[sun, planet]"
+    )
+    constant: Node = holds(Scalar("N*m^2/kg^2"), 6.67430e-11, says="the constant of gravitation", such="6.67430e-11")
+    masses: tuple[Node, ...] | None = holds(
+        ListOf(Scalar("kg"), 2, 2), None, says="the two masses; if left out those of the bodies", such="[M, m]"
+    )
 
 
 @dataclass(frozen=True)
@@ -170,9 +213,13 @@ class Coulomb(Element):
     They sit at the bodies' centres of mass, or at points of them. `constant` is 1/(4 pi epsilon_0) of the vacuum.
     """
 
-    between: tuple[str, ...] = holds(ListOf(Text(), 2, 2))
-    charges: tuple[Node, ...] = holds(ListOf(Scalar(), 2, 2))
-    constant: Node = holds(Scalar(), 8.9875517923e9)
+    between: tuple[str, ...] = holds(
+        ListOf(Text(), 2, 2), says="the two bodies, or points of them, that carry charges", such="[a, b]"
+    )
+    charges: tuple[Node, ...] = holds(
+        ListOf(Scalar(), 2, 2), says="both charges in C; like ones repel", such="[q1, q2]"
+    )
+    constant: Node = holds(Scalar(), 8.9875517923e9, says="1/(4 pi epsilon_0), in N*m^2/C^2", such="8.9875517923e9")
 
 
 @dataclass(frozen=True)
@@ -182,10 +229,12 @@ class Drag(Element):
     Without `at` it acts at the centre of mass.
     """
 
-    on: str = holds(Text())
-    at: str | None = holds(Text(), None)
-    linear: Node = holds(Scalar("kg/s"), 0)
-    quadratic: Node = holds(Scalar("kg/m"), 0)
+    on: str = holds(Text(), says="the body that is slowed down", such="bob")
+    at: str | None = holds(
+        Text(), None, says="the point where it acts; the centre of mass if left out", such="bob.tail"
+    )
+    linear: Node = holds(Scalar("kg/s"), 0, says="force for each m/s of its speed", such="c1")
+    quadratic: Node = holds(Scalar("kg/m"), 0, says="force for each (m/s)^2 of its speed", such="c2")
 
 
 @dataclass(frozen=True)
@@ -196,12 +245,15 @@ class Motor(Element):
     as the joint, whose speed is u. Its inductance and own inertia are left out.
     """
 
-    joint: str = holds(Text())
-    voltage: Node = holds(Scalar(), keyword=True)
-    resistance: Node = holds(Scalar(), keyword=True)
-    constant: Node = holds(Scalar(), keyword=True)
-    gear: Node = holds(Scalar(), 1, keyword=True)
-    freedom: str | None = holds(Text(), None, keyword=True)
+    joint: str = holds(Text(), says="the joint that it drives", such="A")
+    voltage: Node = holds(Scalar(), keyword=True, says="the voltage, in V", such="12*sin(t)")
+    resistance: Node = holds(Scalar(), keyword=True, says="the resistance of its winding, in ohm", such="2")
+    constant: Node = holds(Scalar(), keyword=True, says="its constant: N*m for each A, which is V*s/rad", such="0.05")
+    gear: Node = holds(Scalar(), 1, keyword=True, says="how many times as fast as the joint the motor turns", such="20")
+    freedom: str | None = holds(
+        Text(), None, keyword=True, such="J_phi",
+        says="which freedom of the joint, by its coordinate or speed, where it has several",
+    )
 
 
 @dataclass(frozen=True)
@@ -222,12 +274,22 @@ class Friction(Element):
     `regularised`: a speed (m/s, of what turns at its radius) below which friction is smooth, so that nothing sticks.
     """
 
-    joint: str = holds(Text())
-    static: Coefficient | None = holds(CoefficientField(), None)
-    kinetic: Node | None = holds(Scalar(""), None)
-    radius: Node | None = holds(Scalar("m"), None)
-    length: Node | None = holds(Scalar("m"), None)
-    regularised: Node | None = holds(Scalar("m/s"), None)
+    joint: str = holds(Text(), says="the joint that rubs", such="guide")
+    static: Coefficient | None = holds(
+        CoefficientField(), None, says="coefficient of friction at rest, or enough: it never slips", such="0.4"
+    )
+    kinetic: Node | None = holds(
+        Scalar(""), None, says="coefficient of friction while it moves; the static one if left out", such="0.3"
+    )
+    radius: Node | None = holds(
+        Scalar("m"), None, says="radius of the journal, pin, thread, ring or ball on which it rubs", such="20 mm"
+    )
+    length: Node | None = holds(
+        Scalar("m"), None, says="distance of the two pads of a slider, or of the two bearings of a hinge", such="0.2 m"
+    )
+    regularised: Node | None = holds(
+        Scalar("m/s"), None, says="speed below which friction is smooth, so that nothing sticks", such="1 mm/s"
+    )
 
     def verify(self) -> None:
         if self.static is None and self.kinetic is None:

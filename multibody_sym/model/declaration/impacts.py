@@ -43,21 +43,46 @@ class Impact(Element):
     rate jumps by `speed`. `tangential_restitution` (0 to 1) returns that part of the tangential speed.
     """
 
-    between: tuple[str, ...] | None = holds(ListOf(Text(), 2, 2), None)
-    normal: Point | None = holds(Direction(), None)
-    restitution: Node | None = holds(Scalar(""), None)
-    static: Coefficient | None = holds(CoefficientField(), None)
-    kinetic: Node | None = holds(Scalar(""), None)
-    tangential_restitution: Node | None = holds(Scalar(""), None)
-    contacts: tuple[str, ...] | None = holds(ListOf(Text(), 1), None)
-    impulse: Point | None = holds(Vector("N*s"), None)
-    at: str | None = holds(Text(), None)
-    couple: Point | None = holds(Vector("N*m*s"), None)
-    on: str | None = holds(Text(), None)
-    begins: tuple[str, ...] | None = holds(ListOf(Text(), 1), None)
-    motion: str | None = holds(Text(), None)
-    speed: Node | None = holds(Scalar(), None)
-    frame: str | None = holds(Text(), None)
+    between: tuple[str, ...] | None = holds(
+        ListOf(Text(), 2, 2), None, such="[ball, rod.middle]",
+        says="the two points that meet; the impulse acts on the first",
+    )
+    normal: Point | None = holds(
+        Direction(), None, such="[0, 1, 0]",
+        says="the direction of the impulse, from the second to the first; else along their relative velocity",
+    )
+    restitution: Node | None = holds(
+        Scalar(""), None, says="which part of the normal speed it gives back, 0 to 1", such="1"
+    )
+    static: Coefficient | None = holds(
+        CoefficientField(), None, says="coefficient of friction at rest, or enough: it does not slip", such="0.4"
+    )
+    kinetic: Node | None = holds(
+        Scalar(""), None, says="coefficient of friction while it slips; the static one if left out", such="0.3"
+    )
+    tangential_restitution: Node | None = holds(
+        Scalar(""), None, says="which part of the tangential speed it gives back, 0 to 1", such="0.5"
+    )
+    contacts: tuple[str, ...] | None = holds(
+        ListOf(Text(), 1), None, says="declared contacts, stops and ropes that close", such="[c1, string]"
+    )
+    impulse: Point | None = holds(
+        Vector("N*s"), None, says="components of a given impulse, along the axes of frame", such="[0, I, 0]"
+    )
+    at: str | None = holds(Text(), None, says="the point on which the given impulse acts", such="coin.edge")
+    couple: Point | None = holds(
+        Vector("N*m*s"), None, says="components of a given impulse couple, along the axes of frame", such="[0, 0, C]"
+    )
+    on: str | None = holds(Text(), None, says="the body on which the given couple acts", such="rod")
+    begins: tuple[str, ...] | None = holds(
+        ListOf(Text(), 1), None, such="[hook]",
+        says="joints that are cut, or constraints, that did not hold before and do now",
+    )
+    motion: str | None = holds(
+        Text(), None, says="the joint or constraint with a prescribed motion whose rate jumps", such="drive"
+    )
+    speed: Node | None = holds(Scalar(), None, says="by how much the rate of that motion jumps; m/s or rad/s", such="w")
+    frame: str | None = holds(Text(), None, says="the body along whose axes the components are", such="ground")
 
     def verify(self) -> None:
         given = [name for name in _KINDS if getattr(self, name) is not None]
@@ -98,9 +123,17 @@ def verify_restitution(name: str, value: Node | None) -> None:
 class Impacts(Element):
     """All that happens at the given instant: impacts by name, the `law` of restitution and the `sequence`."""
 
-    strikes: Mapping[str, Impact] = holds(MapOf(Record(Impact)))
-    law: str | None = holds(Choice(LAWS), None)
-    sequence: str | None = holds(Choice(SEQUENCES), None)
+    strikes: Mapping[str, Impact] = holds(
+        MapOf(Record(Impact)), such="{blow: {impulse: [0, I, 0], at: coin.edge}}",
+        says="the impacts by name; in a file they stand under impact itself",
+    )
+    law: str | None = holds(
+        Choice(LAWS), None, such="poisson",
+        says="the law of restitution; if left out Newton's without friction, else Poisson's",
+    )
+    sequence: str | None = holds(
+        Choice(SEQUENCES), None, says="whether all happen at once or one after the other", such="one_by_one"
+    )
 
     def written(self) -> Iterator[tuple[tuple[str, ...], Any, str | None]]:
         for name, impact in self.strikes.items():

@@ -25,9 +25,12 @@ class Joint(Element):
 
     kind: ClassVar[str]
 
-    parent: str = holds(Text())
-    child: str = holds(Text())
-    cut: bool = holds(Flag(), False, keyword=True)
+    parent: str = holds(Text(), says="the body, point or frame that carries the joint", such="ground")
+    child: str = holds(Text(), says="the body, point or frame that it carries", such="crank")
+    cut: bool = holds(
+        Flag(), False, keyword=True, such="true",
+        says="whether this joint closes a loop by constraints, instead of having coordinates",
+    )
 
     @property
     def steps(self) -> tuple[Step, ...]:
@@ -87,9 +90,18 @@ class Initial(Element):
     never changed for its sake.
     """
 
-    q: tuple[Node | None, ...] | None = holds(OptionalScalars(), None)
-    u: tuple[Node | None, ...] | None = holds(OptionalScalars(), None)
-    known: bool | tuple[bool, ...] = holds(Flags(), False)
+    q: tuple[Node | None, ...] | None = holds(
+        OptionalScalars(), None, such="30 deg",
+        says="start values of the coordinates, in m or rad; null leaves one to be found",
+    )
+    u: tuple[Node | None, ...] | None = holds(
+        OptionalScalars(), None, such="2",
+        says="start values of the speeds, in m/s or rad/s; null leaves one to be found",
+    )
+    known: bool | tuple[bool, ...] = holds(
+        Flags(), False, such="true",
+        says="whether given values are kept when closed loops are assembled; a list says so one by one",
+    )
 
     def values(self, name: str, count: int) -> tuple[Node | None, ...]:
         """Return the values under the key `name` (q, u), None for each that is not given."""
@@ -110,12 +122,19 @@ class Limits(Element):
     position and speed pass them. The effort is for programs that choose a drive.
     """
 
-    lower: Node | None = holds(Scalar(), None)
-    upper: Node | None = holds(Scalar(), None)
-    velocity: Node | None = holds(Scalar(), None)
-    effort: Node | None = holds(Scalar(), None)
-    restitution: Node = holds(Scalar(""), 0)
-    acts: bool = holds(Flag(), True)
+    lower: Node | None = holds(Scalar(), None, says="the lower stop of the coordinate, in m or rad", such="0")
+    upper: Node | None = holds(Scalar(), None, says="the upper stop of the coordinate, in m or rad", such="0.5")
+    velocity: Node | None = holds(
+        Scalar(), None, says="the largest speed, in m/s or rad/s; runs tell when it is passed", such="2"
+    )
+    effort: Node | None = holds(
+        Scalar(), None, such="50",
+        says="the largest force or moment of a drive, in N or N*m; kept for programs that choose one",
+    )
+    restitution: Node = holds(Scalar(""), 0, says="which part of the speed a stop gives back, 0 to 1", such="0.3")
+    acts: bool = holds(
+        Flag(), True, says="whether the stops hold; else runs only tell when they are passed", such="false"
+    )
 
     def verify(self) -> None:
         restitution = self.restitution.shadow
@@ -136,11 +155,18 @@ class MovingJoint(Joint):
     in the joint's reaction.
     """
 
-    q: tuple[str, ...] | None = holds(ListOf(Text(), least=1), None)
-    motion: tuple[Node | None, ...] | None = holds(OptionalScalars(), None)
-    initial: Initial | None = holds(Record(Initial), None)
-    limits: Limits | None = holds(Record(Limits), None)
-    label: str | None = holds(Text(), None)
+    q: tuple[str, ...] | None = holds(
+        ListOf(Text(), least=1), None, says="names of its coordinates, one or a list", such="phi"
+    )
+    motion: tuple[Node | None, ...] | None = holds(
+        OptionalScalars(), None, such="2*t",
+        says="how it is driven: an expression of t, or one for each freedom with null where it is free",
+    )
+    initial: Initial | None = holds(Record(Initial), None, says="where it starts and how fast", such="{q: 30 deg}")
+    limits: Limits | None = holds(
+        Record(Limits), None, says="how far, how fast and how strongly it may move", such="{lower: 0, upper: 1}"
+    )
+    label: str | None = holds(Text(), None, says="the letter or name that pictures show", such="A")
 
     @property
     def stops(self) -> Limits | None:

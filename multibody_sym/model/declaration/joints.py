@@ -29,7 +29,7 @@ class Revolute(MovingJoint):
     """A hinge: rotation by q about `axis` (components in the parent's attachment frame), z unless it is given."""
 
     kind: ClassVar[str] = "revolute"
-    axis: Point = holds(Direction(), "z")
+    axis: Point = holds(Direction(), "z", says="the axis of the hinge, in the axes of the parent's frame", such="z")
 
     @property
     def steps(self) -> tuple[Step, ...]:
@@ -43,7 +43,9 @@ class AxialJoint(MovingJoint):
     Planes have a normal to turn about, but no direction of their own to slide along.
     """
 
-    axis: Point = holds(Direction(), None)
+    axis: Point = holds(
+        Direction(), None, says="the direction in which it slides, in the axes of the parent's frame", such="x"
+    )
 
     def verify(self) -> None:
         if self.axis is None:
@@ -68,7 +70,7 @@ class Screw(AxialJoint):
     """A nut on a screw: rotation by q about `axis` advances it by `pitch` a turn."""
 
     kind: ClassVar[str] = "screw"
-    pitch: Node = holds(Scalar("m"))
+    pitch: Node = holds(Scalar("m"), says="how far it advances with each turn", such="5 mm")
 
     @property
     def steps(self) -> tuple[Step, ...]:
@@ -91,7 +93,10 @@ class Universal(MovingJoint):
     """A cardan joint: rotation about the first of `axes` (the parent's), then about the second, turned by it."""
 
     kind: ClassVar[str] = "universal"
-    axes: tuple[Point, ...] = holds(ListOf(Direction(), 2, 2), ("x", "y"))
+    axes: tuple[Point, ...] = holds(
+        ListOf(Direction(), 2, 2), ("x", "y"), such="[x, y]",
+        says="both axes: the parent's, and the child's, which the first one turns",
+    )
 
     @property
     def steps(self) -> tuple[Step, ...]:
@@ -117,7 +122,9 @@ class PointJoint(MovingJoint):
     """
 
     kind: ClassVar[str] = "point"
-    axes: str = holds(Choice(("xy", "xz", "yz", "xyz")), "xy")
+    axes: str = holds(
+        Choice(("xy", "xz", "yz", "xyz")), "xy", says="the axes along which the particle moves", such="xyz"
+    )
 
     @property
     def steps(self) -> tuple[Step, ...]:
@@ -133,8 +140,11 @@ class CurveJoint(MovingJoint):
     """
 
     kind: ClassVar[str] = "curve"
-    curve: Curve = holds(CurveField())
-    turns: str | None = holds(Choice(("tangent", "free")), None)
+    curve: Curve = holds(CurveField(), says="the wire, as an expression of x or of a parameter", such='{y: "x^2/2"}')
+    turns: str | None = holds(
+        Choice(("tangent", "free")), None, such="tangent",
+        says="tangent: the child turns with the wire; free: it turns as it likes; else not at all",
+    )
 
     @property
     def steps(self) -> tuple[Step, ...]:
@@ -176,7 +186,9 @@ class Spherical(MovingJoint):
     """
 
     kind: ClassVar[str] = "spherical"
-    angles: str | None = holds(Angles(), None)
+    angles: str | None = holds(
+        Angles(), None, says="three successive rotations as coordinates, instead of a quaternion", such="zxz"
+    )
 
     @property
     def steps(self) -> tuple[Step, ...]:
@@ -188,7 +200,9 @@ class Free(MovingJoint):
     """No joint at all: position and its speed along the parent's axes, then a ball (or three `angles`)."""
 
     kind: ClassVar[str] = "free"
-    angles: str | None = holds(Angles(), None)
+    angles: str | None = holds(
+        Angles(), None, says="three successive rotations as coordinates, instead of a quaternion", such="zyx"
+    )
 
     @property
     def steps(self) -> tuple[Step, ...]:
@@ -200,10 +214,12 @@ class Direct(Element):
     """One freedom of a custom joint: `translate` along or `rotate` about a direction, which with a `pitch` a turn is a
     screw; or a way along a `curve`."""
 
-    translate: Point | None = holds(Direction(), None)
-    rotate: Point | None = holds(Direction(), None)
-    pitch: Node | None = holds(Scalar("m"), None)
-    curve: Curve | None = holds(CurveField(), None)
+    translate: Point | None = holds(Direction(), None, says="the direction along which it slides", such="x")
+    rotate: Point | None = holds(Direction(), None, says="the axis about which it turns", such="z")
+    pitch: Node | None = holds(
+        Scalar("m"), None, says="how far it advances with each turn about that axis", such="5 mm"
+    )
+    curve: Curve | None = holds(CurveField(), None, says="the curve along which it moves", such='{y: "x^2/2"}')
 
     def verify(self) -> None:
         if sum(x is not None for x in (self.translate, self.rotate, self.curve)) != 1:
@@ -230,7 +246,10 @@ class Custom(MovingJoint):
     """A joint made of its freedoms, one after the other: `free: [{translate: x}, {rotate: z}]`."""
 
     kind: ClassVar[str] = "custom"
-    free: tuple[Direct, ...] = holds(ListOf(Record(Direct)), ())
+    free: tuple[Direct, ...] = holds(
+        ListOf(Record(Direct)), (), such="[{translate: x}, {rotate: z}]",
+        says="its freedoms in order, each moved by the ones before",
+    )
 
     @property
     def steps(self) -> tuple[Step, ...]:
@@ -247,7 +266,7 @@ class Fixed(Joint):
     """A weld: no freedom."""
 
     kind: ClassVar[str] = "fixed"
-    label: str | None = holds(Text(), None)
+    label: str | None = holds(Text(), None, says="the letter or name that pictures show", such="W")
 
 
 def _by_kind(classes: Iterable[type[Joint]]) -> Mapping[str, type[Joint]]:

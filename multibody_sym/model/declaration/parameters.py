@@ -30,10 +30,16 @@ class DimensionField:
 class Parameter(Element):
     """A named number: its value (SI) or an expression of others, its dimension where stated, its sign where known."""
 
-    value: Node = holds(Scalar())
-    dimension: Dimension | None = holds(DimensionField(), None)
-    positive: bool = holds(Flag(), False)
-    label: str | None = holds(Text(), None)
+    value: Node = holds(
+        Scalar(), says="its number, with a unit if it has one, or an expression of other parameters", such="9.81 m/s^2"
+    )
+    dimension: Dimension | None = holds(
+        DimensionField(), None, says="a unit of its dimension, where the value states none", such="N*m"
+    )
+    positive: bool = holds(
+        Flag(), False, says="whether it is positive, so that roots and signs come out simpler", such="true"
+    )
+    label: str | None = holds(Text(), None, says="the letter that formulas and pictures show", such="mu_0")
 
 
 @dataclass(frozen=True)

@@ -48,8 +48,8 @@ _BESIDE: Final[Mapping[str, tuple[str, ...]]] = {
 class Extreme(Element):
     """The largest or least value (`kind`: max or min) of an expression over the motion."""
 
-    kind: str = holds(Choice(("max", "min")))
-    of: Node = holds(Scalar())
+    kind: str = holds(Choice(("max", "min")), says="which of the two", such="max")
+    of: Node = holds(Scalar(), says="the expression", such="y")
 
     def __str__(self) -> str:
         return f"{self.kind}({text(self.of)})"
@@ -59,9 +59,11 @@ class Extreme(Element):
 class Equation(Element):
     """left == right, which names answers; `extremes`: those that it asks for itself, by the names it has for them."""
 
-    left: Node = holds(Scalar())
-    right: Node = holds(Scalar())
-    extremes: Mapping[str, Extreme] = holds(MapOf(Record(Extreme)), None)
+    left: Node = holds(Scalar(), says="the left side", such="least")
+    right: Node = holds(Scalar(), says="the right side", such="0")
+    extremes: Mapping[str, Extreme] = holds(
+        MapOf(Record(Extreme)), None, says="the largest and least values that it names itself"
+    )
 
     def __str__(self) -> str:
         found = f"{text(self.left)} == {text(self.right)}"
@@ -143,20 +145,39 @@ class Ask(Element):
     answers too.
     """
 
-    value: Node | None = holds(Scalar(), None)
-    of: str | None = holds(Text(), None)
-    after: Node | None = holds(Scalar("s"), None)
-    when: Moment | None = holds(MomentField(), None)
-    at: Moment | None = holds(MomentField(), None)
-    along: Point | None = holds(Direction(), None)
-    max: Node | None = holds(Scalar(), None)
-    min: Node | None = holds(Scalar(), None)
-    until: Node | Moment | None = holds(TimeOrMoment(), None)
-    find: str | None = holds(Text(), None)
-    so: Equation | None = holds(EquationField(), None)
-    between: tuple[Node, ...] | None = holds(ListOf(Scalar(), 2, 2), None)
-    formula: str | None = holds(Text(), None)
-    period_of: str | None = holds(Text(), None)
+    value: Node | None = holds(
+        Scalar(), None, says="an expression, at the start, at a moment (when) or after a time", such="reaction(A, fx)"
+    )
+    of: str | None = holds(Text(), None, says="the body whose path, displacement or speed is asked for", such="block")
+    after: Node | None = holds(Scalar("s"), None, says="the time that has passed", such="4 s")
+    when: Moment | None = holds(
+        MomentField(), None, such="{x: 2 m}",
+        says="the moment: a coordinate reaches a value, a condition comes true, or a state begins",
+    )
+    at: Moment | None = holds(
+        MomentField(), None, says="the moment at which the speed of the body is asked for", such="{x: 2 m}"
+    )
+    along: Point | None = holds(
+        Direction(), None, says="the direction of the displacement or velocity that is asked for", such="x"
+    )
+    max: Node | None = holds(
+        Scalar(), None, says="the expression whose largest value over the motion is asked for", such="y"
+    )
+    min: Node | None = holds(
+        Scalar(), None, says="the expression whose least value over the motion is asked for", such="y"
+    )
+    until: Node | Moment | None = holds(
+        TimeOrMoment(), None, says="the time or moment at which looking for the extreme ends", such="2 s"
+    )
+    find: str | None = holds(Text(), None, says="the parameter or start value that is to be found", such="v0")
+    so: Equation | None = holds(
+        EquationField(), None, says="the equation that is to hold, between answers and expressions", such="least == 0"
+    )
+    between: tuple[Node, ...] | None = holds(
+        ListOf(Scalar(), 2, 2), None, says="two values between which it is looked for", such="[0, 10]"
+    )
+    formula: str | None = holds(Text(), None, says="the coordinate that is asked for as a function of time", such="x")
+    period_of: str | None = holds(Text(), None, says="the coordinate whose period is asked for", such="phi")
 
     def verify(self) -> None:
         given = {name for name in fields_of(Ask) if getattr(self, name) is not None}
@@ -212,17 +233,27 @@ def _known(value: Mapping[str, Any]) -> dict[str, Any]:
 class Baumgarte(Element):
     """Baumgarte's stabilisation: gamma - 2 alpha phidot - beta^2 phi; without alpha it is chosen from the step."""
 
-    alpha: Node | None = holds(Scalar("1/s"), None)
-    beta: Node | None = holds(Scalar("1/s"), None)
+    alpha: Node | None = holds(
+        Scalar("1/s"), None, says="how fast errors of rates fade; chosen from the step if left out", such="20"
+    )
+    beta: Node | None = holds(
+        Scalar("1/s"), None, says="how fast errors of positions fade; chosen from the step if left out", such="20"
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Stabilisation(Element):
     """How constraints are kept: `projection` after each step, `baumgarte`, or `index_2`, as part of the equations."""
 
-    baumgarte: Baumgarte | None = holds(Record(Baumgarte), None)
-    projection: bool | None = holds(Flag(), None)
-    index_2: bool | None = holds(Flag(), None)
+    baumgarte: Baumgarte | None = holds(
+        Record(Baumgarte), None, says="Baumgarte's terms, which let errors fade", such="{alpha: 20, beta: 20}"
+    )
+    projection: bool | None = holds(
+        Flag(), None, says="whether each step is brought back to what the constraints demand", such="true"
+    )
+    index_2: bool | None = holds(
+        Flag(), None, says="whether constraints are solved as part of the equations of each step", such="true"
+    )
 
     def verify(self) -> None:
         chosen = {"baumgarte": self.baumgarte is not None, "projection": self.projection, "index_2": self.index_2}
@@ -238,7 +269,9 @@ class SmoothFriction(Element):
     What would stick moves so fast that friction, mu N v / sqrt(v^2 + e^2), is as large as it takes.
     """
 
-    regularised: Node = holds(Scalar("m/s"))
+    regularised: Node = holds(
+        Scalar("m/s"), says="the speed below which friction fades; m/s, or rad/s where things turn", such="1e-3"
+    )
 
     def verify(self) -> None:
         if self.regularised.shadow is not None and not self.regularised.shadow > 0.0:
@@ -262,14 +295,36 @@ class Settings(Element):
     `friction` makes dry friction smooth, which it is not otherwise.
     """
 
-    t_end: Node = holds(Scalar("s"), 10)
-    step: Node | None = holds(Scalar("s"), None)
-    rtol: Node | None = holds(Scalar(""), None)
-    atol: Node | None = holds(Scalar(""), None)
-    method: str = holds(Text(), "dormand_prince")
-    samples: Node = holds(Scalar(""), 1001)
-    coordinates: str = holds(Choice(COORDINATES), COORDINATES[0])
-    constraints: Stabilisation | None = holds(Record(Stabilisation), None)
-    project: bool = holds(Flag(), False)
-    multipliers: str = holds(Choice(MULTIPLIERS), MULTIPLIERS[0])
-    friction: SmoothFriction | None = holds(Record(SmoothFriction), None)
+    t_end: Node = holds(Scalar("s"), 10, says="when the run ends", such="2 s")
+    step: Node | None = holds(
+        Scalar("s"), None, says="a fixed step; if left out the method chooses its own", such="1 ms"
+    )
+    rtol: Node | None = holds(
+        Scalar(""), None, says="relative tolerance of a method that chooses its step", such="1e-9"
+    )
+    atol: Node | None = holds(
+        Scalar(""), None, says="absolute tolerance of a method that chooses its step", such="1e-9"
+    )
+    method: str = holds(Text(), "dormand_prince", says="the integration method; simulate --help lists all", such="rk4")
+    samples: Node = holds(
+        Scalar(""), 1001, says="number of rows of the result, evenly spaced, both ends among them", such="501"
+    )
+    coordinates: str = holds(
+        Choice(COORDINATES), COORDINATES[0], such="absolute",
+        says="coordinates of joints (relative), or of each body (absolute)",
+    )
+    constraints: Stabilisation | None = holds(
+        Record(Stabilisation), None, says="how constraints are kept during a run", such="{projection: true}"
+    )
+    project: bool = holds(
+        Flag(), False, such="true",
+        says="whether all start values, known ones too, may change as little as constraints need",
+    )
+    multipliers: str = holds(
+        Choice(MULTIPLIERS), MULTIPLIERS[0], such="minimum_norm",
+        says="which forces are told where constraints depend on each other",
+    )
+    friction: SmoothFriction | None = holds(
+        Record(SmoothFriction), None, such="{regularised: 1e-3}",
+        says="makes dry friction smooth, which it is not otherwise",
+    )

@@ -68,20 +68,45 @@ class Surface(Element):
     parameter grows by 2 pi, and is touched from outside. Both start from `centre`.
     """
 
-    sphere: Node | None = holds(Scalar("m"), None)
-    disc: Node | None = holds(Scalar("m"), None)
-    axis: Point = holds(Direction(), "z")
-    centre: Point = holds(Vector("m"), (0, 0, 0))
-    plane: Point | None = holds(Vector("m"), None)
-    normal: Point = holds(Direction(), "z")
-    between: tuple[Point | str, ...] | None = holds(ListOf(EndField("m"), 2, 2), None)
-    segment: tuple[Point | str, ...] | None = holds(ListOf(EndField("m"), 2, 2), None)
-    point: Point | None = holds(Vector("m"), None)
-    inside: bool = holds(Flag(), False)
-    revolution: Node | None = holds(ProfileField(), None)
-    curve: Curve | None = holds(CurveField(), None)
-    outline: Curve | None = holds(CurveField(), None)
-    side: str = holds(Choice(("left", "right")), "left")
+    sphere: Node | None = holds(Scalar("m"), None, says="a ball of this radius", such="r")
+    disc: Node | None = holds(Scalar("m"), None, says="the rim of a disc of this radius", such="r")
+    axis: Point = holds(Direction(), "z", says="the axis of a disc or of what is round, in body axes", such="z")
+    centre: Point = holds(
+        Vector("m"), (0, 0, 0), such="[l, 0, 0]",
+        says="the centre of a ball or disc, or where a curve or height starts, in body axes",
+    )
+    plane: Point | None = holds(
+        Vector("m"), None, says="a place through which the plane leads, in body axes", such="[0, 0, 0]"
+    )
+    normal: Point = holds(
+        Direction(), "z", such="y",
+        says="the normal of a plane, out of the body; of a segment, the side that is touched",
+    )
+    between: tuple[Point | str, ...] | None = holds(
+        ListOf(EndField("m"), 2, 2), None, such="[[0, 0, 0], [l, 0, 0]]",
+        says="the two ends of a plane, as places or names of points",
+    )
+    segment: tuple[Point | str, ...] | None = holds(
+        ListOf(EndField("m"), 2, 2), None, such="[p, q]",
+        says="the two ends of a thin bar, as places or names of points",
+    )
+    point: Point | None = holds(Vector("m"), None, says="a point, as a place in body axes", such="[0, 0, 0]")
+    inside: bool = holds(
+        Flag(), False, says="whether a ball or disc is touched from inside, as a bowl or drum is", such="true"
+    )
+    revolution: Node | None = holds(
+        ProfileField(), None, says="height along the axis as an expression of s, the distance from it", such="0.5*s^2"
+    )
+    curve: Curve | None = holds(
+        CurveField(), None, says="a curve in a plane model that is touched from one side", such='{y: "x^2/2"}'
+    )
+    outline: Curve | None = holds(
+        CurveField(), None, such="{x: a*cos(s), y: b*sin(s), parameter: s}",
+        says="the whole outline of the body, counter-clockwise, touched from outside",
+    )
+    side: str = holds(
+        Choice(("left", "right")), "left", says="on which side of its way a curve is touched", such="right"
+    )
 
     @property
     def guide(self) -> Curve | None:

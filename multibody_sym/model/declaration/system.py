@@ -51,21 +51,57 @@ class System(Element):
     Symbols made by `multibody_sym.parameters` bring their declarations along; they need not stand in `parameters`.
     """
 
-    name: str = holds(Text())
-    gravity: Point = holds(Vector("m/s^2"), (0, 0, 0))
-    parameters: Mapping[str, Parameter] = holds(MapOf(ParameterField()), None)
-    bodies: Mapping[str, Body] = holds(MapOf(Record(Body)), None)
-    joints: Mapping[str, Joint] = holds(MapOf(JOINTS), None)
-    forces: Mapping[str, Element] = holds(MapOf(FORCES), None)
-    constraints: Mapping[str, Element] = holds(MapOf(CONSTRAINTS), None)
-    pulleys: Mapping[str, Pulley] = holds(MapOf(Record(Pulley)), None)
-    contacts: Mapping[str, Contact] = holds(MapOf(Record(Contact)), None, keyword=True)
-    impact: Impacts | None = holds(ImpactsField(), None, keyword=True)
-    inputs: Mapping[str, Node | Table | Constant] = holds(MapOf(InputField()), None)
-    outputs: Mapping[str, Node] = holds(MapOf(Scalar()), None)
-    stop: Mapping[str, Node | StateCondition] = holds(MapOf(StopCondition()), None)
-    ask: Mapping[str, Ask] = holds(MapOf(AskField()), None)
-    simulation: Settings = holds(Record(Settings), None)
+    name: str = holds(Text(), says="what the system is called", such="pendulum")
+    gravity: Point = holds(
+        Vector("m/s^2"), (0, 0, 0), says="acceleration of free fall, along the inertial axes", such="[0, -g, 0]"
+    )
+    parameters: Mapping[str, Parameter] = holds(
+        MapOf(ParameterField()), None, says="named numbers, which expressions use", such="{m: 1 kg, l: 0.5 m}"
+    )
+    bodies: Mapping[str, Body] = holds(
+        MapOf(Record(Body)), None, such="{bob: {mass: m, com: [0, -l, 0]}}",
+        says="bodies by name; ground is there by itself and may be given points, frames, surfaces, a motion",
+    )
+    joints: Mapping[str, Joint] = holds(
+        MapOf(JOINTS), None, such="{hinge: {type: revolute, parent: ground, child: bob}}",
+        says="joints by name: how each body moves relative to another",
+    )
+    forces: Mapping[str, Element] = holds(
+        MapOf(FORCES), None, such="{air: {type: drag, on: bob, linear: c}}",
+        says="forces, springs, dampers, motors and friction by name",
+    )
+    constraints: Mapping[str, Element] = holds(
+        MapOf(CONSTRAINTS), None, such="{rod: {type: distance, between: [a, b], value: l}}",
+        says="ropes, rods, gears, rolling and other constraints by name",
+    )
+    pulleys: Mapping[str, Pulley] = holds(
+        MapOf(Record(Pulley)), None, says="pulleys by name, which paths of ropes use", such="{P1: {at: ground.top}}"
+    )
+    contacts: Mapping[str, Contact] = holds(
+        MapOf(Record(Contact)), None, keyword=True, such="{c1: {between: [block, ground.table], static: 0.4}}",
+        says="what may touch, push and rub, by name",
+    )
+    impact: Impacts | None = holds(
+        ImpactsField(), None, keyword=True, such="{impulse: [0, I, 0], at: coin.edge}",
+        says="what strikes at the start: one impact, a map of several, or closing",
+    )
+    inputs: Mapping[str, Node | Table | Constant] = holds(
+        MapOf(InputField()), None, such="{tau: T0*sin(t)}",
+        says="inputs by name: expressions of t and parameters, or tables",
+    )
+    outputs: Mapping[str, Node] = holds(
+        MapOf(Scalar()), None, such='{pull: "reaction(hinge, fy)"}',
+        says="outputs by name: expressions that runs and solve report",
+    )
+    stop: Mapping[str, Node | StateCondition] = holds(
+        MapOf(StopCondition()), None, says="conditions by name that end a run", such="{fall: y < 0}"
+    )
+    ask: Mapping[str, Ask] = holds(
+        MapOf(AskField()), None, says="questions by name that solve answers", such="{path: {of: block, after: 4 s}}"
+    )
+    simulation: Settings = holds(
+        Record(Settings), None, says="how it is simulated, unless a command says otherwise", such="{t_end: 2 s}"
+    )
 
     def __post_init__(self) -> None:
         for name in _MAPS:

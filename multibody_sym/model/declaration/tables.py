@@ -63,10 +63,17 @@ class Table(Element):
     range of the table the value is that of the nearest end. `dimension` is that of the values, where they have units.
     """
 
-    table: tuple[Row, ...] = holds(TableRows())
-    of: Node = holds(Scalar(), "t")
-    interpolation: str = holds(Choice(("linear", "cubic")), "linear")
-    dimension: Dimension | None = holds(DimensionField(), None)
+    table: tuple[Row, ...] = holds(
+        TableRows(), such="[[0, 0], [1 s, 2 N]]",
+        says="rows [argument, value] with growing arguments, or the file that has them",
+    )
+    of: Node = holds(Scalar(), "t", says="the argument of the table; the time if left out", such="x")
+    interpolation: str = holds(
+        Choice(("linear", "cubic")), "linear", says="straight lines between the rows, or a natural spline", such="cubic"
+    )
+    dimension: Dimension | None = holds(
+        DimensionField(), None, says="a unit of the values' dimension, where rows state none", such="N"
+    )
 
     def __post_init__(self) -> None:
         given = self.table
@@ -93,8 +100,8 @@ def _dimension_of_values(rows: Sequence[Sequence[Any]]) -> Dimension | None:
 class Constant(Element):
     """An input that is a number with a unit: its value (SI) and its dimension."""
 
-    value: Node = holds(Scalar())
-    dimension: Dimension = holds(DimensionField())
+    value: Node = holds(Scalar(), says="the number", such="3 N")
+    dimension: Dimension = holds(DimensionField(), says="a unit of its dimension", such="N")
 
 
 @dataclass(frozen=True)

@@ -31,11 +31,17 @@ class Curve(Element):
     `unit` says the other (m, rad). Lengths are in m, along the axes of the frame that carries the curve.
     """
 
-    x: Node | None = holds(Scalar("m"), None)
-    y: Node | None = holds(Scalar("m"), None)
-    z: Node | None = holds(Scalar("m"), None)
-    parameter: str | None = holds(Text(), None)
-    unit: str | None = holds(Choice(_UNITS), None)
+    x: Node | None = holds(
+        Scalar("m"), None, says="x as an expression of the parameter, or of y or z", such="R*(s - sin(s))"
+    )
+    y: Node | None = holds(Scalar("m"), None, says="y as an expression of the parameter, or of x", such="x^2/(2*p)")
+    z: Node | None = holds(Scalar("m"), None, says="z as an expression of the parameter, or of x and y", such="h*s")
+    parameter: str | None = holds(
+        Text(), None, says="the name of the parameter; if left out the coordinate that is not given", such="s"
+    )
+    unit: str | None = holds(
+        Choice(_UNITS), None, says="the unit of the parameter, where it is not what it seems", such="m"
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()

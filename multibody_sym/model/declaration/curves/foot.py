@@ -19,6 +19,6 @@ class Foot(CurveJoint):
     """
 
     kind: ClassVar[str] = "foot"
-    owner: str = holds(Text())
-    between: tuple[str, ...] = holds(ListOf(Text(), 2, 2))
-    end: int = holds(Count(0))
+    owner: str = holds(Text(), says="the contact or constraint whose place it follows", such="c1")
+    between: tuple[str, ...] = holds(ListOf(Text(), 2, 2), says="the two ends of that contact", such="[a, b]")
+    end: int = holds(Count(0), says="which of the two is the curve", such="0")
