@@ -1,0 +1,104 @@
+"""Letters of labels: runs of one style each, and their widths in the metrics of Times, which all backends keep to."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Sequence
+from typing import Final
+
+Run = tuple[str, str]
+"""Some letters and their style: roman, italic, or subscript (roman, smaller, lower)."""
+HEIGHT: Final = 0.72
+"""From the baseline to the top of tall letters, in sizes of the type."""
+DESCENT: Final = 0.24
+"""From the baseline down to the lowest letters and subscripts."""
+SUBSCRIPT: Final = 0.8
+"""Size of a subscript; 10 pt letters have subscripts of 8 pt, the least that is printed."""
+DROP: Final = 0.16
+"""How far a subscript stands below the baseline, in sizes of the type."""
+LONGEST: Final = 40
+"""Characters of a label that are shown; what is longer ends in an ellipsis."""
+_OTHER: Final = 0.62
+"""Width of a letter that has no entry: wide enough for Greek and Cyrillic."""
+_WIDE: Final = 1.0
+
+_ROMAN: Final = (
+    "250 333 408 500 500 833 778 333 333 333 500 564 250 333 250 278 500 500 500 500 500 500 500 500 500 500 278 278 "
+    "564 564 564 444 921 722 667 667 722 611 556 722 722 333 389 722 611 889 722 722 556 722 667 556 611 722 722 944 "
+    "722 722 611 333 278 333 469 500 333 444 500 444 500 444 333 500 500 278 278 500 278 778 500 500 500 500 333 389 "
+    "278 500 500 722 500 500 444 480 200 480 541"
+)
+_ITALIC: Final = (
+    "250 333 420 500 500 833 778 333 333 333 500 675 250 333 250 278 500 500 500 500 500 500 500 500 500 500 333 333 "
+    "675 675 675 500 920 611 611 667 722 611 611 722 722 333 444 667 556 833 667 722 611 722 611 500 556 722 611 833 "
+    "611 556 556 389 278 389 422 500 333 500 500 444 500 444 278 500 500 278 278 444 278 722 500 500 500 500 389 389 "
+    "278 500 444 667 444 444 389 400 275 400 541"
+)
+_WIDTHS: Final = {
+    style: {chr(32 + i): int(w) / 1000 for i, w in enumerate(table.split())}
+    for style, table in (("roman", _ROMAN), ("italic", _ITALIC), ("subscript", _ROMAN))
+}
+GREEK: Final = dict(
+    pair.split("=")
+    for pair in (
+        "alpha=α beta=β gamma=γ delta=δ epsilon=ε zeta=ζ eta=η theta=θ iota=ι kappa=κ lambda=λ mu=μ nu=ν xi=ξ pi=π "
+        "rho=ρ sigma=σ tau=τ upsilon=υ phi=φ chi=χ psi=ψ omega=ω Gamma=Γ Delta=Δ Theta=Θ Lambda=Λ Xi=Ξ Pi=Π Sigma=Σ "
+        "Upsilon=Υ Phi=Φ Psi=Ψ Omega=Ω"
+    ).split()
+)
+"""The Greek letters by their names."""
+
+
+def width_of(runs: Sequence[Run], size: float) -> float:
+    """Return the width of letters of a size, in the unit of the size."""
+    return sum(run_width(run, size) for run in runs)
+
+
+def run_width(run: Run, size: float) -> float:
+    """Return the width of one run in letters of a size."""
+    text, style = run
+    scale = size * (SUBSCRIPT if style == "subscript" else 1.0)
+    table = _WIDTHS[style]
+    return scale * sum(table.get(letter) or _unlisted(letter) for letter in text)
+
+
+def _unlisted(letter: str) -> float:
+    if unicodedata.combining(letter):
+        return 0.0
+    return _WIDE if unicodedata.east_asian_width(letter) in "WF" else _OTHER
+
+
+def letters(name: str) -> tuple[Run, ...]:
+    """Return a symbol as a book writes it: theta_1 and theta1 as θ with the index 1, l as an italic l, words upright.
+
+    What is no symbol stands as it is.
+    """
+    shown = printable(name)
+    found = re.fullmatch(r"([A-Za-z]+?)_?([0-9]*|_[A-Za-z0-9]+)((?:_[A-Za-z0-9]+)*)", shown)
+    if found is None:
+        return words(shown)
+    letter, index, rest = found.groups()
+    below = ",".join(GREEK.get(part, part) for part in f"{index}{rest}".split("_") if part)
+    head: Run = (GREEK[letter], "italic") if letter in GREEK else (letter, "italic" if len(letter) == 1 else "roman")
+    return (head, (below, "subscript")) if below else (head,)
+
+
+def words(text: str) -> tuple[Run, ...]:
+    """Return text as it stands, in upright letters."""
+    return ((printable(text) or " ", "roman"),)
+
+
+def printable(text: str) -> str:
+    """Return text on one line without characters that control how others are shown, cut to a length that fits.
+
+    Characters that no backend can show stand as a replacement character.
+    """
+    kept = [" " if c.isspace() else c if _shows(c) else "\ufffd" for c in text[: LONGEST + 1]]
+    line = " ".join("".join(kept).split())
+    return line if len(text) <= LONGEST else line[:LONGEST] + "…"
+
+
+def _shows(character: str) -> bool:
+    """Whether a character is a mark on paper: neither a control, a direction, a surrogate nor unassigned."""
+    return unicodedata.category(character)[0] != "C"
