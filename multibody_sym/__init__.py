@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from multibody_sym.errors import RunError as RunError
     from multibody_sym.formats.reader import load as load
     from multibody_sym.formats.reader import loads as loads
+    from multibody_sym.formats.reference.json_schema import schema as schema
     from multibody_sym.formats.urdf import UrdfNotice as UrdfNotice
     from multibody_sym.formats.urdf import load_urdf as load_urdf
     from multibody_sym.formats.writer import dump as dump
@@ -149,6 +150,7 @@ _NAMES = {
     "dynamics.derivation.symbolic_equations": "SymbolicEquations",
     "errors": "ExpressionError InputError ModelError MultibodyError NoSolutionError OutputError RunError",
     "formats.reader": "load loads",
+    "formats.reference.json_schema": "schema",
     "formats.urdf": "UrdfNotice load_urdf",
     "formats.writer": "dump dumps",
     "model.declaration.bodies": "Body Frame GroundMotion Shape Turn VariableMass",

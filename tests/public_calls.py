@@ -196,6 +196,7 @@ def _doors(system: mbs.System) -> list[Call]:
     return [
         Call("load", mbs.load, {"path": "model.yaml"}),
         Call("loads", mbs.loads, {"text": MODEL, "name": "m"}),
+        Call("schema", mbs.schema, {}),
         Call("load_urdf", mbs.load_urdf, {"path": "robot.urdf", "floating": False, "damping": True, "mimic": True}),
         Call("dump", mbs.dump, {**whole, "file": "dumped.yaml"}),
         Call("dumps", mbs.dumps, whole),

@@ -28,7 +28,9 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], ...]] = {
     "simulate": (mbs.simulate,),
     "export": (mbs.export,),
     "import": (mbs.load_urdf,),
+    "schema": (mbs.schema,),
 }
+OF_MODELS = [name for name in FUNCTIONS if name not in ("import", "schema")]
 SHARED = {"parameters", "initial", "inputs", "coordinates", "project", "formalism"}
 SUBJECT = {"system", "model", "path"}
 """What the function is asked about: the FILE of a command, without a name there."""
@@ -45,6 +47,7 @@ PRINTED = {
     ("simulate", "output"): "the file for the table that run.table() is",
     ("simulate", "plot"): "the file that run.plot(file) writes",
     ("import", "output"): "the file that dump(system, file) writes",
+    ("schema", "output"): "the file for what the function returns",
 }
 NOT_TYPED = {("simulate", "on_progress"): "a function; the command shows its progress itself"}
 FILES_ONLY = {"new": "it copies a file, of which no function knows"}
@@ -77,7 +80,7 @@ def test_options_and_arguments_are_the_same(name: str) -> None:
         assert not named or action.dest in named, f"{action.option_strings} is called {action.dest}"
 
 
-@pytest.mark.parametrize("name", [name for name in FUNCTIONS if name != "import"])
+@pytest.mark.parametrize("name", OF_MODELS)
 def test_the_shared_options_are_those_of_every_function(name: str) -> None:
     for function in FUNCTIONS[name]:
         assert set(inspect.signature(function).parameters) >= SHARED
@@ -175,7 +178,7 @@ def asked(name: str, system: mbs.System, folder: Path, **given: Any) -> Any:
     return repr(found.forcing) if name == "derive" else found.as_json()
 
 
-@pytest.mark.parametrize("name", [name for name in FUNCTIONS if name != "import"])
+@pytest.mark.parametrize("name", OF_MODELS)
 def test_every_function_takes_them_all(name: str, tmp_path: Path) -> None:
     system = mbs.loads(ASKED)
     given = given_to(name)
@@ -184,7 +187,7 @@ def test_every_function_takes_them_all(name: str, tmp_path: Path) -> None:
     assert asked(name, system, tmp_path / "declared") != changed
 
 
-@pytest.mark.parametrize("name", [name for name in FUNCTIONS if name != "import"])
+@pytest.mark.parametrize("name", OF_MODELS)
 def test_every_command_takes_them_all(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "declared.yaml").write_text(ASKED, encoding="utf-8")
     given = given_to(name)

@@ -14,8 +14,8 @@ from multibody_sym.model.declaration.system import System
 from multibody_sym.model.declaration.values import Count, Text, described, is_text
 
 VERSION: Final = "1"
-_VERSION_KEY: Final = "multibody_sym"
-_REPEAT_KEY: Final = "repeat"
+VERSION_KEY: Final = "multibody_sym"
+REPEAT_KEY: Final = "repeat"
 
 
 def system_from_tree(tree: Any) -> System:
@@ -25,18 +25,18 @@ def system_from_tree(tree: Any) -> System:
     """
     if not isinstance(tree, Mapping):
         raise ModelError(f"a model file is a map, got {described(tree)}")
-    version = tree.get(_VERSION_KEY)
+    version = tree.get(VERSION_KEY)
     if version != VERSION:
-        with at(_VERSION_KEY):
-            raise ModelError(f"a model file says '{_VERSION_KEY}: {VERSION}' first, got {described(version)}")
-    known = (_VERSION_KEY, *fields_of(System), _REPEAT_KEY)
+        with at(VERSION_KEY):
+            raise ModelError(f"a model file says '{VERSION_KEY}: {VERSION}' first, got {described(version)}")
+    known = (VERSION_KEY, *fields_of(System), REPEAT_KEY)
     for key in tree:
         if key not in known:
             with at(key):
                 raise ModelError(f"unknown key {key!r}{suggestion(str(key), known)}")
-    content = {key: x for key, x in tree.items() if key not in (_VERSION_KEY, _REPEAT_KEY)}
-    for index, entry in _repeats(tree.get(_REPEAT_KEY)):
-        with at(_REPEAT_KEY, *index):
+    content = {key: x for key, x in tree.items() if key not in (VERSION_KEY, REPEAT_KEY)}
+    for index, entry in _repeats(tree.get(REPEAT_KEY)):
+        with at(REPEAT_KEY, *index):
             content = _with_chain(content, entry)
     system = from_fields(System, content)
     assert isinstance(system, System)
@@ -45,12 +45,14 @@ def system_from_tree(tree: Any) -> System:
 
 def tree_from_system(system: System) -> dict[str, Any]:
     """Return the content of a model file that describes the System."""
-    return {_VERSION_KEY: VERSION, **{key: part for key, part in fields_tree(system).items() if part != {}}}
+    return {VERSION_KEY: VERSION, **{key: part for key, part in fields_tree(system).items() if part != {}}}
 
 
 @dataclass(frozen=True)
 class AnyMap:
-    """A map that is read later, once for each copy."""
+    """A map that is read later, once for each copy; in full it is what `like` reads."""
+
+    like: Any
 
     def accept(self, value: Any) -> Mapping[str, Any]:
         if not isinstance(value, Mapping):
@@ -70,10 +72,11 @@ class Repeat(Element):
 
     count: int = holds(Count(), says="how many copies there are", such="10")
     body: Mapping[str, Any] = holds(
-        AnyMap(), says="the body of each copy", such="{mass: m, com: [0, -l/2, 0], points: {end: [0, -l, 0]}}"
+        AnyMap(Record(Body)), says="the body of each copy",
+        such="{mass: m, com: [0, -l/2, 0], points: {end: [0, -l, 0]}}",
     )
     joint: Mapping[str, Any] = holds(
-        AnyMap(), such="{type: revolute, parent: end}",
+        AnyMap(JOINTS), such="{type: revolute, parent: end}",
         says="the joint of each copy, without child; parent names a point of the copy before",
     )
     start: str = holds(Text(), "ground", says="what the first copy is joined to", such="ground.top")
@@ -91,7 +94,7 @@ def _repeats(value: Any) -> list[tuple[tuple[str, ...], Repeat]]:
     listed = [((str(i),), x) for i, x in enumerate(value)] if isinstance(value, list) else single
     read: list[tuple[tuple[str, ...], Repeat]] = []
     for index, entry in listed:
-        with at(_REPEAT_KEY, *index):
+        with at(REPEAT_KEY, *index):
             repeat = Record(Repeat).accept(entry)
             assert isinstance(repeat, Repeat)
             if repeat.count > MOST_REPEATS:

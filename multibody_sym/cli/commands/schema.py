@@ -1,0 +1,30 @@
+"""`schema`: the JSON Schema of model files, from which editors complete and explain keys."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import Final
+
+from multibody_sym.cli.answer import Answer
+
+HELP: Final = "write the JSON Schema of model files, for editors that complete and explain keys"
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of the command."""
+    parser.add_argument("-o", "--output", metavar="FILE", help="the file to write; default: standard output")
+
+
+def run(options: argparse.Namespace) -> Answer:
+    """Write the schema; an existing file is never replaced."""
+    from multibody_sym.formats.files import write_new
+    from multibody_sym.formats.reference.json_schema import schema
+
+    found = schema()
+    text = json.dumps(found, indent=1)
+    if options.output is None:
+        return Answer(found, text)
+    write_new(options.output, f"{text}\n".encode())
+    first = f"# yaml-language-server: $schema={options.output}"
+    return Answer({"file": options.output}, f"wrote {options.output}; as first line of a model: {first}")
