@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from multibody_sym.errors import ModelError
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import acceleration, position, velocity
 from multibody_sym.kinematics.relative import angular_acceleration, angular_velocity
@@ -17,6 +18,10 @@ from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.scalars.functions import absolute, atan2, cos, is_exactly, sign, sin, sqrt
 from multibody_sym.scalars.node import PI
 from multibody_sym.scalars.vectors import S, Vec, add, apply, cross, dot, scale, subtract
+
+
+class NoDirectionError(ModelError, ZeroDivisionError):
+    """A rope leads from a place to the same place: for what tries other positions, arithmetic that fails there."""
 
 
 @dataclass(frozen=True)
@@ -126,11 +131,15 @@ def _tangent(
     """Return the common tangent of two circles whose centres are d apart (None: a point).
 
     With m = axis x n the left normal of the direction n: the tangent touches at c - r m, so d = l n + (r2 - r1) m and
-    l^2 = d^2 - (r2 - r1)^2; where the second wheel turns the rope the other way, its radius counts negative.
+    l^2 = d^2 - (r2 - r1)^2; where the second wheel turns the rope the other way, its radius counts negative. Raises
+    NoDirectionError where points are at one place.
     """
     square = dot(d, d)
     if first is None and second is None:
         length = sqrt(square)
+        if isinstance(length, float) and length == 0.0:
+            names = " and ".join(end.name for end in ends)
+            raise NoDirectionError(f"{names} are at one place, and a rope between them has no direction: start apart")
         return Segment(ends, length, scale(1 / length, d))
     step, axis = _step(first, second)
     length = sqrt(square - step * step)

@@ -8,7 +8,13 @@ from typing import Any, ClassVar, Final
 
 from multibody_sym.errors import ModelError
 from multibody_sym.expressions.printer import text
-from multibody_sym.model.declaration.contacts import Coefficient, CoefficientField, Contact, verify_coefficients
+from multibody_sym.model.declaration.contacts import (
+    Coefficient,
+    CoefficientField,
+    Contact,
+    verify_coefficients,
+    verify_restitution,
+)
 from multibody_sym.model.declaration.curves.curve import Curve, CurveField
 from multibody_sym.model.declaration.fields import Element, ListOf, MapOf, Names, OneOf, OneOrMap, Record, holds
 from multibody_sym.model.declaration.values import AXES, Choice, Count, Direction, Flag, Point, Scalar, Text
@@ -36,7 +42,8 @@ class Rope(Element):
     tensions differ. `wind` names pulleys on bodies at ends of the path, drums on which the rope winds (one that the
     path does not name is put at its end). `wrap` tells, for all wheels or by name, that the rope runs about a pulley's
     axis counter-clockwise (+) or clockwise (-) in path order: at drums, and where the centre is not inside the bend.
-    `turns` are full turns more that it lies around pulleys. `label` is the letter of its tension in equations.
+    `turns` are full turns more that it lies around pulleys. `label` is the letter of its tension in equations. Where it
+    goes taut with a speed, `restitution` (0 to 1) of it is given back, and it is slack again.
     """
 
     meant: ClassVar[Mapping[str, str]] = {"rough": "; it belongs to the pulley: pulleys: {P: {.., rough: mu}}"}
@@ -61,6 +68,13 @@ class Rope(Element):
         says="full turns more that it lies around pulleys, for all or by name",
     )
     label: str | None = holds(Text(), None, says="the letter of its tension in formulas", such="T_1")
+    restitution: Node = holds(
+        Scalar(""), 0, keyword=True, such="0.5",
+        says="the part, 0 to 1, of the speed with which it goes taut that it gives back; with slack: true",
+    )
+
+    def verify(self) -> None:
+        verify_restitution("restitution", self.restitution)
 
     @property
     def route(self) -> tuple[str, ...]:

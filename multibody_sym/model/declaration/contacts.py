@@ -116,3 +116,12 @@ def verify_coefficients(static: float | None, kinetic: float | None) -> None:
             f"static {static:g} is below kinetic {kinetic:g}: what sticks is held at least as fast as what slides; "
             "swap them, or give one for both"
         ).under("static")
+
+
+def verify_restitution(name: str, value: Node | None) -> None:
+    """Raise ModelError where a constant coefficient of restitution is not one of 0 to 1."""
+    if value is not None and value.shadow is not None and not 0 <= value.shadow <= 1:
+        raise ModelError(
+            f"{text(value)} is no coefficient of restitution, which is between 0 (they stay together) and 1 (nothing "
+            "is lost)"
+        ).under(name)

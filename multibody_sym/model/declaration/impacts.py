@@ -8,7 +8,12 @@ from typing import Any, Final
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.printer import text
-from multibody_sym.model.declaration.contacts import Coefficient, CoefficientField, verify_coefficients
+from multibody_sym.model.declaration.contacts import (
+    Coefficient,
+    CoefficientField,
+    verify_coefficients,
+    verify_restitution,
+)
 from multibody_sym.model.declaration.fields import Element, ListOf, MapOf, Names, Record, fields_of, fields_tree, holds
 from multibody_sym.model.declaration.values import Choice, Direction, Point, Scalar, Text, Vector, described, is_text
 from multibody_sym.scalars.node import Node
@@ -108,15 +113,6 @@ class Impact(Element):
                 raise ModelError(f"{text(value)} is negative; nothing rubs less than not at all").under(name)
         if isinstance(self.static, Node) and self.kinetic is not None:
             verify_coefficients(self.static.shadow, self.kinetic.shadow)
-
-
-def verify_restitution(name: str, value: Node | None) -> None:
-    """Raise ModelError where a constant coefficient of restitution is not one of 0 to 1."""
-    if value is not None and value.shadow is not None and not 0 <= value.shadow <= 1:
-        raise ModelError(
-            f"{text(value)} is no coefficient of restitution, which is between 0 (they stay together) and 1 (nothing "
-            "is lost)"
-        ).under(name)
 
 
 @dataclass(frozen=True)

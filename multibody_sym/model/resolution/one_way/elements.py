@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from multibody_sym.errors import at
+from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.constraints import Rope, Roughness
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.rope_rows import MeanTensionRow, RopeSlipRow
@@ -22,10 +22,18 @@ ROPE_WORDS = ("taut", "slack")
 
 
 def slackening(references: References) -> frozenset[str]:
-    """Return the constraints that hold one way only: ropes that may slacken, as those may that rub on wheels."""
+    """Return the constraints that hold one way only: ropes that may slacken, as those may that rub on wheels.
+
+    Raises ModelError for a rope that is always taut and is to rebound.
+    """
     ropes = {name: x for name, x in references.system.constraints.items() if isinstance(x, Rope)}
     rough = {name for name, pulley in references.system.pulleys.items() if pulley.rough is not None}
-    return frozenset(name for name, rope in ropes.items() if rope.slack or rough.intersection(rope.route[1:-1]))
+    found = frozenset(name for name, rope in ropes.items() if rope.slack or rough.intersection(rope.route[1:-1]))
+    for name, rope in ropes.items():
+        if name not in found and rope.restitution is not ZERO:
+            with at("constraints", name, "restitution"):
+                raise ModelError("a rope that is always taut never goes taut, so it does not rebound; add slack: true")
+    return found
 
 
 def one_way_elements(references: References, slack: Sequence[Row]) -> tuple[OneWay, ...]:
@@ -51,8 +59,17 @@ def _ropes(references: References, rows: Sequence[Row]) -> Iterator[OneWay]:
             FrictionPart(part, (slip,), *_limits(rough, slip), normals=(k if means else 0,), wrap=0)
             for k, (part, slip, rough) in enumerate(slips, 1)
         )
-        path = ("constraints", name)
-        yield OneWay(row.name, "rope", path, (row, *means), frictions=parts, words=ROPE_WORDS, group=name)
+        path, rope = ("constraints", name), references.system.constraints[name]
+        yield OneWay(
+            row.name,
+            "rope",
+            path,
+            (row, *means),
+            frictions=parts,
+            restitution=rope.restitution if isinstance(rope, Rope) else ZERO,
+            words=ROPE_WORDS,
+            group=name,
+        )
 
 
 def _means(row: Row, slips: Sequence[str]) -> list[Row]:

@@ -1,0 +1,138 @@
+"""Ropes that go taut and rebound: times, speeds and energies against closed forms, up to a load that hangs."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import multibody_sym as mbs
+
+G, MASS, LENGTH = 9.81, 2.0, 1.5
+FALL = math.sqrt(2 * LENGTH / G)
+"""The time after which a load that is dropped at the rope's upper end has fallen its length."""
+
+
+def load(e, rope="{path: [ground.hook, load], length: L, slack: true, restitution: e}", extra=""):
+    """A load that falls straight down from where its rope is fixed."""
+    return mbs.loads(f"""
+multibody_sym: 1
+name: load
+gravity: [0, -{G}, 0]
+parameters: {{e: {e}, L: {LENGTH}, h: 1e-3}}
+bodies: {{ground: {{points: {{hook: [0, 0, 0]}}}}, load: {{mass: {MASS}}}}}
+joints: {{fall: {{type: prismatic, parent: ground, child: load, axis: -y, q: s, initial: {{q: h}}}}}}
+constraints: {{cord: {{type: rope, {rope[1:]}}}
+{extra}""")
+
+
+@pytest.fixture(scope="module")
+def fallen():
+    """Runs of loads by their restitution, up to a tenth past rest."""
+    model = load(0.5)
+    ends = {e: 1.1 * FALL * (1 + e) / (1 - e) for e in (0.1, 0.5, 0.9)}
+    return {e: mbs.simulate(model, parameters={"e": e, "h": 1e-3}, t_end=end) for e, end in ends.items()}
+
+
+@pytest.mark.parametrize("e", [0.1, 0.5, 0.9])
+def test_a_load_bounces_on_its_rope_until_it_hangs(fallen, e):
+    """It strikes with v = sqrt(2 g h) e^n, and hangs after 2 v e/(g (1 - e)) more; all its height is lost.
+
+    Where it goes taut is the difference of two lengths, whose rounding counts in the last bounces.
+    """
+    run, height = fallen[e], LENGTH - 1e-3
+    v = math.sqrt(2 * G * height)
+    impacts = [event for event in run.events if event["kind"] == "impact"]
+    assert {event["element"] for event in run.events} == {"cord"}
+    assert [event["impulse"] for event in impacts[:3]] == pytest.approx(
+        [MASS * (1 + e) * v * e**n for n in range(3)], rel=1e-9
+    )
+    assert [event["lost"] for event in impacts[:3]] == pytest.approx(
+        [MASS * (1 - e * e) * (v * e**n) ** 2 / 2 for n in range(3)], rel=1e-9
+    )
+    last = run.events[-1]
+    assert last["kind"] == "taut"
+    assert last["t"] == pytest.approx(v / G * (1 + e) / (1 - e), rel=1e-9)
+    assert (run["s"][run.t > last["t"]] == run["s"][-1]).all()
+    assert run["s"][-1] == pytest.approx(LENGTH, rel=1e-12)
+    assert sum(event.get("lost", 0.0) for event in run.events) == pytest.approx(MASS * G * height, rel=1e-11)
+
+
+def test_a_rope_without_restitution_is_taut_at_once(fallen):
+    run = mbs.simulate(load(0.5), parameters={"e": 0, "h": 1e-3}, t_end=1.2 * FALL)
+    assert [event["kind"] for event in run.events] == ["taut"]
+
+
+def test_a_rope_keeps_its_restitution_in_a_file_and_in_python():
+    model = load(0.5)
+    assert mbs.loads(mbs.dumps(model)) == model
+    assert "restitution: e" in mbs.dumps(model)
+    rope = mbs.Rope(("ground.hook", "load"), length="L", slack=True, restitution="e")
+    assert model.constraints["cord"] == rope
+
+
+@pytest.mark.parametrize(
+    ("rope", "words"),
+    [
+        ("{path: [ground.hook, load], restitution: 0.5}", "slack: true"),
+        ("{path: [ground.hook, load], slack: true, restitution: 1.5}", "between 0 \\(they stay together\\) and 1"),
+        ("{path: [ground.hook, load], slack: true, restitution: -0.5}", "between 0 \\(they stay together\\) and 1"),
+    ],
+)
+def test_a_restitution_that_no_rope_has_is_refused(rope, words):
+    with pytest.raises(mbs.ModelError, match=words) as caught:
+        mbs.solve(load(0.5, rope))
+    assert caught.value.where.path == ("constraints", "cord", "restitution")
+
+
+def test_a_restitution_that_a_parameter_makes_too_large_is_refused():
+    with pytest.raises(mbs.ModelError, match="above 1") as caught:
+        mbs.simulate(load(0.5), parameters={"e": 1.2}, t_end=0.1)
+    assert caught.value.where.path == ("constraints", "cord", "restitution")
+
+
+def test_an_impact_knows_the_restitution_of_the_rope():
+    """`impact: closing` with the load at the rope's end: p = (1 + e) m v, as declared by the rope itself."""
+    model = mbs.loads(
+        mbs.dumps(load(0.25)).replace("q: h}", "q: L, u: 3}").replace("q: [h]", "q: [L], u: [3]") + "impact: closing\n"
+    )
+    impact = mbs.solve(model).impact
+    assert impact.impulses["cord"]["normal"].value == pytest.approx(1.25 * MASS * 3, rel=1e-14)
+
+
+def test_two_loads_on_a_rope_over_a_pulley_rebound_together():
+    """Unequal loads, one held up by hand: the rope goes taut, v = relative; each rebound is e times the speed before.
+
+    The rope's row is s1 + s2 <= L; its effective mass 1/(1/m1 + 1/m2), and both fall freely between: the row's
+    acceleration is 2 g, so that it rests after 2 v e/(2 g (1 - e)) more.
+    """
+    e, m1, m2, slack = 0.4, 3.0, 1.0, 0.2
+    run = mbs.simulate(
+        mbs.loads(f"""
+multibody_sym: 1
+name: atwood
+gravity: [0, -{G}, 0]
+bodies:
+  ground: {{points: {{left: [-0.1, 0, 0], right: [0.1, 0, 0]}}}}
+  a: {{mass: {m1}}}
+  b: {{mass: {m2}}}
+joints:
+  A: {{type: prismatic, parent: ground.left, child: a, axis: -y, q: s1, initial: {{q: 1}}}}
+  B: {{type: prismatic, parent: ground.right, child: b, axis: -y, q: s2, initial: {{q: 1}}}}
+constraints:
+  cord: {{type: rope, path: [a, ground.left, ground.right, b], length: {2.2 + slack}, slack: true, restitution: {e}}}
+"""),
+        t_end=0.4,
+    )
+    v = 2 * G * math.sqrt(slack / G)
+    impacts = [event for event in run.events if event["kind"] == "impact"]
+    assert impacts[0]["impulse"] == pytest.approx((1 + e) * v * m1 * m2 / (m1 + m2), rel=1e-9)
+    last = run.events[-1]
+    assert (last["element"], last["kind"]) == ("cord", "taut")
+    assert last["t"] == pytest.approx(math.sqrt(slack / G) * (1 + e) / (1 - e), rel=1e-9)
+
+
+def test_a_rope_whose_ends_are_at_one_place_has_no_direction():
+    with pytest.raises(mbs.ModelError, match=r"ground\.hook and load are at one place") as caught:
+        mbs.simulate(load(0.5), parameters={"h": 0}, t_end=0.1)
+    assert caught.value.where.path == ("constraints", "cord")
