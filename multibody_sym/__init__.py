@@ -121,6 +121,7 @@ if TYPE_CHECKING:
     from multibody_sym.simulation.canonical.function import canonical_equations as canonical_equations
     from multibody_sym.simulation.export import export as export
     from multibody_sym.simulation.impact_function import impact as impact
+    from multibody_sym.simulation.plot import plot as plot
     from multibody_sym.simulation.right_side import compile as compile
     from multibody_sym.simulation.right_side import state_derivative as state_derivative
     from multibody_sym.simulation.simulate import Prepared as Prepared
@@ -174,6 +175,7 @@ _NAMES = {
     "simulation.canonical.function": "canonical_equations",
     "simulation.export": "export",
     "simulation.impact_function": "impact",
+    "simulation.plot": "plot",
     "simulation.right_side": "compile state_derivative",
     "simulation.simulate": "Prepared prepare simulate",
     "simulation.trajectory": "Trajectory",

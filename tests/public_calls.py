@@ -273,7 +273,8 @@ def _results(system: mbs.System) -> list[Call]:
         Call("prepared.run", prepared.run, again, slow=True),
         Call("UrdfNotice", _notice, {"text": "told"}),
         Call("run[name]", run.__getitem__, {"name": "theta"}),
-        Call("run.plot", run.plot, {"path": None}, slow=True),
+        Call("run.plot", run.plot, {"path": None, "show": "theta", "x": "t"}, slow=True),
+        Call("plot", mbs.plot, {"runs": run, "path": None, "show": "theta", "x": "t"}, slow=True),
         *(Call(f"t {sign} x", function, {"x": 1}) for sign, function in _OPERATORS.items()),
     ]
 

@@ -1,103 +1,156 @@
-"""A run as a figure: coordinates, speeds and outputs over time."""
+"""What of a run a plot shows: a panel for each unit, names that were asked for, changes as marks."""
 
 from __future__ import annotations
 
-import contextlib
-import io
 import os
-import sys
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Final, NamedTuple
 
-from multibody_sym.errors import OutputError
-from multibody_sym.expressions.chosen_units import SI, Units
-from multibody_sym.formats.files import path_name, write_whole
+import numpy as np
 
-if TYPE_CHECKING:
-    from multibody_sym.numerics.arrays import Floats
-    from multibody_sym.simulation.samples import Samples
+from multibody_sym.drawing.plots.panels import Curve, Mark, Panel, Plot
+from multibody_sym.errors import ArgumentError, InputError, shown, suggestion
+from multibody_sym.expressions.chosen_units import Units, chosen_units
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.simulation.samples import Samples
 
-_MOST_CURVES = 12
+_TIME: Final = "t"
+_LENGTH: Final = "m"
+_OUTPUT: Final = "output "
+"""What stands before the name of an output that is called like a coordinate, as in tables."""
+_CHANGE: Final = "energy_change"
+_ENERGIES: Final = {
+    "kinetic_energy": lambda run: run.kinetic_energy,
+    "potential_energy": lambda run: run.potential_energy,
+    "energy": lambda run: run.energy,
+    _CHANGE: lambda run: run.energy - run.energy[0],
+}
+"""What every run has beside its names, in J."""
 
 
-def figure_of(samples: Samples, units: Units = SI) -> Any:
-    """Return a matplotlib figure in chosen units.
+def plot(
+    runs: Samples | Sequence[Samples] | Mapping[str, Samples],
+    path: str | os.PathLike[str] | None = None,
+    units: str | Sequence[str] | Units | None = None,
+    *,
+    show: str | Sequence[str] | None = None,
+    x: str = _TIME,
+) -> Any:
+    """Return a matplotlib figure of one run, or of several by name in one picture; written to `path` if one is given.
 
-    It has an axis for each unit among coordinates and speeds, for each among the outputs and for those without one.
-    What begins to stick, slide, open or close is marked.
+    It has a panel for each unit. `show` names what is shown, as `"theta,psi"` or a list: coordinates, speeds, inputs,
+    outputs, `kinetic_energy`, `potential_energy`, `energy` and `energy_change` (since the start); without it all
+    coordinates, speeds and outputs. It is drawn over `x`, time or another of these names: `x="theta"` gives phase
+    plots, and two lengths a path to scale. What begins to stick, slide, open or close is marked.
+    Raises InputError for what is no unit and no name of a run, OutputError where matplotlib is missing or the file
+    cannot be written.
     """
-    panels, times = _panels(samples, units), samples.t / units.size("s")
-    marks = samples.changes
-    with _plain_style():
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
+    from multibody_sym.drawing.plots.figure import figure_of
+    from multibody_sym.drawing.plots.files import write_figure
 
-        figure = Figure(figsize=(8.0, 1.0 + 2.2 * len(panels)), layout="constrained")
-        FigureCanvasAgg(figure)
-        axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
-        for axis, (label, curves) in zip(axes, panels.items(), strict=True):
-            for name, values in list(curves.items())[:_MOST_CURVES]:
-                axis.plot(times, values, label=_literal(name), linewidth=1.2)
-            for event in marks:
-                axis.axvline(event["t"] / units.size("s"), color="0.6", linewidth=0.6, linestyle=":", zorder=0)
-            axis.set_ylabel(_literal(label))
-            axis.grid(visible=True, alpha=0.3)
-            axis.legend(loc="upper right", fontsize="small")
-        for event in marks[:_MOST_CURVES]:
-            told, place = _literal(f"{event['element']} {event['kind']}"), event["t"] / units.size("s")
-            axes[0].text(place, 1.0, told, transform=axes[0].get_xaxis_transform(), rotation=90, fontsize=6, va="top")
-        axes[0].set_title(_literal(samples.ready.mechanism.name))
-        axes[-1].set_xlabel(f"t in {units.of('s')}")
+    figure = figure_of(plot_of(_by_name(runs), chosen_units(units), show, x))
+    if path is not None:
+        write_figure(figure, path)
     return figure
 
 
-def write_figure(figure: Any, path: str | os.PathLike[str]) -> None:
-    """Write the figure as PNG, SVG or PDF, by the ending of `path`. Raises OutputError."""
-    content, ending = io.BytesIO(), os.path.splitext(path_name(path))[1].removeprefix(".").lower() or "png"
-    with _plain_style():
-        try:
-            figure.savefig(content, format=ending)
-        except ValueError as problem:
-            raise OutputError(f"the figure cannot be written as '{ending}': {problem}") from None
-    write_whole(path, content.getvalue())
+class _Column(NamedTuple):
+    """Numbers of a run in the unit that is told: empty, or `quaternion`, where there is none."""
+
+    values: Floats
+    unit: str
 
 
-def _panels(samples: Samples, units: Units) -> Mapping[str, Mapping[str, Floats]]:
-    panels: dict[str, dict[str, Floats]] = {}
-    for name, values in {**samples.coordinates, **samples.speeds}.items():
-        unit = samples.units[name]
-        panels.setdefault(units.of(unit) or "quaternion", {})[name] = values / units.size(unit)
-    for name, values in samples.outputs.items():
-        unit = samples.output_units[name]
-        label = f"outputs in {units.of(unit)}" if unit else "outputs"
-        panels.setdefault(label, {})[name] = values / units.size(unit)
-    return panels or {"": {}}
+def plot_of(
+    runs: Mapping[str, Samples], units: Units, show: str | Sequence[str] | None = None, x: str = _TIME
+) -> Plot:
+    """Return what a plot of runs shows, by panels."""
+    wanted = _words(show)
+    panels: dict[str, list[Curve]] = {}
+    across = ""
+    for k, run in enumerate(runs.values()):
+        base, across = _across(run, x, units)
+        for name in wanted or _all_of(run, x):
+            column = _column(run, name, units)
+            panels.setdefault(column.unit, []).append(Curve(name, base.values, column.values, k))
+    found = tuple(Panel(unit, tuple(curves), _size(runs, curves, unit, units)) for unit, curves in panels.items())
+    over_time = x == _TIME
+    marks = tuple(_marks(next(iter(runs.values())), units, found, over_time)) if len(runs) == 1 else ()
+    title = ", ".join(dict.fromkeys(run.ready.mechanism.name for run in runs.values()))
+    equal = not over_time and all(panel.unit and panel.unit == base.unit for panel in found) and _is_length(base, units)
+    return Plot(title, across, found or (Panel("", ()),), marks, tuple(runs), over_time, equal)
 
 
-def _literal(name: str) -> str:
-    """Return a name that matplotlib shows as it stands: no formula, and no leading _ that would hide it."""
-    shown = name.replace("$", r"\$")
-    return f" {shown}" if shown.startswith("_") else shown
+def _size(runs: Mapping[str, Samples], curves: Sequence[Curve], unit: str, units: Units) -> float:
+    """Return the kinetic energy that a panel of energies is judged against: less than a millionth of it is drift."""
+    if unit != units.of("J") or any(curve.name == _CHANGE for curve in curves):
+        return 0.0
+    return float(max(np.max(run.kinetic_energy, initial=0.0) for run in runs.values())) / units.size("J")
 
 
-@contextlib.contextmanager
-def _plain_style() -> Iterator[None]:
-    """Use matplotlib in its default style; a settings file in the working folder is not read."""
-    try:
-        with _elsewhere() if "matplotlib" not in sys.modules else contextlib.nullcontext():
-            import matplotlib.style
-    except ImportError:
-        raise OutputError("plots need matplotlib: pip install 'multibody_sym[plot]'") from None
-    with matplotlib.style.context("default"):
-        yield
+def _is_length(column: _Column, units: Units) -> bool:
+    return column.unit == units.of(_LENGTH)
 
 
-@contextlib.contextmanager
-def _elsewhere() -> Iterator[None]:
-    """Work in the root folder for a moment: matplotlib looks for its settings in the working folder first."""
-    before = os.getcwd()
-    os.chdir(os.path.abspath(os.sep))
-    try:
-        yield
-    finally:
-        os.chdir(before)
+def _by_name(runs: Any) -> Mapping[str, Samples]:
+    if isinstance(runs, Samples):
+        return {"": runs}
+    if isinstance(runs, Mapping):
+        found = {str(name): run for name, run in runs.items()}
+    elif isinstance(runs, (list, tuple)):
+        found = {f"run {k}": run for k, run in enumerate(runs, 1)}
+    else:
+        raise ArgumentError(f"runs: expected a Trajectory, a list of them or a map by name, got {shown(runs)}")
+    odd = [run for run in found.values() if not isinstance(run, Samples)]
+    if odd or not found:
+        raise ArgumentError(f"runs: expected Trajectories, got {shown(odd[0] if odd else runs)}")
+    return found
+
+
+def _words(show: str | Sequence[str] | None) -> list[str]:
+    if show is None:
+        return []
+    words = show.split(",") if isinstance(show, str) else list(show)
+    if not words or not all(isinstance(word, str) and word.strip() for word in words):
+        raise ArgumentError(f"show: expected names such as 'theta,psi', got {shown(show)}")
+    return [word.strip() for word in words]
+
+
+def _all_of(run: Samples, x: str) -> list[str]:
+    """Return the names that are shown unasked."""
+    taken = [*run.coordinates, *run.speeds]
+    outputs = [f"{_OUTPUT}{name}" if name in taken or name == _TIME else name for name in run.outputs]
+    return [name for name in [*taken, *outputs] if name != x]
+
+
+def _across(run: Samples, x: str, units: Units) -> tuple[_Column, str]:
+    if x == _TIME:
+        return _Column(run.t / units.size("s"), units.of("s")), f"t [{units.of('s')}]"
+    column = _column(run, x, units)
+    return column, f"{x} [{column.unit}]" if column.unit else x
+
+
+def _column(run: Samples, name: str, units: Units) -> _Column:
+    if name in run.units:
+        unit = run.units[name]
+        told = units.of(unit) or ("quaternion" if name in run.coordinates else "")
+        return _Column(run[name] / units.size(unit), told)
+    output = name.removeprefix(_OUTPUT)
+    if output in run.outputs:
+        unit = run.output_units[output]
+        return _Column(run.outputs[output] / units.size(unit), units.of(unit))
+    if name in _ENERGIES:
+        return _Column(_ENERGIES[name](run) / units.size("J"), units.of("J"))
+    known = [*run.units, *run.outputs, *_ENERGIES]
+    raise InputError(f"nothing in this run is called {name!r}{suggestion(name, known)}")
+
+
+def _marks(run: Samples, units: Units, panels: tuple[Panel, ...], over_time: bool) -> Iterator[Mark]:
+    for event in run.changes:
+        text, t = f"{event['element']} {event['kind']}", float(event["t"])
+        if over_time:
+            yield Mark(t / units.size("s"), text)
+            continue
+        at = int(np.searchsorted(run.t, t).clip(0, len(run.t) - 1))
+        places = [(k, curve.x[at], curve.y[at]) for k, panel in enumerate(panels) for curve in panel.curves]
+        yield Mark(t, text, tuple((k, float(x), float(y)) for k, x, y in places))

@@ -14,7 +14,7 @@ import numpy as np
 from multibody_sym.analysis.limits import limits_passed
 from multibody_sym.dynamics.constraints.redundancy import Redundancy, doubles_of, redundancy
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.expressions.chosen_units import Units, chosen_units
+from multibody_sym.expressions.chosen_units import Units
 from multibody_sym.integrators.flow import Status
 from multibody_sym.kinematics.energy import works_unseen
 from multibody_sym.kinematics.motion import motion_of
@@ -37,6 +37,7 @@ from multibody_sym.simulation.oddities import (
 )
 from multibody_sym.simulation.one_way.account import FrictionWork
 from multibody_sym.simulation.one_way.chained import OneWayRun
+from multibody_sym.simulation.plot import plot
 from multibody_sym.simulation.samples import Samples
 
 
@@ -239,18 +240,22 @@ class Trajectory(Samples):
             "interrupted": self.interrupted,
         }
 
-    def plot(self, path: str | os.PathLike[str] | None = None, units: str | Sequence[str] | Units | None = None) -> Any:
-        """Return a matplotlib figure of coordinates, speeds and outputs over time, written to `path` if one is given.
+    def plot(
+        self,
+        path: str | os.PathLike[str] | None = None,
+        units: str | Sequence[str] | Units | None = None,
+        *,
+        show: str | Sequence[str] | None = None,
+        x: str = "t",
+    ) -> Any:
+        """Return a matplotlib figure of the run, written to `path` if one is given: `multibody_sym.plot` of it alone.
 
-        It is in SI units but for those chosen, such as `units="mm,deg"`.
-        Raises InputError for what is no unit, OutputError where matplotlib is missing or the file cannot be written.
+        It is in SI units but for those chosen, such as `units="mm,deg"`. `show="theta,psi"` chooses what is shown and
+        `x="theta"` over what.
+        Raises InputError for what is no unit or name, OutputError where matplotlib is missing or the file cannot be
+        written.
         """
-        from multibody_sym.simulation.plot import figure_of, write_figure
-
-        figure = figure_of(self, chosen_units(units))
-        if path is not None:
-            write_figure(figure, path)
-        return figure
+        return plot(self, path, units, show=show, x=x)
 
 
 def _largest_change(values: Floats) -> float:

@@ -45,6 +45,8 @@ PRINTED = {
     ("modes", "format"): "how the answer is printed: it is text, LaTeX and data at once",
     ("solve", "format"): "how the steps are printed: they are text, LaTeX and HTML at once",
     ("simulate", "output"): "the file for the table that run.table() is",
+    ("simulate", "show"): "what plot(run, show=..) draws",
+    ("simulate", "x"): "over what plot(run, x=..) draws it",
     ("simulate", "plot"): "the file that run.plot(file) writes",
     ("import", "output"): "the file that dump(system, file) writes",
     ("schema", "output"): "the file for what the function returns",

@@ -75,7 +75,7 @@ def test_figures_take_every_name_as_it_stands(clash: mbs.Trajectory, tmp_path: P
     pytest.importorskip("matplotlib")
     figure = clash.plot(tmp_path / "clash.svg")
     labels = [text.get_text() for axis in figure.axes for text in axis.get_legend().get_texts()]
-    assert labels == ["x", "u_x", "x", "t", "\\$name_"]
+    assert labels == ["x", "u_x", "\\$name_", "output x", "output t"]
     assert (tmp_path / "clash.svg").read_text().lstrip().startswith("<?xml")
     line = figure.axes[0].get_lines()[0]
     assert np.array_equal(line.get_ydata(), clash["x"])
@@ -97,9 +97,9 @@ def test_axes_and_tables_tell_units_where_they_are_known() -> None:
     run = mbs.simulate(mbs.loads(UNITS), backend="python")
     figures = run.plot(), run.plot(units="mm,deg,ms")
     plain, chosen = ([axis.get_ylabel() for axis in figure.axes] for figure in figures)
-    assert plain == ["m", "rad", "m/s", "rad/s", "outputs in N", "outputs", "outputs in m"]
-    assert chosen == ["mm", "deg", "mm/ms", "deg/ms", "outputs in N", "outputs", "outputs in mm"]
-    assert [figure.axes[-1].get_xlabel() for figure in figures] == ["t in s", "t in ms"]
+    assert plain == ["x, way [m]", "a [rad]", "u_x [m/s]", "u_a [rad/s]", "pull, push [N]", "lever"]
+    assert chosen == ["x, way [mm]", "a [deg]", "u_x [mm/ms]", "u_a [deg/ms]", "pull, push [N]", "lever"]
+    assert [figure.axes[-1].get_xlabel() for figure in figures] == ["t [s]", "t [ms]"]
     t, x = figures[1].axes[0].get_lines()[0].get_data()
     assert np.allclose([t, x], [1e3 * run.t, 1e3 * run["x"]])
     table = run.table(units=["mm", "kN"])

@@ -42,6 +42,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--plot", metavar="PNG", nargs="?", const="", help=figure)
     for name, described in _SETTINGS.items():
         parser.add_argument("--" + name.replace("_", "-"), metavar=name.upper(), help=described)
+    shown = "what the figure shows: names with commas between them (default: all coordinates, speeds and outputs)"
+    parser.add_argument("--show", metavar="NAMES", help=shown)
+    parser.add_argument("--x", metavar="NAME", help="over what it is drawn: a name instead of time")
     verify = "tell how well the theorems of momentum, angular momentum and energy hold along the run"
     parser.add_argument("--verify", action="store_true", help=verify)
     parser.add_argument("--native", action="store_true", help="code for this processor only")
@@ -60,7 +63,7 @@ def run(options: argparse.Namespace) -> Answer:
     if table is not None:
         table.finish(done)
     if figure is not None:
-        done.plot(figure, units)
+        done.plot(figure, units, show=options.show, x=options.x or "t")
     from multibody_sym.writing.run_summary import run_summary
     from multibody_sym.writing.theorems import theorems_text
 
@@ -86,6 +89,8 @@ def _recording(output: str | None, units: Units) -> Recording | None:
 
 def _figure_name(options: argparse.Namespace) -> str | None:
     if options.plot is None:
+        if options.show or options.x:
+            raise InputError("--show and --x say what a figure shows: add --plot")
         return None
     name: str = options.plot or os.path.splitext(os.path.basename(options.file))[0] + _FIGURES[0]
     if os.path.splitext(name)[1].lower() not in _FIGURES:
