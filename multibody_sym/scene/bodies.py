@@ -1,0 +1,147 @@
+"""Bodies as they are seen: by their shape, by their surfaces, or as what joins their places."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.model.declaration.bodies import Body, Shape
+from multibody_sym.model.declaration.joints import Prismatic
+from multibody_sym.model.mechanism.mass import GROUND
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.scene.forms import ZERO, Ball, Barrel, Block, Disc, Form, Polyline, Symbol, Vector, vector
+from multibody_sym.scene.items import Item
+from multibody_sym.scene.places import same
+from multibody_sym.scene.stage import Stage
+from multibody_sym.scene.surfaces import is_solid, surface_items
+
+_Z: Final = (0.0, 0.0, 1.0)
+_UNIT: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+Sizes = Sequence[float]
+_SHAPES: Final[Mapping[str, Callable[[Sizes], Form]]] = {
+    "rod": lambda s: Polyline((ZERO, (s[0], 0.0, 0.0))),
+    "disc": lambda s: Disc(ZERO, _Z, s[0]),
+    "ring": lambda s: Disc(ZERO, _Z, s[0], hollow=True),
+    "cylinder": lambda s: Barrel(ZERO, _Z, s[0], s[1]),
+    "sphere": lambda s: Ball(ZERO, s[0]),
+    "shell": lambda s: Ball(ZERO, s[0], hollow=True),
+    "box": lambda s: Block(ZERO, _UNIT, (s[0], s[1], s[2])),
+}
+"""The form of each shape of a body, from its sizes."""
+
+
+def body_items(stage: Stage, found: Mapping[str, list[Vector]]) -> Iterator[Item]:
+    """Yield what is seen of each body but ground, given its places."""
+    for name, body in stage.system.bodies.items():
+        if name == GROUND:
+            continue
+        number, label, path = stage.number_of(name), body.label or name, ("bodies", name)
+        surfaces = list(surface_items(stage, name))
+        own = list(_forms(stage, name, body, found[name], solid=any(is_solid(item) for item in surfaces)))
+        yield from (Item("body", name, label, path, number, form) for form in own)
+        yield from surfaces
+        if (body.shape is not None or body.inertia is not None) and not _marks_centre(own, stage.centre(name)):
+            yield Item("mass centre", name, "", path, number, Symbol("com", stage.centre(name)))
+
+
+def _marks_centre(forms: Sequence[Form], centre: Vector) -> bool:
+    """Return whether a symbol stands for all of the body already where its centre of mass is."""
+    return any(isinstance(form, Symbol) and same(form.at, centre) for form in forms)
+
+
+def _forms(stage: Stage, name: str, body: Body, places: Sequence[Vector], *, solid: bool) -> Iterator[Form]:
+    """Yield the forms of one body."""
+    if body.shape is not None:
+        form = _shape(stage, body.shape)
+        yield form
+        yield from _arms(form, places)
+        return
+    centre = stage.centre(name)
+    if solid:
+        return
+    apart = [place for place in places if not same(place, centre)]
+    if not apart:
+        yield Symbol(_particle(stage, name, body), centre)
+        return
+    if len(places) == 1 or body.inertia is None:
+        yield from _with_bob(stage, name, body, places, centre)
+        return
+    yield link(places)
+
+
+def _shape(stage: Stage, shape: Shape) -> Form:
+    """Return the form of a standard shape."""
+    return _SHAPES[shape.kind]([stage.number(size) for size in shape.sizes])
+
+
+def _arms(form: Form, places: Sequence[Vector]) -> Iterator[Polyline]:
+    """Yield lines from the middle of a shape to places that are far from it, which it must hold."""
+    bounds = form.bounds
+    middle, low, high = bounds.mean(axis=0), bounds.min(axis=0), bounds.max(axis=0)
+    slack = 0.01 * float(np.linalg.norm(high - low))
+    for place in places:
+        if np.any(np.subtract(place, high) > slack) or np.any(np.subtract(low, place) > slack):
+            yield Polyline((vector(middle), place))
+
+
+def _particle(stage: Stage, name: str, body: Body) -> str:
+    """Return the symbol of what has one place only: a block on a slider, a rotor on a hinge, else a bob."""
+    joint = stage.carrying(name)
+    if isinstance(joint, Prismatic):
+        return "block"
+    if body.inertia is not None and joint is not None and any(step.is_hinge for step in joint.steps):
+        return "rotor"
+    return "bob" if not _touches_face(stage, name) else "block"
+
+
+def _touches_face(stage: Stage, name: str) -> bool:
+    """Return whether a particle is in contact with something, as a block on a plane is."""
+    return any(name in contact.between for contact in stage.system.contacts.values())
+
+
+def _with_bob(
+    stage: Stage, name: str, body: Body, places: Sequence[Vector], centre: Vector
+) -> Iterator[Form]:
+    """Yield the rod from the places of a particle, or of a body that is held at one, to its centre of mass."""
+    others = [place for place in places if not same(place, centre)]
+    yield link([*others, centre])
+    if body.inertia is None:
+        yield Symbol("bob", centre)
+
+
+def link(places: Sequence[Vector]) -> Polyline:
+    """Return a rod through places on a line, or the plate that they bound; in space a frame of bars from the middle."""
+    points = np.array(places)
+    middle = points.mean(axis=0)
+    _, sizes, axes = np.linalg.svd(points - middle)
+    flat = np.append(sizes, (0.0, 0.0, 0.0))
+    if flat[1] <= 1e-6 * flat[0]:
+        order = np.argsort(points @ axes[0], kind="stable")
+        if np.dot(points[order[0]] - points[0], points[0] - points[order[-1]]) == 0.0 and order[0] != 0:
+            order = order[::-1]
+        return Polyline(tuple(vector(points[k]) for k in order))
+    if flat[2] <= 1e-6 * flat[0]:
+        return Polyline(tuple(vector(points[k]) for k in hull(points @ axes[:2].T)), closed=True)
+    bars = [bar for point in points for bar in (vector(middle), vector(point))]
+    return Polyline(tuple(bars))
+
+
+def hull(points: Floats) -> list[int]:
+    """Return which of points in a plane (n, 2) bound them all, around (Andrew's monotone chain)."""
+    order = sorted(range(len(points)), key=lambda k: (points[k][0], points[k][1]))
+
+    def half(run: Sequence[int]) -> list[int]:
+        found: list[int] = []
+        for k in run:
+            while len(found) > 1 and _turn(points[found[-2]], points[found[-1]], points[k]) <= 0.0:
+                found.pop()
+            found.append(k)
+        return found[:-1]
+
+    return half(order) + half(order[::-1])
+
+
+def _turn(a: Floats, b: Floats, c: Floats) -> float:
+    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))

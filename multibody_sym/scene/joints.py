@@ -1,0 +1,194 @@
+"""Joints as they are seen: a symbol on the parent, and what it runs along. A kind of joint is an entry in _SIGNS."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.model.declaration.constraints import Rope
+from multibody_sym.model.declaration.forces import Friction
+from multibody_sym.model.declaration.joint import Joint, Limits
+from multibody_sym.model.declaration.joints import CurveJoint, Custom
+from multibody_sym.model.declaration.values import Point
+from multibody_sym.model.resolution.spanning_tree import coordinate_names
+from multibody_sym.scalars.node import symbol
+from multibody_sym.scene.forms import Form, Polyline, Rail, Symbol, Vector, unit, vector
+from multibody_sym.scene.items import Item, Role
+from multibody_sym.scene.stage import Place, Stage
+from multibody_sym.scene.surfaces import curve_points
+
+
+@dataclass(frozen=True)
+class Held:
+    """A joint that is drawn: its name, both frames, and the coordinates at the start."""
+
+    stage: Stage
+    name: str
+    joint: Joint
+    parent: Place
+    child: Place
+    values: tuple[float, ...]
+
+    @property
+    def on_ground(self) -> bool:
+        """Whether one of both bodies is ground."""
+        return any(map(self.stage.is_ground, (self.joint.parent, self.joint.child)))
+
+    @property
+    def bodies(self) -> tuple[int, int]:
+        """Both bodies."""
+        return self.parent.body, self.child.body
+
+    def item(self, role: Role, form: Form, *, on_child: bool = False) -> Item:
+        """Return an item of the joint on one of both bodies."""
+        label = getattr(self.joint, "label", None) or self.name
+        place = self.child if on_child else self.parent
+        return Item(role, self.name, label, ("joints", self.name), place.body, form, self.bodies, self.on_ground)
+
+
+def joint_items(stage: Stage) -> Iterator[Item]:
+    """Yield what is seen of each joint."""
+    for name, joint in stage.system.joints.items():
+        yield from _SIGNS.get(joint.kind, _nothing)(held(stage, name))
+
+
+def held(stage: Stage, name: str) -> Held:
+    """Return a joint with its places and coordinates at the start."""
+    joint = stage.system.joints[name]
+    names = coordinate_names(name, joint)
+    values = tuple(stage.known.get(symbol(q), math.nan) for q in names)
+    return Held(stage, name, joint, stage.place(joint.parent), stage.place(joint.child), values)
+
+
+def _sign(kind: str, role: Role = "joint") -> Callable[[Held], Iterator[Item]]:
+    """Return what makes one symbol at the joint's place on its parent, about its first axis."""
+
+    def items(joint: Held) -> Iterator[Item]:
+        axes = [axis for step in joint.joint.steps for axis in (*step.turns, *step.slides)]
+        axis = joint.parent.turned(unit(joint.stage.vector(axes[0]))) if axes else (0.0, 0.0, 1.0)
+        second = unit(joint.stage.vector(axes[1])) if len(axes) > 1 else (1.0, 0.0, 0.0)
+        along = joint.parent.turned(second)
+        yield joint.item(role, Symbol(kind, joint.parent.point, axis, along))
+
+    return items
+
+
+def _hinge(joint: Held) -> Iterator[Item]:
+    yield from _sign("pivot" if joint.on_ground else "pin")(joint)
+
+
+def _ball(joint: Held) -> Iterator[Item]:
+    yield from _sign("ball_pivot" if joint.on_ground else "ball")(joint)
+
+
+def _nothing(joint: Held) -> Iterator[Item]:
+    """Yield a sign without ink for what is free: the place is there, and its path."""
+    yield joint.item("joint", Symbol("free", joint.child.point), on_child=True)
+
+
+def _slider(joint: Held) -> Iterator[Item]:
+    """Yield the rail on the parent, and the block on the child."""
+    (step,) = joint.joint.steps
+    axis = joint.parent.turned(unit(joint.stage.vector(step.slides[0])))
+    yield from _slide(joint, axis, joint.values)
+    light = joint.on_ground and _hangs(joint, axis)
+    yield joint.item("joint", Symbol("hanger" if light else "slider", *_on_child(joint, step.slides[0])), on_child=True)
+
+
+def _on_child(joint: Held, axis: Point) -> tuple[Vector, Vector]:
+    """Return the joint's place on the child, and its axis there."""
+    return joint.child.point, joint.child.turned(unit(joint.stage.vector(axis)))
+
+
+def _slide(joint: Held, axis: Vector, values: tuple[float, ...]) -> Iterator[Item]:
+    """Yield the rail along which a joint slides on its parent."""
+    way = values[0] if values and math.isfinite(values[0]) else _way(joint, axis)
+    low, high = min(0.0, way), max(0.0, way)
+    limits: Limits | None = getattr(joint.joint, "limits", None)
+    if limits is not None and limits.lower is not None and limits.upper is not None:
+        low, high = joint.stage.number(limits.lower), joint.stage.number(limits.upper)
+    light = joint.on_ground and _hangs(joint, axis)
+    yield joint.item("guide", Rail(joint.parent.point, axis, (low, high), light))
+
+
+def _way(joint: Held, axis: Vector) -> float:
+    """Return how far the child's frame is along the axis at the start."""
+    stage = joint.stage
+    apart = stage.world(joint.child.body, joint.child.point) - stage.world(joint.parent.body, joint.parent.point)
+    return float(apart @ stage.turned(joint.parent.body, axis))
+
+
+def _hangs(joint: Held, axis: Vector) -> bool:
+    """Return whether the child hangs on a rope or spring and slides along gravity, so that no rail is seen."""
+    stage, body = joint.stage, joint.stage.body(joint.joint.child)
+    along = stage.turned(joint.parent.body, axis)
+    size = float(np.linalg.norm(stage.gravity))
+    if size == 0.0 or abs(float(along @ stage.gravity)) < 0.999 * size:
+        return False
+    if any(isinstance(f, Friction) and f.joint == joint.name for f in stage.system.forces.values()):
+        return False
+    ropes = [c for c in stage.system.constraints.values() if isinstance(c, Rope)]
+    return any(body == end.partition(".")[0] for rope in ropes for end in rope.path)
+
+
+def _screw(joint: Held) -> Iterator[Item]:
+    axis = joint.parent.turned(unit(joint.stage.vector(joint.joint.steps[0].turns[0])))
+    yield from _slide(joint, axis, ())
+    yield from _sign("screw")(joint)
+
+
+def _cylindrical(joint: Held) -> Iterator[Item]:
+    axis = joint.parent.turned(unit(joint.stage.vector(joint.joint.steps[0].slides[0])))
+    yield from _slide(joint, axis, joint.values[:1])
+    yield joint.item("joint", Symbol("sleeve", *_on_child(joint, joint.joint.steps[0].slides[0])), on_child=True)
+
+
+def _wire(joint: Held) -> Iterator[Item]:
+    assert isinstance(joint.joint, CurveJoint)
+    near = joint.values[0] if joint.values else None
+    points = curve_points(joint.stage, joint.joint.curve, near)
+    base = np.array(joint.parent.point)
+    placed = tuple(vector(base + joint.parent.turned(point)) for point in points)
+    yield joint.item("guide", Polyline(placed))
+    yield joint.item("joint", Symbol("bead", joint.child.point), on_child=True)
+
+
+def _custom(joint: Held) -> Iterator[Item]:
+    """Yield a sign for each freedom at the joint's place."""
+    assert isinstance(joint.joint, Custom)
+    signs: list[tuple[str, Point]] = []
+    for freedom in joint.joint.free:
+        if freedom.translate is not None:
+            signs.append(("slide", freedom.translate))
+        elif freedom.rotate is not None:
+            signs.append(("turn" if freedom.pitch is None else "screw", freedom.rotate))
+    for kind, axis in signs:
+        turned = joint.parent.turned(unit(joint.stage.vector(axis)))
+        if kind == "slide":
+            yield from _slide(joint, turned, ())
+        else:
+            place, around = _on_child(joint, axis)
+            yield joint.item("joint", Symbol("pin" if kind == "turn" else "screw", place, around), on_child=True)
+    if not signs or all(kind == "slide" for kind, _ in signs):
+        yield from _nothing(joint)
+
+
+_SIGNS: Final[Mapping[str, Callable[[Held], Iterator[Item]]]] = {
+    "revolute": _hinge,
+    "prismatic": _slider,
+    "screw": _screw,
+    "cylindrical": _cylindrical,
+    "universal": _sign("cardan"),
+    "spherical": _ball,
+    "curve": _wire,
+    "custom": _custom,
+    "fixed": _sign("weld"),
+    "planar": _nothing,
+    "point": _nothing,
+    "free": _nothing,
+}
+"""What is seen of each kind of joint."""

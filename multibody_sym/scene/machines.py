@@ -1,0 +1,203 @@
+"""What else is declared and seen: pulleys, gears, guides of points, contacts, friction and springs in hinges."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.errors import ModelError
+from multibody_sym.model.declaration.constraints import (
+    Coupler,
+    Expression,
+    Gear,
+    OnCurve,
+    PointInPlane,
+    PointOnLine,
+    PrescribedMotion,
+    Rolling,
+    VelocityConstraint,
+)
+from multibody_sym.model.declaration.forces import Damper, Friction, Motor, SpringDamper
+from multibody_sym.model.mechanism.mass import GROUND
+from multibody_sym.model.resolution.contacts.elements import copies
+from multibody_sym.scene.forms import Disc, Face, Polyline, Rail, Symbol, Vector, unit, vector
+from multibody_sym.scene.items import Item
+from multibody_sym.scene.joints import held
+from multibody_sym.scene.stage import Place, Stage
+from multibody_sym.scene.surfaces import curve_points
+
+
+def ground_items(stage: Stage, found: Mapping[str, list[Vector]]) -> Iterator[Item]:
+    """Yield the frames of all bodies, and the points that nothing is joined to but that are named."""
+    for name, body in stage.system.bodies.items():
+        for word in body.frames:
+            place = stage.place(f"{name}.{word}")
+            sign = Symbol("frame", place.point, place.turned((0, 0, 1)), place.turned((1, 0, 0)))
+            path = ("bodies", name, "frames", word)
+            yield Item("frame", f"{name}.{word}", word, path, place.body, sign, on_ground=name == GROUND)
+        for word in body.points:
+            place = stage.place(f"{name}.{word}")
+            path = ("bodies", name, "points", word)
+            yield Item("point", f"{name}.{word}", word, path, place.body, Symbol("point", place.point))
+
+
+def pulley_items(stage: Stage) -> Iterator[Item]:
+    """Yield the pulleys: their wheel, or a symbol where the rope bends at a point; and what holds those on ground."""
+    for name, pulley in stage.system.pulleys.items():
+        place = stage.place(pulley.at or pulley.body or GROUND)
+        radius, axis = stage.number(pulley.radius), place.turned(unit(stage.vector(pulley.axis)))
+        label, path = name, ("pulleys", name)
+        grounded = pulley.body is None and stage.is_ground(pulley.at or GROUND)
+        common: dict[str, Any] = {"bodies": (), "on_ground": grounded}
+        if radius > 0.0:
+            yield Item("pulley", name, label, path, place.body, Disc(place.point, axis, radius), **common)
+            if pulley.body is None:
+                yield Item("pulley", name, "", path, place.body, Symbol("axle", place.point, axis), **common)
+        else:
+            yield Item("pulley", name, label, path, place.body, Symbol("pulley", place.point, axis), **common)
+
+
+# --- constraints ---------------------------------------------------------------------------------------------------
+
+
+def constraint_items(stage: Stage) -> Iterator[Item]:
+    """Yield what is seen of constraints that are no strands."""
+    for name, element in stage.system.constraints.items():
+        make = _CONSTRAINTS.get(type(element))
+        if make is not None:
+            yield from make(stage, name, element)
+
+
+def _gear(stage: Stage, name: str, gear: Gear) -> Iterator[Item]:
+    """Yield the pitch circles on the children of both hinges; radii that are not given follow from the ratio."""
+    path, made = ("constraints", name), [held(stage, joint) for joint in gear.joints]
+    ratio = abs(stage.number(gear.ratio, 1.0)) or 1.0
+    if gear.radii is not None:
+        radii = [stage.number(radius) for radius in gear.radii]
+    else:
+        first, second = (stage.world(each.parent.body, each.parent.point) for each in made)
+        distance = float(np.linalg.norm(first - second))
+        outside = stage.number(gear.ratio, 1.0) < 0.0
+        total = ratio + 1.0 if outside else abs(ratio - 1.0)
+        radii = [distance / total, ratio * distance / total] if total > 0.0 else [0.0, 0.0]
+    for each, radius in zip(made, radii, strict=True):
+        turns = [axis for step in each.joint.steps for axis in step.turns]
+        if not turns:
+            yield Item("gear", name, name, path, each.child.body, Symbol("rack", each.child.point))
+            continue
+        axis = each.child.turned(unit(stage.vector(turns[0])))
+        form = Disc(each.child.point, axis, radius, teeth=True) if radius > 0.0 else None
+        yield Item("gear", name, name, path, each.child.body, form or Symbol("gear", each.child.point, axis))
+
+
+def _on_joints(stage: Stage, name: str, element: Coupler | PrescribedMotion) -> Iterator[Item]:
+    """Yield a sign without ink at the joints that an expression ties, so that marks have a place."""
+    joints = tuple(element.joints) if isinstance(element, Coupler) else (element.joint,)
+    for joint in joints:
+        each = held(stage, joint)
+        sign = Symbol("drive" if isinstance(element, PrescribedMotion) else "tie", each.child.point)
+        yield Item("limit", name, name, ("constraints", name), each.child.body, sign)
+
+
+def _tie(stage: Stage, name: str, element: Any) -> Iterator[Item]:
+    yield Item("limit", name, name, ("constraints", name), -1, Symbol("tie", (0.0, 0.0, 0.0)))
+
+
+def _on_line(stage: Stage, name: str, element: PointOnLine) -> Iterator[Item]:
+    place = stage.place(element.line.through)
+    axis = place.turned(unit(stage.vector(element.line.direction)))
+    yield _rail(stage, name, place, axis, element.point)
+    yield _bead(stage, name, element.point)
+
+
+def _rail(stage: Stage, name: str, place: Place, axis: Vector, point: str) -> Item:
+    other = stage.place(point)
+    apart = stage.world(other.body, other.point) - stage.world(place.body, place.point)
+    way, reach = float(apart @ stage.turned(place.body, axis)), 0.5 * stage.lengths.get("size", 1.0)
+    rail = Rail(place.point, axis, (min(way - reach, 0.0), max(way + reach, 0.0)))
+    grounded = place.body < 0
+    return Item("guide", name, name, ("constraints", name), place.body, rail, (place.body, other.body), grounded)
+
+
+def _bead(stage: Stage, name: str, point: str) -> Item:
+    place = stage.place(point)
+    return Item("joint", name, name, ("constraints", name), place.body, Symbol("bead", place.point))
+
+
+def _in_plane(stage: Stage, name: str, element: PointInPlane) -> Iterator[Item]:
+    place = stage.place(element.plane.through)
+    face = Face(place.point, place.turned(unit(stage.vector(element.plane.normal))))
+    yield Item("surface", name, name, ("constraints", name), place.body, face, on_ground=place.body < 0)
+    yield _bead(stage, name, element.point)
+
+
+def _on_curve(stage: Stage, name: str, element: OnCurve) -> Iterator[Item]:
+    place, other = stage.place(element.on), stage.place(element.point)
+    points = curve_points(stage, element.curve, None)
+    base = np.array(place.point)
+    form = Polyline(tuple(vector(base + place.turned(point)) for point in points))
+    yield Item("guide", name, name, ("constraints", name), place.body, form, (place.body, other.body), place.body < 0)
+    yield _bead(stage, name, element.point)
+
+
+def _rolling(stage: Stage, name: str, element: Rolling) -> Iterator[Item]:
+    yield _touch(stage, name, ("constraints", name), element.body)
+
+
+_CONSTRAINTS: Final[Mapping[type[Any], Callable[[Stage, str, Any], Iterator[Item]]]] = {
+    Gear: _gear,
+    Coupler: _on_joints,
+    PrescribedMotion: _on_joints,
+    PointOnLine: _on_line,
+    PointInPlane: _in_plane,
+    OnCurve: _on_curve,
+    Rolling: _rolling,
+    Expression: _tie,
+    VelocityConstraint: _tie,
+}
+"""What is seen of each kind of constraint that is no strand."""
+
+
+# --- contacts and what acts in joints --------------------------------------------------------------------------------
+
+
+def contact_items(stage: Stage) -> Iterator[Item]:
+    """Yield a sign without ink at the first body of each contact, where marks and forces have their place."""
+    for declared, contact in stage.system.contacts.items():
+        for name, between in copies(declared, contact):
+            yield _touch(stage, name, ("contacts", declared), between[0])
+
+
+def _touch(stage: Stage, name: str, path: tuple[str, ...], reference: str) -> Item:
+    try:
+        place = stage.place(reference)
+        body, point = place.body, place.point
+    except ModelError:
+        body, point = stage.number_of(stage.body(reference)), (0.0, 0.0, 0.0)
+    return Item("contact", name, name, path, body, Symbol("contact", point))
+
+
+def force_items(stage: Stage) -> Iterator[Item]:
+    """Yield what is seen of forces in joints: springs and dampers in hinges, motors, friction."""
+    for name, element in stage.system.forces.items():
+        kind, joint = _IN_JOINTS.get(type(element)), getattr(element, "joint", None)
+        if kind is None or joint is None:
+            continue
+        each = held(stage, joint)
+        turns = [axis for step in each.joint.steps for axis in step.turns]
+        if kind in ("torsion_spring", "torsion_damper") and not turns:
+            continue
+        axis = each.parent.turned(unit(stage.vector(turns[0]))) if turns else (0.0, 0.0, 1.0)
+        sign = Symbol(kind, each.parent.point, axis)
+        yield Item("force", name, name, ("forces", name), each.parent.body, sign, each.bodies, each.on_ground)
+
+
+_IN_JOINTS: Final[Mapping[type[Any], str]] = {
+    SpringDamper: "torsion_spring",
+    Damper: "torsion_damper",
+    Motor: "motor",
+    Friction: "friction",
+}
+"""The sign of each force in a joint."""

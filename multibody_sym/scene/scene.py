@@ -1,0 +1,163 @@
+"""Scene: all that there is to see of a system; `scene_of` builds it and `at` places it at a state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from multibody_sym.dynamics.start.start import Start
+from multibody_sym.kinematics.motion import Motion, motion_of
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.declaration.system import System, verify_system
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.resolution.resolve import mechanism as resolved
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.scene.arrows import Law, arrow_items
+from multibody_sym.scene.bodies import body_items
+from multibody_sym.scene.forms import Face, Symbol
+from multibody_sym.scene.items import AngleMark, ArrowItem, Dimension, Item, Placed, PlacedStrand, Strand, View
+from multibody_sym.scene.joints import joint_items
+from multibody_sym.scene.machines import constraint_items, contact_items, force_items, ground_items, pulley_items
+from multibody_sym.scene.marks import angles, dimensions, ways
+from multibody_sym.scene.places import places
+from multibody_sym.scene.stage import Stage, drawn_start, poses_of
+from multibody_sym.scene.strands import Runs, placed_rope, ropes_of, strands
+from multibody_sym.scene.surfaces import surface_items
+from multibody_sym.scene.view import is_plane, natural_view
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What there is to see of a system: `plane` says whether all of it moves in one, which the `view` shows.
+
+    `size` (m) is how far its declared places reach at the `begin`, the state of its start. `items` stand on bodies,
+    `strands` run between them, `dimensions` and `angles` name lengths and coordinates, `arrows` are forces.
+    """
+
+    name: str
+    plane: bool
+    view: View
+    size: float
+    items: tuple[Item, ...]
+    strands: tuple[Strand, ...]
+    dimensions: tuple[Dimension, ...]
+    angles: tuple[AngleMark, ...]
+    arrows: tuple[ArrowItem, ...]
+    mechanism: Mechanism
+    begin: Start
+    ropes: tuple[Runs, ...] = ()
+    laws: tuple[Law, ...] = ()
+
+    @property
+    def up(self) -> tuple[float, float, float]:
+        """The direction upward on the page (world)."""
+        return self.view.up
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """The names of the bodies, in the order of the poses."""
+        return tuple(body.name for body in self.mechanism.bodies)
+
+    def at(
+        self,
+        q: Sequence[float] | Floats | None = None,
+        u: Sequence[float] | Floats | None = None,
+        t: float = 0.0,
+        parameters: Sequence[float] | Floats | None = None,
+    ) -> Placed:
+        """Return the scene at a state: coordinates q (nq), speeds u (nu), parameters (np); those of the start else."""
+        begin = self.begin
+        state = state_of(
+            self.mechanism,
+            float,
+            float(t),
+            begin.q if q is None else [float(x) for x in q],
+            begin.u if u is None else [float(x) for x in u],
+            begin.parameters if parameters is None else [float(x) for x in parameters],
+        )
+        return self.placed(motion_of(self.mechanism, state))
+
+    def placed(self, motion: Motion) -> Placed:
+        """Return the scene where a motion of its mechanism has led it."""
+        poses = poses_of(motion)
+        (time,) = (value for slot, value in motion.state.slots.items() if slot.op == "slot" and slot.data == ("t", 0))
+        vectors = np.array([law.vector(motion) for law in self.laws]).reshape(-1, 3)
+        bare = Placed(float(time), poses, (), vectors)
+        return replace(bare, strands=tuple(self._strand(strand, motion, bare) for strand in self.strands))
+
+    def _strand(self, strand: Strand, motion: Motion, placed: Placed) -> PlacedStrand:
+        """Return a strand in the world: straight from anchor to anchor, or over its pulleys."""
+        ends = [placed.point(anchor) for anchor in strand.anchors]
+        if strand.rope is not None:
+            return placed_rope(strand, self.ropes[strand.rope], motion, ends)
+        return PlacedStrand(strand, np.array([ends[k : k + 2] for k in range(len(ends) - 1)]))
+
+
+def scene_of(
+    system: System, parameters: Mapping[str, float] | None = None, *, begin: Start | None = None
+) -> Scene:
+    """Return what there is to see of a system, with other values of `parameters` by name where they are given.
+
+    `begin` is the start of its mechanism where that is known; it is found else. Raises what resolving and starting
+    raise (ModelError, NoSolutionError).
+    """
+    verify_system(system)
+    mechanism = resolved(system)
+    if begin is None:
+        begin = drawn_start(mechanism, parameters, project=system.simulation.project)
+    stage = Stage(system, mechanism, begin)
+    found = places(stage)
+    stage.lengths["size"] = 1.0
+    bodies = list(body_items(stage, found))
+    stage.lengths["size"] = size = _size(stage, bodies, found)
+    bodies = list(body_items(stage, found))  # curves without ends reach as far as the rest
+    ropes, pairs = ropes_of(mechanism), list(arrow_items(stage))
+    items = (
+        *surface_items(stage, "ground"),
+        *bodies,
+        *pulley_items(stage),
+        *constraint_items(stage),
+        *joint_items(stage),
+        *force_items(stage),
+        *contact_items(stage),
+        *ground_items(stage, found),
+    )
+    return Scene(
+        name=system.name,
+        plane=is_plane(stage),
+        view=natural_view(stage),
+        size=size,
+        items=items,
+        strands=tuple(strands(stage, {name: k for k, name in enumerate(ropes)})),
+        dimensions=(*dimensions(stage, found), *ways(stage)),
+        angles=tuple(angles(stage, found)),
+        arrows=tuple(arrow for arrow, _ in pairs),
+        mechanism=mechanism,
+        begin=begin,
+        ropes=tuple(ropes.values()),
+        laws=tuple(law for _, law in pairs),
+    )
+
+
+def _size(stage: Stage, items: Sequence[Item], found: Mapping[str, Sequence[Sequence[float]]]) -> float:
+    """Return how far places of bodies and their forms reach at the start (m); 1 where all is at one place."""
+    points = [stage.world(stage.number_of(name), place) for name, each in found.items() for place in each]
+    for item in items:
+        if isinstance(item.form, (Face, Symbol)) or (item.role == "surface" and _is_endless(item)):
+            continue
+        points += [stage.world(item.body, point) for point in item.form.bounds]
+    points = [point for point in points if np.all(np.isfinite(point))]
+    if not points:
+        return 1.0
+    spread = np.max(points, axis=0) - np.min(points, axis=0)
+    size = float(np.linalg.norm(spread))
+    return size if size > 0.0 else 1.0
+
+
+def _is_endless(item: Item) -> bool:
+    """Return whether a surface reaches as far as the rest does, so that it says nothing of how far that is."""
+    return getattr(item.form, "points", None) is not None and not getattr(item.form, "closed", False) and (
+        len(item.form.bounds) > 2
+    )

@@ -1,0 +1,194 @@
+"""Strands: springs, dampers, rods, ropes and other forces between points. A new kind is one entry in _STRANDS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.kinematics.motion import Motion
+from multibody_sym.kinematics.points import position
+from multibody_sym.kinematics.ropes import Segment, Wheel, segments, wheel_at
+from multibody_sym.model.declaration.constraints import Distance, Rope
+from multibody_sym.model.declaration.fields import Element
+from multibody_sym.model.declaration.forces import (
+    Coulomb,
+    Damper,
+    Gravitation,
+    Potential,
+    Pull,
+    SpringDamper,
+)
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.rows import RopeRow
+from multibody_sym.numerics.arrays import UNDEFINED, Floats
+from multibody_sym.scene.forms import Vector, unit, vector
+from multibody_sym.scene.items import Anchor, Bow, PlacedStrand, Strand
+from multibody_sym.scene.joints import held
+from multibody_sym.scene.stage import Stage
+
+
+def strands(stage: Stage, ropes: Mapping[str, int]) -> Iterator[Strand]:
+    """Yield what runs between bodies; `ropes` are the places of the ropes of the mechanism."""
+    for group in ("forces", "constraints"):
+        elements: Mapping[str, Element] = getattr(stage.system, group)
+        for name, element in elements.items():
+            kind = _STRANDS.get(type(element), _no_kind)(stage, element)
+            if kind is None:
+                continue
+            label = getattr(element, "label", None) or name
+            anchors = _anchors(stage, element, kind)
+            if anchors:
+                yield Strand(kind, name, label, (group, name), anchors, ropes.get(name))
+
+
+def _no_kind(stage: Stage, element: Any) -> str | None:
+    return None
+
+
+def _spring(stage: Stage, element: Any) -> str:
+    stiff, damped = element.stiffness.shadow != 0, element.damping.shadow != 0
+    return "spring_damper" if stiff and damped else "spring" if stiff else "damper"
+
+
+def _potential(stage: Stage, element: Any) -> str | None:
+    return None if element.between is None else "potential"
+
+
+_STRANDS: Final[Mapping[type[Any], Callable[[Stage, Any], str | None]]] = {
+    SpringDamper: _spring,
+    Damper: lambda stage, element: "damper",
+    Pull: lambda stage, element: "pull",
+    Potential: _potential,
+    Gravitation: lambda stage, element: "attraction",
+    Coulomb: lambda stage, element: "attraction",
+    Distance: lambda stage, element: "rod",
+    Rope: lambda stage, element: "rope",
+}
+"""The kind of strand that an element is; None for what runs between no points."""
+
+
+def _anchors(stage: Stage, element: Any, kind: str) -> tuple[Anchor, ...]:
+    """Return the ends of a strand; in a joint those of what slides there, none where it only turns."""
+    if isinstance(element, Rope):
+        ends = [name for name in element.path if name not in stage.system.pulleys]
+        return tuple(_anchor(stage, end) for end in ends)
+    if getattr(element, "between", None) is not None:
+        central = kind == "attraction"
+        return tuple(_anchor(stage, end, central=central) for end in element.between)
+    return _in_joint(stage, element)
+
+
+def _anchor(stage: Stage, reference: str, *, central: bool = False) -> Anchor:
+    if central and reference in stage.system.bodies:
+        return Anchor(stage.number_of(reference), stage.centre(reference))
+    place = stage.place(reference)
+    return Anchor(place.body, place.point)
+
+
+def _in_joint(stage: Stage, element: Any) -> tuple[Anchor, ...]:
+    """Return where a spring in a slider is fixed: on its parent as far away as it is long, and on its child.
+
+    Its coordinate is zero where both frames coincide: where it is unloaded near there it gets a length to be seen.
+    """
+    joint = held(stage, element.joint)
+    slides = [axis for step in joint.joint.steps for axis in step.slides]
+    if not slides:
+        return ()
+    axis = np.array(joint.parent.turned(unit(stage.vector(slides[0]))))
+    rest = stage.number(element.length) if isinstance(element, SpringDamper) else 0.0
+    least = 0.35 * stage.lengths.get("size", 1.0)
+    back = least if abs(rest) < 0.3 * least else 0.0
+    return (
+        Anchor(joint.parent.body, vector(np.array(joint.parent.point) - back * axis)),
+        Anchor(joint.child.body, joint.child.point),
+    )
+
+
+# --- ropes ---------------------------------------------------------------------------------------------------------
+
+Runs = tuple[RopeRow, ...]
+
+
+def ropes_of(mechanism: Mechanism) -> dict[str, Runs]:
+    """Return the runs of each declared rope in their order, those that may go slack too."""
+    rows = [*mechanism.rows, *(row for element in mechanism.one_way for row in element.normals)]
+    found: dict[str, list[RopeRow]] = {}
+    for row in rows:
+        if isinstance(row, RopeRow) and row not in found.setdefault(row.told[0], []):
+            found[row.told[0]].append(row)
+    return {name: tuple(sorted(runs, key=lambda row: row.run)) for name, runs in found.items()}
+
+
+@dataclass(frozen=True)
+class _Meeting:
+    """A bend of a rope: its centre, its wheel if it has a radius, and the pieces before and behind it."""
+
+    centre: Floats
+    wheel: Wheel | None
+    before: Segment | None
+    after: Segment | None
+    turns: int
+
+    def touches(self, piece: Segment) -> Floats:
+        """Return where a piece meets the wheel, or the point."""
+        if self.wheel is None:
+            return self.centre
+        return self.centre - float(self.wheel.radius) * np.cross(self.wheel.axis, piece.direction)
+
+
+def placed_rope(strand: Strand, runs: Runs, motion: Motion, ends: Sequence[Floats]) -> PlacedStrand:
+    """Return a rope in the world; straight from end to end where it has no direction."""
+    try:
+        bends = _meetings(runs, motion)
+    except UNDEFINED:
+        return PlacedStrand(strand, np.array([np.array(ends)[[k, k + 1]] for k in range(len(ends) - 1)]))
+    pieces = [
+        [first.touches(first.after), second.touches(first.after)]
+        for first, second in pairwise(bends)
+        if first.after is not None
+    ]
+    bows = [_bow(bend) for bend in bends if bend.wheel is not None and bend.before and bend.after]
+    wound = [_coil(bend) for bend in (bends[0], bends[-1]) if bend.wheel is not None]
+    return PlacedStrand(strand, np.array(pieces), tuple(bows), tuple(wound))
+
+
+def _meetings(runs: Runs, motion: Motion) -> list[_Meeting]:
+    """Return the bends of all runs; where one run ends on a wheel the next begins on it."""
+    found: list[_Meeting] = []
+    for run in runs:
+        pieces, _ = segments(motion, run.path, run.straight)
+        for k, bend in enumerate(run.path):
+            before = pieces[k - 1] if k else None
+            after = pieces[k] if k < len(pieces) else None
+            if k == 0 and found:
+                last = found.pop()
+                found.append(_Meeting(last.centre, last.wheel, last.before, after, bend.turns))
+                continue
+            centre = np.array(position(motion, bend.at), dtype=float)
+            found.append(_Meeting(centre, wheel_at(motion, run.path, k), before, after, bend.turns))
+    return found
+
+
+def _bow(bend: _Meeting) -> Bow:
+    """Return the part of the rope on a wheel between two pieces."""
+    assert bend.wheel is not None
+    assert bend.before is not None
+    assert bend.after is not None
+    a, b = np.array(bend.before.direction, dtype=float), np.array(bend.after.direction, dtype=float)
+    axis = np.array(bend.wheel.axis, dtype=float)
+    angle = np.pi / 2.0 + np.arctan2(-float(a @ b), float(axis @ np.cross(a, b))) + 2.0 * np.pi * bend.turns
+    start = bend.touches(bend.before)
+    return Bow(vector(bend.centre), unit(axis), float(bend.wheel.radius), vector(start), float(angle))
+
+
+def _coil(bend: _Meeting) -> Bow:
+    """Return a turn around a drum, which shows that the rope is wound there."""
+    assert bend.wheel is not None
+    piece = bend.before or bend.after
+    assert piece is not None
+    start: Vector = vector(bend.touches(piece))
+    return Bow(vector(bend.centre), unit(bend.wheel.axis), float(bend.wheel.radius), start, 2.0 * np.pi)
