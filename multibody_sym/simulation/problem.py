@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.programs.switching import switchings
+from multibody_sym.dynamics.start.mass_jumps import verify_mass_laws
 from multibody_sym.dynamics.start.smooth_motions import verify_motions
 from multibody_sym.dynamics.start.start import verify_regular_start
 from multibody_sym.errors import ModelError, at
@@ -40,7 +41,9 @@ def problem_of(ready: Runnable, settings: RunSettings) -> Problem:
     """
     _verify_size(ready, settings)
     if ready.start.assembled:  # what is declared is examined already
-        verify_motions(ready.system, _start_values(ready), settings.t_end)
+        values = _start_values(ready)
+        verify_motions(ready.system, values, settings.t_end)
+        verify_mass_laws(ready.system, values, settings.t_end)
     verify_regular_start(ready.mechanism, ready.start)
     mechanism, constrained = ready.mechanism, bool(ready.mechanism.rows)
     margins = (0.0,) * len(switchings(mechanism))

@@ -13,6 +13,7 @@ from functools import wraps
 from typing import Any, Final, TypeVar, cast
 
 from multibody_sym.dynamics.start.body_masses import verify_apart, verify_masses
+from multibody_sym.dynamics.start.mass_jumps import verify_mass_laws
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.smooth_motions import verify_motions
 from multibody_sym.dynamics.start.undefined import ARITHMETIC, undefined_text, value_or_none
@@ -44,7 +45,9 @@ def examined(system: System) -> Mechanism:
         parameters = parameter_values(base, {})
         _verify_finite(expressions(system), _parameters(base, parameters))
         verify_bodies(resolved, parameters)
-        verify_motions(system, _start(base), end_of_run(system, base, parameters))
+        values, t_end = _start(base), end_of_run(system, base, parameters)
+        verify_motions(system, values, t_end)
+        verify_mass_laws(system, values, t_end)
     return resolved
 
 

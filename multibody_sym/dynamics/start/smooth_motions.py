@@ -86,6 +86,14 @@ def verify_motions(system: System, values: Mapping[Node, float], t_end: float) -
                     raise ModelError(_message(jump, "expression" if of_constraint else "motion", of_speeds))
 
 
+def first_jump(node: Node, values: Mapping[Node, float], t_end: float, fixed: Set[Node]) -> Jump | None:
+    """Return the first jump or pole of an expression of time before t_end (s), None where there is none.
+
+    `values` by symbols; those that are `fixed` keep theirs, with the time.
+    """
+    return _first_jump(_Motion(node, values, t_end, fixed), with_rate=False)
+
+
 def _message(jump: Jump, what: str, of_speeds: bool) -> str:
     subject = f"this {what}" if of_speeds or jump.of == "value" else f"the rate of this {what}"
     if jump.pole:

@@ -89,3 +89,64 @@ def test_ground_has_no_mass_that_varies() -> None:
     text = FILE.format(body=MASS).replace("bodies:", f"bodies:\n  ground: {{{MASS}}}")
     with pytest.raises(ModelError, match="ground moves as prescribed"):
         mbs.mechanism(mbs.loads(text))
+
+
+def without_units(body: str) -> mbs.System:
+    return mbs.loads(FILE.replace("100 kg", "100").replace("2 kg/s", "2").replace("2000 m/s", "2000").format(body=body))
+
+
+@pytest.mark.parametrize(
+    ("body", "told", "path"),
+    [
+        (
+            "mass: {value: 'where(t < 1.5, m0, m0/2)', relative_velocity: [0, -c, 0]}",
+            "jumps at t = 1.5, from 100 to 50 kg",
+            "mass.value",
+        ),
+        (
+            "mass: {value: 'm0 - k*where(t < 1, t, 2*t)', relative_velocity: [0, 0, 0]}",
+            "jumps at t = 1, from 98 to 96 kg",
+            "mass.value",
+        ),
+        (
+            "mass: {value: 'm0 + k*sign(y - 7)', absolute_velocity: [0, 0, 0]}",
+            "jumps at y = 7, from 98 to 102 kg",
+            "mass.value",
+        ),
+        (
+            "mass: {value: 'where(y < 3000, m0, m0 - k*y/1000)', absolute_velocity: [0, 0, 0]}",
+            "jumps at y = 3000, from 100 to 94 kg",
+            "mass.value",
+        ),
+        (
+            "mass: {value: m0 - k*t, relative_velocity: [0, -c, 0]}, com: [0, 'where(t < 1, 0, r)', 0]",
+            "jumps at t = 1, from 0 to 0.5 m",
+            "com.1",
+        ),
+        (
+            "shape: {sphere: r, mass: {value: 'where(t < 1.5, m0, m0/2)', relative_velocity: [0, -c, 0]}}",
+            "jumps at t = 1.5, from 100 to 50 kg",
+            "shape.mass.value",
+        ),
+    ],
+)
+def test_a_mass_that_jumps_is_refused_with_what_to_declare(body: str, told: str, path: str) -> None:
+    with pytest.raises(ModelError, match="what leaves or joins at once takes momentum along") as caught:
+        mbs.simulate(without_units(body), t_end=3)
+    assert told in str(caught.value)
+    assert caught.value.where.path == ("bodies", "rocket", *path.split("."))
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        "where(t < 1.5, m0 - k*t, m0 - 1.5*k)",
+        "m0 - k*min(t, 1.5)",
+        "m0 - k*abs(y - 2)",
+        "where(y < 3, m0 + k*y, m0 + 3*k)",
+        "where(t < 9, m0, m0/2)",
+    ],
+)
+def test_a_mass_with_a_kink_or_a_jump_after_the_end_goes_on(law: str) -> None:
+    body = f"mass: {{value: '{law}', relative_velocity: [0, -c, 0]}}"
+    assert mbs.simulate(without_units(body), t_end=3, samples=3).t[-1] == 3.0
