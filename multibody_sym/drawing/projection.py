@@ -47,7 +47,8 @@ class Projection:
 
     def page(self, points: Floats | Sequence[Sequence[float]]) -> Floats:
         """Return where points (.., 3) in space (m) are on the page (.., 2) in points."""
-        return self.scale * (np.asarray(points, dtype=float) @ np.array([self.right, self.up]).T)
+        found: Floats = self.scale * (np.asarray(points, dtype=float) @ np.array([self.right, self.up]).T)
+        return found
 
     def depth(self, points: Floats | Sequence[Sequence[float]]) -> Floats:
         """Return how far points (.., 3) are towards the reader (m)."""

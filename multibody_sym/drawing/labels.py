@@ -1,0 +1,187 @@
+"""Places for labels: candidates around what they name, the cheapest that touches nothing; a leader where it is far."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.drawing.lettering import DESCENT, HEIGHT, width_of
+from multibody_sym.drawing.picture import Placed, Stroke, Text, Wish
+from multibody_sym.drawing.room import Room, box_at, crossings, distances
+from multibody_sym.drawing.style import LAYER_TEXT, THIN
+from multibody_sym.numerics.arrays import Floats
+
+_STEPS: Final = (0.0, 2.5, 5.5, 9.0, 13.0)
+"""Distances (pt) beyond the nearest at which a label is tried first."""
+_FURTHER: Final = (
+    (18.0, 25.0), (34.0, 46.0), (62.0, 85.0), (115.0, 150.0), (200.0, 270.0), (360.0, 480.0), (640.0, 850.0),
+)  # fmt: skip
+"""Rings that follow until one has a free place."""
+_ANGLES: Final = np.radians([45, 90, 135, 0, 180, 315, 225, 270, 22, 67, 112, 157, 337, 292, 247, 202])
+"""Directions from a point, those that a book takes first first."""
+_ALONG: Final = (0.5, 0.38, 0.62, 0.25, 0.75, 0.12, 0.88)
+"""Where along a line a label is tried."""
+_LEADER: Final = 11.0
+"""From this distance (pt) on a thin line leads to what a label names."""
+_TURNED: Final = 7.0
+"""Cost of a place straight opposite to the preferred one, halved; in points of distance."""
+_MISLEADING: Final = 12.0
+"""Cost of a place nearer to what another label names."""
+_FOREIGN: Final = 9.0
+"""Cost of a place on something filled."""
+
+_NEVER: Final = 1e6
+
+
+class Candidates:
+    """Places for one label: centres (m, 2), where each starts from (m, 2), its distance and cost (m,)."""
+
+    def __init__(self, wish: Wish, steps: Sequence[float]) -> None:
+        self.wish = wish
+        self.wide = width_of(wish.runs, wish.size)
+        self.high = (HEIGHT + DESCENT) * wish.size
+        rows = list(_tried(np.asarray(wish.about, dtype=float), wish, steps))
+        base, way, step, extra = (np.array(column) for column in zip(*rows, strict=True))
+        half = np.array([self.wide, self.high]) / 2
+        self.base = base
+        self.distance = step
+        reach = (wish.clear + step)[:, None]
+        self.centres = base + way * reach + np.clip(1.5 * way, -1.0, 1.0) * half
+        turned = np.zeros(len(step))
+        if wish.prefer is not None:
+            liked = np.asarray(wish.prefer) / (np.hypot(*wish.prefer) or 1.0)
+            turned = _TURNED * (1.0 - way @ liked)
+        self.cost = step + extra + turned
+        if wish.clear == 0.0:  # right on it, such as the mass of a block on the block
+            self.centres = np.vstack((base[:1], self.centres))
+            self.base = np.vstack((base[:1], base))
+            self.distance = np.insert(step, 0, 0.0)
+            self.cost = np.insert(self.cost, 0, -_FOREIGN - 1.0)
+        self.boxes = box_at(self.centres, self.wide, self.high)
+
+
+def _tried(about: Floats, wish: Wish, steps: Sequence[float]) -> Iterator[tuple[Floats, Floats, float, float]]:
+    """Yield places to start from, directions, distances and costs of their own."""
+    if len(about) == 1:
+        for step in steps:
+            for i, angle in enumerate(_ANGLES):
+                yield about[0], np.array([np.cos(angle), np.sin(angle)]), step, 0.15 * i
+        return
+    for rank, part in enumerate(_ALONG):
+        at, along = _point_along(about, part)
+        for side in (1.0, -1.0):
+            way = side * np.array([-along[1], along[0]])
+            slight = 0.2 * (way[1] < -1e-9) + 0.1 * (way[0] < -1e-9)
+            for step in steps:
+                yield at, way, step, 0.8 * rank + slight
+
+
+def _point_along(line: Floats, part: float) -> tuple[Floats, Floats]:
+    """Return the point at a part of a polyline's length, and the unit direction there."""
+    steps = np.diff(line, axis=0)
+    lengths = np.hypot(*steps.T)
+    ends = np.cumsum(lengths)
+    goal = part * ends[-1]
+    i = min(int(np.searchsorted(ends, goal)), len(steps) - 1)
+    along = steps[i] / (lengths[i] or 1.0)
+    if lengths[i] == 0.0:
+        along = np.array([1.0, 0.0])
+    return line[i] + (goal - (ends[i] - lengths[i])) * along, along
+
+
+def place_labels(room: Room, wishes: Sequence[Wish]) -> list[Placed]:
+    """Return the letters and leaders of all wishes, which then have their place in the room.
+
+    Those with the fewest free places come first, so that others leave them what they need.
+    """
+    tried = [Candidates(wish, _STEPS) for wish in wishes]
+    free = [int((room.touched(one.boxes, _lines(room, one)) == 0).sum()) for one in tried]
+    found: list[Placed] = []
+    for i in sorted(range(len(wishes)), key=lambda i: (free[i] > 0, free[i], i)):
+        others = [np.asarray(w.about, dtype=float) for j, w in enumerate(wishes) if j != i]
+        marks = _placed(room, tried[i], others) or _further(room, wishes[i], others)
+        for mark in marks:
+            room.take(mark)
+        found.extend(marks)
+    return found
+
+
+def _further(room: Room, wish: Wish, others: Sequence[Floats]) -> list[Placed]:
+    """Return a label away from everything, with its leader; outside of what is drawn there is always room."""
+    for steps in _FURTHER:
+        marks = _placed(room, Candidates(wish, steps), others)
+        if marks:
+            return marks
+    return _placed(room, Candidates(wish, _FURTHER[-1]), others, anyhow=True)
+
+
+def _lines(room: Room, one: Candidates) -> Floats:
+    reach = float(one.distance.max()) + one.wish.clear + one.wide + 2 * one.high
+    return room.near(np.asarray(one.wish.about, dtype=float), reach)
+
+
+def _placed(room: Room, one: Candidates, others: Sequence[Floats], *, anyhow: bool = False) -> list[Placed]:
+    """Return the letters at the cheapest free candidate, with a leader where they are far; nothing if none is free."""
+    lines = _lines(room, one)
+    free = np.flatnonzero((room.touched(one.boxes, lines) == 0) | anyhow)
+    if not len(free):
+        return []
+    cost = one.cost[free] + _doubt(room, one, others, free)
+    best: tuple[float, int, list[float] | None] | None = None
+    for k in np.argsort(cost, kind="stable"):
+        i = int(free[k])
+        if best is not None and cost[k] >= best[0]:
+            break
+        leader = _leader(one, i)
+        dear = cost[k] if leader is None else cost[k] + _crossed(room, leader)
+        if dear < _NEVER or anyhow:
+            best = min(best or (dear, i, leader), (dear, i, leader), key=lambda tried: tried[0])
+    return [] if best is None else _marks(one, *best[1:])
+
+
+def _crossed(room: Room, leader: list[float]) -> float:
+    """Return what it costs a leader to run along and over other lines; over letters it never goes."""
+    ends = np.array(leader).reshape(2, 2)
+    if crossings(room.letters, np.array([leader])).any():
+        return _NEVER
+    return 0.5 * room.crowded(ends[0], ends[1])
+
+
+def _doubt(room: Room, one: Candidates, others: Sequence[Floats], free: Any) -> Floats:
+    """Return costs of places that seem to belong to something else."""
+    centres = one.centres[free]
+    doubt = _FOREIGN * np.minimum(1.0, room.covered(centres))
+    own = _apart(centres, np.asarray(one.wish.about, dtype=float))
+    for other in others:
+        doubt += np.where(_apart(centres, other) < own, _MISLEADING / 2, 0.0)
+    return doubt
+
+
+def _apart(points: Floats, about: Floats) -> Floats:
+    """Return the distances (m,) of points (m, 2) from a point or polyline (n, 2)."""
+    line = np.vstack((about, about)) if len(about) == 1 else about
+    found: Floats = distances(points, np.hstack((line[:-1], line[1:]))).min(1)
+    return found
+
+
+def _leader(one: Candidates, i: int) -> list[float] | None:
+    """Return the line that leads to a far label."""
+    if one.distance[i] < _LEADER:
+        return None
+    base, box = one.base[i], one.boxes[i]
+    end = np.clip(base, box[:2] - 1.5, box[2:] + 1.5)
+    way = (end - base) / (np.hypot(*(end - base)) or 1.0)
+    return [*(base + min(one.wish.clear, 2.0) * way), *end]
+
+
+def _marks(one: Candidates, i: int, leader: list[float] | None) -> list[Placed]:
+    wish, box = one.wish, one.boxes[i]
+    named: dict[str, Any] = {"role": wish.role, "name": wish.name, "layer": float(LAYER_TEXT), "depth": wish.depth}
+    at = np.array([box[0], box[1] + DESCENT * wish.size])
+    marks: list[Placed] = [Text(at, wish.runs, wish.size, wish.colour, **named)]
+    if leader is not None:
+        marks.append(Stroke(np.array(leader).reshape(2, 2), replace(THIN, colour=wish.colour), **named))
+    return marks
