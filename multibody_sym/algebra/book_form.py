@@ -46,7 +46,7 @@ def book_form(a: Quotient) -> Node:
         raise NoClosedFormError("the closed form is too long")
     field = a.field
     above, below = (trigonometric_forms(field, p) for p in (a.above, a.below))
-    pairs = {field.cancelled(x, y) for x in above for y in below}
+    pairs = dict.fromkeys(field.cancelled(x, y) for x in above for y in below)  # in order: each bounds the effort left
     forms = [_fraction(field, *pair) for pair in pairs]
     roots_below = _with_roots_below(field, field.in_ring(a.above), field.in_ring(a.below))
     forms += [_single_fraction(field, *roots_below)] if roots_below is not None else []
@@ -229,7 +229,7 @@ def _with_decimals(field: Field, product: _Product) -> _Product:
         scales = decimal_scales(p, product.number if e == 1 else _WHOLE) if looks_decimal(field, p) else set()
         if e == 1 and len(p) > 1 and names_pi_alone(p):
             scales.add(abs(product.number))
-        found += [_scaled(product, p, e, scale) for scale in scales]
+        found += [_scaled(product, p, e, scale) for scale in sorted(scales)]
         together = _scaled(together, p, e, _shortest(field, p, scales or {_WHOLE}))
     return min((*found, together), key=lambda x: _length(field, x))
 

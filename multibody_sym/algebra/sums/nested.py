@@ -54,10 +54,13 @@ class Nested:
     def parts(self, terms: Terms) -> list[Written]:
         """Return a sum inside another one as terms to be added."""
         key = frozenset(terms.items())
-        if key not in self._known:
-            self._looks -= 1
-            self._known[key] = min(self._ways(terms), key=lambda way: way[0])[1]
-        return self._known[key]
+        if key in self._known:
+            return self._known[key]
+        self._looks -= 1
+        way = min(self._ways(terms), key=lambda way: way[0])[1]
+        if self._looks >= 0:  # what was found without effort left is no answer for another sum, which has its own
+            self._known[key] = way
+        return way
 
     def _ways(self, terms: Terms) -> Iterator[tuple[float, list[Written]]]:
         """Yield ways to write a sum with their lengths; those count more that no book would take."""
