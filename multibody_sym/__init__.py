@@ -202,3 +202,18 @@ if not TYPE_CHECKING:  # type checkers see the names above, and none that is not
 def __dir__() -> list[str]:
     """Return the names there are, imported yet or not."""
     return sorted({*globals(), *_MODULES})
+
+
+def _show_in_notebooks() -> None:
+    """Let notebooks show results as figures, formulas and tables, where IPython runs."""
+    import sys
+
+    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+    formatter = getattr(shell, "display_formatter", None)
+    if formatter is not None:
+        from importlib import import_module
+
+        import_module(f"{__name__}.writing.notebook").register(formatter.formatters)
+
+
+_show_in_notebooks()

@@ -6,7 +6,7 @@ And what makes their messages: wrong values shown in a line, places named on the
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Final
@@ -32,6 +32,11 @@ class Where:
 
 
 _SHOWN: Final = 60
+
+
+def brief(names: Sequence[str], most: int = 6) -> tuple[str, ...]:
+    """Return names for a line of text: all of them, or some and how many others there are."""
+    return tuple(names) if len(names) <= most else (*names[: most - 1], f".. {len(names) - most + 1} more")
 
 
 def shown(value: object) -> str:

@@ -23,7 +23,7 @@ from multibody_sym.dynamics.routes import verify_formalism
 from multibody_sym.dynamics.start.examined import blame_numbers, on_numbers
 from multibody_sym.dynamics.start.start import Start, verify_regular_start
 from multibody_sym.dynamics.start.state import examined_state
-from multibody_sym.errors import InputError, ModelError, NoSolutionError, Where
+from multibody_sym.errors import InputError, ModelError, NoSolutionError, Where, brief
 from multibody_sym.errors import at as under
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.declaration.values import Scalar
@@ -65,6 +65,10 @@ class Linearization:
     at: Mapping[str, float] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     driving_inputs: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        told = f"in {', '.join(brief(self.states))}" if self.states else "without states"
+        return f"<Linearization {told}{', by ' + ', '.join(brief(self.inputs)) if self.inputs else ''}>"
 
     @cached_property
     def eigenvalues(self) -> npt.NDArray[np.complex128]:

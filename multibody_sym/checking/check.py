@@ -89,6 +89,12 @@ class CheckReport:
     units: Mapping[str, str] = field(default_factory=dict)
     states: Mapping[str, str] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        if self.failure is not None:
+            return f"<CheckReport: no motion, {self.failure}>"
+        agreed = f"{len(self.agreement)} formalisms {'agree' if self.agrees else 'do not agree'}"
+        return f"<CheckReport: {self.degrees_of_freedom} degrees of freedom, {agreed}, {len(self.hints)} hints>"
+
     def as_json(self) -> dict[str, Any]:
         """Return the object that `check --json` prints; without a start there are no numbers."""
         tree: dict[str, Any] = {name: list(x) if isinstance(x, tuple) else x for name, x in vars(self).items()}

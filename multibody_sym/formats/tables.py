@@ -15,7 +15,7 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.errors import InputError, OutputError, Where
+from multibody_sym.errors import InputError, OutputError, Where, brief
 from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.formats.files import (
     PARTIAL,
@@ -59,6 +59,9 @@ class Table:
     def __len__(self) -> int:
         return len(next(iter(self.columns.values()), ()))
 
+    def __repr__(self) -> str:
+        return f"<Table of {len(self)} rows: {', '.join(brief(tuple(self.columns)))}>"
+
     def told_in(self, units: Units) -> Table:
         """Return the table with the columns whose unit is known in chosen units, which its `units` say then."""
         if not units.chosen:
@@ -74,6 +77,16 @@ class Table:
     def rows(self) -> npt.NDArray[np.float64]:
         """Return the numbers, one row a sample: (samples, columns)."""
         return np.column_stack(list(self.columns.values())) if self.columns else np.empty((0, 0))
+
+    def to_pandas(self) -> Any:
+        """Return the table as a pandas DataFrame; its `attrs` have `units` and the metadata. Raises OutputError."""
+        try:
+            import pandas
+        except ImportError:
+            raise OutputError("a DataFrame needs pandas: pip install pandas") from None
+        frame = pandas.DataFrame(dict(self.columns))
+        frame.attrs.update({"units": dict(self.units), **self.metadata})
+        return frame
 
 
 def write_table(table: Table, path: str | os.PathLike[str], begin: FileState | None = None) -> str:

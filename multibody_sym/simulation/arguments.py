@@ -30,6 +30,9 @@ class Arguments:
     parameters: Floats
     _judged: list[bytes] = field(default_factory=list, compare=False, repr=False)
 
+    def __repr__(self) -> str:
+        return f"<Arguments of {self.mechanism.name}: {len(self.parameters)} parameters>"
+
     def complete(
         self, t: float, q: ArrayLike, u: ArrayLike, parameters: Values, inputs: Values
     ) -> tuple[float, Floats, Floats, Floats, Floats, Floats]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from multibody_sym.dynamics.routes import verify_formalism
-from multibody_sym.errors import ArgumentError, InputError, shown
+from multibody_sym.errors import ArgumentError, InputError, brief, shown
 from multibody_sym.model.declaration.doors import flag
 from multibody_sym.model.declaration.system import System, verify_system
 from multibody_sym.numerics.arrays import Floats
@@ -47,6 +47,9 @@ class RightSide:
 
     ready: Runnable
     arguments: Arguments
+
+    def __repr__(self) -> str:
+        return f"<RightSide of {self.ready.mechanism.name}: rhs(t, x) with x = ({', '.join(brief(self.names))})>"
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -32,6 +32,9 @@ class Runnable:
     start: Start
     state: StartState
 
+    def __repr__(self) -> str:
+        return f"<Runnable of {self.mechanism.name} by {self.formalism}>"
+
     @cached_property
     def parameters(self) -> Floats:
         """The parameter vector (np,)."""

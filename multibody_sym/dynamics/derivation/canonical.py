@@ -112,6 +112,9 @@ class CanonicalEquations:
         definitions = in_order({**declared.definitions, **given_inputs, **dict(self.definitions), **self.speeds})
         return numpy_function(s.time, (s.coordinates, self.momenta, s.parameters), definitions, numbers, self.rates)
 
+    def __repr__(self) -> str:
+        return f"<CanonicalEquations of {self.mechanism.name} by {self.method}: {self.operations} operations>"
+
     def __str__(self) -> str:
         """Return the equations as text, one a line; names first."""
         write = self.notation.text

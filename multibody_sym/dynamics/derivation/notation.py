@@ -9,6 +9,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import groupby
 from typing import Any, Final
 
 import sympy
@@ -129,15 +130,22 @@ def _dotted(latex: str, accent: str) -> str:
 def latex_name(name: str) -> str:
     r"""Return a name in LaTeX: theta_1 and theta1 as \theta_{1}, words upright, everything else harmless."""
     letter, rest = re.match(r"([A-Za-z]*)_*(.*)", name, re.DOTALL).groups()  # type: ignore[union-attr]
-    head = f"\\{letter}" if letter in GREEK else letter if len(letter) == 1 else upright(letter or name)
-    if not letter or not rest:
-        return head
-    return f"{head}_{{{_subscript(rest)}}}"
+    words, parts = [letter or name], [part for part in rest.split("_") if part] if letter else []
+    while _is_word(letter) and parts and _is_word(parts[0]):
+        words.append(parts.pop(0))
+    head = f"\\{letter}" if letter in GREEK else letter if len(letter) == 1 else upright(" ".join(words))
+    return f"{head}_{{{_subscript(parts)}}}" if parts else head
 
 
-def _subscript(rest: str) -> str:
-    parts = [part for part in rest.split("_") if part]
-    return ",".join(f"\\{p}" if p in GREEK else p if p.isdigit() or len(p) == 1 else upright(p) for p in parts)
+def _subscript(parts: Sequence[str]) -> str:
+    """Return what stands below a letter; words that follow each other are read as one."""
+    runs = [(word, list(run)) for word, run in groupby(parts, _is_word)]
+    joined = [part for word, run in runs for part in ([" ".join(run)] if word else run)]
+    return ",".join(f"\\{p}" if p in GREEK else p if p.isdigit() or len(p) == 1 else upright(p) for p in joined)
+
+
+def _is_word(part: str) -> bool:
+    return len(part) > 1 and part.isalpha() and part not in GREEK
 
 
 _SPECIAL: Final = {

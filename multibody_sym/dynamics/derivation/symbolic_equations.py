@@ -123,6 +123,9 @@ class SymbolicEquations:
         groups = (s.coordinates, s.speeds, s.parameters)
         return numpy_function(s.time, groups, definitions, numbers, [list(part) for part in parts])
 
+    def __repr__(self) -> str:
+        return f"<SymbolicEquations of {self.mechanism.name} by {self.method}: {self.operations} operations>"
+
     def __str__(self) -> str:
         """Return the equations as text, one a line; names first."""
         write = self.notation.text

@@ -30,6 +30,7 @@ _MAPS: Final = (
     *("parameters", "bodies", "joints", "forces", "constraints", "pulleys", "contacts"),
     *("inputs", "outputs", "stop", "ask"),
 )
+_COUNTED: Final = (("bodies", "body"), *((f"{one}s", one) for one in ("joint", "constraint", "contact", "force")))
 _SYMBOL: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 RESERVED: Final = ("t", "pi")
 t: Final = symbol("t")
@@ -111,6 +112,11 @@ class System(Element):
             object.__setattr__(self, "simulation", Settings())
         super().__post_init__()
         self._collect_declarations()
+
+    def __repr__(self) -> str:
+        counted = [(len(getattr(self, several)), one, several) for several, one in _COUNTED]
+        parts = [f"{n} {several if n > 1 else one}" for n, one, several in counted if n]
+        return f"<System {self.name}: {', '.join(parts) or 'nothing in it'}>"
 
     def _collect_declarations(self) -> None:
         """Move declarations that symbols carry into `parameters`, leaving plain symbols behind."""

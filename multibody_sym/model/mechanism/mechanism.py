@@ -193,6 +193,10 @@ class Mechanism:
     state_stops: Mapping[str, StateCondition] = field(default_factory=dict)
     impact: StruckImpacts | None = None
 
+    def __repr__(self) -> str:
+        parts = f"{len(self.bodies)} bodies, {len(self.coordinates)} coordinates, {len(self.rows)} rows"
+        return f"<Mechanism of {self.name}: {parts}>"
+
     @property
     def joint_names(self) -> tuple[str, ...]:
         """The declared joints, and a ground that moves: those of the tree in their order, then the cut ones."""

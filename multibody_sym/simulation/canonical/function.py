@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from multibody_sym.dynamics.programs.canonical import canonical_programs
 from multibody_sym.dynamics.start.state import examined_state
+from multibody_sym.errors import brief
 from multibody_sym.model.declaration.system import System, verify_system
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
@@ -42,6 +43,10 @@ class CanonicalFunction:
     arguments: Arguments
     q0: Floats
     u0: Floats
+
+    def __repr__(self) -> str:
+        name = self.arguments.mechanism.name
+        return f"<CanonicalFunction of {name}: rhs(t, x) with x = ({', '.join(brief(self.names))})>"
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -69,7 +69,8 @@ def test_latex_braces_balance(seed: int) -> None:
     [
         ("theta", r"\theta"), ("theta1", r"\theta_{1}"), ("theta_rel", r"\theta_{\mathrm{rel}}"), ("m", "m"),
         ("m_12", "m_{12}"), ("Jxx2", r"\mathrm{Jxx}_{2}"), ("a_b_c", "a_{b,c}"), ("lambda", r"\lambda"), ("E", "E"),
-        ("q_phi", r"q_{\phi}"),
+        ("q_phi", r"q_{\phi}"), ("crank_angle", r"\text{crank angle}"), ("u_crank_angle", r"u_{\text{crank angle}}"),
+        ("crank_angle_2", r"\text{crank angle}_{2}"), ("F_max_x", r"F_{\mathrm{max},x}"),
     ],
 )
 def test_names_in_latex(name: str, latex: str) -> None:
