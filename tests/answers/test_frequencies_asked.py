@@ -72,7 +72,6 @@ def test_formulas_about_another_place_do_not_name_the_start() -> None:
 @pytest.mark.parametrize(
     ("question", "said"),
     [
-        ("frequency(3)", "2 modes oscillate"),
         ("frequency(0)", "by its number"),
         ("period(a)", "by its number"),
         ("frequency()", "frequency"),
@@ -81,6 +80,14 @@ def test_formulas_about_another_place_do_not_name_the_start() -> None:
 def test_what_is_no_mode_is_refused(question: str, said: str) -> None:
     with pytest.raises(InputError, match=said):
         asked("two_equal_masses_three_springs", f"omega: {question}")
+
+
+def test_a_mode_that_is_not_there_is_unknown_and_others_are_told() -> None:
+    solution = asked("two_equal_masses_three_springs", "w3: frequency(3)", "w1: frequency(1)", "twice: 2*w3")
+    assert solution.answers["w3"].value is None
+    assert solution.answers["twice"].value is None
+    assert solution.answers["w1"].value is not None
+    assert "w3: frequency(3): 2 modes oscillate in small motions about the equilibrium" in solution.conditions
 
 
 def test_frequencies_are_asked_in_ask_only() -> None:

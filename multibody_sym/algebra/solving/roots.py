@@ -7,6 +7,7 @@ one function of it (tanh, exp, ..), in its sine or cosine alone, in their quotie
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from fractions import Fraction
 from functools import reduce
 from math import comb, pi
@@ -158,9 +159,15 @@ class Roots:
         return self.field.whole(self.field.ring.from_dict(terms))
 
     def polynomial_roots(self, coefficients: list[Quotient]) -> Iterator[Quotient]:
-        """Yield the roots of a polynomial of the first or second degree."""
+        """Yield the roots of a polynomial of the first or second degree, of the letter or of its square."""
         while coefficients and coefficients[-1].is_zero:
             coefficients = coefficients[:-1]
+        if len(coefficients) in (3, 5) and all(x.is_zero for x in coefficients[1::2]):
+            for square in self.polynomial_roots(coefficients[::2]):
+                with suppress(NoClosedFormError):
+                    root = sqrt(square)
+                    yield from (root, -root)
+            return
         if len(coefficients) == 2:
             yield -(coefficients[0] / coefficients[1])
         elif len(coefficients) == 3:

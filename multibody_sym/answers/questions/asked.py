@@ -249,6 +249,7 @@ class _Motion:
         except NeverError as reason:
             self.remarks.append(f"{name}: {reason}")
             return Value(None)
+        self.remarks.extend(f"{name}: {told}" for told in numbers.told)
         return replace(found, expression=LaterForms(self.solved, self.simulated).of(question, found, time))
 
 

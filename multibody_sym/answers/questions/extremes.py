@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -19,17 +20,23 @@ from multibody_sym.simulation.trajectory import Trajectory
 _BESIDE: Final = 4
 """So many samples on each side of the extreme one make the polynomial that is searched."""
 _REAL: Final = 1e-9
-_SAME: Final = 1e-13
-"""The part of an extreme by which what is reached first may fall short of it, as rounding does."""
+_SAME: Final = 1e-9
+"""The part of what a value spans by which what is reached first may fall short of the extreme, as runs err."""
+_LIKELY: Final = 1e-6
+"""The same for what the polynomials through samples tell."""
+_MOST_PEAKS: Final = 200
+_EXACTLY: Final = 3
+"""So many of the likely times are compared by runs that end there."""
 _UNTIL: Final = "until"
 
 
 @dataclass(frozen=True)
 class Extreme:
-    """An extreme value and the time at which it is reached, first if more than once."""
+    """An extreme value and the time at which it is reached, first if more than once; `told`: what it rests on."""
 
     value: float
     t: float
+    told: tuple[str, ...] = ()
 
 
 def extreme(motion: Simulated, question: Ask) -> Extreme | None:
@@ -37,17 +44,44 @@ def extreme(motion: Simulated, question: Ask) -> Extreme | None:
 
     The samples tell where to look, a polynomial through those near by when, and a run to that time how much.
     """
+    largest = question.max is not None
     asked = question.max if question.max is not None else negate(_given(question.min))
     begin = 0.0 if question.after is None else motion.number(question.after)
     run = _run(motion, asked, question)
     inside = run.t >= begin
     if not inside.any():
         return None
-    times = _candidates(run, run[ASKED], inside, begin)
-    values = [motion.value(asked, t) for t in times]
-    largest = max(values)
-    found = next(Extreme(x, t) for x, t in zip(values, times, strict=True) if x >= largest - _SAME * abs(largest))
-    return found if question.max is not None else Extreme(-found.value, found.t)
+    y = run[ASKED]
+    ends = {float(run.t[0]): float(y[0]), float(run.t[-1]): float(y[-1])}
+    found = _first(
+        _likely(run, y, inside, begin),
+        lambda t: ends[t] if t in ends else motion.value(asked, t),
+        _SAME * float(np.ptp(y[inside])),
+    )
+    told = _cut_off(run, question, found.t, "largest" if largest else "least")
+    return Extreme(found.value if largest else -found.value, found.t, told)
+
+
+def _first(likely: list[tuple[float, float]], value: Callable[[float], float], little: float) -> Extreme:
+    """Return the first of times whose value is the largest; `likely`: times with about what they are worth."""
+    best = sorted(likely, key=lambda each: -each[1])[:_EXACTLY]
+    largest = max(value(time) for time, _ in best)
+    for time, _ in likely:
+        here = value(time)
+        if here >= largest - little:
+            return Extreme(here, time)
+    raise AssertionError("one of the best is among them")
+
+
+def _cut_off(run: Trajectory, question: Ask, time: float, which: str) -> tuple[str, ...]:
+    """Return what is to be said of an extreme at the end of a run that nothing ended but its time."""
+    until = question.until
+    timed = isinstance(until, Node) and not is_condition(until)
+    if time < float(run.t[-1]) or run.stop is not None or timed:
+        return ()
+    more = "larger" if which == "largest" else "smaller"
+    end = f"the {which} value is that at the end of the run, t_end = {run.t_final:.6g} s"
+    return (f"{end}: a longer one (simulation: t_end) may show a {more} one",)
 
 
 def _given(node: Node | None) -> Node:
@@ -67,18 +101,36 @@ def _run(motion: Simulated, asked: Node, question: Ask) -> Trajectory:
     return motion.along(asked, time)
 
 
-def _candidates(run: Trajectory, y: Floats, inside: np.ndarray, begin: float) -> list[float]:
-    """Return the times at which the largest value may be: near the largest sample, at the begin, at changes."""
-    k = int(np.argmax(np.where(inside, y, -np.inf)))
-    times = [begin, float(run.t[k]), float(run.t[-1])]
+def _likely(run: Trajectory, y: Floats, inside: np.ndarray, begin: float) -> list[tuple[float, float]]:
+    """Return the times at which the largest value may be first, with about what they are worth, in their order.
+
+    At the begin, at the end, where samples are larger than those beside them, and at changes near by.
+    """
+    looked = np.where(inside, y, -np.inf)
+    top, last = int(np.argmax(looked)), len(y) - 1
+    times = {begin: float(np.interp(begin, run.t, y)), float(run.t[-1]): float(y[-1])}
     changes = [float(change["t"]) for change in run.changes]
-    times += [t for t in changes if begin <= t and abs(t - run.t[k]) <= run.t[1] - run.t[0]]
-    times += [t for t in _turns(run.t, y, k, changes) if t >= begin]
-    return sorted(set(times))
+    beside = [abs(float(y[top] - y[k])) for k in (max(top - 1, 0), min(top + 1, last)) if inside[k]]
+    lowest = float(y[top]) - max(beside, default=0.0)
+    for k in _peaks(looked, lowest, top):
+        found = {t: value for t, value in _turns(run.t, y, k, changes) if t >= begin}
+        near = [t for t in changes if begin <= t and abs(t - run.t[k]) <= run.t[1] - run.t[0]]
+        found.update({t: float(y[k]) for t in near})
+        times.update(found or {float(run.t[k]): float(y[k])})
+    largest = max(times.values())
+    little = max(_LIKELY * float(np.ptp(y[inside])), abs(largest - float(y[top])) if changes else 0.0)
+    return sorted((t, value) for t, value in times.items() if value >= largest - little)
 
 
-def _turns(t: Floats, y: Floats, k: int, changes: list[float]) -> list[float]:
-    """Return where the polynomial through the samples around one turns back, between its neighbours."""
+def _peaks(y: Floats, lowest: float, top: int) -> list[int]:
+    """Return the samples from `lowest` on that are not less than those beside them, the top one among them."""
+    before, after = np.r_[-np.inf, y[:-1]], np.r_[y[1:], -np.inf]
+    found = np.flatnonzero((y > before) & (y >= after) & (y >= lowest))[:_MOST_PEAKS]
+    return sorted({*(int(k) for k in found), top})
+
+
+def _turns(t: Floats, y: Floats, k: int, changes: list[float]) -> list[tuple[float, float]]:
+    """Return where the polynomial through the samples around one turns back, between its neighbours, and its values."""
     first, last = max(k - _BESIDE, 0), min(k + _BESIDE, len(t) - 1)
     for change in changes:
         first = max(first, int(np.searchsorted(t, change))) if change <= t[k] else first
@@ -90,4 +142,4 @@ def _turns(t: Floats, y: Floats, k: int, changes: list[float]) -> list[float]:
     roots = fitted.deriv().roots()
     real = roots[np.abs(roots.imag) <= _REAL * (near[-1] - near[0])].real
     low, high = t[max(k - 1, 0)], t[min(k + 1, len(t) - 1)]
-    return [float(x) for x in real if low <= x <= high]
+    return [(float(x), float(fitted(x))) for x in real if low <= x <= high]

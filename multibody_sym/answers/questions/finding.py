@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import islice, pairwise
 from math import isfinite, nan
 from typing import Final
 
@@ -15,7 +15,10 @@ _FIRST: Final = 0.05
 _GROWTH: Final = 1.6
 _WIDENED: Final = 14
 _PARTS: Final = 24
+_MOST: Final = 4
 _ACCURACY: Final = 4 * float(np.finfo(float).eps)
+_FINE: Final = 1e-13
+"""The part of a root to which it is looked for by runs, which are not more accurate."""
 _NO_ROOT: Final = 1e-5
 """The part of the values beside it that is left at a change of sign which is a jump, or a pole, and no zero."""
 
@@ -28,20 +31,29 @@ class Zero:
     residual: float
 
 
-def zeros(function: Callable[[float], float], sample: float, bounds: tuple[float, float] | None) -> list[Zero]:
+def zeros(
+    function: Callable[[float], float], sample: float, bounds: tuple[float, float] | None, *, cheap: bool = False
+) -> list[Zero]:
     """Return where a function vanishes: all that a scan between bounds shows, the nearest to the sample first.
 
-    Without bounds the one that is met first on ways out from the sample, to both sides. Where the function is nan, it
-    has no value.
+    Without bounds the one that is met first on ways out from the sample, to both sides; of a function that is `cheap`
+    a few. Where the function is nan, it has no value.
     """
     if bounds is not None:
         edges = [float(x) for x in np.linspace(*bounds, _PARTS + 1)]
-        brackets = [pair for pair in pairwise([(x, function(x)) for x in edges]) if _changes(*pair)]
+        brackets: Iterator[tuple[Point, Point]] = pairwise([(x, function(x)) for x in edges])
     else:
-        first = next(_outwards(function, sample), None)
-        brackets = [] if first is None else [first]
-    found = [zero for bracket in brackets if (zero := _zero(function, *bracket)) is not None]
-    return sorted(found, key=lambda zero: abs(zero.at - sample))
+        brackets = _outwards(function, sample)
+    fine = _ACCURACY if cheap else _FINE
+    met = (zero for pair in brackets if _changes(*pair) and (zero := _zero(function, *pair, fine)) is not None)
+    found = islice(met, None if bounds is not None else _MOST if cheap else 1)
+    return sorted({zero.at: zero for zero in found}.values(), key=lambda zero: abs(zero.at - sample))
+
+
+def reach(sample: float) -> tuple[float, float]:
+    """Return the least and the largest value that are tried without bounds."""
+    way = _FIRST * (abs(sample) or 1.0) * (_GROWTH**_WIDENED - 1) / (_GROWTH - 1)
+    return sample - way, sample + way
 
 
 Point = tuple[float, float]
@@ -67,7 +79,7 @@ def _outwards(function: Callable[[float], float], sample: float) -> Iterator[tup
         step *= _GROWTH
 
 
-def _zero(function: Callable[[float], float], a: Point, b: Point) -> Zero | None:
+def _zero(function: Callable[[float], float], a: Point, b: Point, fine: float) -> Zero | None:
     """Return the zero in a bracket, None where the function jumps there."""
     if a[1] == 0.0:
         return Zero(a[0], 0.0)
@@ -79,7 +91,7 @@ def _zero(function: Callable[[float], float], a: Point, b: Point) -> Zero | None
         return known[x]
 
     try:
-        root = float(brentq(remembered, a[0], b[0], xtol=_ACCURACY * max(abs(a[0]), abs(b[0])), rtol=_ACCURACY))
+        root = float(brentq(remembered, a[0], b[0], xtol=fine * max(abs(a[0]), abs(b[0])), rtol=fine))
     except ValueError:
         return None
     left = remembered(root)

@@ -12,16 +12,19 @@ from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedForm
 from multibody_sym.algebra.solving.roots import roots
 from multibody_sym.answers.closed_form import WORK
 from multibody_sym.answers.instant import AGREEMENT, Solved
-from multibody_sym.answers.questions.finding import UNKNOWN, Zero, zeros
+from multibody_sym.answers.questions.finding import UNKNOWN, Zero, reach, zeros
 from multibody_sym.answers.questions.in_numbers import InNumbers, NeverError
 from multibody_sym.answers.questions.naming import in_order, named_by, put_in, with_answers
 from multibody_sym.answers.questions.simulated_motion import Simulated
 from multibody_sym.answers.small_motions.asked import AskedModes
 from multibody_sym.errors import ExpressionError, InputError, ModelError, MultibodyError, at, suggestion
+from multibody_sym.expressions.quantities import QUANTITIES
+from multibody_sym.expressions.units import Dimension, dimension_of
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.declaration.settings import Ask, Equation
 from multibody_sym.model.declaration.system import System
+from multibody_sym.model.declaration.values import dimension_of_unit
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.numerics.arrays import UNDEFINED
 from multibody_sym.scalars.functions import evaluate_float
@@ -56,7 +59,7 @@ class Search:
         found = zeros(self.residual, self.sample, self.bounds)
         if not found:
             return Value(None), [f"no value of {self.name} was found for which {self.equation} {self._where}"]
-        return Value(found[0].at), self._remarks(found)
+        return Value(found[0].at), [*self._remarks(found, "by runs"), *self._told(found[0].at)]
 
     # --- what is looked for ---------------------------------------------------------------------------------------
 
@@ -100,18 +103,44 @@ class Search:
     @property
     def _where(self) -> str:
         if self.bounds is None:
-            return f"on the way out from {self.sample:.6g}; say where: between: [.., ..]"
+            low, high = reach(self.sample)
+            return f"from {low:.6g} to {high:.6g}, on the way out from {self.sample:.6g}; say where: between: [.., ..]"
         return "between {:.6g} and {:.6g}".format(*self.bounds)
 
-    def _remarks(self, found: list[Zero]) -> list[str]:
+    def _remarks(self, found: list[Zero], how: str) -> list[str]:
+        told = f"{how}; the sides of {self.equation} differ by {abs(found[0].residual):.1e} there"
+        if self.bounds is None and how == "by runs":
+            first = f"the first on the way out from {self.sample:.6g}"
+            return [f"{told}; {first}, others were not looked for (between: ..)"]
+        return [told, *self._others(found)]
+
+    def _others(self, found: list[Zero]) -> list[str]:
         others = ", ".join(f"{zero.at:.10g}" for zero in found[1:])
-        told = f"by runs; the sides of {self.equation} differ by {abs(found[0].residual):.1e} there"
-        return [told, *([f"others are {others}"] if others else [])]
+        return [f"others are {others}"] if others else []
 
     def _verify(self) -> None:
         if any(question.find is not None for question in self._posed.ask.values()):
             with at("so"):
                 raise ModelError("it hangs on what is found itself; find one value after the other")
+        with at("so"):
+            self._verify_units()
+
+    def _verify_units(self) -> None:
+        """Raise ModelError where the sides of the equation are certain to be in different units."""
+        given, declared = self.equation, self.solved.system.parameters
+        of_answers = {symbol(name): dimension_of_unit(x.unit) for name, x in self.known.items() if x.unit}
+
+        def of_leaf(leaf: Node) -> Dimension | None:
+            if leaf.op == "quantity":
+                asked = QUANTITIES.get(leaf.data[0])
+                return None if asked is None else asked.dimension
+            parameter = declared.get(str(leaf.data))
+            return of_answers.get(leaf, None if parameter is None else parameter.dimension)
+
+        sides = (given.left, given.left_unit), (given.right, given.right_unit)
+        left, right = (dimension_of(x, of_leaf) if unit is None else dimension_of_unit(unit) for x, unit in sides)
+        if left is not None and right is not None and left != right:
+            raise ModelError(f"{given}: the left side is a quantity in {left}, the right one in {right}")
 
     # --- in numbers -----------------------------------------------------------------------------------------------
 
@@ -121,20 +150,35 @@ class Search:
         is_parameter = self.name in self.solved.system.parameters
         try:
             changes = Changes(parameters=change) if is_parameter else Changes(initial=change)
-            return self._difference(changes.of(self._posed))
+            left, self._told_at[value] = self._difference(changes.of(self._posed))
+            return left
         except (MultibodyError, NeverError, *UNDEFINED):
             return UNKNOWN
 
-    def _difference(self, system: System) -> float:
+    def _difference(self, system: System) -> tuple[float, list[str]]:
+        """Return left - right of a system, and what is to be said of the answers there."""
         numbers, modes = InNumbers(Simulated(system)), AskedModes(system)
         answers: dict[str, Value] = {}
+        there: list[str] = []
         for name in in_order(system.ask, self.solved.mechanism.symbols):
             named = with_answers(system.ask[name], answers, self.solved.mechanism.symbols)
             if named is None:
-                return UNKNOWN
+                return UNKNOWN, []
+            before = len(numbers.told)
             answers[name] = numbers.answer(modes.put_in(named[0])[0])
+            there += [f"there {name}: {told}" for told in numbers.told[before:]]
         value = answers[_LEFT].value
-        return UNKNOWN if value is None else value
+        return (UNKNOWN if value is None else value), there
+
+    @cached_property
+    def _told_at(self) -> dict[float, list[str]]:
+        return {}
+
+    def _told(self, value: float) -> list[str]:
+        """Return what is to be said of the answers at a value that was found."""
+        if value not in self._told_at:
+            self.residual(value)
+        return list(dict.fromkeys(self._told_at.get(value, ())))
 
     @cached_property
     def _posed(self) -> System:
@@ -161,14 +205,14 @@ class Search:
             except (ExpressionError, *UNDEFINED):
                 return UNKNOWN
 
-        found = zeros(value, self.sample, self.bounds)
+        found = zeros(value, self.sample, self.bounds, cheap=True)
         scale = abs(value(self.sample))
         found = [x for x in found if abs(self.residual(x.at)) <= _HOLDS * scale]
         if not found:
             return None
         expression = self._root(node, found[0].at)
-        others = ", ".join(f"{zero.at:.10g}" for zero in found[1:])
-        return Value(found[0].at, expression), [f"others are {others}"] if others else []
+        told = self._others(found) if expression is not None else self._remarks(found, "by its formula, in numbers")
+        return Value(found[0].at, expression), [*told, *self._told(found[0].at)]
 
     def _formula(self) -> Node | None:
         """Return left - right in the model's symbols, None where an answer has no formula."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -24,23 +24,32 @@ class NeverError(Exception):
 
 @dataclass(frozen=True)
 class InNumbers:
-    """Answers from runs of one motion."""
+    """Answers from runs of one motion; `told` collects what is to be said of them."""
 
     motion: Simulated
+    told: list[str] = field(default_factory=list)
 
     def answer(self, question: Ask) -> Value:
         """Return the answer to a question, without unit. Raises NeverError."""
         if question.value is not None:
-            start = question.when is None and question.after is None
-            return Value(self.motion.value(question.value, 0.0 if start else self.time(question)))
+            return Value(self._value(question, question.value))
         if question.max is not None or question.min is not None:
             found = extreme(self.motion, question)
             if found is None:
                 raise NeverError("the motion ends before the time after which it is asked")
+            self.told.extend(found.told)
             return Value(found.value, t=found.t)
         if question.period_of is not None:
             return Value(self._period(question.period_of))
         return Value(self._course(question))
+
+    def _value(self, question: Ask, asked: Node) -> float:
+        if question.when is None:
+            return self.motion.value(asked, 0.0 if question.after is None else self.time(question))
+        found = self.motion.value_at(question.when, asked)
+        if found is None:
+            raise _never(question.when)
+        return found
 
     def _period(self, coordinate: str) -> float:
         try:
@@ -55,9 +64,9 @@ class InNumbers:
             return self.motion.number(question.after)
         moment = question.when if question.when is not None else question.at
         assert moment is not None
-        time = self.motion.moment(moment)
+        time = self.motion.moment(moment, question.value)
         if time is None:
-            raise NeverError(f"{_told(moment)} at no time before t_end of the simulation")
+            raise _never(moment)
         return time
 
     def _course(self, question: Ask) -> float:
@@ -78,6 +87,10 @@ class InNumbers:
             with at("along"):
                 raise ModelError("the direction has no length")
         return list((vector / length).tolist())
+
+
+def _never(moment: Moment) -> NeverError:
+    return NeverError(f"{_told(moment)} at no time before t_end of the simulation")
 
 
 def _told(moment: Moment) -> str:

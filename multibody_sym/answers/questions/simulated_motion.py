@@ -74,15 +74,29 @@ class Simulated:
                 return self._refined(coordinate, value, float(run.t[k] + inside * step))
         return 0.0 if starts_there else None
 
-    def moment(self, moment: Moment) -> float | None:
-        """Return the first time at which a moment comes, 0 if it is there at the start, None if not before `t_end`."""
+    def moment(self, moment: Moment, asked: Node | None = None) -> float | None:
+        """Return the first time at which a moment comes, 0 if it is there at the start, None if not before `t_end`.
+
+        An expression that is `asked` at that moment has its value from the same run, if one ends there.
+        """
         if isinstance(moment, StateCondition):
-            return self.begins(moment)
+            return self.begins(moment) if asked is None else self._begins(moment, asked)
         if isinstance(moment, Mapping):
             ((coordinate, value),) = moment.items()
             return self.time(coordinate, self.number(value))
-        run = self._simulated(self.system, None, stop=Names({_WHEN: moment}))
+        run = self._until(moment, asked)
         return None if run.stop is None else float(run.stop["t"])
+
+    def value_at(self, moment: Moment, asked: Node) -> float | None:
+        """Return the value of an expression when a moment first comes, None if that is not before `t_end`."""
+        time = self.moment(moment, asked)
+        if time is None or time == 0.0 or isinstance(moment, Mapping):
+            return None if time is None else self.value(asked, time)
+        return float(self._until(moment, asked)[ASKED][-1])
+
+    def _until(self, moment: Node | StateCondition, asked: Node | None) -> Trajectory:
+        stop = Names({_WHEN: moment})
+        return self._simulated(self.system, None, stop) if asked is None else self.along(asked, None, stop)
 
     def number(self, value: Node) -> float:
         """Return the value of an expression of parameters."""
@@ -119,6 +133,12 @@ class Simulated:
                 return float(change["t"])
         return None
 
+    def _begins(self, condition: StateCondition, asked: Node) -> float | None:
+        run = self._until(condition, asked)
+        if condition.holds(dict(run.ready.state.words)):
+            return 0.0
+        return None if run.stop is None else float(run.stop["t"])
+
     def changes_before(self, time: float) -> float | None:
         """Return when a state first changes before a time, None where none does."""
         run = self._simulated(self.system, time) if time > 0.0 else None
@@ -143,8 +163,17 @@ class Simulated:
         return self._simulated(replace(self.system, outputs=Names(asked)), duration)
 
     def _simulated(self, system: System, duration: float | None, stop: Mapping[str, Any] | None = None) -> Trajectory:
-        plain: dict[str, Any] = {} if system.simulation.step is not None else {"rtol": _RTOL, "atol": _ATOL}
-        return simulate(replace(system, stop=stop or Names()), t_end=duration, samples=_SAMPLES, **plain)
+        """Return a run; one that was made before is the same again."""
+        key = (tuple(system.outputs.items()), duration, tuple((stop or {}).items()))
+        if key not in self._known:
+            plain: dict[str, Any] = {} if system.simulation.step is not None else {"rtol": _RTOL, "atol": _ATOL}
+            asked = replace(system, stop=stop or Names())
+            self._known[key] = simulate(asked, t_end=duration, samples=_SAMPLES, **plain)
+        return self._known[key]
+
+    @cached_property
+    def _known(self) -> dict[Any, Trajectory]:
+        return {}
 
 
 def _along(function: str, point: str, direction: Sequence[float]) -> Node:

@@ -8,7 +8,7 @@ from functools import cached_property
 
 from multibody_sym.answers.small_motions.record import Modes
 from multibody_sym.answers.small_motions.small_motion import SmallMotion
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import NoSolutionError
 from multibody_sym.expressions.quantities import QUANTITIES
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.settings import Ask
@@ -34,12 +34,12 @@ class AskedModes:
         return SmallMotion.of(self.system).told()
 
     def value(self, leaf: Node) -> Value:
-        """Return the frequency or period that a quantity asks for. Raises ModelError, NoSolutionError."""
+        """Return the frequency or period that a quantity asks for. Raises NoSolutionError without such a mode."""
         found = self.modes.frequencies if leaf.data[0] == "frequency" else self.modes.periods
         number = int(leaf.data[1][0])
         if number > len(found):
             count = {0: "no mode oscillates", 1: "one mode oscillates"}.get(len(found), f"{len(found)} modes oscillate")
-            raise ModelError(f"{leaf}: {count} in small motions about the {self.modes.about}")
+            raise NoSolutionError(f"{leaf}: {count} in small motions about the {self.modes.about}")
         return found[number - 1]
 
     def put_in(self, question: Ask) -> tuple[Ask, bool]:

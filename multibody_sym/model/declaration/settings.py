@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from multibody_sym.errors import ModelError, at
+from multibody_sym.expressions.parser import parse_scalar
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.fields import Element, ListOf, MapOf, Names, Record, fields_of, holds
 from multibody_sym.model.declaration.states import Moment, MomentField, TimeOrMoment, state_condition
@@ -57,16 +58,22 @@ class Extreme(Element):
 
 @dataclass(frozen=True)
 class Equation(Element):
-    """left == right, which names answers; `extremes`: those that it asks for itself, by the names it has for them."""
+    """left == right, which names answers; `extremes`: those that it asks for itself, by the names it has for them.
+
+    `left_unit` and `right_unit`: the SI units of sides that are a number with one, `2 m`.
+    """
 
     left: Node = holds(Scalar(), says="the left side", such="least")
     right: Node = holds(Scalar(), says="the right side", such="0")
+    left_unit: str | None = holds(Text(), None, says="the SI unit of a left side that is a number with one", such="m")
+    right_unit: str | None = holds(Text(), None, says="the SI unit of a right side that is a number with one", such="m")
     extremes: Mapping[str, Extreme] = holds(
         MapOf(Record(Extreme)), None, says="the largest and least values that it names itself"
     )
 
     def __str__(self) -> str:
-        found = f"{text(self.left)} == {text(self.right)}"
+        sides = (self.left, self.left_unit), (self.right, self.right_unit)
+        found = " == ".join(text(side) if unit is None else f"{text(side)} {unit}" for side, unit in sides)
         for name, extreme in self.extremes.items():
             found = found.replace(name, str(extreme))
         return found
@@ -86,15 +93,19 @@ class EquationField:
         if len(sides) != 2:
             raise ModelError(f"expected an equation such as least == 0, got {described(value)}")
         extremes: dict[str, Extreme] = {}
-        left, right = (_side(side, extremes) for side in sides)
-        return Equation(left=left, right=right, extremes=Names(extremes))
+        (left, left_unit), (right, right_unit) = (_side(side, extremes) for side in sides)
+        units = {"left_unit": left_unit, "right_unit": right_unit}
+        return Equation(left=left, right=right, extremes=Names(extremes), **units)
 
     def tree(self, value: Equation) -> str:
         return str(value)
 
 
-def _side(side: str, extremes: dict[str, Extreme]) -> Node:
-    """Return one side of an equation; max and min of one expression alone become questions of their own."""
+def _side(side: str, extremes: dict[str, Extreme]) -> tuple[Node, str | None]:
+    """Return one side of an equation, and its unit if it is a number with one.
+
+    max and min of one expression alone become questions of their own.
+    """
     known: dict[Node, Node] = {}
     free = "extreme"
     while free in side:
@@ -111,8 +122,9 @@ def _side(side: str, extremes: dict[str, Extreme]) -> Node:
         known[symbol(standing)] = symbol(name)
         side = f"{side[: found.start()]}{standing}{side[end + 1 :]}"
         place = found.start()
-    node: Node = evaluate([Scalar().accept(side.strip())], lambda leaf: known.get(leaf, leaf))[0]
-    return node
+    written, dimension = parse_scalar(side.strip())
+    node: Node = evaluate([written], lambda leaf: known.get(leaf, leaf))[0]
+    return node, None if dimension is None else str(dimension)
 
 
 def _closing(side: str, begin: int) -> int:

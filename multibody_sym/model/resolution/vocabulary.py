@@ -25,7 +25,7 @@ from multibody_sym.model.resolution.references import BARE
 from multibody_sym.model.resolution.ropes.runs import run_names, tension_names
 from multibody_sym.model.resolution.spanning_tree import coordinate_names, ground_moves, speed_names
 from multibody_sym.scalars.node import Node, symbol
-from multibody_sym.scalars.traversal import leaves
+from multibody_sym.scalars.traversal import flatten, leaves
 
 
 def meanings(system: System, coordinates: Iterable[Coordinate], speeds: Iterable[Speed]) -> dict[str, str]:
@@ -100,6 +100,7 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
                 _verify_quantity(leaf, path[0], vocabulary)
             wanted = field_unit if field_unit is not None else _unit_by_joint(system, path, force_units)
             _verify_dimension(node, wanted, dimensions)
+            _verify_curve(node, wanted, dimensions)
         except (ModelError, ExpressionError) as error:
             raise ModelError(error.message, where=replace(error.where, path=path, column=None)) from None
 
@@ -319,6 +320,17 @@ def _dimensions(system: System) -> dict[Node, Dimension | None]:
     parameters = {symbol(name): parameter.dimension for name, parameter in system.parameters.items()}
     inputs = {symbol(name): given.dimension for name, given in system.inputs.items() if not isinstance(given, Node)}
     return {**parameters, **inputs}
+
+
+def _verify_curve(node: Node, unit: str | None, known: Mapping[Node, Dimension | None]) -> None:
+    """Raise ModelError where a term of a curve, with the unit of the curve's parameter, is no length.
+
+    Terms count that name parameters with units: `x^2/2` may have one that nobody wrote.
+    """
+    own = {x: dimension_of_unit(x.data[1][1]) for x in leaves([node], "quantity") if x.data[0] == PARAMETER}
+    for term in flatten("add", node) if own else ():
+        if any(known.get(leaf) for leaf in leaves([term], "symbol")):
+            _verify_dimension(term, unit, {**known, **own})
 
 
 def _verify_dimension(node: Node, unit: str | None, known: Mapping[Node, Dimension | None]) -> None:

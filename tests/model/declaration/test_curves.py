@@ -155,3 +155,18 @@ def test_wrong_guides_of_points_are_told_where_they_stand(
     with pytest.raises(mbs.ModelError, match=words) as found:
         mbs.mechanism(system)
     assert ".".join(found.value.where.path) == path
+
+
+@pytest.mark.parametrize(
+    ("curve", "place"),
+    [("{y: m*x^2}", "y"), ("{y: p*x^2}", "y"), ("{x: m*s, y: p*cos(s), parameter: s}", "x"), ("{y: x^2/2 + m*x}", "y")],
+)
+def test_terms_of_a_curve_are_lengths(curve: str, place: str) -> None:
+    with pytest.raises(mbs.ModelError, match="here one in m is wanted") as found:
+        mbs.mechanism(wire(curve))
+    assert ".".join(found.value.where.path) == f"joints.wire.curve.{place}"
+
+
+@pytest.mark.parametrize("curve", ["{y: x^2/2 + x^2/p}", "{x: s, y: cos(s), parameter: s}", "{y: p*cosh(x/p)}"])
+def test_numbers_in_curves_may_have_units_that_nobody_wrote(curve: str) -> None:
+    assert mbs.mechanism(wire(curve, "0.1")).name == "wire"

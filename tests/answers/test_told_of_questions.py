@@ -1,0 +1,149 @@
+"""What is told beside answers: extremes that the end of a run cut off, the first of several, other roots, units."""
+
+from __future__ import annotations
+
+from math import pi, sqrt
+
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.answers.questions import simulated_motion
+from multibody_sym.errors import InputError
+
+RISING = """
+multibody_sym: 1
+name: rising
+parameters: {M: {value: 6e24 kg, positive: true}, m: 100 kg, R: {value: 6.4e6 m, positive: true},
+  v: {value: 5000 m/s, positive: true}}
+bodies: {ground: {points: {o: [0, 0, 0]}}, s: {mass: m}}
+joints: {j: {type: prismatic, parent: ground, child: s, axis: x, q: x, initial: {q: R, u: v}}}
+forces: {g: {type: gravitation, between: [ground.o, s], masses: [M, m]}}
+"""
+SWINGING = """
+multibody_sym: 1
+name: swinging
+parameters: {m: {value: 2 kg, positive: true}, k: {value: 8 N/m, positive: true}, x0: 0.3 m, v0: 0.5 m/s}
+bodies: {a: {mass: m}}
+joints: {A: {type: prismatic, parent: ground, child: a, axis: x, q: x, initial: {q: x0, u: v0}}}
+forces: {s: {type: spring_damper, joint: A, stiffness: k}}
+simulation: {t_end: 10 s}
+"""
+BRAKING = """
+multibody_sym: 1
+name: braking
+gravity: [0, -g, 0]
+parameters: {g: {value: 9.81 m/s^2, positive: true}, m: {value: 2 kg, positive: true}, mu: {value: 0.3, positive: true},
+  v: {value: 4 m/s, positive: true}}
+bodies: {ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}, b: {mass: m}}
+joints: {j: {type: point, parent: ground, child: b, q: [x, y], initial: {u: [v, 0]}}}
+contacts: {c: {between: [b, ground.floor], static: mu, kinetic: mu}}
+simulation: {t_end: 5 s}
+"""
+HOOP = """
+multibody_sym: 1
+name: hoop
+gravity: [0, 0, -g]
+parameters: {g: {value: 9.81 m/s^2, positive: true}, m: {value: 0.1 kg, positive: true}, w: {value: 8, positive: true},
+  R: {value: 0.3 m, positive: true}}
+bodies: {hoop: {}, bead: {mass: m, com: [0, 0, -R]}}
+joints:
+  axle: {type: revolute, parent: ground, child: hoop, axis: z, motion: w*t}
+  slide: {type: revolute, parent: hoop, child: bead, axis: x, q: theta, initial: {q: "acos(g/(R*w^2))"}}
+"""
+
+
+def solved(model: str, *questions: str) -> mbs.Solution:
+    return mbs.solve(mbs.loads(f"{model}ask:\n" + "".join(f"  {question}\n" for question in questions)))
+
+
+def test_extremes_that_the_end_of_the_run_cuts_off_are_told() -> None:
+    short = RISING + "simulation: {t_end: 300 s}\n"
+    ends = "early: {max: x, until: 100 s}", "late: {max: x, until: x < R/2}"
+    solution = solved(short, "top: {max: x}", "near: {min: x}", *ends)
+    said = "the largest value is that at the end of the run, t_end = 300 s"
+    assert [each[:4] for each in solution.conditions if said in each] == ["top:", "late"]
+    assert not any("near" in each for each in solution.conditions)
+
+
+def test_what_is_found_where_the_run_cuts_an_extreme_off_is_told() -> None:
+    """v = sqrt(G*M/R) leads to 2*R, at which this run has not arrived; a larger speed is there at its end."""
+    solution = solved(RISING + "simulation: {t_end: 800 s}\n", "top: {max: x}", "v2: {find: v, so: top == 2*R}")
+    assert solution.answers["v2"].value > sqrt(6.6743e-11 * 6e24 / 6.4e6)
+    assert any(each.startswith("v2: there top: the largest value is that at the end") for each in solution.conditions)
+
+
+def test_of_several_equal_extremes_the_first_is_told() -> None:
+    """x = A sin(2 t + p): its speed is largest first where 2 t + p = 2 pi, least where it is pi."""
+    later = "again: {max: u_x, after: 4 s}", "far: {max: x^2}"
+    solution = solved(SWINGING, "fast: {max: u_x}", "slow: {min: u_x}", *later)
+    answers, phase = solution.answers, 0.8760580505981934  # atan2(0.3, 0.25)
+    assert answers["fast"].t == pytest.approx((2 * pi - phase) / 2, rel=1e-8)
+    assert answers["again"].t == pytest.approx((4 * pi - phase) / 2, rel=1e-8)
+    assert answers["slow"].t == pytest.approx((pi - phase) / 2, rel=1e-8)
+    assert answers["far"].t == pytest.approx((pi / 2 - phase) / 2, rel=1e-8)
+    assert answers["fast"].value == pytest.approx(2 * sqrt(0.3**2 + 0.25**2), rel=1e-10)
+    assert not solution.conditions
+
+
+@pytest.mark.parametrize(
+    ("so", "said"),
+    [
+        ("far == 0.5 kg", r"ask\.f\.so: far == 0\.5 kg: the left side is a quantity in m, the right one in kg"),
+        ("far == m", "the left side is a quantity in m, the right one in kg"),
+        ("far + k == 1", "a sum of"),
+        ("3 s == far", "the left side is a quantity in s, the right one in m"),
+    ],
+)
+def test_units_of_the_sides_are_compared(so: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        solved(SWINGING, "far: {max: x}", f"f: {{find: v0, so: {so}}}")
+
+
+def test_an_equation_with_a_unit_is_written_as_it_is_read() -> None:
+    system = mbs.loads(SWINGING + "ask: {far: {max: x}, f: {find: v0, so: far == 50 cm}}\n")
+    assert mbs.loads(mbs.dumps(system)) == system
+    assert mbs.solve(system).answers["f"].value == pytest.approx(2 * sqrt(0.5**2 - 0.3**2), rel=1e-9)
+
+
+def test_other_roots_are_told_without_bounds_where_there_is_a_formula() -> None:
+    """A throw over a given way has two angles."""
+    model = """
+multibody_sym: 1
+name: thrown
+gravity: [0, -g, 0]
+parameters: {g: 9.81 m/s^2, v: 20 m/s, a: 30 deg}
+bodies: {ball: {mass: 1 kg}}
+joints: {j: {type: point, parent: ground, child: ball, q: [x, y], initial: {u: [v*cos(a), v*sin(a)]}}}
+simulation: {t_end: 6 s}
+"""
+    solution = solved(model, "range: {value: x, when: y < 0}", "f: {find: a, so: range == 30 m}")
+    steep = pi / 2 - solution.answers["f"].value
+    told = next(each for each in solution.conditions if each.startswith("f: others are"))
+    assert float(told.split()[-1]) == pytest.approx(steep, rel=1e-9)
+
+
+def test_by_runs_it_is_told_that_others_were_not_looked_for() -> None:
+    solution = solved(BRAKING, "s: {value: x, when: c sticks}", "need: {find: v, so: s == 5}")
+    assert solution.answers["need"].value == pytest.approx(sqrt(2 * 0.3 * 9.81 * 5), rel=1e-9)
+    assert any("first on the way out from 4, others were not looked for" in each for each in solution.conditions)
+
+
+def test_a_formula_is_found_beyond_its_pole() -> None:
+    """The stopping way v^2/(2 g mu) has a pole at mu = 0, nearer to the start than the value that is looked for."""
+    solution = solved(BRAKING, "way: {max: x}", "rough: {find: mu, so: way == 1}")
+    assert str(solution.answers["rough"]).startswith("v^2/(2*g) = ")
+
+
+def test_a_root_of_the_square_of_a_parameter_has_a_formula() -> None:
+    answer = solved(HOOP, "w1: frequency(1)", "turn: {find: w, so: w1 == 4}").answers["turn"]
+    assert answer.expression is not None
+    assert answer.value == pytest.approx(sqrt(8 + sqrt(64 + (9.81 / 0.3) ** 2)), rel=1e-12)
+
+
+def test_a_find_takes_few_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Values at a moment come from the run that ends there; these were 216 for two questions, five a value tried."""
+    runs = []
+    simulate = simulated_motion.simulate
+    monkeypatch.setattr(simulated_motion, "simulate", lambda *given, **how: runs.append(1) or simulate(*given, **how))
+    solved(BRAKING, "s: {value: x, when: c sticks}", "need: {find: v, so: s == 5}")
+    assert len(runs) <= 30
