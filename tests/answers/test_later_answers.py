@@ -127,7 +127,7 @@ def test_values_of_parameters_and_start_values_are_found() -> None:
         "range: {value: x, when: y < 0}",
         "a1: {find: a, so: range == 20, between: [0.1, 1.5]}",
         "v1: {find: v, so: max(y) == 10}",
-        "g1: {find: g, so: 'max(y) == min(v, 10) + 0*min(y)'}",
+        "g1: {find: g, so: 'max(y) == min(range, 10) + 0*min(y)'}",
         "high: {find: y, so: range == 40}",
     )
     assert found["a1"].value == pytest.approx(pi / 2 - _low_angle(), rel=1e-9)
