@@ -6,8 +6,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from hostile_labels import LABELS
 
-from multibody_sym.drawing.lettering import words
+from multibody_sym.drawing.lettering import letters, words
 from multibody_sym.drawing.picture import Arc, Pen, Picture, Stroke, Text
 from multibody_sym.drawing.svg import number, svg
 
@@ -48,3 +49,16 @@ def test_what_users_wrote_is_text_alone() -> None:
 
 def test_numbers_are_short() -> None:
     assert [number(x) for x in (-0.001, 1.0, 2.506, 1e-9)] == ["0", "1", "2.51", "0"]
+
+
+@pytest.mark.parametrize("label", LABELS)
+def test_no_label_is_markup(label: str) -> None:
+    """Whatever a label is, the document has the elements that it has with a harmless one, and no attribute with it."""
+
+    def shape(text: str) -> list[tuple[str, list[str]]]:
+        for runs in (words(text), letters(text), ((text, "roman"),)):
+            root = drawn(Text(np.zeros(2), runs, 10.0), title=text)
+        return [(element.tag, sorted(element.attrib)) for element in root.iter()]
+
+    assert shape(label) == shape("harmless")
+    svg(Picture(100, 50, [], label, label)).encode("utf-8")

@@ -1,0 +1,25 @@
+"""What a picture shows beside the mechanism itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from multibody_sym.scene.items import ArrowItem, Path
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What a picture shows: `names` of bodies and joints, applied `forces`, `reactions` as they are at its instant.
+
+    What is declared at or under a path of `marked` stands out, with a word beside it.
+    """
+
+    names: bool = True
+    forces: bool = False
+    reactions: tuple[ArrowItem, ...] = ()
+    marked: Mapping[Path, str] = field(default_factory=dict)
+
+    def mark_of(self, path: Path) -> str | None:
+        """Return the word of what is declared at a path, None where nothing marks it."""
+        return next((word for marked, word in self.marked.items() if path[: len(marked)] == marked), None)
