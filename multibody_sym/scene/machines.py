@@ -25,12 +25,14 @@ from multibody_sym.model.resolution.contacts.elements import copies
 from multibody_sym.scene.forms import Disc, Face, Polyline, Rail, Symbol, Vector, unit, vector
 from multibody_sym.scene.items import Item
 from multibody_sym.scene.joints import held
+from multibody_sym.scene.places import references
 from multibody_sym.scene.stage import Place, Stage
 from multibody_sym.scene.surfaces import curve_points
 
 
-def ground_items(stage: Stage, found: Mapping[str, list[Vector]]) -> Iterator[Item]:
-    """Yield the frames of all bodies, and the points that nothing is joined to but that are named."""
+def marker_items(stage: Stage) -> Iterator[Item]:
+    """Yield the frames and points of all bodies; those that are joined or held show themselves by what holds them."""
+    named = set(references(stage))
     for name, body in stage.system.bodies.items():
         for word in body.frames:
             place = stage.place(f"{name}.{word}")
@@ -38,9 +40,9 @@ def ground_items(stage: Stage, found: Mapping[str, list[Vector]]) -> Iterator[It
             path = ("bodies", name, "frames", word)
             yield Item("frame", f"{name}.{word}", word, path, place.body, sign, on_ground=name == GROUND)
         for word in body.points:
-            place = stage.place(f"{name}.{word}")
-            path = ("bodies", name, "points", word)
-            yield Item("point", f"{name}.{word}", word, path, place.body, Symbol("point", place.point))
+            place, used = stage.place(f"{name}.{word}"), f"{name}.{word}" in named
+            sign = Symbol("used_point" if used else "point", place.point)
+            yield Item("point", f"{name}.{word}", word, ("bodies", name, "points", word), place.body, sign)
 
 
 def pulley_items(stage: Stage) -> Iterator[Item]:

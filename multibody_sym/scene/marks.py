@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
@@ -41,8 +42,9 @@ def dimensions(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> tuple[Di
     taken: set[str] = set()
     kept = []
     for k in order:
-        if found[k].label not in taken and not _is_point(stage, found[k]):
-            taken.add(found[k].label)
+        words = set(re.findall("[A-Za-z_][A-Za-z_0-9]*", found[k].label))
+        if not words <= taken and not _is_point(stage, found[k]):
+            taken |= words
             kept.append(k)
     return tuple(found[k] for k in sorted(kept))
 
@@ -133,10 +135,13 @@ def ways(stage: Stage) -> Iterator[Dimension]:
 
 def angles(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> Iterator[AngleMark]:
     """Yield the angles of hinges and of frames on ground."""
+    own_names = {coordinate.name for coordinate in stage.mechanism.coordinates}
     for name, joint in stage.system.joints.items():
-        if len(joint.free_steps) != 1 or not joint.free_steps[0].step.is_hinge or joint.cut:
+        if len(joint.free_steps) != 1 or not joint.free_steps[0].step.is_hinge:
             continue
         (label,), made = coordinate_names(name, joint), held(stage, name)
+        if label not in own_names and stage.mechanism.relative is None:
+            continue
         axis: Floats = np.array(unit(stage.vector(joint.free_steps[0].step.turns[0])))
         away = _away(stage, stage.body(joint.child), made.child.point, places)
         if away is None:

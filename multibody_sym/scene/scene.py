@@ -19,7 +19,7 @@ from multibody_sym.scene.bodies import body_items
 from multibody_sym.scene.forms import Face, Symbol
 from multibody_sym.scene.items import AngleMark, ArrowItem, Dimension, Item, Placed, PlacedStrand, Strand, View
 from multibody_sym.scene.joints import joint_items
-from multibody_sym.scene.machines import constraint_items, contact_items, force_items, ground_items, pulley_items
+from multibody_sym.scene.machines import constraint_items, contact_items, force_items, marker_items, pulley_items
 from multibody_sym.scene.marks import angles, dimensions, ways
 from multibody_sym.scene.places import places
 from multibody_sym.scene.stage import Stage, drawn_start, poses_of
@@ -54,6 +54,11 @@ class Scene:
     def up(self) -> tuple[float, float, float]:
         """The direction upward on the page (world)."""
         return self.view.up
+
+    @property
+    def gravity(self) -> tuple[float, float, float]:
+        """The vector of gravity (world)."""
+        return next((arrow.vector for arrow in self.arrows if arrow.role == "gravity"), (0.0, 0.0, 0.0))
 
     @property
     def bodies(self) -> tuple[str, ...]:
@@ -122,7 +127,7 @@ def scene_of(
         *joint_items(stage),
         *force_items(stage),
         *contact_items(stage),
-        *ground_items(stage, found),
+        *marker_items(stage),
     )
     return Scene(
         name=system.name,

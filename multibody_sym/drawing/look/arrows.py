@@ -1,0 +1,76 @@
+"""Arrows: gravity beside the figure, forces at their points, torques as bows around them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.drawing.lettering import letters
+from multibody_sym.drawing.look.sheet import Sheet, left, unit2
+from multibody_sym.drawing.picture import Arrow, Mark, Wish
+from multibody_sym.drawing.style import FORCE, LAYER_ARROW, LAYER_TEXT, THIN
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.scene.forms import across, unit
+from multibody_sym.scene.items import ArrowItem
+
+_FORCE: Final = 34.0
+_TORQUE: Final = 15.0
+_GRAVITY: Final = 30.0
+
+
+def arrow_marks(sheet: Sheet) -> Iterator[Mark]:
+    """Yield all arrows of a scene with their letters."""
+    for item, vector in zip(sheet.scene.arrows, sheet.placed.vectors, strict=True):
+        named = {"role": item.role, "name": item.name, "layer": LAYER_ARROW}
+        if item.role == "gravity":
+            yield from _gravity(sheet, item, vector, named)
+        elif item.role in ("torque", "couple"):
+            yield from torque_marks(sheet, sheet.at(item.at.body, item.at.point), vector, item.label, named)
+        elif item.role != "drag":
+            yield from force_marks(sheet, sheet.at(item.at.body, item.at.point), vector, item.label, named)
+
+
+def _gravity(sheet: Sheet, item: ArrowItem, vector: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+    way = sheet.projection.page(vector)
+    size = float(np.linalg.norm(way)) / sheet.projection.scale
+    if size < 0.05 * float(np.linalg.norm(vector)):
+        return
+    high = sheet.span[1]
+    top = np.array([high[0] + 34.0, high[1]])
+    points = np.array([top, top + _GRAVITY * unit2(way)])
+    yield Arrow(points, THIN, **named)
+    yield Wish(points.mean(axis=0)[None, :], letters(item.label), prefer=(1.0, 0.0), **{**named, "layer": LAYER_TEXT})
+
+
+def force_marks(
+    sheet: Sheet, at: Floats, vector: Floats, label: str, named: dict[str, Any], pen: Any = FORCE
+) -> Iterator[Mark]:
+    """Yield a force at a place of the page: from there along its direction."""
+    way = sheet.projection.page(vector) / sheet.projection.scale
+    size = float(np.linalg.norm(vector))
+    if size == 0.0 or float(np.linalg.norm(way)) < 0.05 * size:
+        return
+    points = np.array([at, at + _FORCE * unit2(way) * max(0.4, float(np.linalg.norm(way)) / size)])
+    yield Arrow(points, pen, **named)
+    side = left(unit2(way))
+    prefer = (float(side[0]), float(side[1]))
+    yield Wish(points[1:], letters(label), prefer=prefer, colour=pen.colour, **{**named, "layer": LAYER_TEXT})
+
+
+def torque_marks(
+    sheet: Sheet, at: Floats, vector: Floats, label: str, named: dict[str, Any], pen: Any = FORCE
+) -> Iterator[Mark]:
+    """Yield a torque about a place of the page: most of a circle around its axis, as it turns."""
+    size = float(np.linalg.norm(vector))
+    if size == 0.0:
+        return
+    axis = np.array(unit(vector))
+    e1 = np.array(across(axis))
+    e2 = np.cross(axis, e1)
+    angles = np.linspace(-0.5, 4.0, 36)[:, None]
+    rim = np.cos(angles) * e1 + np.sin(angles) * e2
+    points = at + _TORQUE * sheet.projection.page(rim) / sheet.projection.scale
+    yield Arrow(points, pen, head=5.0, **named)
+    yield Wish(points, letters(label), colour=pen.colour, **{**named, "layer": LAYER_TEXT})

@@ -1,0 +1,130 @@
+"""Names, lengths and angles: what wants letters beside it, for the layout to place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.drawing.lettering import letters
+from multibody_sym.drawing.look.sheet import Sheet, left, unit2
+from multibody_sym.drawing.picture import Arrow, Bend, Mark, Measure, Wish
+from multibody_sym.drawing.style import LAYER_ARROW, LAYER_TEXT, MOTION, THIN
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.scene.forms import Symbol
+from multibody_sym.scene.items import AngleMark, Dimension, Item
+
+_SHORTEST: Final = 9.0
+"""The shortest length (pt) that gets a dimension line."""
+_COORDINATE: Final = 24.0
+_SILENT: Final = ("free", "contact", "tie", "point", "used_point", "frame", "drive", "hanger")
+"""Symbols without a name on the figure."""
+
+
+def label_marks(sheet: Sheet) -> Iterator[Mark]:
+    """Yield the names of bodies, joints, pulleys and strands."""
+    named: set[tuple[str, str]] = set()
+    for item in sheet.scene.items:
+        key = (item.role, item.name)
+        if item.role not in ("body", "joint", "pulley", "guide") or key in named or not item.label:
+            continue
+        if isinstance(item.form, Symbol) and item.form.kind in _SILENT:
+            continue
+        if item.role == "guide" and any(i.role == "joint" and i.name == item.name for i in sheet.scene.items):
+            continue
+        named.add(key)
+        yield _name(sheet, item)
+    for placed in sheet.placed.strands:
+        pieces = sheet.projection.page(placed.pieces)
+        if len(pieces) and np.all(np.isfinite(pieces)):
+            longest = max(pieces, key=lambda piece: float(np.linalg.norm(piece[1] - piece[0])))
+            middle = longest[0] + 0.3 * (longest[1] - longest[0]), longest[0] + 0.7 * (longest[1] - longest[0])
+            strand = placed.strand
+            yield Wish(np.array(middle), letters(strand.label), clear=6.0, **_text(strand.kind, strand.name))
+
+
+def _text(role: str, name: str) -> dict[str, Any]:
+    return {"role": role, "name": name, "layer": LAYER_TEXT}
+
+
+def _name(sheet: Sheet, item: Item) -> Wish:
+    bounds = sheet.page(item.body, item.form.bounds)
+    about = bounds if len(bounds) == 2 else bounds.mean(axis=0)[None, :]
+    clear = 7.0 if isinstance(item.form, Symbol) else 5.0
+    return Wish(about, letters(item.label), clear=clear, role=item.role, name=item.name, layer=LAYER_TEXT)
+
+
+# --- lengths and angles --------------------------------------------------------------------------------------------
+
+
+def dimension_marks(sheet: Sheet) -> Iterator[Mark]:
+    """Yield the lengths that the model names, and the coordinates of sliders."""
+    for each in sheet.scene.dimensions:
+        a, b = sheet.at(each.a.body, each.a.point), sheet.at(each.b.body, each.b.point)
+        length = float(np.linalg.norm(b - a))
+        role = "coordinate" if each.coordinate else "dimension"
+        if each.radius:
+            yield from _radius(sheet, each, a, b)
+        elif each.coordinate and length < _COORDINATE:
+            yield from _coordinate(sheet, each, b)
+        elif length >= _SHORTEST:
+            yield Measure(a, b, letters(each.label), role=role, name=each.name, layer=LAYER_TEXT)
+
+
+def _radius(sheet: Sheet, each: Dimension, a: Floats, b: Floats) -> Iterator[Mark]:
+    named: dict[str, Any] = {"role": "dimension", "name": each.name}
+    if float(np.linalg.norm(b - a)) >= _SHORTEST:
+        yield Arrow(np.array([a, b]), THIN, head=4.0, layer=LAYER_ARROW, **named)
+        yield Wish(np.array([(a + b) / 2]), letters(each.label), clear=1.5, layer=LAYER_TEXT, **named)
+
+
+def _coordinate(sheet: Sheet, each: Dimension, at: Floats) -> Iterator[Mark]:
+    """Yield the direction of a slider's coordinate that is near zero."""
+    joint = next((i for i in sheet.scene.items if i.role == "guide" and each.b.body in i.bodies), None)
+    axis = getattr(joint.form, "axis", None) if joint is not None else None
+    if joint is None or axis is None:
+        return
+    way = unit2(sheet.way(joint.body, axis))
+    start = at + 14.0 * way + 13.0 * left(way)
+    points = np.array([start, start + _COORDINATE * way])
+    yield Arrow(points, MOTION, role="coordinate", name=each.name, layer=LAYER_ARROW)
+    tip = points[1:]
+    yield Wish(tip, letters(each.label), role="coordinate", name=each.name, layer=LAYER_TEXT, colour=MOTION.colour)
+
+
+def angle_marks(sheet: Sheet) -> Iterator[Mark]:
+    """Yield the angles of hinges and slopes: arcs in the plane, in space their letters at the joint."""
+    for each in sheet.scene.angles:
+        at = sheet.at(each.at.body, each.at.point)
+        if not sheet.flat:
+            yield from _turning(sheet, each, at)
+            continue
+        start, stop = (sheet.way(end.body, end.point) for end in (each.start, each.stop))
+        first, second = (float(np.arctan2(way[1], way[0])) for way in (start, stop))
+        turn = (second - first + np.pi) % (2 * np.pi) - np.pi
+        if abs(turn) < 0.05:
+            continue
+        low, high = (first, first + turn) if turn > 0.0 else (first + turn, first)
+        ends = (turn > 0.0, turn < 0.0)  # a thin line shows the side from which the angle is counted
+        lines = ends if each.coordinate else (True, False)
+        tip = (1 if turn > 0.0 else 0) if each.coordinate else None
+        yield Bend(
+            at, low, high, letters(each.label), lines, tip, role="angle", name=each.name, layer=LAYER_TEXT
+        )
+
+
+def _turning(sheet: Sheet, each: AngleMark, at: Floats) -> Iterator[Mark]:
+    """Yield a bow around an axis in space with its letter."""
+    axis = sheet.placed.turned(each.at.body, each.axis)
+    start = sheet.placed.turned(each.start.body, each.start.point)
+    other = np.cross(axis, start)
+    angles = np.linspace(0.0, 1.2, 20)[:, None]
+    rim = np.cos(angles) * start + np.sin(angles) * other
+    points = at + 16.0 * sheet.projection.page(rim) / sheet.projection.scale
+    if float(np.ptp(points, axis=0).max()) < 4.0:
+        return
+    yield Arrow(points, MOTION, head=4.0, role="angle", name=each.name, layer=LAYER_ARROW)
+    middle = points[len(points) // 2][None, :]
+    colour = MOTION.colour
+    yield Wish(middle, letters(each.label), role="angle", name=each.name, layer=LAYER_TEXT, colour=colour)

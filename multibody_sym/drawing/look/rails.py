@@ -1,0 +1,101 @@
+"""Rails of sliders: a line with hatching below the block, two where nothing presses it down, a thin one on a body."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.drawing.look.sheet import Sheet, left, unit2
+from multibody_sym.drawing.picture import Hatch, Mark, Stroke
+from multibody_sym.drawing.style import AXIS, BLOCK, BOLD, INK, LAYER_GROUND, THIN
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.scene.forms import Polyline, Rail, Symbol
+from multibody_sym.scene.items import Item
+
+_BEYOND: Final = 20.0
+"""How far a rail goes on behind the last place of its block (pt)."""
+_MASS: Final = (24.0, 17.0)
+"""Length and height of a mass without a size (pt)."""
+
+
+def block_size(sheet: Sheet, item: Item) -> tuple[float, float]:
+    """Return the length and height (pt) of a block: that of a mass of its own, or of a slider on a larger body."""
+    own = item.role == "body" or any(
+        other.role == "body" and isinstance(other.form, Symbol) and other.form.kind == "block"
+        for other in sheet.touched.get(item.body, ())
+    )
+    return _MASS if own else BLOCK
+
+
+def is_covered(sheet: Sheet, item: Item) -> bool:
+    """Return whether a slider's body shows itself at the slider: by a block, a box or another form that is no rod."""
+    for other in sheet.touched.get(item.body, ()):
+        if other.role not in ("body", "surface"):
+            continue
+        if isinstance(other.form, Polyline) and not other.form.closed:
+            continue
+        return True
+    return False
+
+
+def rail_marks(sheet: Sheet, item: Item, rail: Rail) -> Iterator[Mark]:
+    """Yield what a slider runs along."""
+    ends, along = sheet.page(item.body, rail.bounds), unit2(sheet.way(item.body, rail.axis))
+    if float(np.linalg.norm(sheet.way(item.body, rail.axis))) < 0.05:
+        return
+    named = sheet.named(item, LAYER_GROUND, rail.at)
+    moved = _block_place(sheet, item)
+    places = [*(ends @ along), *([] if moved is None else [float(moved @ along)])]
+    base = ends[0] - float(ends[0] @ along) * along
+    points = np.array([base + (min(places) - _BEYOND) * along, base + (max(places) + _BEYOND) * along])
+    if rail.light or not sheet.flat or not item.on_ground:
+        pen = AXIS if rail.light else THIN if item.on_ground else INK
+        yield Stroke(points, sheet.pen(item, pen), **named)
+        return
+    for side, offset in _sides(sheet, item, along):
+        shifted = points + offset * side
+        turn = 1 if float(left(shifted[1] - shifted[0]) @ side) > 0.0 else -1
+        yield Hatch(shifted, sheet.pen(item, BOLD), side=turn, **named)
+
+
+def _sides(sheet: Sheet, item: Item, along: Floats) -> list[tuple[Floats, float]]:
+    """Return the sides on which a block is guided, with how far from its middle: below, or both where it hangs."""
+    across = left(along)
+    pressed = float(across @ sheet.down)
+    if pressed < 0.0:
+        across, pressed = -across, -pressed
+    has_gravity = bool(np.any(sheet.scene.gravity))
+    low, high = _extent(sheet, item, across)
+    if has_gravity and pressed < 0.2:
+        return [(across, high), (-across, -low)]
+    return [(across, high)]
+
+
+def _extent(sheet: Sheet, item: Item, across: Floats) -> tuple[float, float]:
+    """Return from where to where the block reaches across its rail (pt, from the rail's middle)."""
+    child = item.bodies[1] if item.bodies and item.bodies[1] != item.body else item.bodies[0]
+    assert isinstance(item.form, Rail)
+    middle = float(sheet.at(item.body, item.form.at) @ across)
+    found: list[float] = []
+    blocks = False
+    for other in sheet.touched.get(child, ()):
+        if other.role not in ("body", "surface"):
+            continue
+        if isinstance(other.form, Symbol):
+            blocks = blocks or other.form.kind == "block"
+        elif not isinstance(other.form, Polyline) or other.form.closed:
+            found += list(sheet.page(child, other.form.bounds) @ across - middle)
+    if found:
+        return min(found), max(found)
+    half = (_MASS if blocks else BLOCK)[1] / 2
+    return -half, half
+
+
+def _block_place(sheet: Sheet, item: Item) -> Floats | None:
+    """Return where the block of a rail is on the page."""
+    for other in sheet.scene.items:
+        if other.path == item.path and other is not item and isinstance(other.form, Symbol):
+            return sheet.at(other.body, other.form.at)
+    return None

@@ -1,0 +1,148 @@
+"""Strands: zigzags of springs, dashpots, ropes, rods. A new kind of strand is one entry in STRANDS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from itertools import pairwise
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.drawing.look.pulleys import fillet
+from multibody_sym.drawing.look.shapes import capsule
+from multibody_sym.drawing.look.sheet import Sheet, left, unit2
+from multibody_sym.drawing.picture import Arc, Mark, Pen, Stroke
+from multibody_sym.drawing.style import AXIS, BODY, HIDDEN, LAYER_BODY, PAPER, PIN, ROPE, SPRING
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.scene.items import PlacedStrand
+
+_AMPLITUDE: Final = 5.0
+_COILS: Final = 7
+_LEAD: Final = 7.0
+_APART: Final = 7.0
+"""How far a spring and a damper in parallel are from their middle line (pt)."""
+_WHEEL: Final = 9.0
+Look = Callable[[Sheet, PlacedStrand, Floats, dict[str, Any]], Iterator[Mark]]
+
+
+def strand_marks(sheet: Sheet, placed: PlacedStrand) -> Iterator[Mark]:
+    """Yield how a strand looks."""
+    if not np.all(np.isfinite(placed.pieces)) or not len(placed.pieces):
+        return
+    middle = placed.pieces.reshape(-1, 3).mean(axis=0)
+    named = sheet.named(placed.strand, LAYER_BODY - 0.2, middle, body=-1)
+    named["role"] = placed.strand.kind
+    pieces = sheet.projection.page(placed.pieces)
+    yield from STRANDS[placed.strand.kind](sheet, placed, pieces, named)
+
+
+def zigzag(a: Floats, b: Floats) -> Floats:
+    """Return the points of a spring from a to b (n, 2)."""
+    length = float(np.linalg.norm(b - a))
+    along = unit2(b - a)
+    lead = min(_LEAD, 0.15 * length)
+    ways = np.linspace(lead, length - lead, 2 * _COILS + 1)
+    ups = np.array([0.0, *(_AMPLITUDE if k % 2 else -_AMPLITUDE for k in range(2 * _COILS - 1)), 0.0])
+    turns = a + ways[:, None] * along + ups[:, None] * left(along)
+    return np.vstack([a, turns, b])
+
+
+def _spring(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+    yield Stroke(zigzag(*pieces[0]), sheet.pen(placed.strand, SPRING), **named)
+
+
+def _damper(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+    yield from dashpot(pieces[0][0], pieces[0][1], sheet.pen(placed.strand, SPRING), named)
+
+
+def dashpot(a: Floats, b: Floats, pen: Pen, named: dict[str, Any]) -> Iterator[Mark]:
+    """Yield a piston in a cup from a to b."""
+    along, length = unit2(b - a), float(np.linalg.norm(b - a))
+    across, middle = left(along), (a + b) / 2
+    half = min(9.0, 0.3 * length)
+    back, front = middle - half * along, middle + half * along
+    yield Stroke(np.array([a, back]), pen, **named)
+    cup = np.array([front + 5.0 * across, back + 5.0 * across, back - 5.0 * across, front - 5.0 * across])
+    yield Stroke(cup, pen, **named)
+    head = middle + 0.2 * half * along
+    yield Stroke(np.array([head + 3.6 * across, head - 3.6 * across]), Pen(1.6, pen.colour), **named)
+    yield Stroke(np.array([head, b]), pen, **named)
+
+
+def _both(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+    """Yield a spring and a damper side by side between two bars."""
+    a, b = pieces[0]
+    along, length = unit2(b - a), float(np.linalg.norm(b - a))
+    across, lead, pen = left(along), min(_LEAD, 0.1 * length), sheet.pen(placed.strand, SPRING)
+    first, second = a + lead * along, b - lead * along
+    for end, bar in ((a, first), (b, second)):
+        yield Stroke(np.array([end, bar]), pen, **named)
+        yield Stroke(np.array([bar - _APART * across, bar + _APART * across]), pen, **named)
+    yield Stroke(zigzag(first + _APART * across, second + _APART * across), pen, **named)
+    yield from dashpot(first - _APART * across, second - _APART * across, pen, named)
+
+
+def _rod(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+    """Yield a thin rod without mass, with a pin at both ends."""
+    pen = sheet.pen(placed.strand)
+    yield Stroke(capsule(pieces[0][0], pieces[0][1], 3.0), pen, closed=True, fill=BODY, **named)
+    for end in pieces[0]:
+        yield Arc(end, PIN, pen, fill=PAPER, **{**named, "layer": named["layer"] + 1.0})
+
+
+def _rope(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+    """Yield a rope: straight pieces with the bows between them; round a small wheel where it bends at a point."""
+    pen, points = sheet.pen(placed.strand, ROPE), [pieces[0][0]]
+    bows = [sheet.projection.page(bow.points()) for bow in placed.bows]
+    for first, second in pairwise(pieces):
+        between = [bow for bow in bows if _joins(bow, first[1], second[0])]
+        centre = fillet(first[0], first[1], second[1], _WHEEL) if not between else None
+        if between:
+            points += list(between[0])
+        elif centre is not None and float(np.linalg.norm(first[1] - second[0])) < 0.5:
+            points += list(_around(first, second, centre))
+        else:
+            points += [first[1], second[0]]
+    points.append(pieces[-1][1])
+    yield Stroke(np.array(points), pen, **named)
+    for coil in placed.wound:
+        yield Stroke(sheet.projection.page(coil.points()), pen, **named)
+
+
+def _joins(bow: Floats, a: Floats, b: Floats) -> bool:
+    return float(np.linalg.norm(bow[0] - a)) < 0.5 and float(np.linalg.norm(bow[-1] - b)) < 0.5
+
+
+def _around(first: Floats, second: Floats, centre: Floats) -> Floats:
+    """Return the points of the short way around a small wheel from one piece to the next."""
+    feet = []
+    for a, b in (first, second):
+        along = unit2(b - a)
+        feet.append(a + float((centre - a) @ along) * along - centre)
+    start, stop = (float(np.arctan2(foot[1], foot[0])) for foot in feet)
+    turn = (stop - start + np.pi) % (2 * np.pi) - np.pi
+    angles = start + np.linspace(0.0, turn, 16)
+    return centre + _WHEEL * np.column_stack((np.cos(angles), np.sin(angles)))
+
+
+def _attraction(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+    yield Stroke(pieces[0], sheet.pen(placed.strand, HIDDEN), **named)
+
+
+def _pull(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+    yield Stroke(pieces[0], sheet.pen(placed.strand, AXIS), **named)
+
+
+STRANDS: Final[Mapping[str, Look]] = {
+    "spring": _spring,
+    "damper": _damper,
+    "spring_damper": _both,
+    "rope": _rope,
+    "belt": _rope,
+    "rod": _rod,
+    "pull": _pull,
+    "potential": _pull,
+    "attraction": _attraction,
+    "repulsion": _attraction,
+}
+"""How each kind of strand looks."""

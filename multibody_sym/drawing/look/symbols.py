@@ -1,0 +1,295 @@
+"""Signs whose size is the page's: pins, sliders, blocks, bobs. A new kind of symbol is one entry in SYMBOLS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.drawing.look.pulleys import axle_marks, pulley_marks
+from multibody_sym.drawing.look.rails import block_size, is_covered
+from multibody_sym.drawing.look.shapes import FORMS, barrel
+from multibody_sym.drawing.look.sheet import UNSEEN, Sheet, left, unit2
+from multibody_sym.drawing.look.supports import stand, support, support_side
+from multibody_sym.drawing.picture import Arc, Arrow, Mark, Stroke
+from multibody_sym.drawing.style import (
+    AXIS,
+    BLACK,
+    BODY,
+    BOLD,
+    DARK,
+    INK,
+    LAYER_BODY,
+    LAYER_GROUND,
+    LAYER_JOINT,
+    MOTION,
+    PAPER,
+    PIN,
+    THIN,
+)
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.scene.forms import Barrel, Block, Symbol, unit, vector
+from multibody_sym.scene.items import Item
+
+_BOB: Final = 5.0
+_COM: Final = 4.0
+_ROTOR: Final = 14.0
+Look = Callable[[Sheet, Item, Symbol], Iterator[Mark]]
+
+
+def _pin(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    named, at = sheet.named(item, LAYER_JOINT, symbol.at), sheet.at(item.body, symbol.at)
+    if sheet.flat:
+        yield Arc(at, PIN, sheet.pen(item), fill=PAPER, **named)
+        return
+    form = Barrel(symbol.at, unit(symbol.axis), sheet.metres(3.2), sheet.metres(11.0))
+    yield from barrel(sheet, item.body, form, sheet.pen(item), named, fill=PAPER)
+
+
+def _pivot(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a pin on a triangle that stands on hatched ground, on the side where its bodies are not."""
+    at, named = sheet.at(item.body, symbol.at), sheet.named(item, LAYER_GROUND + 0.5)
+    away = support_side(sheet, item, at)
+    yield from support(sheet, item, at, away, named)
+    yield from _pin(sheet, item, symbol)
+
+
+def _ball(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a ball in a socket."""
+    named, at = sheet.named(item, LAYER_JOINT, symbol.at), sheet.at(item.body, symbol.at)
+    yield Arc(at, PIN + 3.0, sheet.pen(item), 0.75 * np.pi, 2.25 * np.pi, **named)
+    yield Arc(at, PIN + 1.0, sheet.pen(item), fill=DARK, **named)
+
+
+def _ball_pivot(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    at = sheet.at(item.body, symbol.at)
+    away = support_side(sheet, item, at)
+    yield from stand(sheet, item, at, away, 9.0)
+    yield from _ball(sheet, item, symbol)
+
+
+def _bearing(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a hinge on ground in space: a bush about its axis on a stem."""
+    if sheet.flat:
+        yield from _pivot(sheet, item, symbol)
+        return
+    at = sheet.at(item.body, symbol.at)
+    axis = sheet.way(item.body, symbol.axis)
+    away = support_side(sheet, item, at)
+    if abs(float(unit2(axis) @ away)) > 0.9 and float(np.linalg.norm(axis)) > 0.3:
+        yield from stand(sheet, item, at, away, 9.0)
+    else:
+        yield from stand(sheet, item, at, away, 12.0)
+    yield from _pin(sheet, item, symbol)
+
+
+def _cardan(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield the cross of a universal joint: both axes with their bearings."""
+    named, at = sheet.named(item, LAYER_JOINT, symbol.at), sheet.at(item.body, symbol.at)
+    if item.on_ground:
+        yield from stand(sheet, item, at, support_side(sheet, item, at), 12.0)
+    yield Arc(at, 6.5, sheet.pen(item), fill=PAPER, **named)
+    for axis in (symbol.axis, symbol.along):
+        way = 6.5 * sheet.way(item.body, axis)
+        if float(np.linalg.norm(way)) < 1.0:
+            yield Arc(at, 1.6, sheet.pen(item), fill=BLACK, **named)
+        else:
+            yield Stroke(np.array([at - way, at + way]), sheet.pen(item, BOLD), **named)
+
+
+def _weld(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a clamped end: hatched ground through the place, or between bodies a filled corner."""
+    at, named = sheet.at(item.body, symbol.at), sheet.named(item, LAYER_JOINT, symbol.at)
+    if item.on_ground:
+        yield from stand(sheet, item, at, support_side(sheet, item, at), 3.0)
+    square = np.array([(-2.6, -2.6), (2.6, -2.6), (2.6, 2.6), (-2.6, 2.6)])
+    yield Stroke(at + square, sheet.pen(item), closed=True, fill=BLACK, **named)
+
+
+def _rotating(sheet: Sheet, item: Item, symbol: Symbol, half: float, wide: float) -> Floats:
+    """Return the corners of a rectangle along the symbol's axis on the page (4, 2)."""
+    along = unit2(sheet.way(item.body, symbol.axis), (1.0, 0.0))
+    across, at = left(along), sheet.at(item.body, symbol.at)
+    return np.array([at + i * half * along + j * wide * across for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
+
+
+def _slider(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield the block of a slider on its rail, where the body does not show it by a form of its own."""
+    if is_covered(sheet, item):
+        return
+    named = sheet.named(item, LAYER_BODY + 0.4, symbol.at)
+    length, height = block_size(sheet, item)
+    yield Stroke(
+        _rotating(sheet, item, symbol, length / 2, height / 2), sheet.pen(item), closed=True, fill=DARK, **named
+    )
+
+
+def _sleeve(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    named = sheet.named(item, LAYER_JOINT, symbol.at)
+    form = Barrel(symbol.at, unit(symbol.axis), sheet.metres(5.0), sheet.metres(20.0))
+    yield from barrel(sheet, item.body, form, sheet.pen(item), named, fill=DARK)
+
+
+def _screw(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a threaded rod through a nut."""
+    named, along = sheet.named(item, LAYER_JOINT, symbol.at), sheet.way(item.body, symbol.axis)
+    at, axis = sheet.at(item.body, symbol.at), unit2(along, (0.0, 1.0))
+    across = left(axis)
+    corners = [at + i * 26.0 * axis + j * 3.5 * across for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    yield Stroke(np.array(corners), sheet.pen(item), closed=True, fill=PAPER, **named)
+    for k in np.arange(-24.0, 25.0, 4.0):
+        ends = np.array([at + k * axis - 3.5 * across, at + (k + 2.0) * axis + 3.5 * across])
+        yield Stroke(ends, THIN, **named)
+    nut = [at + i * 5.0 * axis + j * 8.0 * across for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    yield Stroke(np.array(nut), sheet.pen(item), closed=True, fill=DARK, **named)
+
+
+def _bead(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    named = sheet.named(item, LAYER_JOINT, symbol.at)
+    yield Arc(sheet.at(item.body, symbol.at), PIN, sheet.pen(item), fill=PAPER, **named)
+
+
+def _bob(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    named = sheet.named(item, LAYER_BODY + 0.5, symbol.at)
+    yield Arc(sheet.at(item.body, symbol.at), _BOB, sheet.pen(item), fill=DARK, **named)
+
+
+def _body_block(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a mass without a size: a block along its rail, or a square."""
+    named = sheet.named(item, LAYER_BODY + 0.3, symbol.at)
+    length, height = block_size(sheet, item)
+    guide = next((i for i in sheet.touched.get(item.body, ()) if i.role == "joint" and len(i.bodies) == 2), None)
+    axis = guide.form.axis if guide is not None and isinstance(guide.form, Symbol) else (1.0, 0.0, 0.0)
+    flat = Symbol("block", symbol.at, vector(axis))
+    if not sheet.flat:
+        sizes = (sheet.metres(length), sheet.metres(length), sheet.metres(height))
+        cube = Block(symbol.at, ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), sizes)
+        yield from FORMS[Block](sheet, item, cube)
+        return
+    corners = _rotating(sheet, item, flat, length / 2, height / 2)
+    yield Stroke(corners, sheet.pen(item), closed=True, fill=BODY, **named)
+
+
+def _rotor(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a wheel without a size on its axis."""
+    named = sheet.named(item, LAYER_BODY, symbol.at)
+    joint = next((i for i in sheet.scene.items if i.role == "joint" and item.body in i.bodies[1:]), None)
+    if joint is None or sheet.flat or not isinstance(joint.form, Symbol):
+        yield Arc(sheet.at(item.body, symbol.at), _ROTOR, sheet.pen(item), fill=BODY, **named)
+        return
+    world = sheet.placed.turned(joint.body, joint.form.axis)
+    axis = unit(world @ sheet.placed.poses[item.body][:, :3])
+    form = Barrel(symbol.at, axis, sheet.metres(_ROTOR), sheet.metres(5.0))
+    yield from barrel(sheet, item.body, form, sheet.pen(item), named)
+
+
+def _com(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a circle with two of its quarters filled."""
+    named, at = sheet.named(item, LAYER_JOINT, symbol.at), sheet.at(item.body, symbol.at)
+    yield Arc(at, _COM, THIN, fill=PAPER, **named)
+    for start in (0.0, np.pi):
+        angles = np.linspace(start, start + np.pi / 2, 9)
+        rim = at + _COM * np.column_stack((np.cos(angles), np.sin(angles)))
+        yield Stroke(np.vstack([at, rim]), None, closed=True, fill=BLACK, **named)
+
+
+def _frame(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield the axes of a frame that lie in the page, small."""
+    at, named = sheet.at(item.body, symbol.at), sheet.named(item, LAYER_JOINT + 0.1, symbol.at)
+    x = np.array(symbol.along)
+    for axis in (x, np.cross(symbol.axis, x), np.array(symbol.axis)):
+        way = 18.0 * sheet.way(item.body, axis)
+        if float(np.linalg.norm(way)) > 5.0:
+            yield Arrow(np.array([at, at + way]), THIN, head=4.0, **named)
+
+
+def _point(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a dot where nothing else is."""
+    at = sheet.at(item.body, symbol.at)
+    for other in sheet.touched.get(item.body, ()):
+        if not isinstance(other.form, Symbol) or other.form.kind in UNSEEN:
+            continue
+        if float(np.linalg.norm(sheet.at(other.body, other.form.at) - at)) < 3.0:
+            return
+    yield Arc(at, 1.2, None, fill=BLACK, **sheet.named(item, LAYER_JOINT, symbol.at))
+
+
+def _torsion(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield the spiral of a spring in a hinge."""
+    named, at = sheet.named(item, LAYER_JOINT + 0.2, symbol.at), sheet.at(item.body, symbol.at)
+    turn = np.linspace(0.0, 5.0 * np.pi, 90)
+    radii = 4.0 + 7.0 * turn / turn[-1]
+    yield Stroke(at + radii[:, None] * np.column_stack((np.cos(turn), np.sin(turn))), sheet.pen(item), **named)
+
+
+def _damped(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield the cup of a damper in a hinge."""
+    named, at = sheet.named(item, LAYER_JOINT + 0.2, symbol.at), sheet.at(item.body, symbol.at)
+    yield Arc(at, 8.0, sheet.pen(item), 0.2, np.pi - 0.2, **named)
+    yield Arc(at, 10.5, sheet.pen(item), 0.6, np.pi + 0.2, **named)
+
+
+def _motor(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    named, at = sheet.named(item, LAYER_JOINT - 0.1, symbol.at), sheet.at(item.body, symbol.at)
+    yield Arc(at, 8.0, sheet.pen(item, MOTION), fill=PAPER, **named)
+
+
+def _rack(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    named, at = sheet.named(item, LAYER_BODY + 0.4, symbol.at), sheet.at(item.body, symbol.at)
+    along = unit2(sheet.way(item.body, symbol.along))
+    across = left(along)
+    teeth = [at + k * 4.0 * along + (3.0 if k % 2 else 6.0) * across for k in range(-8, 9)]
+    points = np.array([at - 32.0 * along, *teeth, at + 32.0 * along])
+    yield Stroke(points, sheet.pen(item), closed=True, fill=BODY, **named)
+
+
+def _gear(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a gear without a size."""
+    named, at = sheet.named(item, LAYER_BODY, symbol.at), sheet.at(item.body, symbol.at)
+    yield Arc(at, 12.0, AXIS, **named)
+    for turn in np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False):
+        way = np.array([np.cos(turn), np.sin(turn)])
+        yield Stroke(np.array([at + 10.0 * way, at + 14.0 * way]), INK, **named)
+
+
+def _nothing(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield ink only where the item is marked: a ring about its place."""
+    if sheet.is_marked(item.path):
+        yield Arc(sheet.at(item.body, symbol.at), 9.0, sheet.pen(item), **sheet.named(item, LAYER_JOINT, symbol.at))
+
+
+SYMBOLS: Final[Mapping[str, Look]] = {
+    "pin": _pin,
+    "pivot": _bearing,
+    "ball": _ball,
+    "ball_pivot": _ball_pivot,
+    "cardan": _cardan,
+    "weld": _weld,
+    "slider": _slider,
+    "hanger": _nothing,
+    "sleeve": _sleeve,
+    "screw": _screw,
+    "bead": _bead,
+    "bob": _bob,
+    "block": _body_block,
+    "rotor": _rotor,
+    "com": _com,
+    "pulley": pulley_marks,
+    "axle": axle_marks,
+    "frame": _frame,
+    "point": _point,
+    "place": _point,
+    "used_point": _nothing,
+    "torsion_spring": _torsion,
+    "torsion_damper": _damped,
+    "motor": _motor,
+    "rack": _rack,
+    "gear": _gear,
+    "drive": _nothing,
+    "tie": _nothing,
+    "free": _nothing,
+    "contact": _nothing,
+    "friction": _nothing,
+}
+"""How each kind of symbol looks."""

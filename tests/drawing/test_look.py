@@ -1,0 +1,64 @@
+"""Each thing of a scene has a look, at its place on the page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.drawing.look.scene_marks import scene_marks
+from multibody_sym.drawing.look.sheet import extent
+from multibody_sym.drawing.look.strands import zigzag
+from multibody_sym.drawing.picture import Arc, Bend, Hatch, Mark, Measure, Stroke, Wish
+from multibody_sym.drawing.projection import Projection
+from multibody_sym.scene.scene import scene_of
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def look(name: str) -> tuple[list[Mark], Projection]:
+    scene = scene_of(mbs.load(EXAMPLES / f"{name}.yaml"))
+    placed = scene.at()
+    seen = Projection(scene.view.right, scene.view.up, 1.0, scene.plane).scaled(extent(scene, placed))
+    return scene_marks(scene, placed, seen), seen
+
+
+def test_the_pins_of_a_four_bar_are_white_circles_where_its_rods_meet() -> None:
+    marks, seen = look("four_bar")
+    pins = {m.name: m.centre for m in marks if isinstance(m, Arc) and m.role == "joint"}
+    a, d = 0.2, 0.5
+    assert np.allclose(pins["A"], [0.0, 0.0])
+    assert np.allclose(pins["B"], seen.scale * a * np.array([0.5, np.sqrt(0.75)]))
+    assert np.allclose(pins["D"], seen.scale * np.array([d, 0.0]))
+    assert [m.name for m in marks if isinstance(m, Hatch)] == ["A", "D"]  # what stands on ground, and nothing else
+    assert {m.name.split(".")[0] for m in marks if isinstance(m, Measure)} == {"crank", "coupler", "rocker", "ground"}
+
+
+def test_the_angles_of_a_double_pendulum_open_from_the_rod_before() -> None:
+    marks, _ = look("double_pendulum")
+    (first,) = [m for m in marks if isinstance(m, Bend)]  # the second one is zero
+    assert (first.start, first.stop, first.tip) == (pytest.approx(-np.pi / 2), pytest.approx(0.0), 1)
+
+
+def test_a_rope_bends_around_a_small_wheel_where_its_pulley_has_no_radius() -> None:
+    marks, _ = look("textbook/t5_incline")
+    (rope,) = [m for m in marks if isinstance(m, Stroke) and m.role == "rope"]
+    (wheel,) = [m for m in marks if isinstance(m, Arc) and m.name == "pulley" and m.radius > 5.0]
+    distances = np.linalg.norm(rope.points - wheel.centre, axis=1)
+    assert distances.min() == pytest.approx(wheel.radius)
+    assert (distances < wheel.radius * 1.001).sum() > 10
+
+
+def test_a_spring_is_a_zigzag_from_end_to_end() -> None:
+    points = zigzag(np.array([0.0, 0.0]), np.array([100.0, 0.0]))
+    assert np.allclose(points[[0, -1]], [[0.0, 0.0], [100.0, 0.0]])
+    turns = np.diff(np.sign(np.diff(points[:, 1])))
+    assert np.count_nonzero(turns) >= 12
+
+
+def test_names_are_wishes_of_what_they_name() -> None:
+    marks, _ = look("slider_crank")
+    names = {(m.role, m.name) for m in marks if isinstance(m, Wish)}
+    assert {("body", "crank"), ("body", "rod"), ("body", "slider"), ("joint", "A"), ("joint", "D")} <= names
