@@ -50,14 +50,22 @@ def shown(value: object) -> str:
 
 
 class MultibodyError(Exception):
-    """What was wrong, where, and what to do; `code` names the kind, `exit_code` ends the command."""
+    """What was wrong, where, and what to do; `code` names the kind, `exit_code` ends the command.
+
+    `number` is that of its page among those of errors (`multibody-sym explain M101`): of its class, unless it is given.
+    """
 
     code: ClassVar[str] = "error"
     exit_code: ClassVar[int] = 2
+    number: str = "I100"
 
-    def __init__(self, message: str, *, where: Where | None = None, excerpt: str | None = None) -> None:
+    def __init__(
+        self, message: str, *, where: Where | None = None, excerpt: str | None = None, number: str | None = None
+    ) -> None:
         super().__init__(message)
         self.message = message
+        if number is not None:
+            self.number = number
         self.where = where if isinstance(where, Where) else Where()
         self.excerpt = excerpt
 
@@ -78,33 +86,41 @@ class MultibodyError(Exception):
 
     def as_json(self) -> dict[str, Any]:
         """Return the `{"error": ...}` object that `--json` prints."""
-        return {"error": {"code": self.code, "message": self.message, "where": self.where.as_json()}}
+        told = {"code": self.code, "number": self.number, "message": self.message, "where": self.where.as_json()}
+        return {"error": told}
 
 
 class InputError(MultibodyError):
     """The model, an option or an argument is wrong (exit 2)."""
 
     code = "input"
+    number = "I100"
 
 
 class ExpressionError(InputError):
     """An expression cannot be read, or has no real value; `where.column` counts from 1 within its text."""
 
     code = "expression"
+    number = "E101"
 
 
 class ArgumentError(InputError, TypeError):
     """A value is of a kind that is not taken there: text for a number, a list for a name."""
 
+    number = "A100"
+
 
 class UndefinedValueError(ExpressionError, ArithmeticError):
     """A function has no finite real value at the given numbers."""
+
+    number = "E105"
 
 
 class ModelError(InputError):
     """A declared model contradicts itself; `where.path` names the element and field."""
 
     code = "model"
+    number = "M100"
 
 
 class NoSolutionError(MultibodyError):
@@ -112,6 +128,7 @@ class NoSolutionError(MultibodyError):
 
     code = "no_solution"
     exit_code = 3
+    number = "N100"
 
 
 class RunError(MultibodyError):
@@ -119,6 +136,7 @@ class RunError(MultibodyError):
 
     code = "run"
     exit_code = 3
+    number = "R100"
 
 
 class OutputError(MultibodyError):
@@ -126,6 +144,7 @@ class OutputError(MultibodyError):
 
     code = "output"
     exit_code = 4
+    number = "O100"
 
 
 @contextmanager

@@ -31,5 +31,6 @@ class Budget:
             raise NoSolutionError(
                 f"the closed form is too large: stopped at {self.stage} after {elapsed:.0f} s (limit {self.seconds:g}) "
                 f"with {self.spent} operations (limit {self.operations}); choose a recursive formalism, such as "
-                "composite_body, which needs no closed form"
+                "composite_body, which needs no closed form",
+                number="N104",
             )

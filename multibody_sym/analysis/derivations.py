@@ -102,7 +102,9 @@ def derive(
             budget=budget,
         )
     if formalism is not None and formalism != asked:
-        raise InputError(f"method {asked!r} and formalism {shown(formalism)} are two routes: give one of them")
+        raise InputError(
+            f"method {asked!r} and formalism {shown(formalism)} are two routes: give one of them", number="M120"
+        )
     found = _in_momenta(asked, prepared(model, changes), budget_of(budget))
     from multibody_sym.analysis.theorems.first_integrals import with_first_integrals
 

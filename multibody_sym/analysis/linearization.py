@@ -77,7 +77,7 @@ class Linearization:
         Raises NoSolutionError where A is not constant: its eigenvalues say nothing about the motion then.
         """
         if not self.steady:
-            raise NoSolutionError(f"{NO_EIGENVALUES}; `A` is that of the state in which it begins")
+            raise NoSolutionError(f"{NO_EIGENVALUES}; `A` is that of the state in which it begins", number="N111")
         values = eigenvalues(self.A, np.zeros_like(self.A) if self.rounding is None else self.rounding)
         return values[np.lexsort((values.imag, -values.real))]
 
@@ -178,7 +178,7 @@ def _multiplied(system: System, formalism: str | None, place: At) -> Multipliers
     with under("period"):
         period = number_asked(system.simulation.t_end, flow.mechanism, begin)
         if not period > 0.0:
-            raise ModelError(f"a period is a positive time, got {period:g}")
+            raise ModelError(f"a period is a positive time, got {period:g}", number="M109")
     with told_of(place):
         return multipliers_of(flow, np.array(begin.q, dtype=float), np.array(begin.u, dtype=float), period)
 
@@ -207,6 +207,7 @@ def _verify_directions(resolved: Mechanism) -> None:
             f"{element.name} begins to slip in space, and the direction of its friction has no derivative where "
             "nothing slides yet; give it a speed (initial: {u: ..})",
             where=Where(path=element.path),
+            number="N111",
         )
 
 
@@ -217,13 +218,15 @@ def _without_slopes(flow: Flow, begin: Start) -> NoSolutionError:
         name = flow.mechanism.rows[row].name
         why = f"what {name} asks of accelerations has no derivative there; choose one beside it"
         where = Where(path=flow.mechanism.row_path(row))
-        return NoSolutionError(f"A has no finite value in this state: {why}", where=where)
+        return NoSolutionError(f"A has no finite value in this state: {why}", where=where, number="N105")
     for load in loads:
         without = replace(flow.mechanism, loads=tuple(x for x in loads if x.name != load.name))
         if _has_slopes(replace(flow, mechanism=without), begin):
             message = f"A has no finite value in this state: {load.name} has no derivative there; choose one beside it"
-            return NoSolutionError(message, where=Where(path=load.path))
-    return NoSolutionError("A has no finite value in this state: a force or an input has no derivative there")
+            return NoSolutionError(message, where=Where(path=load.path), number="N111")
+    return NoSolutionError(
+        "A has no finite value in this state: a force or an input has no derivative there", number="N105"
+    )
 
 
 def _has_slopes(flow: Flow, begin: Start) -> bool:
@@ -239,7 +242,7 @@ def settled(flow: Flow, q: Floats, u: Floats) -> Linearization:
     found = flow.linearized(q, u)
     constancy = constancy_of(flow, q, u)
     if not constancy.constant and constancy.reason:
-        raise NoSolutionError(constancy.reason)
+        raise NoSolutionError(constancy.reason, number="N111")
     keep = [k for k in range(len(found.states)) if k not in constancy.left_out]
     names, driving = list(flow.mechanism.inputs), flow.mechanism.driving_inputs
     return Linearization(

@@ -25,9 +25,11 @@ def none_found(flow: Flow, rows: Rows, guesses: Iterable[Floats], *, in_time: bo
     size = max((float(np.abs(x).max(initial=0.0)) for x in found), default=0.0)
     if len(found) == _POSITIONS and all((np.abs(x - found[0]) <= _ALIKE * size).all() for x in found):
         alike = f"wherever it was tried, the system at rest accelerates alike ({_named(flow, found[0], size)})"
-        return NoSolutionError(f"no position of equilibrium was found: {alike}")
+        return NoSolutionError(f"no position of equilibrium was found: {alike}", number="N109")
     where = f"near the start{' in time' if in_time else ''}{_inputs(flow, start)}"
-    return NoSolutionError(f"no position of equilibrium was found {where}; give other initial coordinates")
+    return NoSolutionError(
+        f"no position of equilibrium was found {where}; give other initial coordinates", number="N109"
+    )
 
 
 def _accelerations(flow: Flow, rows: Rows, tried: Iterable[Floats]) -> Iterator[Floats]:

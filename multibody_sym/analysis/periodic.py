@@ -64,11 +64,12 @@ def multipliers_of(flow: Flow, q: Floats, u: Floats, period: float) -> Multiplie
         by_state, _ = flow.derivatives(known)
         there = by_state[tangents.places] @ flow.span(known, tangents.places)
     except UNDEFINED as error:
-        raise NoSolutionError(f"the motion cannot be followed over a period ({error})") from None
+        raise NoSolutionError(f"the motion cannot be followed over a period ({error})", number="N111") from None
     missed = float(np.abs(there - found.A).max(initial=0.0))
     if missed > _REPEATS * max(1.0, float(np.abs(found.A).max(initial=0.0))):
         raise NoSolutionError(
-            f"the motion does not repeat itself after {period:g} s: A differs by {missed:.3g} from that at first"
+            f"the motion does not repeat itself after {period:g} s: A differs by {missed:.3g} from that at first",
+            number="N111",
         )
     values = np.linalg.eigvals(Z[tangents.places]).astype(complex)
     return Multipliers(found.states, period, values[np.lexsort((values.imag, -np.abs(values)))])
@@ -88,7 +89,8 @@ def _followed(taking: DOP853) -> Floats:
     if taking.status == "failed":
         raise NoSolutionError(
             f"the motion cannot be followed over a period past t = {taking.t:.4g} s: steps became too small, as where "
-            "a force or a constraint has no finite slope"
+            "a force or a constraint has no finite slope",
+            number="N105",
         )
     return np.asarray(taking.y, dtype=float)
 
@@ -96,7 +98,8 @@ def _followed(taking: DOP853) -> Floats:
 def _too_long(taking: DOP853, count: int) -> NoSolutionError:
     return NoSolutionError(
         f"a period of {taking.t_bound:g} s takes too many steps: {count} led to t = {taking.t:.4g} s, as the motion, "
-        "or a small deviation from it, changes that fast; give the shortest time after which the motion repeats itself"
+        "or a small deviation from it, changes that fast; give the shortest time after which the motion repeats itself",
+        number="N111",
     )
 
 

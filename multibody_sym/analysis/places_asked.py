@@ -53,7 +53,7 @@ def _closed_around(resolved: Mechanism, begin: Start, values: Mapping[str, float
     except NotClosedError as error:
         what = ".".join(error.where.path) or "the constraints"
         advice = "name fewer, or give others"
-        raise NoSolutionError(f"no state with these values satisfies {what}; {advice}") from error
+        raise NoSolutionError(f"no state with these values satisfies {what}; {advice}", number="N111") from error
 
 
 @contextmanager
@@ -95,7 +95,7 @@ def _values(system: System, resolved: Mechanism, begin: Start, place: Mapping[st
                 raise unknown_coordinate(name, system, units)
             node = start_value(value, units[name])
             if node is None:
-                raise ModelError("it needs a value; what is not named keeps that of the start")
+                raise ModelError("it needs a value; what is not named keeps that of the start", number="M119")
             found[name] = number_asked(node, resolved, begin)
     return found
 
@@ -106,10 +106,10 @@ def number_asked(node: Node, resolved: Mechanism, begin: Start) -> float:
     known = {symbol(entry.name): x for entry, x in entries if entry.value is not None}
     for leaf in leaves([node], "symbol", "declared"):
         if leaf not in known:
-            raise ModelError(f"{leaf} is no parameter; here an expression names parameters only")
+            raise ModelError(f"{leaf} is no parameter; here an expression names parameters only", number="M106")
     number = value_or_none(node, known)
     if number is None or not isfinite(number):
-        raise ModelError("the expression has no finite value")
+        raise ModelError("the expression has no finite value", number="M119")
     return number
 
 
@@ -119,4 +119,6 @@ def _verify_whole(resolved: Mechanism, values: Mapping[str, float]) -> None:
         names = [resolved.coordinates[k].name for k in places]
         given = [name for name in names if name in values]
         if given and len(given) < len(names):
-            raise ModelError(f"{', '.join(names)} are one quaternion: give all four or none").under(given[0])
+            raise ModelError(
+                f"{', '.join(names)} are one quaternion: give all four or none", number="M110"
+            ).under(given[0])

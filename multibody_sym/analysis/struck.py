@@ -130,6 +130,7 @@ def _elements(mechanism: Mechanism, impact: StruckImpacts, rows: OneWayRows) -> 
             raise ModelError(
                 f"{element.name} is open by {gap:.4g} and strikes nothing; start it where it touches",
                 where=Where(path=element.path),
+                number="M121",
             )
     return found
 
@@ -154,6 +155,7 @@ def coefficients_of(blow: Blow, element: OneWay) -> tuple[float, float]:
                 f"the {word} of {element.name} is {value:.6g}; it is between 0 (they stay together) and 1 (nothing is "
                 "lost)",
                 where=Where(path=(*blow.impact.paths.get(element.name, element.path), word)),
+                number="M109",
             )
     return float(values[0]), float(values[1])
 
@@ -182,6 +184,7 @@ def _verify_met(blow: Blow, size: float) -> None:
                 f"the points of {element.name} do not move relative to each other, and no normal is given; write "
                 "normal: [x, y, z], from the second to the first",
                 where=Where(path=path),
+                number="M121",
             )
         apart, n = first - second, np.array(direction(blow.motion, row.frame, row.axis), dtype=float)
         across = float(np.linalg.norm(apart - n * (n @ apart)))
@@ -190,6 +193,7 @@ def _verify_met(blow: Blow, size: float) -> None:
                 f"{row.ends[0].name} is {across:.4g} m beside {row.ends[1].name}, across the normal: their impulses "
                 "would make a couple. Start where the points meet, or name the points that do",
                 where=Where(path=(*path, "between")),
+                number="M121",
             )
 
 
@@ -206,6 +210,7 @@ def _verify_begun(blow: Blow, size: float) -> None:
             raise ModelError(
                 f"{owner} cannot begin here: {name} is missed by {most:.4g}; start where it closes",
                 where=Where(path=blow.impact.paths.get(owner, ("impact",))),
+                number="M121",
             )
 
 
@@ -220,6 +225,7 @@ def _verify_strikes(blow: Blow, rows: OneWayRows) -> None:
             "nothing strikes: no contact, rope or stop is closed at the start; start where it touches, or write "
             "between: [a, b] with a normal, or an impulse",
             where=Where(path=("impact",)),
+            number="N108",
         )
     if min(rates) >= 0.0:
         told = ", ".join(f"{x.name} opens with {v:.4g} m/s" for x, v in zip(blow.elements, rates, strict=True))
@@ -228,6 +234,7 @@ def _verify_strikes(blow: Blow, rows: OneWayRows) -> None:
             f"nothing strikes: {told}. The velocity of the first relative to the second is to lead against the normal, "
             "which points from the second to the first",
             where=Where(path=impact.paths.get(first.name, ("impact",))),
+            number="N108",
         )
 
 
@@ -244,13 +251,14 @@ def outcome(posed: PosedImpact) -> Struck:
             f"{', '.join(x.name for x in closing)} close together, and Stronge's coefficient is that of one contact; "
             "write sequence: one_by_one, or law: poisson",
             where=Where(path=("impact", "law")),
+            number="M121",
         )
     from multibody_sym.dynamics.impacts.strike import strike  # brings scipy
 
     try:
         return strike(posed.problem)
     except NoSolutionError as error:
-        raise NoSolutionError(error.message, where=Where(path=("impact",))) from None
+        raise NoSolutionError(error.message, where=Where(path=("impact",)), number=error.number) from None
 
 
 @dataclass(frozen=True)
@@ -274,6 +282,7 @@ def from_impact(system: System) -> FromImpact:
         raise ModelError(
             "a run does not go on from a prescribed motion whose speed jumps; write the motion as it is afterwards",
             where=Where(path=("impact",)),
+            number="M121",
         )
     struck = outcome(posed)
     rows = struck_rows(posed.blow, struck)

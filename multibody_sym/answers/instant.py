@@ -344,7 +344,9 @@ def _verify(resolved: Mechanism, dynamics: TreeDynamics, found: Accelerations) -
     misses = np.abs(jacobian @ found.udot - gamma) * kinematic
     missed = float(misses.max(initial=0.0))
     if not (np.isfinite(found.udot).all() and np.isfinite(found.report).all()):
-        raise NoSolutionError("the accelerations are no finite numbers: values of the model are too large or too small")
+        raise NoSolutionError(
+            "the accelerations are no finite numbers: values of the model are too large or too small", number="N105"
+        )
     size = max(1.0, float(np.abs(gamma).max(initial=0.0)), float(np.abs(found.udot).max(initial=0.0)))
     if rank < len(resolved.rows) and missed > _CONTRADICTION * size:
         names = ", ".join(row.name for row in resolved.rows)
@@ -352,6 +354,7 @@ def _verify(resolved: Mechanism, dynamics: TreeDynamics, found: Accelerations) -
             f"the start is a singular position of {names}, and no acceleration satisfies them with these speeds; start "
             "from another position, or at rest",
             where=Where(path=resolved.row_path(int(np.argmax(misses)))),
+            number="N103",
         )
 
 

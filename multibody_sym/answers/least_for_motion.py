@@ -90,7 +90,7 @@ def _least_for_motion(system: System, least: str, vary: str, formalism: str | No
     entry, other = varied(position.mechanism, least, "least"), varied(position.mechanism, vary)
     found = least_end(position, entry.name, other.name)
     if found is None:
-        raise NoSolutionError(f"rest is possible at every {least}, whatever {vary} is: nothing moves it")
+        raise NoSolutionError(f"rest is possible at every {least}, whatever {vary} is: nothing moves it", number="N110")
     found, forms = _Exact(position, found).forms()
     motion = position.motion({least: found.end.value, vary: found.at}, moves=True)
     return LeastForMotion(

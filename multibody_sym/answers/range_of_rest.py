@@ -142,6 +142,7 @@ def _verify_still(position: Position) -> None:
                 f"{whole.rows[k].name} is carried along by a prescribed motion, and what it holds cannot rest; for "
                 "rest beside what moves let the joint's parent be that body",
                 where=Where(path=whole.row_path(k)),
+                number="N110",
             )
 
 
@@ -152,7 +153,7 @@ def varied(mechanism: Mechanism, name: object, option: str = "vary") -> Paramete
         if not isinstance(name, str):
             raise ArgumentError(f"expected the name of a parameter, got {shown(name)}")
         if name not in entries:
-            raise ModelError(f"there is no parameter {name!r}{suggestion(name, entries)}")
+            raise ModelError(f"there is no parameter {name!r}{suggestion(name, entries)}", number="M106")
     return entries[name]
 
 

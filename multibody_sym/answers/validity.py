@@ -114,6 +114,7 @@ def _verify_taut(solved: Solved, reactions: Reactions) -> None:
                     f"rope {rope} would push with {-tension:.6g} N: as declared it cannot slacken, and a rope "
                     "cannot push. Write slack: true, so that it may hang loose; a rod is {type: distance, ...}",
                     where=Where(path=solved.mechanism.row_path(k)),
+                    number="N106",
                 )
 
 

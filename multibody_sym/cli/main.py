@@ -66,17 +66,17 @@ def _guarded(words: Sequence[str]) -> tuple[Answer, str | None]:
     except Shown as shown:
         answer = Answer({"text": shown.text}, shown.text)
     except MultibodyError as error:
-        answer = Answer(error.as_json(), f"error: {error}", error.exit_code)
+        answer = Answer(error.as_json(), _told(str(error), error.number), error.exit_code)
     except KeyboardInterrupt:
-        answer = _failure("interrupted", "interrupted", INTERRUPTED)
+        answer = _failure("interrupted", "X103", "interrupted", INTERRUPTED)
     except MemoryError:
-        answer = _failure("memory", "there is not enough memory for this", NO_MEMORY)
+        answer = _failure("memory", "X102", "there is not enough memory for this", NO_MEMORY)
     except Exception as error:
         if os.environ.get(DEBUG):
             raise
         what = f"{type(error).__name__}: {error}".splitlines()[0]
         advice = f"this is a defect of multibody-sym, please report it; {DEBUG}=1 shows where it happened"
-        answer = _failure("internal", f"{what} ({advice})", INTERNAL)
+        answer = _failure("internal", "X100", f"{what} ({advice})", INTERNAL)
     return answer, _json_text(answer.json) if as_json else None
 
 
@@ -89,10 +89,16 @@ def _run(words: Sequence[str]) -> Answer:
         return answer
 
 
-def _failure(code: str, message: str, exit_code: int) -> Answer:
+def _failure(code: str, number: str, message: str, exit_code: int) -> Answer:
     where = {"file": None, "line": None, "column": None, "path": ""}
-    error = {"error": {"code": code, "message": message, "where": where}}
-    return Answer(error, message if code == "interrupted" else f"error: {message}", exit_code)
+    error = {"error": {"code": code, "number": number, "message": message, "where": where}}
+    return Answer(error, message if code == "interrupted" else _told(message, number), exit_code)
+
+
+def _told(message: str, number: str) -> str:
+    """Return an error as people read it: the number, which `explain` takes, ends the first line."""
+    first, *rest = message.splitlines() or [""]
+    return "\n".join((f"error: {first} [{number}]", *rest))
 
 
 def _show_notice(message: Warning | str, category: type[Warning], *_place: Any, **_options: Any) -> None:

@@ -48,7 +48,7 @@ def verify_apart(file: str, target: str | None, what: str = "the model itself") 
     """Raise InputError where a result would replace the model file or `what` else, under whatever name."""
     both = target is not None and os.path.isfile(file) and os.path.isfile(target)
     if both and target is not None and os.path.samefile(file, target):
-        raise InputError(f"this is {what}; give the result another name", where=Where(file=target))
+        raise InputError(f"this is {what}; give the result another name", where=Where(file=target), number="O101")
 
 
 def shared(options: argparse.Namespace) -> dict[str, Any]:

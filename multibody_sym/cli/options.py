@@ -11,6 +11,7 @@ from multibody_sym.cli.commands import (
     check,
     derive,
     equilibrium,
+    explain,
     export,
     import_,
     linearize,
@@ -23,7 +24,7 @@ from multibody_sym.cli.commands import (
 from multibody_sym.cli.usage import Shown, UsageError
 from multibody_sym.errors import Where
 
-COMMANDS: Final = (new, import_, check, derive, solve, equilibrium, linearize, modes, simulate, export, schema)
+COMMANDS: Final = (new, import_, check, derive, solve, equilibrium, linearize, modes, simulate, export, schema, explain)
 _AS_JSON: Final = "print one JSON object, also for an error; text goes to standard error"
 _EXIT_CODES: Final = (
     "exit codes: 0 done; 2 wrong input; 3 no solution, failed run or disagreement; 4 output, compiler or memory; "
@@ -117,7 +118,7 @@ def _parser() -> tuple[argparse.ArgumentParser, Mapping[str, argparse.ArgumentPa
         one = made[name] = commands.add_parser(name, help=command.HELP, description=described)
         command.add_options(one)
         one.add_argument("--json", action="store_true", help=_AS_JSON)
-        if command not in (new, import_, schema):
+        if command not in (new, import_, schema, explain):
             add_changes(one)
         one.set_defaults(run=command.run)
     return parser, made

@@ -26,7 +26,7 @@ def verify_target(path: str) -> None:
     folder = os.path.dirname(os.path.realpath(path))
     if os.path.isdir(path) or not (is_special(path) or os.access(folder, os.W_OK)):
         reason = "it is a folder" if os.path.isdir(path) else "its folder does not exist or cannot be written to"
-        raise OutputError(f"the file cannot be written: {reason}", where=Where(file=path))
+        raise OutputError(f"the file cannot be written: {reason}", where=Where(file=path), number="O102")
 
 
 class Recording:

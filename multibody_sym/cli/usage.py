@@ -9,6 +9,7 @@ class UsageError(InputError):
     """The words of a command line make no command."""
 
     code = "usage"
+    number = "U101"
 
 
 class Shown(SystemExit):

@@ -84,14 +84,16 @@ def derive(
 def _method(method: str | None, formalism: str | None, mechanism: Mechanism) -> str:
     """Return the method's name. Raises InputError, ModelError where it does not apply."""
     if None not in (method, formalism) and method != formalism:
-        raise InputError(f"method {shown(method)} and formalism {shown(formalism)} are two routes: give one of them")
+        raise InputError(
+            f"method {shown(method)} and formalism {shown(formalism)} are two routes: give one of them", number="M120"
+        )
     word, asked = ("formalism", formalism) if method is None else ("method", method)
     with at(word):
         chosen = ("multipliers" if mechanism.rows else "lagrange") if asked is None else asked
         if not isinstance(chosen, str) or chosen not in METHODS:
             known = isinstance(chosen, str) and chosen in FORMALISMS
             what = f"{chosen!r} gives no closed form" if known else f"there is no {word} {shown(chosen)}"
-            raise InputError(f"{what}: choose {', '.join((*METHODS, *IN_MOMENTA))}")
+            raise InputError(f"{what}: choose {', '.join((*METHODS, *IN_MOMENTA))}", number="M120")
     if chosen == "lagrange":
         verify_free(mechanism)
     return chosen

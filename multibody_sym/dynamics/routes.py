@@ -72,7 +72,7 @@ def verify_formalism(name: object) -> None:
     """Raise InputError unless `name` is a formalism's, or None for the cheapest."""
     if name is not None and (not isinstance(name, str) or name not in FORMALISMS):
         with at("formalism"):
-            raise InputError(f"there is no formalism {shown(name)}{suggestion(str(name), FORMALISMS)}")
+            raise InputError(f"there is no formalism {shown(name)}{suggestion(str(name), FORMALISMS)}", number="M106")
 
 
 _DEEPEST_FORMED: Final = {False: 4.5, True: 6.0}

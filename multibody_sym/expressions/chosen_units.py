@@ -100,7 +100,9 @@ def chosen_units(units: str | Sequence[str] | Units | None) -> Units:
     for word in map(str.strip, words):
         kind, choice = _choice(word)
         if kind in chosen and chosen[kind] != choice:
-            raise InputError(f"{chosen[kind].text} and {word} are units of one quantity; choose one of them")
+            raise InputError(
+                f"{chosen[kind].text} and {word} are units of one quantity; choose one of them", number="U102"
+            )
         chosen[kind] = choice
     return Units(chosen)
 
@@ -108,13 +110,13 @@ def chosen_units(units: str | Sequence[str] | Units | None) -> Units:
 def _choice(word: str) -> tuple[Kind, _Choice]:
     known = ", ".join(UNITS)
     if not word:
-        raise InputError(f"write units with commas between them, such as mm,deg; known: {known}")
+        raise InputError(f"write units with commas between them, such as mm,deg; known: {known}", number="U102")
     try:
         kind, factor = kind_of(word), parse_unit(word)[0]
     except ExpressionError as error:
-        raise InputError(f"{error.message}; known: {known}") from None
+        raise InputError(f"{error.message}; known: {known}", number="U102") from None
     if kind == PURE:
-        raise InputError(f"{word!r} is a pure number, which has no other unit; known: {known}")
+        raise InputError(f"{word!r} is a pure number, which has no other unit; known: {known}", number="U102")
     return kind, _Choice(word, factor)
 
 

@@ -60,7 +60,9 @@ def kind_of(unit: str) -> Kind:
     names = [token.text for token in tokens(unit) if token.kind == "name"]
     angles = sum(name in _OF_ANGLES for name in names)
     if angles and (angles > 1 or names[0] not in _OF_ANGLES or dimension.mass or dimension.length):
-        raise InputError(f"{unit!r} is not a unit to read: an angle stands alone or before a time, as in deg or deg/s")
+        raise InputError(
+            f"{unit!r} is not a unit to read: an angle stands alone or before a time, as in deg or deg/s", number="U102"
+        )
     return Kind(dimension, 1 if angles else 0, len(names) == 1 and names[0].endswith("J"))
 
 

@@ -100,7 +100,7 @@ def parse_scalar(text: str) -> tuple[Node, Dimension | None]:
     try:
         value = number(exact_number(text, found[signs])) * factor
     except ExpressionError as error:
-        raise failure(text, found[signs].column, error.message) from None
+        raise failure(text, found[signs].column, error.message, error.number) from None
     return (negate(value) if found[0].kind == "-" else value), dimension
 
 
@@ -115,7 +115,7 @@ def _unit(text: str, value: Token, following: list[Token]) -> tuple[Node, Dimens
         return read_unit(text, following)
     except ExpressionError as error:
         if error.where.column == following[0].column and following[0].kind == "name":
-            error = failure(text, following[0].column, f"{error.message}; {_product(value, following[0])}")
+            error = failure(text, following[0].column, f"{error.message}; {_product(value, following[0])}", "E103")
         raise error from None
 
 
@@ -151,12 +151,12 @@ class _Parser:
             if self.operator():
                 return self.values[0]
 
-    def error(self, token: Token, message: str) -> ExpressionError:
-        return failure(self.text, token.column, message)
+    def error(self, token: Token, message: str, number: str | None = None) -> ExpressionError:
+        return failure(self.text, token.column, message, number)
 
     def push(self, frame: _Frame) -> None:
         if len(self.frames) >= DEEPEST:
-            raise self.error(frame.token, f"the expression is nested more than {DEEPEST} deep")
+            raise self.error(frame.token, f"the expression is nested more than {DEEPEST} deep", "E104")
         self.frames.append(frame)
 
     # --- operands ---
@@ -193,7 +193,7 @@ class _Parser:
         elif token.text == "real":
             self.values.append(self.real(token))
         else:
-            raise self.error(token, _no_function(token.text))
+            raise self.error(token, _no_function(token.text), "E102")
         return True
 
     def quantity(self, token: Token) -> Node:
@@ -212,7 +212,7 @@ class _Parser:
                     raise self.error(closing, self.no_name(token, closing))
         asked = QUANTITIES[token.text]
         if asked.taking(len(names)) is None:
-            raise self.error(token, _arity(token.text, asked.arguments, len(names), asked.others))
+            raise self.error(token, _arity(token.text, asked.arguments, len(names), asked.others), "E102")
         return quantity(token.text, names)
 
     def numbered_run(self, function: Token, names: list[str]) -> None:
@@ -327,7 +327,7 @@ class _Parser:
         name, operands = frame.token.text, self.values[frame.first :]
         wanted = FUNCTIONS[name]
         if len(operands) != len(wanted) if wanted[-1] != "..." else len(operands) < 2:
-            raise self.error(frame.token, _arity(name, wanted, len(operands)))
+            raise self.error(frame.token, _arity(name, wanted, len(operands)), "E102")
         del self.values[frame.first :]
         build = BUILD[name]
         if wanted[-1] == "...":
@@ -370,7 +370,7 @@ class _Parser:
         try:
             return build(*operands)
         except ExpressionError as error:
-            raise self.error(token, error.message) from None
+            raise self.error(token, error.message, error.number) from None
 
 
 _QUOTE: Final = 'in a list or map {...} an expression that contains a comma is quoted: "atan2(y, x)"'

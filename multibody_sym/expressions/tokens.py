@@ -52,13 +52,13 @@ class Token(NamedTuple):
     column: int
 
 
-def failure(text: str, column: int, message: str) -> ExpressionError:
+def failure(text: str, column: int, message: str, number: str | None = None) -> ExpressionError:
     """Return the error `message` about `text`; it shows the surroundings of `column` (from 1) with a caret."""
     start = max(0, column - 1 - _SHOWN_EACH_SIDE)
     stop = column - 1 + _SHOWN_EACH_SIDE
     head, tail = ("..." if start else ""), ("..." if stop < len(text) else "")
     excerpt = f"  {head}{_printable(text[start:stop])}{tail}\n  {' ' * (len(head) + column - 1 - start)}^"
-    error = ExpressionError(_printable(message), excerpt=excerpt)
+    error = ExpressionError(_printable(message), excerpt=excerpt, number=number)
     error.located(column=column)
     return error
 
@@ -73,7 +73,8 @@ def tokens(text: str) -> list[Token]:
     Raises ExpressionError where a character does not belong to the language or a limit is passed.
     """
     if len(text) > LONGEST_TEXT:
-        raise failure(text, LONGEST_TEXT + 1, f"an expression has at most {LONGEST_TEXT} characters, not {len(text)}")
+        message = f"an expression has at most {LONGEST_TEXT} characters, not {len(text)}"
+        raise failure(text, LONGEST_TEXT + 1, message, "E104")
     found: list[Token] = []
     position = 0
     while position < len(text):
@@ -86,16 +87,17 @@ def tokens(text: str) -> list[Token]:
             found.append(_checked(text, Token(match[0] if kind == "operator" else kind, match[0], match.start() + 1)))
             if len(found) > MOST_TOKENS:
                 message = f"an expression has at most {MOST_TOKENS} numbers, names and operators"
-                raise failure(text, found[-1].column, message)
+                raise failure(text, found[-1].column, message, "E104")
     found.append(Token("end", "", max(len(text.rstrip()), 0) + 1))
     return found
 
 
 def _checked(text: str, token: Token) -> Token:
     if token.kind == "name" and len(token.text) > LONGEST_NAME:
-        raise failure(text, token.column, f"a name has at most {LONGEST_NAME} characters, not {len(token.text)}")
+        message = f"a name has at most {LONGEST_NAME} characters, not {len(token.text)}"
+        raise failure(text, token.column, message, "E104")
     if token.kind == "number" and len(token.text) > MOST_DIGITS:
-        raise failure(text, token.column, f"a number has at most {MOST_DIGITS} digits, not {len(token.text)}")
+        raise failure(text, token.column, f"a number has at most {MOST_DIGITS} digits, not {len(token.text)}", "E104")
     return token
 
 
@@ -114,14 +116,14 @@ def exact_number(text: str, token: Token) -> Fraction:
     mantissa, _, exponent = token.text.lower().partition("e")
     if len(exponent) > 5 or abs(int(exponent or 0)) > LARGEST_EXPONENT:
         message = f"the exponent of a number is at most {LARGEST_EXPONENT}, not {exponent[:20]}"
-        raise failure(text, token.column, message)
+        raise failure(text, token.column, message, "E104")
     value = Fraction(mantissa) * Fraction(10) ** int(exponent or 0)
     try:
         too_small = value != 0 and float(value) == 0
     except OverflowError:
-        raise failure(text, token.column, "the number is too large for a floating-point number") from None
+        raise failure(text, token.column, "the number is too large for a floating-point number", "E104") from None
     if too_small:
-        raise failure(text, token.column, "the number is too small for a floating-point number")
+        raise failure(text, token.column, "the number is too small for a floating-point number", "E104")
     return value
 
 

@@ -117,7 +117,7 @@ def read_unit(text: str, rest: list[Token]) -> tuple[Node, Dimension]:
         return _Unit(text, rest).whole()
     except ExpressionError as error:
         if error.where.column is None:
-            raise failure(text, rest[0].column, "the factor of this unit is out of range") from None
+            raise failure(text, rest[0].column, "the factor of this unit is out of range", "E103") from None
         raise
 
 
@@ -131,7 +131,7 @@ class _Unit:
         result = self.product(inside=False)
         token = self.rest[self.place]
         if token.kind != "end":
-            raise failure(self.text, token.column, self.not_a_unit(token))
+            raise failure(self.text, token.column, self.not_a_unit(token), "E103")
         return result
 
     def product(self, inside: bool) -> tuple[Node, Dimension]:
@@ -144,7 +144,7 @@ class _Unit:
         while (kind := self.rest[self.place].kind) in ("*", "/", "name"):
             if kind == "name" and divided:
                 message = "write a unit with several parts below the line with parentheses: N/(m*s)"
-                raise failure(self.text, self.rest[self.place].column, message)
+                raise failure(self.text, self.rest[self.place].column, message, "E103")
             self.place += kind != "name"
             divided = kind == "/"
             other, its_dimension = self.power(inside)
@@ -161,7 +161,7 @@ class _Unit:
         exponent = self.exponent()
         if abs(exponent) > _LARGEST_UNIT_EXPONENT:
             message = f"the exponent of a unit is at most {_LARGEST_UNIT_EXPONENT}"
-            raise failure(self.text, token.column, message)
+            raise failure(self.text, token.column, message, "E103")
         return factor**exponent, DIMENSIONLESS.times(dimension, exponent)
 
     def base(self, inside: bool) -> tuple[Node, Dimension]:
@@ -170,11 +170,11 @@ class _Unit:
         if token.kind == "name" and token.text in UNITS:
             return UNITS[token.text]
         if token.kind != "(" or inside:
-            raise failure(self.text, token.column, self.not_a_unit(token))
+            raise failure(self.text, token.column, self.not_a_unit(token), "E103")
         result = self.product(inside=True)
         closing = self.rest[self.place]
         if closing.kind != ")":
-            raise failure(self.text, token.column, "this parenthesis of the unit is never closed")
+            raise failure(self.text, token.column, "this parenthesis of the unit is never closed", "E103")
         self.place += 1
         return result
 
@@ -188,7 +188,7 @@ class _Unit:
             return self.plain_number()
         result = self.exponent_quotient()
         if self.rest[self.place].kind != ")":
-            raise failure(self.text, token.column, "this parenthesis of the unit is never closed")
+            raise failure(self.text, token.column, "this parenthesis of the unit is never closed", "E103")
         self.place += 1
         return result
 
@@ -201,13 +201,13 @@ class _Unit:
         self.place += 1
         token, below = self.rest[self.place], self.plain_number()
         if below == 0:
-            raise failure(self.text, token.column, "division by zero")
+            raise failure(self.text, token.column, "division by zero", "E105")
         return above / below
 
     def plain_number(self) -> Fraction:
         token = self.rest[self.place]
         if token.kind != "number":
-            raise failure(self.text, token.column, "the exponent of a unit is a number")
+            raise failure(self.text, token.column, "the exponent of a unit is a number", "E103")
         self.place += 1
         return exact_number(self.text, token)
 
@@ -296,7 +296,7 @@ def _common(n: Node, dimensions: Dimensions) -> Dimension | None:
     if da and db and DIMENSIONLESS not in (da, db) and da != db:
         b = b.args[0] if b.op == "neg" else b
         verb = _VERBS.get(n.op, f"{n.op}() combines")
-        raise ExpressionError(f"{verb} {da} and {db}: {_brief(a)} is in {da}, {_brief(b)} is in {db}")
+        raise ExpressionError(f"{verb} {da} and {db}: {_brief(a)} is in {da}, {_brief(b)} is in {db}", number="E106")
     told = [d for d in (da, db) if d is not None and d != DIMENSIONLESS]
     if told:
         return told[0]
@@ -314,7 +314,9 @@ def _require_pure_operands(n: Node, dimensions: Dimensions) -> None:
 
 def _require_pure(a: Node, dimension: Dimension, what: str) -> None:
     if dimension != DIMENSIONLESS:
-        raise ExpressionError(f"{what} wants a pure number or an angle, and {_brief(a)} is in {dimension}")
+        raise ExpressionError(
+            f"{what} wants a pure number or an angle, and {_brief(a)} is in {dimension}", number="E106"
+        )
 
 
 def _brief(n: Node) -> str:

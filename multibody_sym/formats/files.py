@@ -53,7 +53,7 @@ def write_new(path: str | os.PathLike[str], content: bytes) -> None:
     name = path_name(path)
     if name == "-":
         message = "this names no file: write /dev/stdout for standard output, ./- for a file called so"
-        raise InputError(message, where=Where(file=name))
+        raise InputError(message, where=Where(file=name), number="O101")
     if is_special(name):
         write_whole(name, content)
         return
@@ -63,7 +63,9 @@ def write_new(path: str | os.PathLike[str], content: bytes) -> None:
     except OutputError as error:
         if not isinstance(error.__cause__, FileExistsError):
             raise
-        raise InputError("this file exists already; choose another one with -o", where=Where(file=name)) from None
+        raise InputError(
+            "this file exists already; choose another one with -o", where=Where(file=name), number="O101"
+        ) from None
     try:
         with output_errors(name), file:
             file.write(content)
@@ -215,7 +217,7 @@ def output_errors(name: str) -> Iterator[None]:
         yield
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise OutputError(f"the file cannot be written: {reason}", where=Where(file=name)) from error
+        raise OutputError(f"the file cannot be written: {reason}", where=Where(file=name), number="O102") from error
 
 
 def open_new(path: str) -> BinaryIO:

@@ -59,7 +59,7 @@ def load_with_places(path: str | os.PathLike[str]) -> tuple[System, Places]:
     content = read_content(name, LARGEST_FILE)
     if content.lstrip().startswith((b"<?xml", b"<robot")):
         message = "this is XML; multibody-sym import turns URDF into a model file, load_urdf(...) reads it in Python"
-        raise InputError(message, where=Where(file=name, line=1, column=1))
+        raise InputError(message, where=Where(file=name, line=1, column=1), number="F101")
     return _with_places(read_bytes(content, name), name, os.path.dirname(name))
 
 
@@ -67,14 +67,14 @@ def read_content(name: str, largest: int) -> bytes:
     """Return the bytes of a file, one more than `largest` at most. Raises InputError."""
     try:
         if os.path.isdir(name):
-            raise InputError("this is a directory, not a model file", where=Where(file=name))
+            raise InputError("this is a directory, not a model file", where=Where(file=name), number="F101")
         with open(name, "rb") as file:
             return file.read(largest + 1)
     except FileNotFoundError:
-        raise InputError(f"there is no such file{_neighbour(name)}", where=Where(file=name)) from None
+        raise InputError(f"there is no such file{_neighbour(name)}", where=Where(file=name), number="F101") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"the file cannot be read: {reason}", where=Where(file=name)) from None
+        raise InputError(f"the file cannot be read: {reason}", where=Where(file=name), number="F101") from None
 
 
 def _neighbour(name: str) -> str:

@@ -53,10 +53,10 @@ def _named(name: str, given: Any) -> str | None:
         for key in table:
             if key != _KEY:
                 with at(key):
-                    raise ModelError(f"unknown key {key!r}{suggestion(str(key), (_KEY,))}")
+                    raise ModelError(f"unknown key {key!r}{suggestion(str(key), (_KEY,))}", number="M101")
         with at(_KEY):
             if table.get(_KEY) == "":
-                raise ModelError("file is empty: write the name of a table")
+                raise ModelError("file is empty: write the name of a table", number="M102")
             return Text().accept(table.get(_KEY))
 
 
@@ -64,11 +64,13 @@ def _placed(name: str, file: str, folder: str | None) -> str:
     """Return the name of a table file, which is in the folder of the model or below it."""
     with at("inputs", name, "table", _KEY):
         if folder is None:
-            raise ModelError(f"a model without a file has no folder to look for {file} in; write the rows instead")
+            raise ModelError(
+                f"a model without a file has no folder to look for {file} in; write the rows instead", number="F104"
+            )
         if os.path.isabs(file):
-            raise ModelError(f"{shown(file)}: write a path relative to the model file")
+            raise ModelError(f"{shown(file)}: write a path relative to the model file", number="F104")
         if os.pardir in re.split(r"[/\\]", file):
-            raise ModelError(f"{shown(file)}: a table is in the folder of the model, or below it")
+            raise ModelError(f"{shown(file)}: a table is in the folder of the model, or below it", number="F104")
         return os.path.join(folder, file)
 
 
@@ -80,7 +82,7 @@ def _read(name: str, file: str) -> list[list[str]]:
         return _rows(_text(content))
     except _TableError as wrong:
         where = Where(file=file, line=wrong.line, column=wrong.column, path=path)
-        raise InputError(wrong.message, where=where) from None
+        raise InputError(wrong.message, where=where, number="F104") from None
 
 
 def _content(file: str) -> bytes:
@@ -89,14 +91,14 @@ def _content(file: str) -> bytes:
         descriptor = os.open(file, _OPENED)
         with open(descriptor, "rb") as opened:
             if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-                raise ModelError(f"{file} is no regular file")
+                raise ModelError(f"{file} is no regular file", number="F104")
             return opened.read(LARGEST + 1)
     except FileNotFoundError:
-        raise ModelError(f"there is no such file: {file}") from None
+        raise ModelError(f"there is no such file: {file}", number="F104") from None
     except IsADirectoryError:
-        raise ModelError(f"{file} is no regular file") from None
+        raise ModelError(f"{file} is no regular file", number="F104") from None
     except (OSError, ValueError) as error:
-        raise ModelError(f"{file} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+        raise ModelError(f"{file} cannot be read: {getattr(error, 'strerror', None) or error}", number="F104") from None
 
 
 # --- what stands in it -----------------------------------------------------------------------------------------------

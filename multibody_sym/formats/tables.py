@@ -104,7 +104,7 @@ def table_format(path: str | os.PathLike[str]) -> str:
     ending = PurePath(path).suffix.lower()
     if ending not in _WRITERS:
         message = f"results are written to {', '.join(_WRITERS)} files, by the ending of the name, not '{ending}'"
-        raise InputError(message, where=Where(file=os.fspath(path)))
+        raise InputError(message, where=Where(file=os.fspath(path)), number="U103")
     return ending
 
 
@@ -154,7 +154,7 @@ def _pyarrow() -> tuple[Any, Any]:
         import pyarrow.parquet
     except ImportError:
         message = "Parquet files need pyarrow: pip install 'multibody_sym[parquet]', or write .csv or .npz"
-        raise OutputError(message) from None
+        raise OutputError(message, number="O104") from None
     return pyarrow, pyarrow.parquet
 
 
@@ -233,7 +233,7 @@ def growing_csv(
 def _verify_own(partial: str, file: BinaryIO) -> None:
     """Raise OutputError where the file that grows was renamed by somebody else."""
     if not leads_to(partial, file):
-        raise OutputError("the file was taken away while it was written", where=Where(file=partial))
+        raise OutputError("the file was taken away while it was written", where=Where(file=partial), number="O102")
 
 
 # --- reading ----------------------------------------------------------------------------------------------------

@@ -127,12 +127,12 @@ def _inside(element: XmlElement, *path: str) -> Iterator[None]:
 
 def _verify_robot(tree: XmlElement) -> None:
     if tree.tag != "robot":
-        raise ModelError(f"a URDF file holds a <robot>, this one a <{tree.tag}>")
+        raise ModelError(f"a URDF file holds a <robot>, this one a <{tree.tag}>", number="F105")
     unexpanded = [child.tag for child in tree.children if child.tag.startswith("xacro:")]
     if unexpanded:
-        raise ModelError(f"<{unexpanded[0]}> is not expanded yet; run xacro on the file first")
+        raise ModelError(f"<{unexpanded[0]}> is not expanded yet; run xacro on the file first", number="F105")
     if not tree.named("link"):
-        raise ModelError("this <robot> has no <link>; did the program that wrote the file fail?")
+        raise ModelError("this <robot> has no <link>; did the program that wrote the file fail?", number="F105")
 
 
 def _by_name(tree: XmlElement, tag: str) -> dict[str, XmlElement]:
@@ -141,7 +141,7 @@ def _by_name(tree: XmlElement, tag: str) -> dict[str, XmlElement]:
         with _inside(element, tag):
             name = Text().accept(_attribute(element, "name"))
             if name in found:
-                raise ModelError(f"{name!r} stands here a second time; first in line {found[name].line}")
+                raise ModelError(f"{name!r} stands here a second time; first in line {found[name].line}", number="M108")
             found[name] = element
     return found
 
@@ -156,7 +156,7 @@ def _inertial(name: str, link: XmlElement) -> Inertial | None:
             value = _number(mass, "value")
             if value < 0:
                 with _inside(mass, "mass"):
-                    raise ModelError(f"a mass is not negative, this one is {value:g}")
+                    raise ModelError(f"a mass is not negative, this one is {value:g}", number="M109")
             return Inertial(value, tuple(_number(inertia, key, "0") for key in _INERTIA), _origin(inertial))
 
 
@@ -164,7 +164,7 @@ def _joint(name: str, joint: XmlElement) -> UrdfJoint:
     with _inside(joint, "joint", name):
         kind = _attribute(joint, "type")
         if kind not in JOINT_TYPES:
-            raise ModelError(f"{kind!r} is no type of joint{suggestion(kind, JOINT_TYPES)}")
+            raise ModelError(f"{kind!r} is no type of joint{suggestion(kind, JOINT_TYPES)}", number="M106")
         dynamics = _child(joint, "dynamics")
         return UrdfJoint(
             kind,
@@ -189,7 +189,7 @@ def _axis(joint: XmlElement) -> Triple:
     axis = (1.0, 0.0, 0.0) if element is None else _triple(element, "xyz", "1 0 0")
     if math.hypot(*axis) == 0:
         with _inside(element or joint, "axis"):
-            raise ModelError("the axis is zero")
+            raise ModelError("the axis is zero", number="F105")
     return axis
 
 
@@ -204,7 +204,7 @@ def _limits(joint: XmlElement, kind: str) -> Limits:
     lower, upper = _number(element, "lower", "0"), _number(element, "upper", "0")
     if lower > upper:
         with _inside(element, "limit"):
-            raise ModelError(f"the lower limit {lower:g} is above the upper one {upper:g}")
+            raise ModelError(f"the lower limit {lower:g} is above the upper one {upper:g}", number="M109")
     return Limits(lower, upper, velocity, effort)
 
 
@@ -221,21 +221,21 @@ def _child(element: XmlElement, tag: str) -> XmlElement | None:
     found = element.named(tag)
     if len(found) > 1:
         with _inside(found[1], tag):
-            raise ModelError(f"<{tag}> stands here a second time; first in line {found[0].line}")
+            raise ModelError(f"<{tag}> stands here a second time; first in line {found[0].line}", number="M108")
     return found[0] if found else None
 
 
 def _needed(element: XmlElement, tag: str) -> XmlElement:
     found = _child(element, tag)
     if found is None:
-        raise ModelError(f"<{element.tag}> needs a <{tag}>")
+        raise ModelError(f"<{element.tag}> needs a <{tag}>", number="F105")
     return found
 
 
 def _attribute(element: XmlElement, key: str) -> str:
     if key not in element.attributes:
         with _inside(element):
-            raise ModelError(f"<{element.tag}> needs {key}=")
+            raise ModelError(f"<{element.tag}> needs {key}=", number="F105")
     return element.attributes[key]
 
 
@@ -255,11 +255,11 @@ def _numbers(element: XmlElement, key: str, count: int, default: str | None) -> 
         for word in words:
             if not _DECIMAL.fullmatch(word):
                 hint = "; run xacro on the file first" if "$" in word else ""
-                raise ModelError(f"{word[:40]!r} is not a number{hint}")
+                raise ModelError(f"{word[:40]!r} is not a number{hint}", number="F105")
             if abs(float(word)) > _LARGEST:
-                raise ModelError(f"{word[:40]} is too large")
+                raise ModelError(f"{word[:40]} is too large", number="F105")
         if len(words) != count:
-            raise ModelError(f"expected {count} number{'s' if count > 1 else ''}, got {len(words)}")
+            raise ModelError(f"expected {count} number{'s' if count > 1 else ''}, got {len(words)}", number="M103")
     return [float(word) if abs(float(word)) > 1 / _LARGEST else 0.0 for word in words]
 
 
@@ -269,7 +269,7 @@ def _numbers(element: XmlElement, key: str, count: int, default: str | None) -> 
 def _verify_links(joint: UrdfJoint, links: Mapping[str, object]) -> None:
     for what, name in (("parent", joint.parent), ("child", joint.child)):
         if name not in links:
-            raise ModelError(f"its {what}: no link is called {name!r}{suggestion(name, links)}")
+            raise ModelError(f"its {what}: no link is called {name!r}{suggestion(name, links)}", number="M106")
 
 
 def _root(
@@ -280,17 +280,19 @@ def _root(
     for name, joint in joints.items():
         if joint.child in carrier:
             with _inside(elements[name], "joint", name):
-                raise ModelError(f"{joint.child!r} is carried by joint {carrier[joint.child]!r} already: no tree")
+                raise ModelError(
+                    f"{joint.child!r} is carried by joint {carrier[joint.child]!r} already: no tree", number="F105"
+                )
         carrier[joint.child] = name
     roots = [link for link in links if link not in carrier]
     if len(roots) > 1:
         with _inside(links[roots[1]], "link", roots[1]):
-            raise ModelError(f"no joint carries this link, nor {roots[0]!r}; a robot has one root")
+            raise ModelError(f"no joint carries this link, nor {roots[0]!r}; a robot has one root", number="F105")
     parents = {link: joints[carrier[link]].parent for link in links if link in carrier}
     loop = _loop(parents)
     if loop:
         with _inside(links[loop[0]], "link", loop[0]):
-            raise ModelError(f"it carries itself: {' <- '.join([*loop, loop[0]][:6])}")
+            raise ModelError(f"it carries itself: {' <- '.join([*loop, loop[0]][:6])}", number="F105")
     return roots[0]
 
 

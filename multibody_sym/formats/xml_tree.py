@@ -39,15 +39,17 @@ def read_xml(content: bytes, name: str) -> XmlElement:
     """
     if len(content) > LARGEST_FILE:
         message = f"a file of this kind has at most {LARGEST_FILE} bytes"
-        raise InputError(message, where=Where(file=name, line=1, column=1))
+        raise InputError(message, where=Where(file=name, line=1, column=1), number="F105")
     builder = _Builder()
     try:
         builder.parser.Parse(content, True)
     except expat.ExpatError as error:
         where = Where(file=name, line=error.lineno, column=error.offset + 1)
-        raise InputError(f"this is not XML: {expat.ErrorString(error.code)}", where=where) from None
+        raise InputError(f"this is not XML: {expat.ErrorString(error.code)}", where=where, number="F105") from None
     except (LookupError, ValueError) as error:
-        raise InputError(f"the encoding cannot be read: {error}", where=Where(file=name, line=1, column=1)) from None
+        raise InputError(
+            f"the encoding cannot be read: {error}", where=Where(file=name, line=1, column=1), number="F105"
+        ) from None
     except InputError as error:
         raise error.located(file=name) from None
     return builder.root[0]
@@ -82,4 +84,4 @@ class _Builder:
 
     def refused(self, message: str) -> InputError:
         line, column = self.parser.CurrentLineNumber, self.parser.CurrentColumnNumber + 1
-        return InputError(message, where=Where(line=line, column=column))
+        return InputError(message, where=Where(line=line, column=column), number="F105")

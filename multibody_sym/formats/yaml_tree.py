@@ -97,7 +97,7 @@ def _require_size(size: int, name: str) -> None:
 
 
 def _error(name: str, place: Place, message: str) -> InputError:
-    return InputError(message, where=Where(file=name, line=place.line, column=place.column))
+    return InputError(message, where=Where(file=name, line=place.line, column=place.column), number="F102")
 
 
 def _place_at(text: str, index: int) -> Place:

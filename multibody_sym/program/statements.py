@@ -31,6 +31,8 @@ class ProgramError(MultibodyError):
 
     code: ClassVar[str] = "program"
 
+    number = "X101"
+
 
 class UndefinedError(ProgramError):
     """A value is used that no input and no earlier statement gives."""

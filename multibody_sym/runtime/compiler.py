@@ -34,6 +34,7 @@ class CompilerError(OutputError):
     """There is no usable C compiler, or it failed."""
 
     code = "compiler"
+    number = "O103"
 
 
 @dataclass(frozen=True)

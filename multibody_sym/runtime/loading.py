@@ -147,7 +147,7 @@ def load(programs: Mapping[str, Program], *, native: bool = False, backend: Back
         )
         return replace(made, wanted=backend, native=native, remake=functools.partial(load, programs))
     except OSError as problem:
-        raise OutputError(f"generated code cannot be written: {problem}") from problem
+        raise OutputError(f"generated code cannot be written: {problem}", number="O102") from problem
 
 
 def verify_backend(backend: object) -> None:

@@ -32,7 +32,9 @@ def node_of(value: object) -> Node:
     node = from_sympy(value)
     for leaf in leaves([node], "symbol"):
         if not _SYMBOL.fullmatch(leaf.data):
-            raise ExpressionError(f"the symbol {shown(leaf.data)} cannot stand in expressions: use letters, digits, _")
+            raise ExpressionError(
+                f"the symbol {shown(leaf.data)} cannot stand in expressions: use letters, digits, _", number="E105"
+            )
     return node
 
 
@@ -61,7 +63,7 @@ def apply(op: str, *values: Any) -> Any:
     try:
         return SYMPY_OPERATIONS[op](*scalars)
     except (TypeError, ValueError) as problem:
-        raise UndefinedValueError(f"{op} has no real value here: {problem}") from None
+        raise UndefinedValueError(f"{op} has no real value here: {problem}", number="E105") from None
 
 
 _OF_CONDITIONS: Final = ("where", "min", "max")
@@ -73,7 +75,7 @@ def _of_floats(op: str, values: Iterable[Any]) -> float:
         return FLOAT_OPERATIONS[op](*values)
     except (ArithmeticError, ValueError):
         listed = ", ".join(map(shown, values))
-        raise UndefinedValueError(f"{op}({listed}) is not a finite real number") from None
+        raise UndefinedValueError(f"{op}({listed}) is not a finite real number", number="E105") from None
 
 
 def _is_sympy(value: object) -> bool:

@@ -146,7 +146,7 @@ def constant_value(op: str, values: list[float]) -> float:
         result = math.nan
     if not math.isfinite(result):
         shown = ", ".join(f"{v:g}" for v in values)
-        raise ExpressionError(f"{_SHOWN.get(op, op)}({shown}) is not a finite real number")
+        raise ExpressionError(f"{_SHOWN.get(op, op)}({shown}) is not a finite real number", number="E105")
     return result
 
 
@@ -155,7 +155,7 @@ def finite_float(value: Fraction | float) -> float:
     try:
         return float(value)
     except OverflowError:
-        raise ExpressionError("a constant is too large for a floating-point number") from None
+        raise ExpressionError("a constant is too large for a floating-point number", number="E105") from None
 
 
 def _float_where(condition: float, a: float, b: float) -> float:

@@ -104,7 +104,7 @@ def as_node(value: object) -> Node:
         return number(value)
     if isinstance(value, float):
         if not math.isfinite(value):
-            raise ExpressionError(f"{value} is not a finite number")
+            raise ExpressionError(f"{value} is not a finite number", number="E105")
         return number(Fraction(repr(float(value))))
     held = unboxed(value)
     if held is not value:
@@ -125,7 +125,7 @@ def number(value: Exact) -> Node:
 def real(value: float) -> Node:
     """Return the floating-point constant `value`, which must be finite."""
     if not math.isfinite(value):
-        raise ExpressionError(f"{value} is not a finite number")
+        raise ExpressionError(f"{value} is not a finite number", number="E105")
     return intern(Node, "real", (), float(value))
 
 
@@ -268,7 +268,7 @@ def _scaled(factor: Node, b: Node) -> Node:
 def divide(a: Node, b: Node) -> Node:
     """Return a / b; division by a constant becomes a constant factor."""
     if b.shadow == 0:
-        raise ExpressionError("division by zero")
+        raise ExpressionError("division by zero", number="E105")
     if b.op == "number":
         return multiply(number(Fraction(1, 1) / b.data), a)
     if b.op == "real":
@@ -317,7 +317,7 @@ def _integer_power(a: Node, n: int) -> Node:
         if abs(n) * a.data.numerator.bit_length() > 4096 or abs(n) * a.data.denominator.bit_length() > 4096:
             return real(constant_value("pow", [finite_float(a.data), float(n)]))
         if a is ZERO and n < 0:
-            raise ExpressionError("division by zero")
+            raise ExpressionError("division by zero", number="E105")
         return _number_or_real(Fraction(a.data) ** n)
     if n < 0:
         return divide(ONE, _integer_power(a, -n))

@@ -30,5 +30,5 @@ def _exact(value: Decimal) -> Fraction | float:
     if not value.is_finite():
         return math.nan if value.is_nan() else float(value)
     if value and abs(value.adjusted()) > _LARGEST_EXPONENT:  # written out it might fill all memory
-        raise ExpressionError(f"{shown(value)} is past what floating-point numbers hold")
+        raise ExpressionError(f"{shown(value)} is past what floating-point numbers hold", number="E105")
     return Fraction(value) if value else Fraction(0)

@@ -120,7 +120,7 @@ def _combined(e: Any, args: list[Node]) -> Node:
     if isinstance(e, sympy.Pow) and e.exp.is_Rational and (e.exp.is_negative or e.exp.q == _ROOT):
         return _quotient_or_root(args[0], e.exp)
     if e.func not in _FROM:
-        raise ExpressionError(f"sympy's {e.func.__name__} has no counterpart in the expression language")
+        raise ExpressionError(f"sympy's {e.func.__name__} has no counterpart in the expression language", number="E105")
     return BUILD[_FROM[e.func]](*args)
 
 
@@ -150,7 +150,7 @@ def _quotient_or_root(base: Node, exponent: Any) -> Node:
 
 def _piecewise(e: Any, args: list[Node]) -> Node:
     if e.args[-1].cond is not sympy.true:
-        raise ExpressionError("a Piecewise needs a last piece that always holds")
+        raise ExpressionError("a Piecewise needs a last piece that always holds", number="E105")
     value = args[-2]
     for k in range(len(e.args) - 2, -1, -1):
         value = BUILD["where"](args[2 * k + 1], args[2 * k], value)
@@ -170,4 +170,4 @@ def _leaf_from_sympy(e: Any) -> Node:
         return BUILD["exp"](number(1))
     if e in (sympy.true, sympy.false):
         return number(int(bool(e)))
-    raise ExpressionError(f"{e} has no counterpart in the expression language")
+    raise ExpressionError(f"{e} has no counterpart in the expression language", number="E105")

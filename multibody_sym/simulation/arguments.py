@@ -80,7 +80,7 @@ class Arguments:
         (values,) = self.compiled["inputs"](*state)
         for name, value in (given or {}).items():
             if name not in names:
-                raise InputError(f"there is no input {name!r}{suggestion(name, names)}")
+                raise InputError(f"there is no input {name!r}{suggestion(name, names)}", number="M106")
             values[names.index(name)] = number(f"inputs[{name!r}]", value)
         return values
 

@@ -26,7 +26,7 @@ def write_export(directory: Path, texts: Mapping[str, str], table: Mapping[str, 
     OutputError.
     """
     if "\0" in str(directory):
-        raise InputError("no folder has such a name", where=Where(file=repr(str(directory))))
+        raise InputError("no folder has such a name", where=Where(file=repr(str(directory))), number="O101")
     contents = {name: text.encode("utf-8") for name, text in texts.items()}
     earlier = _written_before(directory)
     written = {**earlier, **{name: _digest(content) for name, content in contents.items()}}
@@ -38,7 +38,7 @@ def write_export(directory: Path, texts: Mapping[str, str], table: Mapping[str, 
         directory.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as problem:
         message = f"the folder cannot be made: {getattr(problem, 'strerror', None) or problem}"
-        raise OutputError(message, where=Where(file=str(directory))) from None
+        raise OutputError(message, where=Where(file=str(directory)), number="O101") from None
     for name, content in contents.items():
         write_whole(directory / name, content)
     return [directory / name for name in contents]
@@ -80,7 +80,7 @@ def _verify_replaceable(path: Path, content: bytes, digest: str | None) -> None:
         there = None
     if there is None or (there != content and _digest(there) != digest):
         message = "this file is not as an export wrote it here; move it away, or choose another folder"
-        raise InputError(message, where=Where(file=str(path)))
+        raise InputError(message, where=Where(file=str(path)), number="O101")
 
 
 def _digest(content: bytes) -> str:

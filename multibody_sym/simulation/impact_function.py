@@ -50,7 +50,7 @@ def impact(system: System) -> ImpactQuestion:
     """
     verify_system(system)
     if system.impact is None:
-        raise ModelError("nothing strikes: the system has no impact; declare one (impact=...)")
+        raise ModelError("nothing strikes: the system has no impact; declare one (impact=...)", number="M121")
     return ImpactQuestion(system)
 
 
@@ -133,6 +133,7 @@ class Modes:
                 f"{struck.impacts} impacts follow each other here, and a function has one mode; write sequence: "
                 "simultaneous, or let solve tell each",
                 where=Where(path=("impact", "sequence")),
+                number="N108",
             )
         names = tuple(x.name for x in mode.rows.acting)
         key = (names, tuple(sorted(mode.rows.slips.items())), mode.acting)
@@ -165,4 +166,5 @@ def _verify(
             "slip stops or turns round during this impact of several contacts, in joints or in space, which a function "
             "of one mode does not follow; solve tells it, and law: newton has one mode where it sticks in the end",
             where=Where(path=("impact",)),
+            number="N108",
         )

@@ -142,7 +142,7 @@ def _column(run: Samples, name: str, units: Units) -> _Column:
     if name in _ENERGIES:
         return _Column(_ENERGIES[name](run) / units.size("J"), units.of("J"))
     known = [*run.units, *run.outputs, *_ENERGIES]
-    raise InputError(f"nothing in this run is called {name!r}{suggestion(name, known)}")
+    raise InputError(f"nothing in this run is called {name!r}{suggestion(name, known)}", number="M106")
 
 
 def _marks(run: Samples, units: Units, panels: tuple[Panel, ...], over_time: bool) -> Iterator[Mark]:

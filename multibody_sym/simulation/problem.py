@@ -96,13 +96,13 @@ def _pairing(mechanism: Mechanism) -> Pairing:
 def _verify_size(ready: Runnable, settings: RunSettings) -> None:
     width = len(ready.q0) + len(ready.u0)
     if width == 0 and not ready.mechanism.drives:
-        raise ModelError("nothing can move: no joint has freedom").under("joints")
+        raise ModelError("nothing can move: no joint has freedom", number="M117").under("joints")
     with at("simulation"):
         most = _MOST_NUMBERS // max(width, 1)
         if settings.samples > most:
-            raise ModelError(f"{settings.samples} samples are too many; at most {most}").under("samples")
+            raise ModelError(f"{settings.samples} samples are too many; at most {most}", number="M109").under("samples")
         if settings.step is not None and settings.t_end / settings.step > _MOST_STEPS:
-            raise ModelError(f"{settings.t_end / settings.step:.3g} steps are too many").under("step")
+            raise ModelError(f"{settings.t_end / settings.step:.3g} steps are too many", number="M117").under("step")
 
 
 def own_coefficient(problem: Problem, loop: Loop | None = None) -> float:

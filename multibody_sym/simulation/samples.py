@@ -59,7 +59,7 @@ class Samples:
                 return columns[name]
         known = [*self.coordinates, *self.speeds, *self.ready.mechanism.outputs, *self.ready.mechanism.run_outputs]
         known += self.ready.mechanism.inputs
-        raise InputError(f"nothing in this run is called {name!r}{suggestion(name, known)}")
+        raise InputError(f"nothing in this run is called {name!r}{suggestion(name, known)}", number="M106")
 
     @property
     def changes(self) -> list[dict[str, Any]]:

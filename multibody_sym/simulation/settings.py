@@ -87,25 +87,34 @@ def form_of(settings: Settings, *, constrained: bool, varies: bool = False) -> F
         if settings.method not in INDEX_2:
             losing = " (Gauss methods lose order there)" if settings.method in IMPLICIT else ""
             able = ", ".join([*INDEX_2, IDA])
-            raise ModelError(f"{settings.method} cannot solve equations of index 2{losing}: take {able}, or projection")
+            raise ModelError(
+                f"{settings.method} cannot solve equations of index 2{losing}: take {able}, or projection",
+                number="M117",
+            )
         if not constrained and not varies:
-            raise ModelError("there are no constraints to be kept: leave it out")
+            raise ModelError("there are no constraints to be kept: leave it out", number="M110")
     return "index_2" if constrained else "implicit"
 
 
 def _method(settings: Settings) -> Method:
     with at("step"):
         if settings.step is not None and (settings.rtol is not None or settings.atol is not None):
-            raise ModelError("give a step or tolerances (rtol, atol), not both")
+            raise ModelError("give a step or tolerances (rtol, atol), not both", number="M117")
     with at("method"):
         if settings.method not in METHODS:
-            raise ModelError(f"there is no method {settings.method!r}{suggestion(settings.method, METHODS)}")
+            raise ModelError(
+                f"there is no method {settings.method!r}{suggestion(settings.method, METHODS)}", number="M106"
+            )
         method = METHODS[settings.method]
         if settings.step is None and method.error_order == 0:
             adaptive = ", ".join(name for name, m in METHODS.items() if m.error_order > 0)
-            raise ModelError(f"{method.name} estimates no error and needs a step; adaptive methods: {adaptive}")
+            raise ModelError(
+                f"{method.name} estimates no error and needs a step; adaptive methods: {adaptive}", number="M117"
+            )
         if settings.step is not None and isinstance(method, LibraryMethod):
-            raise ModelError(f"{method.package}'s {method.name} chooses its steps; give rtol and atol, no step")
+            raise ModelError(
+                f"{method.package}'s {method.name} chooses its steps; give rtol and atol, no step", number="M117"
+            )
         return method
 
 
@@ -121,7 +130,7 @@ def _number(name: str, node: Node | None, values: Mapping[Node, float]) -> float
     with at(name):
         number = _value(node, values)
         if not 0.0 < number < float("inf"):
-            raise ModelError(f"expected a positive number, got {number:g}")
+            raise ModelError(f"expected a positive number, got {number:g}", number="M103")
         return number
 
 
@@ -129,14 +138,14 @@ def _value(node: Node, values: Mapping[Node, float]) -> float:
     try:
         return evaluate_float([node], values)[0]
     except (ArithmeticError, ValueError) as problem:
-        raise ModelError(f"the expression has no value: {problem}") from None
+        raise ModelError(f"the expression has no value: {problem}", number="M117") from None
 
 
 def _samples(node: Node, values: Mapping[Node, float]) -> int:
     with at("samples"):
         number = _value(node, values)
         if not 2 <= number < float("inf") or abs(number - round(number)) > 1e-9 * number:
-            raise ModelError(f"expected a whole number, at least 2, got {number:g}")
+            raise ModelError(f"expected a whole number, at least 2, got {number:g}", number="M103")
         return round(number)
 
 
@@ -159,7 +168,8 @@ def _verify_no_projection(settings: Settings, method: LibraryMethod) -> None:
         with at("constraints", "projection"):
             raise ModelError(
                 f"a step of {method.package}'s {method.name} cannot be put back onto constraints: choose baumgarte, "
-                "or a method that is not another library's"
+                "or a method that is not another library's",
+                number="M110",
             )
 
 
@@ -170,5 +180,5 @@ def _coefficient(asked: Baumgarte, name: str, values: Mapping[Node, float]) -> f
     with at(name):
         number = _value(node, values)
         if not 0.0 <= number < float("inf"):
-            raise ModelError(f"expected a number that is not negative, got {number:g}")
+            raise ModelError(f"expected a number that is not negative, got {number:g}", number="M103")
         return number

@@ -88,7 +88,7 @@ def hybrid_dynamics(system: System, given: Iterable[str] | str) -> HybridDynamic
     names = listed_names("given", given)
     for name in names:
         if name not in system.joints:
-            raise InputError(f"there is no joint {name!r}{suggestion(name, system.joints)}")
+            raise InputError(f"there is no joint {name!r}{suggestion(name, system.joints)}", number="M106")
     return HybridDynamics(system, names)
 
 

@@ -52,7 +52,10 @@ PRINTED = {
     ("schema", "output"): "the file for what the function returns",
 }
 NOT_TYPED = {("simulate", "on_progress"): "a function; the command shows its progress itself"}
-FILES_ONLY = {"new": "it copies a file, of which no function knows"}
+FILES_ONLY = {
+    "new": "it copies a file, of which no function knows",
+    "explain": "it tells a page of the documentation",
+}
 
 
 def options(name: str) -> set[str]:

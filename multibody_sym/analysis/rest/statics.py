@@ -227,4 +227,5 @@ def _verify_plane(element: OneWay) -> None:
                 f"ranges of rest are found for friction along lines and in planes; {part.name} rubs with, or is "
                 "pressed by, a vector in space: ask solve for one value of the parameter after the other",
                 where=Where(path=element.path),
+                number="N110",
             )

@@ -61,6 +61,7 @@ def _verify_no_gain(posed: PosedImpact, struck: Struck) -> None:
             f"by {posed.law.capitalize()}'s law this impact would make energy: {struck.gained:.6g} J. With friction "
             "Newton's coefficient may do that; write law: poisson or law: stronge",
             where=Where(path=("impact", "law")),
+            number="N108",
         )
 
 

@@ -27,7 +27,8 @@ def answered_after(solved: Solved) -> dict[str, Value]:
         with at("ask", name):
             if question.value is None or question.when is not None or question.after is not None:
                 raise ModelError(
-                    "an impact is told at its instant; ask for an expression just after it, or simulate what follows"
+                    "an impact is told at its instant; ask for an expression just after it, or simulate what follows",
+                    number="M121",
                 )
             found[name] = _answer(solved, question.value)
     return found
@@ -38,10 +39,10 @@ def _answer(solved: Solved, node: Node) -> Value:
     asked = leaves(in_slots, "quantity")
     modes = [leaf for leaf in asked if QUANTITIES[leaf.data[0]].of_mode]
     if modes:
-        raise ModelError(f"{modes[0]} is one of small oscillations; ask it without `impact`")
+        raise ModelError(f"{modes[0]} is one of small oscillations; ask it without `impact`", number="M110")
     rates = [leaf.data[0] for leaf in asked if leaf.data[0] in _RATES]
     if rates:
-        raise ModelError(f"{rates[0]}(..) has no value in an impact, in which speeds jump")
+        raise ModelError(f"{rates[0]}(..) has no value in an impact, in which speeds jump", number="M121")
     impulses = [leaf for leaf in asked if leaf.data[0] in _IMPULSES]
     others = [leaf for leaf in asked if leaf not in impulses]
 

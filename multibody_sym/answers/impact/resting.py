@@ -116,7 +116,9 @@ def solved_at_rest(
     found = forward_dynamics(dynamics, minimum_norm=mechanism.minimum_norm)
     if not (np.isfinite(found.udot).all() and np.isfinite(found.report).all()):
         blame_numbers(posed.system)
-        raise NoSolutionError("the jumps are no finite numbers: values of the model are too large or too small")
+        raise NoSolutionError(
+            "the jumps are no finite numbers: values of the model are too large or too small", number="N105"
+        )
     _verify_jumps(mechanism, dynamics, found.udot)
     motion, before = motion_of(mechanism, state), given.numbers
     numbers = ImpactInstant(motion, found.udot.tolist(), found.multipliers.tolist(), before)
@@ -147,6 +149,7 @@ def _verify_jumps(mechanism: Mechanism, dynamics: TreeDynamics, jumps: Floats) -
             f"the impulses contradict each other: no jump of speeds fulfils {name} with the others; of motions that "
             "jump and of what begins, leave out what asks for the same speed twice",
             where=Where(path=("impact",)),
+            number="N108",
         )
 
 

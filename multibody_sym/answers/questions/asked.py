@@ -76,10 +76,12 @@ def _verify(solved: Solved, question: Ask) -> None:
     own = [f"{name}.{point}" for name in solved.system.bodies for point in OWN_POINTS]
     if question.of is not None and question.of not in (*solved.mechanism.markers, *own):
         with at("of"):
-            raise ModelError(f"no body is called {question.of!r}{suggestion(question.of, solved.mechanism.markers)}")
+            raise ModelError(
+                f"no body is called {question.of!r}{suggestion(question.of, solved.mechanism.markers)}", number="M106"
+            )
     if question.after is not None and not solved.number(question.after) >= 0.0:
         with at("after"):
-            raise ModelError("the time is negative")
+            raise ModelError("the time is negative", number="M109")
 
 
 def _verify_moment(solved: Solved, moment: Moment) -> None:
@@ -90,7 +92,9 @@ def _verify_moment(solved: Solved, moment: Moment) -> None:
         names = [c.name for k, c in enumerate(solved.mechanism.coordinates) if k not in quaternions]
         for coordinate in moment:
             if coordinate not in names:
-                raise ModelError(f"no coordinate is called {coordinate!r}{suggestion(coordinate, names)}")
+                raise ModelError(
+                    f"no coordinate is called {coordinate!r}{suggestion(coordinate, names)}", number="M106"
+                )
 
 
 @dataclass(frozen=True)
@@ -186,7 +190,9 @@ class _Motion:
         names = [c.name for c in self.solved.mechanism.coordinates]
         if coordinate not in names:
             with at("formula"):
-                raise ModelError(f"no coordinate is called {coordinate!r}{suggestion(coordinate, names)}")
+                raise ModelError(
+                    f"no coordinate is called {coordinate!r}{suggestion(coordinate, names)}", number="M106"
+                )
         found = self.formulas.get(symbol(coordinate))
         if found is None:
             self.remarks.append(f"{name}: no solution of the equation of {coordinate} is known; simulate tells numbers")

@@ -84,7 +84,9 @@ class Search:
         if self.name not in self.solved.system.parameters:
             known = (*self.solved.system.parameters, *starts)
             with at("find"):
-                raise ModelError(f"{self.name!r} is no parameter, coordinate or speed{suggestion(self.name, known)}")
+                raise ModelError(
+                    f"{self.name!r} is no parameter, coordinate or speed{suggestion(self.name, known)}", number="M106"
+                )
         return self.solved.number(symbol(self.name))
 
     @property
@@ -121,7 +123,7 @@ class Search:
     def _verify(self) -> None:
         if any(question.find is not None for question in self._posed.ask.values()):
             with at("so"):
-                raise ModelError("it hangs on what is found itself; find one value after the other")
+                raise ModelError("it hangs on what is found itself; find one value after the other", number="M112")
         with at("so"):
             self._verify_units()
 

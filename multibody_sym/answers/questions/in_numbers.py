@@ -85,7 +85,7 @@ class InNumbers:
         length = float(np.linalg.norm(vector))
         if length == 0.0:
             with at("along"):
-                raise ModelError("the direction has no length")
+                raise ModelError("the direction has no length", number="M112")
         return list((vector / length).tolist())
 
 

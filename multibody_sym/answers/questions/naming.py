@@ -28,7 +28,7 @@ def in_order(questions: Mapping[str, Ask], taken: Collection[Node]) -> list[str]
                 what = (
                     f"the answers of {', '.join(circle)} name each other" if circle[1:] else "the answer names itself"
                 )
-                raise ModelError(f"{what}: none of them comes first")
+                raise ModelError(f"{what}: none of them comes first", number="M110")
         ordered += ready
     return ordered
 

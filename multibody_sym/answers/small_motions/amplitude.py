@@ -61,7 +61,8 @@ class Swing:
         found = next((c for c in paired if c.name == coordinate), None)
         if found is None:
             raise ModelError(
-                f"no coordinate is called {coordinate!r}{suggestion(coordinate, [c.name for c in paired])}"
+                f"no coordinate is called {coordinate!r}{suggestion(coordinate, [c.name for c in paired])}",
+                number="M106",
             )
         return cls(system, coordinate, found.unit == "rad")
 

@@ -39,7 +39,7 @@ class AskedModes:
         number = int(leaf.data[1][0])
         if number > len(found):
             count = {0: "no mode oscillates", 1: "one mode oscillates"}.get(len(found), f"{len(found)} modes oscillate")
-            raise NoSolutionError(f"{leaf}: {count} in small motions about the {self.modes.about}")
+            raise NoSolutionError(f"{leaf}: {count} in small motions about the {self.modes.about}", number="N111")
         return found[number - 1]
 
     def put_in(self, question: Ask) -> tuple[Ask, bool]:

@@ -72,7 +72,7 @@ def place_of(system: System, formalism: str | None, at: At = None) -> Place:
             return _settled_at(flow, begin, at)
     if at is not None:
         why = "the state is no equilibrium and no steady motion: speeds change in it"
-        raise NoSolutionError(f"{why}; name others, or write {REST}", where=Where(path=("at",)))
+        raise NoSolutionError(f"{why}; name others, or write {REST}", where=Where(path=("at",)), number="N111")
     if any(begin.u):
         with suppress(NoSolutionError, np.linalg.LinAlgError, *UNDEFINED):
             steady = _Steady(flow, begin).found()

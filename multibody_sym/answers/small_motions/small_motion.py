@@ -65,7 +65,7 @@ class SmallMotion:
         place = place_of(system, formalism, at)
         flow, begin = place.flow, place.begin
         if not place.linear.states:
-            raise NoSolutionError("nothing is free to move: there are no small motions")
+            raise NoSolutionError("nothing is free to move: there are no small motions", number="N111")
         formal, _ = straightened(flow.mechanism, begin.q, begin.u, begin.parameters)
         size = len(formal.speeds)
         tangents = flow.tangents(np.array(begin.q, dtype=float), np.array(begin.u, dtype=float))

@@ -31,7 +31,9 @@ def run(options: argparse.Namespace) -> Answer:
         return Answer({"examples": titles}, "\n".join(f"{name:{width}}  {title}" for name, title in titles.items()))
     name = options.name
     if name not in examples:
-        raise InputError(f"there is no example {name!r}{_nearest(name, list(examples))}; `new --list` shows all")
+        raise InputError(
+            f"there is no example {name!r}{_nearest(name, list(examples))}; `new --list` shows all", number="M106"
+        )
     target = options.output or f"{name}.yaml"
     write_new(target, examples[name].read_bytes())
     return Answer({"file": target, "example": name}, f"wrote {target}; next: multibody-sym simulate {target} --plot")

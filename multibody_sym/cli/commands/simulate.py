@@ -95,7 +95,7 @@ def _figure_name(options: argparse.Namespace) -> str | None:
     name: str = options.plot or os.path.splitext(os.path.basename(options.file))[0] + _FIGURES[0]
     if os.path.splitext(name)[1].lower() not in _FIGURES:
         message = f"a figure is written to {', '.join(_FIGURES)} files, by the ending of the name"
-        raise InputError(message, where=Where(file=name))
+        raise InputError(message, where=Where(file=name), number="U103")
     return name
 
 

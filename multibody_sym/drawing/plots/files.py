@@ -28,7 +28,7 @@ def content(figure: Any, ending: str) -> bytes:
         try:
             figure.savefig(found, format=ending, metadata=dated.get(ending))
         except ValueError as problem:
-            raise OutputError(f"the figure cannot be written as '{ending}': {problem}") from None
+            raise OutputError(f"the figure cannot be written as '{ending}': {problem}", number="O102") from None
     return found.getvalue()
 
 
@@ -39,7 +39,7 @@ def plain_style() -> Iterator[None]:
         with _elsewhere() if "matplotlib" not in sys.modules else contextlib.nullcontext():
             import matplotlib.style
     except ImportError:
-        raise OutputError("plots need matplotlib: pip install 'multibody_sym[plot]'") from None
+        raise OutputError("plots need matplotlib: pip install 'multibody_sym[plot]'", number="O104") from None
     with matplotlib.style.context("default"):
         yield
 

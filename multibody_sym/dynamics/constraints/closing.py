@@ -272,7 +272,7 @@ def normalize(mechanism: Mechanism, q: Floats) -> None:
             length = float(np.linalg.norm(q[places]))
             if length == 0.0:
                 where = Where(path=("joints", body.joint_name, "initial", "q"))
-                raise ModelError("the quaternion is zero; no rotation is [1, 0, 0, 0]", where=where)
+                raise ModelError("the quaternion is zero; no rotation is [1, 0, 0, 0]", where=where, number="M119")
             q[places] /= length
 
 

@@ -27,7 +27,7 @@ def verify_lengths(motion: Motion) -> None:
             except UNDEFINED:
                 continue
             if length < 0.0:
-                raise ModelError(f"its length is {length:g} m at the start, and no length is negative")
+                raise ModelError(f"its length is {length:g} m at the start, and no length is negative", number="M109")
 
 
 def verify_values(motion: Motion) -> None:
@@ -45,7 +45,8 @@ def verify_values(motion: Motion) -> None:
             if not valued:
                 raise ModelError(
                     "it, its rate or its acceleration has no finite value at the start; correct the expression, or "
-                    "start from another position (initial: {q: ..})"
+                    "start from another position (initial: {q: ..})",
+                    number="M119",
                 )
 
 
@@ -62,7 +63,8 @@ def verify_direction(motion: Motion, load: Load) -> None:
         other *= load.spring is not None
         raise ModelError(
             f"{a.name} and {b.name} are at the same place at the start, and what pulls them together has no direction; "
-            f"give them different positions (initial: {{q: ..}}){other}"
+            f"give them different positions (initial: {{q: ..}}){other}",
+            number="M119",
         )
 
 
@@ -73,5 +75,6 @@ def _verify_direction(row: Row, motion: Motion) -> None:
             advice = "join other points" if same else "give them different positions (initial: {q: ..})"
             when = "always" if same else "at the start"
             raise ModelError(
-                f"{a.name} and {b.name} are at the same place {when}, and what joins them has no direction; {advice}"
+                f"{a.name} and {b.name} are at the same place {when}, and what joins them has no direction; {advice}",
+                number="M119",
             )

@@ -45,6 +45,7 @@ def verify_regular(rows: Rows, q: Floats, here: int, generic: int, called: str) 
         f"nothing (the rank of the constraints is {here} there and {generic} nearby), and the motion may go on along "
         "more than one way; choose one beside it",
         where=Where(path=rows.mechanism.row_path(first)),
+        number="N103",
     )
 
 

@@ -95,7 +95,8 @@ class CanonicalEquations:
         if self.method != "hamilton" or self.mechanism.rows:
             raise ModelError(
                 "these equations do not give all rates: take Hamilton's of a system without constraints, or "
-                "compile(canonical_equations(system))"
+                "compile(canonical_equations(system))",
+                number="M120",
             )
         return LambdifiedCanonical(self, self._compiled())
 

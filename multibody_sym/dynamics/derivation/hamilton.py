@@ -95,7 +95,8 @@ def verify_rows(mechanism: Mechanism) -> None:
         if moved.exerts is not None or not moved.kinematic:
             raise ModelError(
                 f"{row.name!r} rubs or slides: its forces follow from reactions and are no part of canonical "
-                "equations; choose the method multipliers"
+                "equations; choose the method multipliers",
+                number="M120",
             )
 
 

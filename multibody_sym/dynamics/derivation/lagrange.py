@@ -44,7 +44,8 @@ def verify_free(mechanism: Mechanism) -> None:
     if mechanism.rows:
         raise ModelError(
             f"{mechanism.rows[0].name!r} restricts the coordinates; Lagrange's equations of the second kind need "
-            "independent ones: choose multipliers"
+            "independent ones: choose multipliers",
+            number="M120",
         )
 
 

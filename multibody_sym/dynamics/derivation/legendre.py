@@ -93,7 +93,8 @@ def verify_constant_masses(mechanism: Mechanism) -> None:
         if varies(body):
             raise ModelError(
                 f"the mass of {body.name!r} varies, so that its momentum changes with it: choose the method lagrange "
-                "or multipliers"
+                "or multipliers",
+                number="M120",
             )
 
 
@@ -103,7 +104,8 @@ def _verify_massive(mechanism: Mechanism, replaced: Sequence[int]) -> None:
             name = mechanism.speeds[k].name
             raise ModelError(
                 f"the speed {name} moves nothing that has mass, so that no momentum determines it; give what it moves "
-                "a mass or an inertia, or choose the method multipliers"
+                "a mass or an inertia, or choose the method multipliers",
+                number="M120",
             )
 
 

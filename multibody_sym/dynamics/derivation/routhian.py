@@ -99,13 +99,15 @@ def cyclic_of(mechanism: Mechanism) -> tuple[int, ...]:
     if mechanism.rows:
         raise ModelError(
             f"{mechanism.rows[0].name!r} restricts the coordinates, and its forces act along them: Routh's equations "
-            "need independent ones; choose hamilton or multipliers"
+            "need independent ones; choose hamilton or multipliers",
+            number="M120",
         )
     found = cyclic_speeds(mechanism)
     if not found:
         raise ModelError(
             "no coordinate is cyclic: energies or forces depend on every one, or act along it; choose coordinates of "
-            "which one turns or moves all together, or the method hamilton"
+            "which one turns or moves all together, or the method hamilton",
+            number="M120",
         )
     return found
 

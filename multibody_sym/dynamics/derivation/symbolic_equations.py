@@ -100,7 +100,7 @@ class SymbolicEquations:
         Raises InputError, as the function does for what is no real number and for wrong lengths.
         """
         if not isinstance(result, str) or result not in ("accelerations", "terms"):
-            raise InputError(f"result is 'accelerations' or 'terms', got {shown(result)}")
+            raise InputError(f"result is 'accelerations' or 'terms', got {shown(result)}", number="M120")
         return Lambdified(self, result, self._arguments, self._compiled())
 
     def _arguments(self, q: Any, u: Any, t: Any, parameters: Any) -> tuple[float, Floats, Floats, Floats]:

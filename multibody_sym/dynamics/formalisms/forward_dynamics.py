@@ -74,6 +74,7 @@ def verify_inertia(motion: Motion) -> None:
             f"no inertia resists the speed {speed.name}: {why}; give body {body} an inertia, hold the direction by a "
             "constraint, or start from another position",
             where=Where(path=("joints", speed.joint)),
+            number="N102",
         )
 
 

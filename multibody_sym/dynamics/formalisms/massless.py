@@ -126,7 +126,7 @@ def _generic_state(mechanism: Mechanism) -> State:
 def verify_massive(mechanism: Mechanism, formalism: str) -> None:
     """Raise NoSolutionError where rows hold a freedom without mass, for a formalism that divides by it."""
     if massless_speeds(mechanism):
-        raise NoSolutionError(f"{formalism} needs inertia in every direction; choose composite_body")
+        raise NoSolutionError(f"{formalism} needs inertia in every direction; choose composite_body", number="N102")
 
 
 def completed_matrix(motion: Motion, matrix: list[list[S]], rows: Sequence[RowMotion]) -> list[list[S]]:

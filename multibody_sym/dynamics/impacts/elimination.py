@@ -50,7 +50,9 @@ def struck_at(some: Chosen, row: int, name: str) -> Moved:
     problem, moved = some.problem, moved_by(some, own)
     size = float(np.linalg.norm(problem.matrix[own[0]]) * np.linalg.norm(problem.exerted[own[0]]))
     if not moved.K[0, 0] > exact(problem.matrix) ** 2 * size:
-        raise NoSolutionError(f"{name} closes, but what holds both ways leaves it no motion: no impulse stops it")
+        raise NoSolutionError(
+            f"{name} closes, but what holds both ways leaves it no motion: no impulse stops it", number="N108"
+        )
     return moved
 
 

@@ -71,7 +71,9 @@ def turned(K: Floats, mu: float, v: Floats, at: Normal, goal: Goal) -> Turned:
         y = solver.y
         if y[LOG] < STOPPED or not turns(K, mu, slip.direction(y)):
             return slip.told(y, ended=False)
-    raise NoSolutionError("slip in space turns without end in an impact: a mass or a moment of inertia is nearly zero")
+    raise NoSolutionError(
+        "slip in space turns without end in an impact: a mass or a moment of inertia is nearly zero", number="N108"
+    )
 
 
 @dataclass(frozen=True)

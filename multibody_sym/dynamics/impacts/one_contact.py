@@ -83,7 +83,8 @@ class _Course:
             if ended:
                 return at
         raise NoSolutionError(
-            f"the impact at {self._name()} does not end: friction in several places changes on and on"
+            f"the impact at {self._name()} does not end: friction in several places changes on and on",
+            number="N108",
         )
 
     def _name(self) -> str:
@@ -117,7 +118,7 @@ class _Course:
         ended = end <= stop
         dp = end if ended else stop
         if not math.isfinite(dp):
-            raise NoSolutionError(f"the impact at {self._name()} has no end: its friction wedges it")
+            raise NoSolutionError(f"the impact at {self._name()} has no end: its friction wedges it", number="N108")
         at = at.on(dp, rate)
         at = goal.met(at) if ended else at
         if dp > 0.0:

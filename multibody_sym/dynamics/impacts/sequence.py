@@ -48,7 +48,7 @@ class _Counts:
             return False
         names = ", ".join(account.problem.name(k) for k in rows)
         if count > PATIENCE * most:
-            raise NoSolutionError(f"impacts do not end at {names}, without bouncing neither")
+            raise NoSolutionError(f"impacts do not end at {names}, without bouncing neither", number="N108")
         if account.restitution[rows].any():
             account.restitution[rows] = 0.0
             account.collapsed = True
@@ -76,7 +76,8 @@ def _single(account: Account, closing: list[int]) -> list[int]:
     names = ", ".join(account.problem.name(k) for k in closing)
     raise InputError(
         f"Stronge's coefficient is one of a single contact, but {names} close at once: say `sequence: one_by_one`, "
-        "or `law: poisson`"
+        "or `law: poisson`",
+        number="M121",
     )
 
 

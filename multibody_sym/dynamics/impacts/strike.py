@@ -35,7 +35,11 @@ def strike(problem: ImpactProblem) -> Struck:
 def _verify(problem: ImpactProblem) -> None:
     numbers = (problem.rows.matrix, problem.rows.exerted, problem.rows.coupling, problem.rows.right)
     if not all(np.isfinite(values).all() for values in numbers):
-        raise NoSolutionError("numbers of what strikes are not finite: a direction has no value, or a mass is zero")
+        raise NoSolutionError(
+            "numbers of what strikes are not finite: a direction has no value, or a mass is zero", number="N105"
+        )
     e = np.concatenate([np.asarray(problem.restitution, dtype=float), np.array(problem.tangential, dtype=float)])
     if not ((e >= 0.0).all() and (e <= 1.0).all()):
-        raise InputError(f"a coefficient of restitution is between 0 and 1, not {e[~((e >= 0.0) & (e <= 1.0))][0]:g}")
+        raise InputError(
+            f"a coefficient of restitution is between 0 and 1, not {e[~((e >= 0.0) & (e <= 1.0))][0]:g}", number="M121"
+        )

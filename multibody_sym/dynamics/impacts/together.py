@@ -44,7 +44,7 @@ def newton(account: Account, closed: Collection[int]) -> None:
         return
     differ = _take_smallest(account, closed, "no impulses fulfil Newton's law with different coefficients")
     if not (differ and _newton(account, closed)):
-        raise NoSolutionError(_nothing(account, closed))
+        raise NoSolutionError(_nothing(account, closed), number="N108")
 
 
 def poisson(account: Account, closed: Collection[int]) -> None:
@@ -101,7 +101,7 @@ def _found(account: Account, closed: Collection[int], stage: Stage, given: Mappi
     """Add and return the impulses (m) after which all laws hold. Raises NoSolutionError where there are none."""
     z = _search(account, closed, np.zeros(len(account.z)), stage, given)
     if z is None:
-        raise NoSolutionError(_nothing(account, closed))
+        raise NoSolutionError(_nothing(account, closed), number="N108")
     return z
 
 

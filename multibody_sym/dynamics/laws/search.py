@@ -61,7 +61,8 @@ def _verify_finite(problem: LawProblem) -> None:
     if len(wrong):
         raise NoSolutionError(
             f"row {wrong[0]} among those of contacts, ropes and constraints is not finite here: a direction has no "
-            "value, or a mass is zero; start from another position"
+            "value, or a mass is zero; start from another position",
+            number="N105",
         )
 
 

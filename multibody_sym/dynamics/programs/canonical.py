@@ -55,12 +55,13 @@ def verify_canonical(mechanism: Mechanism) -> None:
     """Raise ModelError where momenta do not determine the motion: masses that vary, and what rubs or slides."""
     for body in mechanism.bodies:
         if varies(body):
-            raise ModelError(f"the mass of {body.name!r} varies, so that its momentum changes with it")
+            raise ModelError(f"the mass of {body.name!r} varies, so that its momentum changes with it", number="M120")
     rows = row_motions(motion_of(mechanism, slot_state(mechanism))) if mechanism.rows else []
     for row, moved in zip(mechanism.rows, rows, strict=True):
         if moved.exerts is not None or not moved.kinematic:
             raise ModelError(
-                f"{row.name!r} rubs or slides: its forces follow from reactions and are no part of canonical equations"
+                f"{row.name!r} rubs or slides: its forces follow from reactions and are no part of canonical equations",
+                number="M120",
             )
     verify_massive(mechanism, "Hamilton's equations")
 

@@ -284,7 +284,9 @@ def _generalized_momentum(instant: Instant, freedom: str) -> S:
     if leaf is not None and leaf.op == "slot":
         place = leaf.data[1] if leaf.data[0] == "u" else rates.get(leaf.data[1])
     if place is None:
-        raise ModelError(f"generalized_momentum({freedom}): {freedom!r} is no speed here, and its rate is none")
+        raise ModelError(
+            f"generalized_momentum({freedom}): {freedom!r} is no speed here, and its rate is none", number="M112"
+        )
     return instant.generalized_momenta[place]
 
 

@@ -54,7 +54,8 @@ def hybrid_dynamics_program(mechanism: Mechanism, given: Collection[str]) -> Pro
     massless = [mechanism.speeds[k] for k in massless_speeds(mechanism) if k not in held]
     if massless:
         raise NoSolutionError(
-            f"joint {massless[0].joint!r} moves nothing that has mass; give its acceleration, or the body a mass"
+            f"joint {massless[0].joint!r} moves nothing that has mass; give its acceleration, or the body a mass",
+            number="N102",
         )
     trace = Trace("hybrid_dynamics", (*arrays(mechanism), Array("udot", (len(mechanism.speeds),))))
     udot, forces = hybrid_dynamics(motion_of(mechanism, slot_state(mechanism)), bodies, trace["udot"])
@@ -65,5 +66,6 @@ def _verify_tree(mechanism: Mechanism) -> None:
     if mechanism.rows:
         raise ModelError(
             f"{mechanism.rows[0].name!r} restricts the joints and shares in their forces: given accelerations "
-            "determine forces only in a tree; leave the constraints out, or put their forces in as forces"
+            "determine forces only in a tree; leave the constraints out, or put their forces in as forces",
+            number="M110",
         )

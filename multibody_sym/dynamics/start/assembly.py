@@ -58,6 +58,8 @@ class Assembled:
 class NotClosedError(NoSolutionError):
     """Start values cannot be changed such that they satisfy the constraints."""
 
+    number = "N101"
+
 
 class _Item(NamedTuple):
     """What is held or found together: a coordinate or speed, or a quaternion; its places in q or u, and its speeds."""

@@ -67,7 +67,8 @@ def verify_apart(mechanism: Mechanism, parameters: Sequence[float]) -> None:
                 with at("bodies", part.name):
                     raise ModelError(
                         f"{part.name} counts only together with {parts[0].name}, to which it is welded, and absolute "
-                        "coordinates move every body by itself: choose coordinates: relative"
+                        "coordinates move every body by itself: choose coordinates: relative",
+                        number="M119",
                     ) from None
 
 
@@ -134,7 +135,7 @@ def _verify(parts: Sequence[_Part]) -> None:
     whose = f"{parts[0].name}{together}"
     if mass < -_CANCELLED * added:
         advice = "correct it" if together else "a hole is welded (type: fixed) to the body that it is taken out of"
-        raise ModelError(f"the mass of {whose} is {mass:g} kg; no mass is negative: {advice}")
+        raise ModelError(f"the mass of {whose} is {mass:g} kg; no mass is negative: {advice}", number="M109")
     if not added > 0.0:
         mass = 1.0  # the centre is that of nothing
     elif mass <= _CANCELLED * added:
@@ -152,7 +153,8 @@ def _verify_balance(parts: Sequence[_Part], whose: str) -> None:
     if moment > _ROUNDING * float(sizes @ np.linalg.norm(centres, axis=1)):
         raise ModelError(
             f"the mass of {whose} is 0, but not its static moment: {moment:.6g} kg m; no body has "
-            "this: correct a mass, or let the centres of mass meet"
+            "this: correct a mass, or let the centres of mass meet",
+            number="M118",
         )
 
 
@@ -169,11 +171,14 @@ def _verify_inertia(parts: Sequence[_Part], whose: str, centre: Floats) -> None:
     named = ", ".join(f"{x:g}" for x in moments)
     principal = "principal moments of inertia" if len(moments) == 3 else "moments of inertia"
     if moments.min(initial=0.0) < -_ROUNDING * added:
-        raise ModelError(f"the {principal} of {whose} are {named} kg m^2 about the centre of mass; none is negative")
+        raise ModelError(
+            f"the {principal} of {whose} are {named} kg m^2 about the centre of mass; none is negative", number="M109"
+        )
     if len(moments) == 3 and moments[2] - moments[1] - moments[0] > _ROUNDING * added:
         raise ModelError(
             f"the {principal} of {whose} are {named} kg m^2 about the centre of mass; of no body is one more than the "
-            "sum of the others: correct them, or leave out those that do not matter in the plane"
+            "sum of the others: correct them, or leave out those that do not matter in the plane",
+            number="M118",
         )
 
 

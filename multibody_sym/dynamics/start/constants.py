@@ -80,7 +80,8 @@ def _verify_side(motion: Motion, rope: RopeRow, bend: int) -> None:
         raise ModelError(
             f"what comes before pulley {name} on the path and what comes behind lie in one line with its centre, so "
             f'that no bend tells on which side the rope runs: wrap: {{{name}: "+"}} leads it counter-clockwise about '
-            f'the axis, wrap: {{{name}: "-"}} clockwise'
+            f'the axis, wrap: {{{name}: "-"}} clockwise',
+            number="M115",
         )
 
 
@@ -90,4 +91,4 @@ def valued() -> Iterator[None]:
     try:
         yield
     except UNDEFINED as error:
-        raise ModelError(f"an expression has no finite value at the start ({error})") from None
+        raise ModelError(f"an expression has no finite value at the start ({error})", number="M115") from None

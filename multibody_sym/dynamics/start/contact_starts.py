@@ -50,16 +50,18 @@ def _verify_range(motion: Motion, name: str, node: Node, most: float | None) -> 
     value = float(motion.state.values([node])[0])
     with at(name):
         if value < 0.0:
-            raise ModelError(f"{value:g} is negative; nothing rubs or bounces less than not at all")
+            raise ModelError(f"{value:g} is negative; nothing rubs or bounces less than not at all", number="M109")
         if most is not None and value > most:
-            raise ModelError(f"{value:g} is above {most:g}: nothing leaves faster than it came")
+            raise ModelError(f"{value:g} is above {most:g}: nothing leaves faster than it came", number="M114")
     return value
 
 
 def _verify_radius(motion: Motion, radius: Node) -> None:
     value = float(motion.state.values([radius])[0])
     if not value > 0.0:
-        raise ModelError(f"a radius there is {value:g} m, and what has one is round; give a positive number")
+        raise ModelError(
+            f"a radius there is {value:g} m, and what has one is round; give a positive number", number="M109"
+        )
 
 
 def verify_outside(motion: Motion, tolerance: float) -> None:
@@ -71,14 +73,16 @@ def verify_outside(motion: Motion, tolerance: float) -> None:
             with at(*element.path):
                 raise ModelError(
                     f"{first} starts {-gap:.6g} m inside {second}{part}; move it out along the normal "
-                    "(initial: {q: ..}), or correct the surface: its normal points out of its body"
+                    "(initial: {q: ..}), or correct the surface: its normal points out of its body",
+                    number="M114",
                 )
         if gap <= tolerance and not element.open and _lies_flat(row, motion):
             first, second = (skin.place.name for skin in row.skins)
             with at(*element.path):
                 raise ModelError(
                     f"the rim of {first} and {second} lies flat and touches all around, in no one place: name points "
-                    "of it (points: {p1: [r, 0, 0], ..}, three or more, and contacts with repeat), or tilt it"
+                    "of it (points: {p1: [r, 0, 0], ..}, three or more, and contacts with repeat), or tilt it",
+                    number="M114",
                 )
 
 

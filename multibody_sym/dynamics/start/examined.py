@@ -76,7 +76,7 @@ def _verify_radii(base: Mechanism, parameters: Sequence[float]) -> None:
         least = min(evaluate_float(row.radii, known), default=0.0)
         if least < 0.0:
             with at(*base.row_path(k)):
-                raise ModelError(f"it runs on a radius of {least:g} m, and no radius is negative")
+                raise ModelError(f"it runs on a radius of {least:g} m, and no radius is negative", number="M109")
 
 
 @contextmanager
@@ -153,7 +153,7 @@ def _verify_finite(declared: Iterable[Written], known: Values) -> None:
     for path, node, _ in judged:
         found = value_or_none(node, known)
         if found is None or not math.isfinite(found):
-            raise ModelError(undefined_text(node, known), where=Where(path=path))
+            raise ModelError(undefined_text(node, known), where=Where(path=path), number="M119")
 
 
 def _is_known(node: Node, known: Values) -> bool:
@@ -179,4 +179,4 @@ def _extreme(declared: Sequence[Written], known: Values) -> ModelError | None:
         f"{value:g} is too {size} to compute with: what follows from it passes the range of floating-point numbers "
         "(1e-308 to 1e308); correct it, or choose other units for the model"
     )
-    return ModelError(message, where=Where(path=path))
+    return ModelError(message, where=Where(path=path), number="M119")

@@ -77,7 +77,8 @@ def verify_ways(mechanism: Mechanism, state: State) -> None:
                 if x == y == z == 0.0:
                     raise ModelError(
                         f"the curve has a cusp, or stops, at {name} = {s:.6g} {unit}, where nothing tells which way it "
-                        f"leads from {_listed(place)} m; start beside it"
+                        f"leads from {_listed(place)} m; start beside it",
+                        number="M114",
                     )
 
 
@@ -97,7 +98,7 @@ def verify_fits(motion: Motion) -> None:
         for fit in fits(motion, [row]):
             if fit.ratio >= 1.0 and touch(fit.row.skins, motion, bias).gap <= _CLOSED * fit.radius:
                 with at(*path):
-                    raise ModelError(f"{fit.text}; make the radius smaller, or start elsewhere")
+                    raise ModelError(f"{fit.text}; make the radius smaller, or start elsewhere", number="M114")
 
 
 def _found(motion: Motion) -> Iterator[tuple[list[int], list[float]]]:

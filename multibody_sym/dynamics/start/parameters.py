@@ -57,14 +57,14 @@ def _why_undefined(
 
 
 def _parameter_error(name: str, message: str) -> ModelError:
-    return ModelError(message, where=Where(path=("parameters", name)))
+    return ModelError(message, where=Where(path=("parameters", name)), number="M119")
 
 
 def _verify_overrides(mechanism: Mechanism, overrides: Mapping[str, float]) -> None:
     declared = [entry.name for entry in mechanism.parameters if entry.source is Source.DECLARED]
     for name in overrides:
         if name not in declared:
-            raise ModelError(f"no parameter is called {name!r}{suggestion(name, declared)}")
+            raise ModelError(f"no parameter is called {name!r}{suggestion(name, declared)}", number="M106")
 
 
 def _evaluation_order(mechanism: Mechanism, overrides: Mapping[str, float]) -> list[int]:

@@ -83,7 +83,9 @@ def verify_motions(system: System, values: Mapping[Node, float], t_end: float) -
             jump = _first_jump(_Motion(node, values, t_end, fixed), with_rate=not of_speeds)
             if jump is not None:
                 with at(*path):
-                    raise ModelError(_message(jump, "expression" if of_constraint else "motion", of_speeds))
+                    raise ModelError(
+                        _message(jump, "expression" if of_constraint else "motion", of_speeds), number="M119"
+                    )
 
 
 def first_jump(node: Node, values: Mapping[Node, float], t_end: float, fixed: Set[Node]) -> Jump | None:

@@ -215,7 +215,7 @@ def _declared_state(mechanism: Mechanism, parameters: Sequence[float]) -> tuple[
         value = value_or_nan(named.initial, values)
         if not math.isfinite(value):
             where = Where(path=("joints", named.joint, "initial"))
-            raise ModelError(f"the initial value of {named.name} is not finite", where=where)
+            raise ModelError(f"the initial value of {named.name} is not finite", where=where, number="M119")
         found.append(value)
     q, u = np.split(np.array(found, dtype=float), [len(mechanism.coordinates)])
     normalize(mechanism, q)

@@ -64,6 +64,7 @@ class StartState:
                 "at the start nothing that may act, stick or slide fulfils the laws of contact and friction together: "
                 f"{self.found.searched}",
                 where=Where(path=self.declared.one_way[0].path),
+                number="N107",
             )
         return self.modes[0]
 
@@ -249,4 +250,4 @@ def _verify_outside(rows: OneWayRows, standing: Mapping[str, str]) -> None:
         if standing.get(element.name) == "inside" and element.kind in _HOW:
             how, advice = _HOW[element.kind]
             message = f"{element.name} {how.format(-rows.gap(element))}; {advice}"
-            raise ModelError(message, where=Where(path=element.path))
+            raise ModelError(message, where=Where(path=element.path), number="M119")

@@ -23,6 +23,7 @@ class MissingPackageError(OutputError):
     """A method needs a package that is not installed."""
 
     code = "package"
+    number = "O104"
 
 
 @dataclass(frozen=True)

@@ -54,6 +54,7 @@ def verify_kept(mechanism: Mechanism) -> None:
             f"the mass of {body.name} changes with the time, so that what rests at t = 0 may not go on resting; find "
             "equilibria with a constant mass, or one that depends on coordinates alone",
             where=Where(path=("bodies", body.name)),
+            number="N110",
         )
 
 

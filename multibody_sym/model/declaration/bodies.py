@@ -45,10 +45,10 @@ class InertiaField:
         if isinstance(value, (list, tuple)) and len(value) == 6:
             return tuple(scalar(x, self.unit) for x in value)
         if not isinstance(value, Mapping):
-            raise ModelError(f"expected a map of {', '.join(_INERTIA)}, got {described(value)}")
+            raise ModelError(f"expected a map of {', '.join(_INERTIA)}, got {described(value)}", number="M103")
         for key in value:
             if key not in _INERTIA:
-                raise ModelError(f"unknown key {key!r}; known: {', '.join(_INERTIA)}")
+                raise ModelError(f"unknown key {key!r}; known: {', '.join(_INERTIA)}", number="M101")
         elements = []
         for key in _INERTIA:
             with at(key):
@@ -95,7 +95,8 @@ class VariableMass(Element):
         if (self.relative_velocity is None) == (self.absolute_velocity is None):
             raise ModelError(
                 "a mass that varies says how what leaves or joins moves: either relative_velocity (to the body; "
-                "[0, 0, 0] where it only drops off) or absolute_velocity ([0, 0, 0] for what lies at rest)"
+                "[0, 0, 0] where it only drops off) or absolute_velocity ([0, 0, 0] for what lies at rest)",
+                number="M110",
             )
 
 
@@ -141,7 +142,7 @@ class Shape(Element):
     def verify(self) -> None:
         wanted = SHAPES[self.kind]
         if len(self.sizes) != len(wanted):
-            raise ModelError(f"a {self.kind} needs {', '.join(wanted)}, got {len(self.sizes)} numbers")
+            raise ModelError(f"a {self.kind} needs {', '.join(wanted)}, got {len(self.sizes)} numbers", number="M110")
 
     def written(self) -> Iterator[tuple[tuple[str, ...], Any, str | None]]:
         yield (self.kind,), self.sizes[0] if len(self.sizes) == 1 else self.sizes, "m"
@@ -156,12 +157,14 @@ class ShapeField:
         if isinstance(value, Shape):
             return value
         if not isinstance(value, Mapping):
-            raise ModelError(f"expected a map such as {{rod: l, mass: m}}, got {described(value)}")
+            raise ModelError(f"expected a map such as {{rod: l, mass: m}}, got {described(value)}", number="M103")
         kinds = [key for key in value if key != "mass"]
         if len(kinds) != 1 or kinds[0] not in SHAPES:
-            raise ModelError(f"expected one of {', '.join(SHAPES)} and a mass, got {', '.join(map(str, value))}")
+            raise ModelError(
+                f"expected one of {', '.join(SHAPES)} and a mass, got {', '.join(map(str, value))}", number="M103"
+            )
         if "mass" not in value:
-            raise ModelError("the shape's mass is missing")
+            raise ModelError("the shape's mass is missing", number="M102")
         with at(kinds[0]):
             sizes = Scalars("m").accept(value[kinds[0]])
         return Shape(kinds[0], sizes, value["mass"])
@@ -256,16 +259,20 @@ class Body(Element):
 
     def verify(self) -> None:
         if self.shape is not None and (self.mass is not None or self.inertia is not None):
-            raise ModelError("a shape gives the mass and inertia: leave out mass and inertia, or the shape")
+            raise ModelError(
+                "a shape gives the mass and inertia: leave out mass and inertia, or the shape", number="M110"
+            )
         for name in self.points:
             if name in self.frames:
-                raise ModelError(f"{name!r} is both a point and a frame")
+                raise ModelError(f"{name!r} is both a point and a frame", number="M108")
         for name, surface in self.surfaces.items():
             for kind in ("segment", "between"):
                 for k, end in enumerate(getattr(surface, kind) or ()):
                     if isinstance(end, str) and end not in self.points:
                         with at("surfaces", name, kind, k):
-                            raise ModelError(f"the body has no point {end!r}{suggestion(end, self.points)}")
+                            raise ModelError(
+                                f"the body has no point {end!r}{suggestion(end, self.points)}", number="M106"
+                            )
 
     def ends(self, places: tuple[Point | str, ...]) -> tuple[Point, ...]:
         """Return the ends of a surface in body axes."""

@@ -137,7 +137,7 @@ class Gear(Element):
         if self.radii is not None and self.acts is not None:
             raise ModelError("the gear's force acts at the tooth or in the joints: give radii or acts").under("acts")
         if self.radii is None and self.at is not None:
-            raise ModelError("a point where wheels touch goes with radii; give them too").under("at")
+            raise ModelError("a point where wheels touch goes with radii; give them too", number="M110").under("at")
 
 
 @dataclass(frozen=True)
@@ -157,7 +157,7 @@ class Coupler(Element):
 
     def verify(self) -> None:
         if not self.joints:
-            raise ModelError("name the joints with their factors, such as {A: 1, B: -2}").under("joints")
+            raise ModelError("name the joints with their factors, such as {A: 1, B: -2}", number="M102").under("joints")
 
 
 @dataclass(frozen=True)
@@ -300,11 +300,13 @@ class Roughness(Element):
 
     def verify(self) -> None:
         if self.static is None and self.kinetic is None:
-            raise ModelError("give static, kinetic or both")
+            raise ModelError("give static, kinetic or both", number="M102")
         for name in ("static", "kinetic"):
             value = getattr(self, name)
             if value is not None and value.shadow is not None and value.shadow < 0:
-                raise ModelError(f"{text(value)} is negative; nothing rubs less than not at all").under(name)
+                raise ModelError(
+                    f"{text(value)} is negative; nothing rubs less than not at all", number="M109"
+                ).under(name)
         verify_coefficients(self.sticking.shadow, self.sliding.shadow)
 
     @property
@@ -364,11 +366,15 @@ class Pulley(Element):
                 "say where it is: at: a point (massless, without friction), or body: the wheel that turns with the rope"
             )
         if self.at is not None and self.body is not None:
-            raise ModelError("at is a massless pulley's place, body a wheel that turns; give one of them").under("body")
+            raise ModelError(
+                "at is a massless pulley's place, body a wheel that turns; give one of them", number="M110"
+            ).under("body")
         if self.body is not None and self.radius.shadow == 0:
-            raise ModelError("a wheel that turns with its rope needs its radius").under("radius")
+            raise ModelError("a wheel that turns with its rope needs its radius", number="M110").under("radius")
         if self.rough is not None and self.radius.shadow == 0:
-            raise ModelError("a rope rubs on a drum around which it lies; give its radius").under("radius")
+            raise ModelError(
+                "a rope rubs on a drum around which it lies; give its radius", number="M110"
+            ).under("radius")
 
     @property
     def turns(self) -> bool:

@@ -92,14 +92,17 @@ class Contact(Element):
         for name in ("static", "kinetic", "restitution", "tangential_restitution", "rolling_resistance"):
             value = getattr(self, name)
             if isinstance(value, Node) and value.shadow is not None and value.shadow < 0:
-                raise ModelError(f"{text(value)} is negative; nothing rubs or bounces less than not at all").under(name)
+                raise ModelError(
+                    f"{text(value)} is negative; nothing rubs or bounces less than not at all", number="M109"
+                ).under(name)
         for name in ("restitution", "tangential_restitution"):
             value = getattr(self, name)
             if value is not None and value.shadow is not None and value.shadow > 1:
-                raise ModelError("a coefficient of restitution is between 0 and 1").under(name)
+                raise ModelError("a coefficient of restitution is between 0 and 1", number="M109").under(name)
         if self.tangential_restitution is not None and self.static is None and self.kinetic is None:
             raise ModelError(
-                "what is smooth stores nothing to give back; give static or kinetic, or leave it out"
+                "what is smooth stores nothing to give back; give static or kinetic, or leave it out",
+                number="M110",
             ).under("tangential_restitution")
         if isinstance(self.static, Node) and self.kinetic is not None:
             verify_coefficients(self.static.shadow, self.kinetic.shadow)
@@ -114,7 +117,8 @@ def verify_coefficients(static: float | None, kinetic: float | None) -> None:
     if static is not None and kinetic is not None and static < kinetic:
         raise ModelError(
             f"static {static:g} is below kinetic {kinetic:g}: what sticks is held at least as fast as what slides; "
-            "swap them, or give one for both"
+            "swap them, or give one for both",
+            number="M109",
         ).under("static")
 
 
@@ -123,5 +127,6 @@ def verify_restitution(name: str, value: Node | None) -> None:
     if value is not None and value.shadow is not None and not 0 <= value.shadow <= 1:
         raise ModelError(
             f"{text(value)} is no coefficient of restitution, which is between 0 (they stay together) and 1 (nothing "
-            "is lost)"
+            "is lost)",
+            number="M109",
         ).under(name)

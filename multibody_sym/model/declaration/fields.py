@@ -39,7 +39,7 @@ class ListOf:
         items = list(value) if isinstance(value, (list, tuple)) else [value]
         if len(items) < self.least or (self.most is not None and len(items) > self.most):
             wanted = str(self.least) if self.least == self.most else f"at least {self.least}"
-            raise ModelError(f"expected a list of {wanted}, got {len(items)}")
+            raise ModelError(f"expected a list of {wanted}, got {len(items)}", number="M103")
         return tuple(content_of(i, x, self.item) for i, x in enumerate(items))
 
     def tree(self, value: tuple[Any, ...]) -> list[Any]:
@@ -56,7 +56,7 @@ class MapOf:
         if is_empty(value):
             return Names()
         if not isinstance(value, Mapping):
-            raise ModelError(f"expected a map of names, got {described(value)}")
+            raise ModelError(f"expected a map of names, got {described(value)}", number="M103")
         content = {}
         for name, x in value.items():
             with at(name):
@@ -122,7 +122,9 @@ class Record:
         if isinstance(value, self.cls):
             return value
         if not isinstance(value, Mapping):
-            raise ModelError(f"expected a map with {', '.join(fields_of(self.cls))}, got {described(value)}")
+            raise ModelError(
+                f"expected a map with {', '.join(fields_of(self.cls))}, got {described(value)}", number="M103"
+            )
         return from_fields(self.cls, value)
 
     def tree(self, value: Element) -> dict[str, Any]:
@@ -140,9 +142,11 @@ class OneOf:
         if isinstance(value, Element) and isinstance(value, tuple(self.table.values())):
             return value
         if not isinstance(value, Mapping):
-            raise ModelError(f"expected a map with a type ({', '.join(self.table)}), got {described(value)}")
+            raise ModelError(
+                f"expected a map with a type ({', '.join(self.table)}), got {described(value)}", number="M103"
+            )
         if "type" not in value:
-            raise ModelError(f"type is missing; known: {', '.join(self.table)}")
+            raise ModelError(f"type is missing; known: {', '.join(self.table)}", number="M102")
         return from_fields(self._class(value["type"]), {k: v for k, v in value.items() if k != "type"})
 
     def _class(self, word: Any) -> type[Element]:
@@ -150,7 +154,7 @@ class OneOf:
         if not isinstance(name, str) or name not in self.table:
             with at("type"):
                 known = [*self.table, *self.aliases]
-                raise ModelError(f"{described(word)} is no known type{suggestion(str(word), known)}")
+                raise ModelError(f"{described(word)} is no known type{suggestion(str(word), known)}", number="M104")
         return self.table[name]
 
     def tree(self, value: Element) -> dict[str, Any]:
@@ -191,7 +195,7 @@ class Element:
             value = getattr(self, f.name)
             with at(f.name):
                 if value is None and f.default is MISSING:
-                    raise ModelError("it is missing")
+                    raise ModelError("it is missing", number="M102")
                 value = f.default if value is None else value
                 if value is not None:
                     field = f.metadata["field"]
@@ -281,14 +285,16 @@ def from_fields(cls: type[Element], tree: Mapping[str, Any]) -> Element:
     for key in tree:
         if key not in known:
             with at(key):
-                raise ModelError(f"unknown key {key!r}{cls.meant.get(key) or suggestion(str(key), known)}")
+                raise ModelError(
+                    f"unknown key {key!r}{cls.meant.get(key) or suggestion(str(key), known)}", number="M101"
+                )
     for f in fields(cls):
         if f.default is MISSING and is_empty(tree.get(f.name)):
-            raise ModelError(f"{f.name} is missing")
+            raise ModelError(f"{f.name} is missing", number="M102")
     for key, value in tree.items():
         if isinstance(value, str) and not value and not isinstance(known[key], MapOf):
             with at(key):
-                raise ModelError(f"{key} is empty: write what it is, or leave it out")
+                raise ModelError(f"{key} is empty: write what it is, or leave it out", number="M102")
     return cls(**tree)
 
 

@@ -24,16 +24,18 @@ def system_from_tree(tree: Any) -> System:
     Raises InputError with the path of the field in `where.path`.
     """
     if not isinstance(tree, Mapping):
-        raise ModelError(f"a model file is a map, got {described(tree)}")
+        raise ModelError(f"a model file is a map, got {described(tree)}", number="F103")
     version = tree.get(VERSION_KEY)
     if version != VERSION:
         with at(VERSION_KEY):
-            raise ModelError(f"a model file says '{VERSION_KEY}: {VERSION}' first, got {described(version)}")
+            raise ModelError(
+                f"a model file says '{VERSION_KEY}: {VERSION}' first, got {described(version)}", number="F103"
+            )
     known = (VERSION_KEY, *fields_of(System), REPEAT_KEY)
     for key in tree:
         if key not in known:
             with at(key):
-                raise ModelError(f"unknown key {key!r}{suggestion(str(key), known)}")
+                raise ModelError(f"unknown key {key!r}{suggestion(str(key), known)}", number="M101")
     content = {key: x for key, x in tree.items() if key not in (VERSION_KEY, REPEAT_KEY)}
     for index, entry in _repeats(tree.get(REPEAT_KEY)):
         with at(REPEAT_KEY, *index):
@@ -56,7 +58,7 @@ class AnyMap:
 
     def accept(self, value: Any) -> Mapping[str, Any]:
         if not isinstance(value, Mapping):
-            raise ModelError(f"expected a map, got {described(value)}")
+            raise ModelError(f"expected a map, got {described(value)}", number="M103")
         return value
 
     def tree(self, value: Mapping[str, Any]) -> Any:
@@ -99,7 +101,7 @@ def _repeats(value: Any) -> list[tuple[tuple[str, ...], Repeat]]:
             assert isinstance(repeat, Repeat)
             if repeat.count > MOST_REPEATS:
                 with at("count"):
-                    raise ModelError(f"at most {MOST_REPEATS} copies")
+                    raise ModelError(f"at most {MOST_REPEATS} copies", number="M109")
             read.append((index, repeat))
     return read
 
@@ -123,4 +125,6 @@ def _with_chain(tree: Mapping[str, Any], repeat: Repeat) -> dict[str, Any]:
 
 def _refuse_taken(name: str, taken: Mapping[str, Any]) -> None:
     if name in taken:
-        raise ModelError(f"the chain would declare {name!r} a second time; choose another body_name or joint_name")
+        raise ModelError(
+            f"the chain would declare {name!r} a second time; choose another body_name or joint_name", number="M108"
+        )

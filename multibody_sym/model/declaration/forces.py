@@ -62,7 +62,7 @@ class Torque(Element):
 
     def verify(self) -> None:
         if (self.joint is None) == (self.on is None):
-            raise ModelError("a torque acts either in a joint (joint:) or on a body (on:)")
+            raise ModelError("a torque acts either in a joint (joint:) or on a body (on:)", number="M110")
         _freedom_of_joint(self.freedom, self.joint)
         if (self.joint is None) == isinstance(self.value, Node):
             raise ModelError("a joint's torque is one number, a body's torque a list of three")
@@ -181,13 +181,14 @@ class Potential(Element):
         if sum(x is not None for x in (self.between, self.joint, self.joints, self.on)) != 1:
             raise ModelError(
                 "a potential is one of the distance of two points (between: [a, b]), of a joint's coordinates "
-                "(joint: or joints:), or of the place of a point (on:)"
+                "(joint: or joints:), or of the place of a point (on:)",
+                number="M110",
             )
         if self.joints == ():
-            raise ModelError("it names no joint").under("joints")
+            raise ModelError("it names no joint", number="M102").under("joints")
         for name in ("at", "frame"):
             if getattr(self, name) is not None and self.on is None:
-                raise ModelError(f"{name} goes with on").under(name)
+                raise ModelError(f"{name} goes with on", number="M110").under(name)
 
 
 @dataclass(frozen=True)
@@ -293,27 +294,27 @@ class Friction(Element):
 
     def verify(self) -> None:
         if self.static is None and self.kinetic is None:
-            raise ModelError("friction needs a coefficient: static, kinetic or both").under("static")
+            raise ModelError("friction needs a coefficient: static, kinetic or both", number="M102").under("static")
         for name in ("static", "kinetic"):
             given = getattr(self, name)
             if isinstance(given, Node) and given.shadow is not None and given.shadow < 0.0:
-                raise ModelError("a coefficient of friction is not negative").under(name)
+                raise ModelError("a coefficient of friction is not negative", number="M109").under(name)
         if isinstance(self.static, Node) and self.kinetic is not None:
             verify_coefficients(self.static.shadow, self.kinetic.shadow)
         for name in ("radius", "length", "regularised"):
             given = getattr(self, name)
             if given is not None and given.shadow is not None and not given.shadow > 0.0:
-                raise ModelError("it must be greater than zero").under(name)
+                raise ModelError("it must be greater than zero", number="M109").under(name)
 
 
 def _freedom_of_joint(freedom: object, joint: object) -> None:
     if freedom is not None and joint is None:
-        raise ModelError("freedom goes with joint").under("freedom")
+        raise ModelError("freedom goes with joint", number="M110").under("freedom")
 
 
 def _one_place(between: object, joint: object) -> None:
     if (between is None) == (joint is None):
-        raise ModelError("it acts either between two points (between: [a, b]) or in a joint (joint:)")
+        raise ModelError("it acts either between two points (between: [a, b]) or in a joint (joint:)", number="M110")
 
 
 FORCES: Final = OneOf(

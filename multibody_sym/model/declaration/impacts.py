@@ -93,24 +93,29 @@ class Impact(Element):
         given = [name for name in _KINDS if getattr(self, name) is not None]
         if len(given) != 1:
             got = f", not of {' and '.join(given)} together: name several impacts" if given else ""
-            raise ModelError(f"an impact is one of {', '.join(_KINDS)}{got}")
+            raise ModelError(f"an impact is one of {', '.join(_KINDS)}{got}", number="M110")
         for name, kinds in _FITTING.items():
             if getattr(self, name) is not None and given[0] not in kinds:
-                raise ModelError(f"{name} goes with {' or '.join(kinds)}, not with {given[0]}").under(name)
+                raise ModelError(
+                    f"{name} goes with {' or '.join(kinds)}, not with {given[0]}", number="M110"
+                ).under(name)
         for kind, place in (("impulse", "at"), ("couple", "on"), ("motion", "speed")):
             if given[0] == kind and getattr(self, place) is None:
-                raise ModelError(f"{place} is missing: where the {kind} is, or how much of it")
+                raise ModelError(f"{place} is missing: where the {kind} is, or how much of it", number="M102")
         for name in ("restitution", "tangential_restitution"):
             verify_restitution(name, getattr(self, name))
         smooth = self.static is None and self.kinetic is None
         if self.between is not None and smooth and self.tangential_restitution is not None:
             raise ModelError(
-                "what is smooth stores nothing to give back; give static or kinetic, or leave it out"
+                "what is smooth stores nothing to give back; give static or kinetic, or leave it out",
+                number="M110",
             ).under("tangential_restitution")
         for name in ("static", "kinetic"):
             value = getattr(self, name)
             if isinstance(value, Node) and value.shadow is not None and value.shadow < 0:
-                raise ModelError(f"{text(value)} is negative; nothing rubs less than not at all").under(name)
+                raise ModelError(
+                    f"{text(value)} is negative; nothing rubs less than not at all", number="M109"
+                ).under(name)
         if isinstance(self.static, Node) and self.kinetic is not None:
             verify_coefficients(self.static.shadow, self.kinetic.shadow)
 
@@ -159,7 +164,7 @@ class ImpactsField:
         if is_text(value, _CLOSING):
             return Impacts(Names())
         if not isinstance(value, Mapping):
-            raise ModelError(f"expected an impact, or a map of impacts by name, got {described(value)}")
+            raise ModelError(f"expected an impact, or a map of impacts by name, got {described(value)}", number="M103")
         whole = {name: x for name, x in value.items() if name in _WHOLE}
         own = {name: x for name, x in value.items() if name not in _WHOLE}
         if own and not any(name in fields_of(Impact) and not _is_impact(x) for name, x in own.items()):

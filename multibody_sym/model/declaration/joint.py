@@ -139,11 +139,15 @@ class Limits(Element):
     def verify(self) -> None:
         restitution = self.restitution.shadow
         if restitution is not None and not 0.0 <= restitution <= 1.0:
-            raise ModelError(f"a restitution is between 0 and 1, got {text(self.restitution)}").under("restitution")
+            raise ModelError(
+                f"a restitution is between 0 and 1, got {text(self.restitution)}", number="M109"
+            ).under("restitution")
         if self.lower is None or self.upper is None or self.lower.shadow is None or self.upper.shadow is None:
             return
         if self.lower.shadow > self.upper.shadow:
-            raise ModelError(f"the lower limit {text(self.lower)} is above the upper one {text(self.upper)}")
+            raise ModelError(
+                f"the lower limit {text(self.lower)} is above the upper one {text(self.upper)}", number="M109"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -185,12 +189,16 @@ class MovingJoint(Joint):
     def verify(self) -> None:
         self._verify_motion()
         if self.limits is not None and [len(step.speeds) for step in self.steps] != [1]:
-            raise ModelError(f"limits are for joints with one freedom; a {self.kind} joint has more").under("limits")
+            raise ModelError(
+                f"limits are for joints with one freedom; a {self.kind} joint has more", number="M110"
+            ).under("limits")
         coordinates, speeds = len(self.coordinate_units), len(self.speed_units)
         if self.q is not None and len(self.q) != coordinates:
             if coordinates == 0:
-                raise ModelError(f"{self._named} has no coordinate to give a name: leave it out").under("q")
-            raise ModelError(f"{self._named} has {coordinates} coordinates, q names {len(self.q)}")
+                raise ModelError(
+                    f"{self._named} has no coordinate to give a name: leave it out", number="M110"
+                ).under("q")
+            raise ModelError(f"{self._named} has {coordinates} coordinates, q names {len(self.q)}", number="M110")
         if self.initial is not None:
             with at("initial"):
                 self._verify_initial(self.initial, {"q": coordinates, "u": speeds, "known": coordinates})
@@ -233,7 +241,9 @@ class MovingJoint(Joint):
                     raise ModelError(f"{self._named} needs {counted}; null (None) leaves one out")
                 for free in self.free_steps if name != "u" else ():
                     if free.step.unit_quaternion and len({given[k] is None or given[k] is False for k in free.q}) > 1:
-                        raise ModelError("the last four are one quaternion (w, x, y, z): give all four or none")
+                        raise ModelError(
+                            "the last four are one quaternion (w, x, y, z): give all four or none", number="M110"
+                        )
 
     @property
     def _named(self) -> str:
@@ -252,5 +262,6 @@ class MovingJoint(Joint):
                 )
             raise ModelError(
                 f"a {self.kind} joint moves by {len(open_to_it)} translations and rotations: give a motion or null for "
-                f"each, got {len(self.motion)}"
+                f"each, got {len(self.motion)}",
+                number="M110",
             )

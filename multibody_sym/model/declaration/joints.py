@@ -50,7 +50,7 @@ class AxialJoint(MovingJoint):
     def verify(self) -> None:
         if self.axis is None:
             message = f"it is missing: say along which direction the {self.kind} joint slides, such as axis: x"
-            raise ModelError(message).under("axis")
+            raise ModelError(message, number="M102").under("axis")
         super().verify()
 
 
@@ -166,7 +166,7 @@ class Angles:
     def accept(self, value: Any) -> str:
         word = Text().accept(value)
         if len(word) != 3 or set(word) - set("xyz") or word[0] == word[1] or word[1] == word[2]:
-            raise ModelError(f"{word!r} names no three successive axes: write xyz, zxz, zyx or the like")
+            raise ModelError(f"{word!r} names no three successive axes: write xyz, zxz, zyx or the like", number="M103")
         return word
 
     def tree(self, value: str) -> str:
@@ -227,7 +227,7 @@ class Direct(Element):
                 "a freedom is {translate: axis} or {rotate: axis}, the latter perhaps with a pitch, or {curve: ..}"
             )
         if self.rotate is None and self.pitch is not None:
-            raise ModelError("a pitch goes with rotate")
+            raise ModelError("a pitch goes with rotate", number="M110")
 
     def step(self, letter: str) -> Step:
         """Return the freedom as a step."""
@@ -257,7 +257,7 @@ class Custom(MovingJoint):
 
     def verify(self) -> None:
         if not self.free:
-            raise ModelError("free is missing: list the freedoms")
+            raise ModelError("free is missing: list the freedoms", number="M102")
         super().verify()
 
 

@@ -52,7 +52,7 @@ class ParameterField:
         if not isinstance(value, Mapping):
             return _parameter({"value": value})
         if value.get("value") is None or is_text(value["value"], ""):
-            raise ModelError("a parameter needs a sample value: write value: and a number")
+            raise ModelError("a parameter needs a sample value: write value: and a number", number="M102")
         return _parameter(value)
 
     def tree(self, value: Parameter) -> Any:
@@ -72,7 +72,7 @@ _DECIMAL: Final = re.compile(r"-?[0-9]+(\.[0-9]+)?")
 def _parameter(tree: Mapping[str, Any]) -> Parameter:
     content, value = dict(tree), tree["value"]
     if value is None or is_text(value, ""):
-        raise ModelError("a parameter needs a sample value")
+        raise ModelError("a parameter needs a sample value", number="M102")
     if isinstance(value, str):
         content["value"], dimension = parse_scalar(value)
         if dimension is not None:

@@ -91,7 +91,7 @@ class EquationField:
             return value
         sides = value.split("==") if isinstance(value, str) else []
         if len(sides) != 2:
-            raise ModelError(f"expected an equation such as least == 0, got {described(value)}")
+            raise ModelError(f"expected an equation such as least == 0, got {described(value)}", number="M103")
         extremes: dict[str, Extreme] = {}
         (left, left_unit), (right, right_unit) = (_side(side, extremes) for side in sides)
         units = {"left_unit": left_unit, "right_unit": right_unit}
@@ -196,7 +196,7 @@ class Ask(Element):
         kind = next((x for x in sorted(_SETS, key=len, reverse=True) if given.issuperset(x)), None)
         beside = given.difference(kind or ())
         if kind is None or any(not given.intersection(_BESIDE.get(name, ())) for name in beside):
-            raise ModelError(f"{{{', '.join(sorted(given))}}} is no known question; ask with {_FORMS}")
+            raise ModelError(f"{{{', '.join(sorted(given))}}} is no known question; ask with {_FORMS}", number="M104")
 
 
 @dataclass(frozen=True)
@@ -227,7 +227,7 @@ _KEYS: Final = tuple(fields_of(Ask))
 
 def _reached(value: Mapping[str, Any]) -> Mapping[str, Any]:
     if any(state_condition(given) is not None for given in value.values()):
-        raise ModelError(f"{{{', '.join(map(str, value))}}} is no known question; ask with {_FORMS}")
+        raise ModelError(f"{{{', '.join(map(str, value))}}} is no known question; ask with {_FORMS}", number="M104")
     if len(value) != 1:
         raise ModelError("name one coordinate and its value, such as {x: 2 m}")
     return value
@@ -237,7 +237,7 @@ def _known(value: Mapping[str, Any]) -> dict[str, Any]:
     for key in value:
         if key not in _KEYS:
             with at(str(key)):
-                raise ModelError(f"unknown key {key!r}; known: {', '.join(_KEYS)}")
+                raise ModelError(f"unknown key {key!r}; known: {', '.join(_KEYS)}", number="M101")
     return dict(value)
 
 
@@ -271,7 +271,9 @@ class Stabilisation(Element):
         chosen = {"baumgarte": self.baumgarte is not None, "projection": self.projection, "index_2": self.index_2}
         if sum(map(bool, chosen.values())) > 1:
             names = [name for name, asked in chosen.items() if asked]
-            raise ModelError(f"choose {' or '.join(names)}, not {'both' if len(names) == 2 else 'all of them'}")
+            raise ModelError(
+                f"choose {' or '.join(names)}, not {'both' if len(names) == 2 else 'all of them'}", number="M110"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -287,7 +289,7 @@ class SmoothFriction(Element):
 
     def verify(self) -> None:
         if self.regularised.shadow is not None and not self.regularised.shadow > 0.0:
-            raise ModelError("it is a speed greater than zero").under("regularised")
+            raise ModelError("it is a speed greater than zero", number="M109").under("regularised")
 
 
 MULTIPLIERS: Final = ("basic", "minimum_norm")

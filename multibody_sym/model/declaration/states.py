@@ -51,7 +51,8 @@ class StateCondition:
         if self.element not in known:
             raise ModelError(
                 f"{self.element!r} is no contact, rope that may slacken, stop or friction, which alone have states"
-                f"{suggestion(self.element, known)}"
+                f"{suggestion(self.element, known)}",
+                number="M106",
             )
 
 
@@ -70,7 +71,9 @@ class State:
     def accept(self, value: Any) -> StateCondition:
         found = state_condition(value)
         if found is None:
-            raise ModelError(f"expected a state such as c sticks ({', '.join(VERBS)}), got {described(value)}")
+            raise ModelError(
+                f"expected a state such as c sticks ({', '.join(VERBS)}), got {described(value)}", number="M103"
+            )
         return found
 
     def tree(self, value: StateCondition) -> str:

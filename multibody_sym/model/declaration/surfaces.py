@@ -135,20 +135,27 @@ class Surface(Element):
             places = "plane: [x, y, z], segment: [p, q], point: [x, y, z]"
             raise ModelError(
                 f"a surface is one of sphere: radius, disc: radius, {places}, revolution: height, "
-                "curve: {y: f(x)}, outline: {x: .., y: .., parameter: s}"
+                "curve: {y: f(x)}, outline: {x: .., y: .., parameter: s}",
+                number="M110",
             )
         for kind in ("sphere", "disc"):
             radius = getattr(self, kind)
             if radius is not None and radius.shadow is not None and radius.shadow <= 0:
                 told = f"a radius of {text(radius)}: what is round has a positive one, {{point: [x, y, z]}} none"
-                raise ModelError(told).under(kind)
+                raise ModelError(told, number="M114").under(kind)
         if self.inside and self.sphere is None and self.disc is None:
-            raise ModelError("a sphere or a disc may be touched from inside, nothing else").under("inside")
+            raise ModelError(
+                "a sphere or a disc may be touched from inside, nothing else", number="M114"
+            ).under("inside")
         for word in ("curve", "outline"):
             guide = getattr(self, word)
             if guide is not None and guide.place[2] is not ZERO:
-                raise ModelError("a curve that touches lies in the x-y plane of its body; leave z out").under(word)
+                raise ModelError(
+                    "a curve that touches lies in the x-y plane of its body; leave z out", number="M110"
+                ).under(word)
         if self.side != "left" and self.curve is None:
-            raise ModelError("a curve has sides; an outline is touched from outside").under("side")
+            raise ModelError("a curve has sides; an outline is touched from outside", number="M114").under("side")
         if self.between is not None and self.plane is None:
-            raise ModelError("a plane may end between two places; a segment has its ends already").under("between")
+            raise ModelError(
+                "a plane may end between two places; a segment has its ends already", number="M114"
+            ).under("between")

@@ -129,7 +129,7 @@ class System(Element):
                 name, parameter = leaf.data
                 if found.setdefault(name, parameter) != parameter:
                     with at("parameters", name):
-                        raise ModelError(f"{name} is declared twice, with different values")
+                        raise ModelError(f"{name} is declared twice, with different values", number="M108")
                 pending.append(parameter.value)
         object.__setattr__(self, "parameters", Names(found))
         for f in fields(self):
@@ -190,7 +190,7 @@ def parameters(
     Raises ModelError where the counts differ or a name is no symbol.
     """
     if not isinstance(names, str):
-        raise ModelError(f"expected names separated by spaces, got {described(names)}")
+        raise ModelError(f"expected names separated by spaces, got {described(names)}", number="M103")
     words, positive = names.split(), flag("positive", positive)
     given = listed(values)
     given = [values] if given is None else given
@@ -217,12 +217,14 @@ def variable(name: str) -> Node:
 def verify_symbol(name: str) -> None:
     """Raise ModelError unless `name` can stand in expressions."""
     if not _SYMBOL.fullmatch(name):
-        raise ModelError(f"{name!r} cannot stand in expressions: use letters, digits and _, a letter first")
+        raise ModelError(
+            f"{name!r} cannot stand in expressions: use letters, digits and _, a letter first", number="M108"
+        )
     if name in RESERVED:
-        raise ModelError(f"{name!r} is reserved")
+        raise ModelError(f"{name!r} is reserved", number="M108")
 
 
 def verify_system(value: object) -> None:
     """Raise ModelError unless `value` is a System; a file's name is what people hand over instead."""
     if not isinstance(value, System):
-        raise ModelError(f"expected a System, got {described(value)}; load(...) reads one from a file")
+        raise ModelError(f"expected a System, got {described(value)}; load(...) reads one from a file", number="M103")

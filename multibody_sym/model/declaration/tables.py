@@ -29,16 +29,18 @@ class TableRows:
         if isinstance(rows, Mapping):
             raise ModelError("a table file is read with its model file; here give its rows (numpy.loadtxt)")
         if not isinstance(rows, (list, tuple)):
-            raise ModelError(f"expected a list of rows [argument, value], got {described(rows)}")
+            raise ModelError(f"expected a list of rows [argument, value], got {described(rows)}", number="M103")
         if not 2 <= len(rows) <= MOST_ROWS:
-            raise ModelError(f"a table has 2 to {MOST_ROWS:,} rows, got {len(rows)}")
+            raise ModelError(f"a table has 2 to {MOST_ROWS:,} rows, got {len(rows)}", number="M103")
         read: list[Row] = []
         for index, row in enumerate(rows):
             with at(index):
                 read.append(_row(row))
                 if index and not _float(read[-2][0]) < _float(read[-1][0]):
                     after, before = text(read[-1][0]), text(read[-2][0])
-                    raise ModelError(f"row {index + 1} begins with {after}, which does not come after {before}")
+                    raise ModelError(
+                        f"row {index + 1} begins with {after}, which does not come after {before}", number="M103"
+                    )
         return tuple(read)
 
     def tree(self, value: tuple[Row, ...]) -> list[list[str]]:
@@ -47,11 +49,11 @@ class TableRows:
 
 def _row(row: Any) -> Row:
     if not isinstance(row, (list, tuple)) or len(row) != 2:
-        raise ModelError(f"expected a row [argument, value], got {described(row)}")
+        raise ModelError(f"expected a row [argument, value], got {described(row)}", number="M103")
     argument, value = (scalar(x, None) for x in row)
     for node in (argument, value):
         if node.shadow is None:
-            raise ModelError(f"a table holds numbers, got {text(node)}")
+            raise ModelError(f"a table holds numbers, got {text(node)}", number="M103")
     return argument, value
 
 
@@ -92,7 +94,7 @@ def _dimension_of_values(rows: Sequence[Sequence[Any]]) -> Dimension | None:
     stated = (parse_scalar(value)[1] for _, value in rows if isinstance(value, str))
     found = list(dict.fromkeys(dimension for dimension in stated if dimension is not None))
     if len(found) > 1:
-        raise ModelError(f"the values are in {found[0]} and in {found[1]}; a table is of one quantity")
+        raise ModelError(f"the values are in {found[0]} and in {found[1]}; a table is of one quantity", number="M105")
     return found[0] if found else None
 
 

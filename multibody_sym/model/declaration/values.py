@@ -37,10 +37,12 @@ def scalar(value: Any, unit: str | None) -> Node:
         try:
             return node_of(value)
         except ArgumentError:
-            raise ModelError(f"expected a number or an expression, got {described(value)}") from None
+            raise ModelError(f"expected a number or an expression, got {described(value)}", number="M103") from None
     node, dimension = parse_scalar(value)
     if dimension is not None and unit is not None and dimension != dimension_of_unit(unit):
-        raise ModelError(f"{described(value)} does not fit here: expected a quantity in {unit or 'no unit'}")
+        raise ModelError(
+            f"{described(value)} does not fit here: expected a quantity in {unit or 'no unit'}", number="M105"
+        )
     return node
 
 
@@ -80,7 +82,7 @@ class Condition:
     def accept(self, value: Any) -> Node:
         node = scalar(value, self.unit)
         if not is_condition(node):
-            raise ModelError(f"expected a comparison such as y < 0, got {described(value)}")
+            raise ModelError(f"expected a comparison such as y < 0, got {described(value)}", number="M103")
         if node.shadow is not None:
             raise ModelError(f"{described(value)} compares two constants; name something that changes")
         return node
@@ -105,7 +107,9 @@ class Vector:
     def accept(self, value: Any) -> tuple[Node, Node, Node]:
         items = listed(value)
         if items is None or len(items) != 3:
-            raise ModelError(f"expected a list of three numbers or expressions, got {_counted(value, items)}")
+            raise ModelError(
+                f"expected a list of three numbers or expressions, got {_counted(value, items)}", number="M103"
+            )
         x, y, z = (content_of(i, component, Scalar(self.unit)) for i, component in enumerate(items))
         return x, y, z
 
@@ -121,13 +125,15 @@ class Direction:
         if isinstance(value, str):
             letter, negative = value.strip().removeprefix("-"), value.strip().startswith("-")
             if letter not in AXES:
-                raise ModelError(f"{described(value)} is no direction: write x, y, z, -x, -y, -z or a list of three")
+                raise ModelError(
+                    f"{described(value)} is no direction: write x, y, z, -x, -y, -z or a list of three", number="M103"
+                )
             unit = negate(ONE) if negative else ONE
             x, y, z = (unit if axis == letter else ZERO for axis in AXES)
             return x, y, z
         vector = Vector(None).accept(value)
         if all(component.shadow == 0 for component in vector):
-            raise ModelError("a direction cannot be zero")
+            raise ModelError("a direction cannot be zero", number="M109")
         return vector
 
     def tree(self, value: tuple[Node, ...]) -> Any:
@@ -190,7 +196,7 @@ class Text:
 
     def accept(self, value: Any) -> str:
         if not isinstance(value, str) or not value.strip() or not value.isprintable():
-            raise ModelError(f"expected a name, got {described(value)}")
+            raise ModelError(f"expected a name, got {described(value)}", number="M103")
         return value.strip()
 
     def tree(self, value: str) -> str:
@@ -205,7 +211,7 @@ class Choice:
 
     def accept(self, value: Any) -> str:
         if not isinstance(value, str) or value not in self.words:
-            raise ModelError(f"{described(value)} is no choice here{suggestion(str(value), self.words)}")
+            raise ModelError(f"{described(value)} is no choice here{suggestion(str(value), self.words)}", number="M104")
         return str(value)
 
     def tree(self, value: str) -> str:
@@ -221,7 +227,7 @@ class Flag:
             return value
         if is_text(value, "true", "false"):
             return bool(value == "true")
-        raise ModelError(f"expected true or false, got {described(value)}")
+        raise ModelError(f"expected true or false, got {described(value)}", number="M103")
 
     def tree(self, value: bool) -> str:
         return "true" if value else "false"
@@ -249,7 +255,7 @@ class Count:
     def accept(self, value: Any) -> int:
         node = scalar(value, None)
         if node.op != "number" or not isinstance(node.data, int) or node.data < self.least:
-            raise ModelError(f"expected a whole number, at least {self.least}, got {described(value)}")
+            raise ModelError(f"expected a whole number, at least {self.least}, got {described(value)}", number="M103")
         return node.data
 
     def tree(self, value: int) -> str:

@@ -234,7 +234,7 @@ class Mechanism:
                 return index
         if name == GROUND:
             return -1
-        raise ModelError(f"no body is called {name!r}{suggestion(name, [b.name for b in self.bodies])}")
+        raise ModelError(f"no body is called {name!r}{suggestion(name, [b.name for b in self.bodies])}", number="M106")
 
 
 def normal_forces(mechanism: Mechanism) -> dict[str, ContactRow]:

@@ -87,7 +87,7 @@ def unknown_coordinate(name: str, system: System, known: Iterable[str]) -> Model
             f"{name!r} is of a body in absolute coordinates; a state is given in those of joints: {names}; "
             "runs and equilibria in relative coordinates tell it in them"
         )
-    return ModelError(message)
+    return ModelError(message, number="M117")
 
 
 def _with_centre(body: Body, parameters: Container[str]) -> Body:

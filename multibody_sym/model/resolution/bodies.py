@@ -39,7 +39,9 @@ def _ground(references: References) -> tuple[TreeBody, ...]:
     if body.motion is None:
         return ()
     if GROUND in references.system.joints:
-        raise ModelError("ground moves, and its own drive is called 'ground'; give the joint another name").under(
+        raise ModelError(
+            "ground moves, and its own drive is called 'ground'; give the joint another name", number="M108"
+        ).under(
             "joints"
         )
     places = zip(IDENTITY, (body.motion.x, body.motion.y, body.motion.z), strict=True)

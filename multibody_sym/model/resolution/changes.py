@@ -65,7 +65,7 @@ def with_values(system: System, values: Mapping[str, Any] | None) -> System:
     for name, value in given.items():
         with at(name):
             if name not in changed:
-                raise ModelError(f"there is no parameter {name!r}{suggestion(name, changed)}")
+                raise ModelError(f"there is no parameter {name!r}{suggestion(name, changed)}", number="M106")
             changed[name] = _with_value(changed[name], value)
     return replace(system, parameters=Names(changed))
 
@@ -75,7 +75,7 @@ def _with_value(parameter: Parameter, value: Any) -> Parameter:
         return replace(parameter, value=scalar(value, None))
     node, dimension = parse_scalar(value)
     if None not in (dimension, parameter.dimension) and dimension != parameter.dimension:
-        raise ModelError(f"'{value}' does not fit: the parameter is a quantity in {parameter.dimension}")
+        raise ModelError(f"'{value}' does not fit: the parameter is a quantity in {parameter.dimension}", number="M105")
     return replace(parameter, value=node, dimension=dimension or parameter.dimension)
 
 
@@ -85,7 +85,7 @@ def with_inputs(system: System, inputs: Mapping[str, Any] | None) -> System:
     for name, value in values_by_name("inputs", inputs).items():
         with at(name):
             if name not in changed:
-                raise ModelError(f"there is no input {name!r}{suggestion(name, changed)}")
+                raise ModelError(f"there is no input {name!r}{suggestion(name, changed)}", number="M106")
             changed[name] = InputField().accept(value)
     return replace(system, inputs=Names(changed)) if inputs else system
 

@@ -51,7 +51,7 @@ def with_withheld(resolved: Mechanism, system: System) -> Mechanism:
         for joint, component in _undetermined(found, node):
             with at("stop", name):
                 because = reasons({joint: found[joint]})[0]
-                raise ModelError(f"reaction({joint}, {component}) is not determined: {because}")
+                raise ModelError(f"reaction({joint}, {component}) is not determined: {because}", number="M112")
     declared = {**resolved.outputs, **resolved.run_outputs}
     untold = tuple(name for name, node in declared.items() if _undetermined(found, node))
     outputs, of_run = (

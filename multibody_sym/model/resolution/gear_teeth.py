@@ -45,7 +45,7 @@ def gear_row(name: str, element: Gear, zero: Node, references: References) -> Ge
     """
     carrier, wheels = _wheels(element, references)
     if any(leaf.data[0] in ("q", "u") for leaf in leaves([element.value], "slot")):
-        raise ModelError("with radii it depends on time and parameters only").under("value")
+        raise ModelError("with radii it depends on time and parameters only", number="M116").under("value")
     place, force = _Mesh(element, wheels, _sample(references), _near(element, carrier, references)).met()
     pitch = Marker(f"pitch point of {name}", references.numbers[carrier], Pose(_nodes(place)))
     beside = {joint: side * wheel.side for joint, side, wheel in zip(element.joints, (1, -1), wheels, strict=True)}
@@ -91,7 +91,9 @@ def _wheels(element: Gear, references: References) -> tuple[str, tuple[_Wheel, _
         steps = system.joints[name].moves
         if len(steps) != 1 or not steps[0].is_hinge:
             with at("joints", k):
-                raise ModelError(f"radii are those of wheels, and {name!r} is no revolute joint; leave radii out")
+                raise ModelError(
+                    f"radii are those of wheels, and {name!r} is no revolute joint; leave radii out", number="M110"
+                )
         joint = system.joints[name]
         ends.append(tuple(body_part(end, system.bodies)[0] for end in (joint.parent, joint.child)))
     shared = set(ends[0]) & set(ends[1])
@@ -100,7 +102,8 @@ def _wheels(element: Gear, references: References) -> tuple[str, tuple[_Wheel, _
         with at("joints"):
             raise ModelError(
                 f"both joints of a gear with radii join its wheels to one body, on which both axes stay, but {joined}; "
-                "let joints lead from the wheels to the body that carries them, as from sun and planet to the arm"
+                "let joints lead from the wheels to the body that carries them, as from sun and planet to the arm",
+                number="M116",
             )
     (carrier,) = shared
     first, second = (_wheel(n, carrier == end[0], references) for n, end in zip(element.joints, ends, strict=True))
@@ -123,7 +126,7 @@ def _near(element: Gear, carrier: str, references: References) -> Point | None:
     with at("at"):
         marker = references.marker(element.at)
         if marker.body != references.numbers[carrier]:
-            raise ModelError(f"name a point of {carrier}, on which both axes stay")
+            raise ModelError(f"name a point of {carrier}, on which both axes stay", number="M116")
     return marker.pose.position
 
 
@@ -165,7 +168,9 @@ class _Mesh:
             return self._side_by_side(apart)
         if abs(dot(across, apart)) > _SAME * max(self.radii):
             with at("radii"):
-                raise ModelError("the axes are neither parallel nor meet: such wheels touch at no pitch point")
+                raise ModelError(
+                    "the axes are neither parallel nor meet: such wheels touch at no pitch point", number="M110"
+                )
         return self._bevel()
 
     @cached_property
@@ -188,19 +193,20 @@ class _Mesh:
     def _numbers(self, values: Sequence[Node]) -> Floats:
         found = tuple(_number(as_node(x), self.sample) for x in values)
         if not all(map(isfinite, found)):
-            raise ModelError("its radii, ratio and axes have no values")
+            raise ModelError("its radii, ratio and axes have no values", number="M116")
         return found
 
     def _verify_ratio(self) -> None:
         first, second = self.radii
         if first <= 0.0 or second <= 0.0:
             with at("radii"):
-                raise ModelError(f"radii are positive, and these are {first:g} and {second:g}")
+                raise ModelError(f"radii are positive, and these are {first:g} and {second:g}", number="M109")
         if abs(abs(self.ratio) * first - second) > _SAME * second:
             with at("ratio"):
                 raise ModelError(
                     f"the ratio {self.ratio:g} and the radii {first:g} and {second:g} contradict each other: wheels "
-                    f"that mesh turn as r2/r1, here -{second / first:g} where they touch outside"
+                    f"that mesh turn as r2/r1, here -{second / first:g} where they touch outside",
+                    number="M116",
                 )
 
     def _side_by_side(self, apart: Vec) -> tuple[Vec, Vec]:
@@ -212,7 +218,8 @@ class _Mesh:
             with at("at"):
                 raise ModelError(
                     "the joints' points do not lie in one plane across the axes; name a point of the body that carries "
-                    "the wheels in the plane in which they touch, at: body.point"
+                    "the wheels in the plane in which they touch, at: body.point",
+                    number="M116",
                 )
         assert self.element.radii is not None
         (first, second), (r1, r2) = self.wheels, self.element.radii
@@ -232,7 +239,8 @@ class _Mesh:
             with at("radii"):
                 raise ModelError(
                     f"the axes are {apart:g} m apart; wheels of radii {first:g} and {second:g} m {how} {wanted:g} m"
-                    f"{'' if outside > 0 else ' apart'} (a negative ratio is that of wheels that touch outside)"
+                    f"{'' if outside > 0 else ' apart'} (a negative ratio is that of wheels that touch outside)",
+                    number="M109",
                 )
 
     def _bevel(self) -> tuple[Vec, Vec]:
@@ -257,7 +265,8 @@ class _Mesh:
             with at("at"):
                 raise ModelError(
                     "the axes meet where the joints' points are; name a point of the body that carries the wheels on "
-                    "the side on which they touch, at: body.point"
+                    "the side on which they touch, at: body.point",
+                    number="M116",
                 )
         return 1 if along > 0.0 else -1
 

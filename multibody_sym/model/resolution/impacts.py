@@ -98,7 +98,7 @@ class _Resolved:
         with at("between"):
             verify_bodies(between, self.references.system)
         if any(name in (x.name, x.group) for x in self.one_way):
-            raise ModelError(f"{name!r} is a contact too, and results tell both by name; rename one")
+            raise ModelError(f"{name!r} is a contact too, and results tell both by name; rename one", number="M108")
         ends = self.references.pair(between)
         frame = Marker(impact.frame or GROUND, self._axes(impact), Pose())
         normal, flat = self._normal(impact, len(self.meetings))
@@ -133,7 +133,10 @@ class _Resolved:
         normal = unit_vector(impact.normal)
         if self.flat and is_upright(normal):
             with at("normal"):
-                raise ModelError("the normal leads out of the plane in which everything here moves; nothing strikes so")
+                raise ModelError(
+                    "the normal leads out of the plane in which everything here moves; nothing strikes so",
+                    number="M121",
+                )
         return normal, self.flat and normal[2] is ZERO
 
     # --- declared elements ----------------------------------------------------------------------------------------
@@ -144,14 +147,19 @@ class _Resolved:
         for k, name in enumerate(names):
             if name not in known:
                 with at("contacts", k):
-                    raise ModelError(f"{name!r} is no contact, rope that may slacken or stop{suggestion(name, known)}")
+                    raise ModelError(
+                        f"{name!r} is no contact, rope that may slacken or stop{suggestion(name, known)}", number="M106"
+                    )
             self.contacts.append(name)
             if impact.restitution is not None:
                 self.restitutions[name] = impact.restitution
             if impact.tangential_restitution is not None:
                 if not any(x.frictions for x in unilateral if name in (x.name, x.group)):
                     with at("tangential_restitution"):
-                        raise ModelError(f"{name} is smooth and stores nothing to give back; give it static or kinetic")
+                        raise ModelError(
+                            f"{name} is smooth and stores nothing to give back; give it static or kinetic",
+                            number="M121",
+                        )
                 self.tangential[name] = impact.tangential_restitution
 
     def _add_begun(self, names: tuple[str, ...]) -> None:
@@ -166,7 +174,7 @@ class _Resolved:
                 self.begins[name] = tuple(rows[name])
             else:
                 with at("begins", k):
-                    raise ModelError(self._not_begun(name, [*cut, *rows]))
+                    raise ModelError(self._not_begun(name, [*cut, *rows]), number="M121")
 
     def _not_begun(self, name: str, known: Sequence[str]) -> str:
         """Return why something cannot begin."""
@@ -185,7 +193,7 @@ class _Resolved:
                 return SpeedJump(name, "", name, by)
             known = [x for x, j in self.references.system.joints.items() if getattr(j, "motion", None) is not None]
             known += [row.name for row in self.rows]
-            raise ModelError(f"{name!r} is no prescribed motion{suggestion(name, known)}")
+            raise ModelError(f"{name!r} is no prescribed motion{suggestion(name, known)}", number="M106")
 
     # --- given impulses -------------------------------------------------------------------------------------------
 
@@ -202,6 +210,6 @@ class _Resolved:
 
     def _verify_moves(self, body: int) -> None:
         if body < 0:
-            raise ModelError("ground does not move, whatever strikes it; name a body")
+            raise ModelError("ground does not move, whatever strikes it; name a body", number="M121")
 
 

@@ -66,7 +66,7 @@ def mass_flows(references: References) -> list[Load]:
 
 def _flow(name: str, body: Body, varying: VariableMass, references: References) -> Load:
     if name == GROUND:
-        raise ModelError("ground moves as prescribed, whatever its mass: give it none that varies")
+        raise ModelError("ground moves as prescribed, whatever its mass: give it none that varies", number="M118")
     relative, absolute = varying.relative_velocity, varying.absolute_velocity
     axes = references.axes(varying.frame or (GROUND if relative is None else name))
     velocity = absolute if relative is None else relative
@@ -80,7 +80,8 @@ def _flow(name: str, body: Body, varying: VariableMass, references: References) 
         if any(leaf.op == "symbol" or leaf.data[0] == "q" for leaf in moving):
             raise ModelError(
                 "what all passes one point flows through the body, which is known of masses that vary with the time "
-                "alone: leave out at, where a coordinate tells how much there is"
+                "alone: leave out at, where a coordinate tells how much there is",
+                number="M118",
             )
     return MassFlow(name, references.numbers[name], velocity, relative is not None, axes, marker)
 

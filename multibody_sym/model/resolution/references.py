@@ -86,7 +86,7 @@ class References:
             return Marker(reference, self.numbers[name], Pose(mass_of(body).com if part == COM else ORIGIN))
         if part and part not in body.points:
             known = [f"{name}.{p}" for p in (*body.points, *body.frames)]
-            raise ModelError(f"{name!r} has no point or frame {part!r}{suggestion(reference, known)}")
+            raise ModelError(f"{name!r} has no point or frame {part!r}{suggestion(reference, known)}", number="M106")
         return Marker(reference, self.numbers[name], Pose(body.points[part] if part else ORIGIN))
 
     def markers(self) -> dict[str, Marker]:
@@ -121,7 +121,9 @@ class References:
     def axes(self, name: str) -> int:
         """Return the number of the body whose axes are meant."""
         if name not in self.numbers:
-            raise ModelError(f"no body is called {name!r}{suggestion(name, self.numbers)}").under("frame")
+            raise ModelError(
+                f"no body is called {name!r}{suggestion(name, self.numbers)}", number="M106"
+            ).under("frame")
         return self.numbers[name]
 
     def coordinate(self, joint: str) -> Node:
@@ -140,7 +142,7 @@ class References:
         named = {**known, **by_coordinate}
         if name not in named:
             with at("freedom"):
-                raise ModelError(f"joint {joint!r} has no freedom {name!r}{suggestion(name, named)}")
+                raise ModelError(f"joint {joint!r} has no freedom {name!r}{suggestion(name, named)}", number="M106")
         return named[name]
 
     def _one_freedom(self, joint: str) -> dict[str, Freedom]:
@@ -152,7 +154,7 @@ class References:
     def verify_joint(self, joint: str) -> None:
         """Raise ModelError where no joint has this name."""
         if joint not in self.system.joints:
-            raise ModelError(f"no joint is called {joint!r}{suggestion(joint, self.system.joints)}")
+            raise ModelError(f"no joint is called {joint!r}{suggestion(joint, self.system.joints)}", number="M106")
 
     def freedoms(self, joint: str) -> dict[str, Freedom]:
         """Return the freedoms of a joint by the names of their speeds."""

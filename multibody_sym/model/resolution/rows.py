@@ -131,11 +131,13 @@ def _verify_linear(psi: Node) -> None:
     """Raise ModelError where an expression is not linear in the speeds."""
     speeds = [leaf for leaf in leaves([psi], "slot") if leaf.data[0] == "u"]
     if not speeds:
-        raise ModelError("no speed stands in it; a constraint of positions is {type: expression, zero: ...}")
+        raise ModelError(
+            "no speed stands in it; a constraint of positions is {type: expression, zero: ...}", number="M113"
+        )
     for speed in speeds:
         slope = tangents([psi], {speed: ONE})
         if any(leaf.data[0] == "u" for leaf in leaves(slope, "slot")):
-            raise ModelError("it is not linear in the speeds, and a mechanical constraint is")
+            raise ModelError("it is not linear in the speeds, and a mechanical constraint is", number="M113")
 
 
 @_rows.register

@@ -44,7 +44,7 @@ def spanning_tree(system: System) -> SpanningTree:
     Raises ModelError for unknown bodies, and where a body cannot be reached.
     """
     if len(system.bodies) > MOST_BODIES:
-        raise ModelError(f"more than {MOST_BODIES} bodies").under("bodies")
+        raise ModelError(f"more than {MOST_BODIES} bodies", number="M109").under("bodies")
     used = used_joints(system)
     edges = [_edge(place, name, joint, system, used) for place, (name, joint) in enumerate(system.joints.items())]
     kept = [edge for edge in edges if not system.joints[edge.name].cut]
@@ -64,7 +64,7 @@ def body_part(reference: str, bodies: Mapping[str, Body]) -> tuple[str, str]:
         point = f"{last}.{point}" if point else last
         if not dot:
             first = reference.partition(".")[0]
-            raise ModelError(f"no body is called {first!r}{suggestion(first, {**bodies, GROUND: None})}")
+            raise ModelError(f"no body is called {first!r}{suggestion(first, {**bodies, GROUND: None})}", number="M106")
     return body, point
 
 
@@ -100,9 +100,9 @@ def _edge(place: int, name: str, joint: Joint, system: System, used: set[str]) -
     with at("joints", name, "child"):
         child, _ = body_part(joint.child, system.bodies)
         if child == GROUND:
-            raise ModelError("ground cannot be a child; swap parent and child")
+            raise ModelError("ground cannot be a child; swap parent and child", number="M111")
         if child == parent:
-            raise ModelError(f"the joint joins {child!r} to itself")
+            raise ModelError(f"the joint joins {child!r} to itself", number="M111")
     return _Edge(name, parent, child, (name not in used, len(joint.speed_units)), place)
 
 
@@ -154,10 +154,14 @@ def _verify_all_joined(system: System, edges: Sequence[_Edge], carrying: Mapping
             with at("bodies", body):
                 cut = next((name for name, joint in system.joints.items() if joint.child.split(".")[0] == body), None)
                 if cut is not None:
-                    raise ModelError(f"every joint that leads to {body!r} is cut; leave one of them uncut")
-                raise ModelError(f"nothing joins {body!r} to the rest; add a joint with child: {body}")
+                    raise ModelError(
+                        f"every joint that leads to {body!r} is cut; leave one of them uncut", number="M110"
+                    )
+                raise ModelError(f"nothing joins {body!r} to the rest; add a joint with child: {body}", number="M111")
         with at("joints", entering[body].name):
-            raise ModelError(f"{body!r} hangs on a circle of joints that never reaches ground; turn one around")
+            raise ModelError(
+                f"{body!r} hangs on a circle of joints that never reaches ground; turn one around", number="M111"
+            )
 
 
 def ground_moves(bodies: Mapping[str, Body]) -> bool:
@@ -165,5 +169,8 @@ def ground_moves(bodies: Mapping[str, Body]) -> bool:
     for name, body in bodies.items():
         if body.motion is not None and name != GROUND:
             with at("bodies", name, "motion"):
-                raise ModelError("only ground moves by itself; prescribe the motion of the joint that carries the body")
+                raise ModelError(
+                    "only ground moves by itself; prescribe the motion of the joint that carries the body",
+                    number="M111",
+                )
     return GROUND in bodies and bodies[GROUND].motion is not None

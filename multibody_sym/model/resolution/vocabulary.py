@@ -42,7 +42,10 @@ def meanings(system: System, coordinates: Iterable[Coordinate], speeds: Iterable
             if name not in RESERVED:
                 _verify_name(name, what)
             if name in taken or name in RESERVED:
-                raise ModelError(f"{name!r} cannot be {what}: it is {taken.get(name, 'reserved')}; choose another name")
+                raise ModelError(
+                    f"{name!r} cannot be {what}: it is {taken.get(name, 'reserved')}; choose another name",
+                    number="M108",
+                )
         taken[name] = what
     return taken
 
@@ -52,7 +55,7 @@ def _verify_name(name: str, what: str) -> None:
         verify_symbol(name)
     except ModelError as error:
         hint = "; name the joint's coordinates with q:" if what in ("a coordinate", "a speed") else ""
-        raise ModelError(error.message + hint) from None
+        raise ModelError(error.message + hint, number=error.number) from None
 
 
 _MOTION: Final = "motion"
@@ -102,7 +105,9 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
             _verify_dimension(node, wanted, dimensions)
             _verify_curve(node, wanted, dimensions)
         except (ModelError, ExpressionError) as error:
-            raise ModelError(error.message, where=replace(error.where, path=path, column=None)) from None
+            raise ModelError(
+                error.message, where=replace(error.where, path=path, column=None), number=error.number
+            ) from None
 
 
 def _answers(system: System, question: str) -> dict[str, str]:
@@ -118,8 +123,10 @@ def verify_curves(system: System, names: Mapping[str, str]) -> None:
             name = leaf.data[1][0] if leaf.data[0] == PARAMETER else ""
             if name in RESERVED or names.get(name, "a coordinate") != "a coordinate":
                 what = names.get(name, "reserved")
-                error = ModelError(f"{name!r} is {what} of the model and the parameter of this curve; rename one")
-                raise ModelError(error.message, where=replace(error.where, path=path, column=None))
+                error = ModelError(
+                    f"{name!r} is {what} of the model and the parameter of this curve; rename one", number="M108"
+                )
+                raise ModelError(error.message, where=replace(error.where, path=path, column=None), number=error.number)
 
 
 def _unit_by_joint(
@@ -189,11 +196,11 @@ def _verify_leaves(
         if leaf.data not in names:
             fitting = [name for name, what in names.items() if what in allowed and name != own]
             none = f"; here an expression names {_listed(allowed)} only, and there is none that fits"
-            raise ModelError(f"{leaf.data!r} is not declared{suggestion(leaf.data, fitting) or none}")
+            raise ModelError(f"{leaf.data!r} is not declared{suggestion(leaf.data, fitting) or none}", number="M107")
         if names[leaf.data] not in allowed:
             may = f"here an expression names {_listed(allowed)} only"
             varies = hint if allowed == _ONLY_PARAMETERS and names[leaf.data] in _VARIES_WITH else ""
-            raise ModelError(f"{leaf.data!r} is {names[leaf.data]}; {may}{varies}")
+            raise ModelError(f"{leaf.data!r} is {names[leaf.data]}; {may}{varies}", number="M113")
 
 
 def _verify_driving(system: System, node: Node, allowed: tuple[str, ...], names: Mapping[str, str]) -> None:
@@ -205,7 +212,9 @@ def _verify_driving(system: System, node: Node, allowed: tuple[str, ...], names:
         for leaf in leaves(nodes, "symbol"):
             if leaf.data in names and names[leaf.data] not in (*allowed, "an input"):
                 what = f"{driving.data!r} names {leaf.data!r}, {names[leaf.data]}"
-                raise ModelError(f"{what}; here an input follows {_listed(_without_inputs(allowed))} only")
+                raise ModelError(
+                    f"{what}; here an input follows {_listed(_without_inputs(allowed))} only", number="M113"
+                )
 
 
 def _without_inputs(allowed: tuple[str, ...]) -> tuple[str, ...]:
@@ -271,9 +280,9 @@ def _asked(node: Node) -> list[Node]:
 def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str]]) -> None:
     function, arguments = leaf.data
     if section not in _MAY_ASK:
-        raise ModelError(f"{leaf} can be asked in outputs, stop and ask only")
+        raise ModelError(f"{leaf} can be asked in outputs, stop and ask only", number="M112")
     if QUANTITIES[function].of_run and section != "outputs":
-        raise ModelError(f"{leaf} adds up along a run: it can be asked in outputs only")
+        raise ModelError(f"{leaf} adds up along a run: it can be asked in outputs only", number="M112")
     if QUANTITIES[function].of_mode:
         _verify_mode(leaf, section)
         return
@@ -282,9 +291,12 @@ def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str
             runs = sum(kind == "rope" and known.startswith(f"{name}.") for known in vocabulary[kind])
             if runs:
                 each = f"{function}({name}, 1) to {function}({name}, {runs})"
-                raise ModelError(f"{leaf}: {name!r} has a tension on each side of wheels that turn with it; ask {each}")
+                raise ModelError(
+                    f"{leaf}: {name!r} has a tension on each side of wheels that turn with it; ask {each}",
+                    number="M112",
+                )
             what = _KINDS.get(kind, f"no {kind}")
-            raise ModelError(f"{leaf}: {name!r} is {what}{suggestion(name, vocabulary[kind])}")
+            raise ModelError(f"{leaf}: {name!r} is {what}{suggestion(name, vocabulary[kind])}", number="M106")
     if function == "reaction":
         _verify_component(leaf, arguments[0], arguments[1], vocabulary)
 
@@ -292,9 +304,9 @@ def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str
 def _verify_mode(leaf: Node, section: str) -> None:
     """Raise ModelError for a frequency or period that is not of a mode by its number, or not in ask."""
     if section != "ask":
-        raise ModelError(f"{leaf} is one of small oscillations: it can be asked in ask only")
+        raise ModelError(f"{leaf} is one of small oscillations: it can be asked in ask only", number="M110")
     if not leaf.data[1][0].isdecimal() or leaf.data[1][0] == "0":
-        raise ModelError(f"{leaf}: name a mode by its number; 1 is the one with the lowest frequency")
+        raise ModelError(f"{leaf}: name a mode by its number; 1 is the one with the lowest frequency", number="M112")
 
 
 def _verify_component(leaf: Node, element: str, component: str, vocabulary: Mapping[str, Collection[str]]) -> None:
@@ -307,7 +319,7 @@ def _verify_component(leaf: Node, element: str, component: str, vocabulary: Mapp
     else:
         what = "a joint"
     if component not in known:
-        raise ModelError(f"{leaf}: {element!r} is {what}, which has {', '.join(known)}")
+        raise ModelError(f"{leaf}: {element!r} is {what}, which has {', '.join(known)}", number="M112")
 
 
 def _listed(words: tuple[str, ...]) -> str:
@@ -340,4 +352,6 @@ def _verify_dimension(node: Node, unit: str | None, known: Mapping[Node, Dimensi
 
     found = dimension_of(node, of_leaf)
     if found is not None and unit is not None and found != dimension_of_unit(unit) and node.shadow is None:
-        raise ModelError(f"the expression is a quantity in {found}; here one in {unit or 'no unit'} is wanted")
+        raise ModelError(
+            f"the expression is a quantity in {found}; here one in {unit or 'no unit'} is wanted", number="M105"
+        )

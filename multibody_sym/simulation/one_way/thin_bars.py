@@ -65,7 +65,9 @@ class ThinBar:
         """Raise ModelError where a point at the bar moves across it: it leaves one side, or strikes the other one."""
         if {facts.standing(element) for element in self.sides} == {"closing", "leaving"}:
             with at(*self.sides[0].path):
-                raise ModelError(f"{self.told}: nothing tells which side of it the point starts from; {_CURE}")
+                raise ModelError(
+                    f"{self.told}: nothing tells which side of it the point starts from; {_CURE}", number="M114"
+                )
 
 
 def thin_bars(mechanism: Mechanism) -> tuple[ThinBar, ...]:

@@ -78,7 +78,9 @@ def contacts(references: References) -> tuple[OneWay, ...]:
             every = []
             for name, between in copies(declared, contact):
                 if name in taken:
-                    raise ModelError(f"{name!r} is something else too, and results tell both by name; rename one")
+                    raise ModelError(
+                        f"{name!r} is something else too, and results tell both by name; rename one", number="M108"
+                    )
                 taken.add(name)
                 copy = replace(contact, between=between, repeat=None)
                 every.append(tuple(_elements(name, ("contacts", declared), copy, references, flat)))
@@ -123,13 +125,13 @@ def _rolling_skins(name: str, element: Rolling, references: References, flat: bo
         wheels = [skin for _, skin in solid_of(element.body, references, flat=flat).skins]
         if len(wheels) != 1 or not (is_curved(wheels[0]) or isinstance(wheels[0], (Rim, Bent))):
             what = "a plane" if isinstance(wheels[0], Flat) else "neither a ball nor a disc"
-            raise ModelError(f"{element.body} is {what}; a ball or a disc rolls")
+            raise ModelError(f"{element.body} is {what}; a ball or a disc rolls", number="M112")
     with at("on"):
         word, under = solid_of(element.on, references, flat=flat).skins[0]
         if word or _is_point(under):
-            raise ModelError(f"{element.on} is neither a plane nor round; name a surface to roll on")
+            raise ModelError(f"{element.on} is neither a plane nor round; name a surface to roll on", number="M114")
         if not _may_touch(wheels[0], under):
-            raise _cannot_touch(wheels[0], under, f"{element.body} and {element.on}")
+            raise ModelError(_cannot_touch(wheels[0], under, f"{element.body} and {element.on}"), number="M114")
     return footed(name, (wheels[0], under), references)
 
 
@@ -182,7 +184,10 @@ def _verify_one(meeting: Sequence[tuple[tuple[str, str], tuple[Skin, Skin], Mark
     """Raise ModelError for several parts that may touch one curve, which has one foot for each contact."""
     if len(meeting) > 1 and any(isinstance(skin, Bent) for _, skins, _ in meeting for skin in skins):
         names = ", ".join(filter(None, (word for words, _, _ in meeting for word in words)))
-        raise ModelError(f"one part touches a curve in a contact, and here are {names}; give each a contact of its own")
+        raise ModelError(
+            f"one part touches a curve in a contact, and here are {names}; give each a contact of its own",
+            number="M114",
+        )
 
 
 def _meetings(
@@ -191,7 +196,7 @@ def _meetings(
     """Yield which parts of two solids may touch: their names, skins, and a place inside what has the corner there."""
     pairs = list(product(first.skins, second.skins))
     if not any(_may_touch(a, b) for (_, a), (_, b) in pairs):
-        raise _cannot_touch(pairs[0][0][1], pairs[0][1][1], " and ".join(between))
+        raise ModelError(_cannot_touch(pairs[0][0][1], pairs[0][1][1], " and ".join(between)), number="M114")
     for (word, a), (other_word, b) in pairs:
         if _may_touch(a, b):
             inner = None
@@ -220,10 +225,12 @@ def _is_usual(edge: Edge) -> bool:
 def _verify_fields(contact: Contact, meeting: Sequence[tuple[Skin, Skin]]) -> None:
     """Raise ModelError for what is declared of a contact that has no use for it."""
     if contact.tangent is not None and not any(isinstance(skin, Flat) for skins in meeting for skin in skins):
-        raise ModelError("a tangent is given for planes; other surfaces have none that stays").under("tangent")
+        raise ModelError(
+            "a tangent is given for planes; other surfaces have none that stays", number="M114"
+        ).under("tangent")
     if contact.rolling_resistance is not None and not any(map(_rolls, meeting)):
         message = "discs and spheres roll; nothing here does: give them a radius, or leave rolling_resistance out"
-        raise ModelError(message).under("rolling_resistance")
+        raise ModelError(message, number="M114").under("rolling_resistance")
 
 
 def _rolls(skins: tuple[Skin, Skin]) -> bool:
@@ -269,7 +276,7 @@ def _across(name: str, contact: Contact, skins: tuple[Skin, Skin], references: R
     side = sample_value(dot(contact.tangent, usual) if flat else dot(lying, lying), references.parameters)
     with at("tangent"):
         if not abs(side) > (_ALONG_NORMAL if flat else _ALONG_NORMAL**2):
-            raise ModelError("it leads along the normal; give a direction along the surface")
+            raise ModelError("it leads along the normal; give a direction along the surface", number="M114")
     if not flat:
         return unit_vector(lying)
     return usual if side > 0 else negate(usual)
@@ -283,10 +290,10 @@ def verify_bodies(between: tuple[str, ...], system: System) -> None:
             names.append(body_part(reference, system.bodies)[0])
     first, second = names
     if first == second:
-        raise ModelError(f"{first} cannot touch itself; name two bodies")
+        raise ModelError(f"{first} cannot touch itself; name two bodies", number="M114")
     welds = _welds(system)
     if _rigid(first, welds) == _rigid(second, welds):
-        raise ModelError(f"{first} and {second} are welded to each other and can neither touch nor part")
+        raise ModelError(f"{first} and {second} are welded to each other and can neither touch nor part", number="M114")
 
 
 def _verify_crossed(reference: str, solid: Solid, system: System) -> None:
@@ -296,7 +303,8 @@ def _verify_crossed(reference: str, solid: Solid, system: System) -> None:
         raise ModelError(
             f"{reference} has the normal z, and all joints here move in the xy-plane: nothing can leave it or press on "
             "it. Give it the normal that it has in that plane (surfaces: {..: {plane: .., normal: y}}; without one it "
-            "is z), or a joint with a coordinate along z"
+            "is z), or a joint with a coordinate along z",
+            number="M114",
         )
 
 
@@ -340,35 +348,41 @@ def _may_touch(a: Skin, b: Skin) -> bool:
     return not all(hollow) and not (_is_point(a) and _is_point(b))
 
 
-def _cannot_touch(a: Skin, b: Skin, both: str) -> ModelError:
+def _cannot_touch(a: Skin, b: Skin, both: str) -> str:
     """Return why two skins that may not touch cannot."""
     if isinstance(a, Flat) and isinstance(b, Flat):
-        return ModelError(
+        return (
             f"{both} are two planes, which have no one place where they touch; name points or a round surface of one "
             "body, or give it shape: {box: ..}, whose corners touch"
         )
     if isinstance(a, (Edge, Flat)) and isinstance(b, (Edge, Flat)):
-        return ModelError(
+        return (
             f"{both}: a plane is touched by points and round surfaces, not by an edge; name its body by itself, whose "
             "corners or ends touch"
         )
     if isinstance(a, Edge) or isinstance(b, Edge):
-        return ModelError(
+        return (
             f"{both}: in space the side of a bar and an edge touch other bars, edges and balls; name one of these, "
             "or give the other one {sphere: r}"
         )
     if isinstance(a, Bent) or isinstance(b, Bent):
-        return ModelError(
+        return (
             f"{both}: a curve is touched by points, discs and outlines of bodies, and by planes that do not end; name "
             "one of these"
         )
     if isinstance(a, Rim) or isinstance(b, Rim):
-        return ModelError(f"{both}: in space the rim of a disc touches planes only; name a plane, or give it a sphere")
+        return (
+            f"{both}: in space the rim of a disc touches planes only; name a plane, or give it a sphere"
+        )
     if isinstance(a, Level) or isinstance(b, Level):
-        return ModelError(f"{both}: points lie on a surface of revolution, nothing else does; name a point")
+        return (
+            f"{both}: points lie on a surface of revolution, nothing else does; name a point"
+        )
     if _is_point(a) and _is_point(b):
-        return ModelError(
+        return (
             f"{both} are points, and between points there is no normal; give one of them a surface, such as "
             "surfaces: {face: {plane: [0, 0, 0], normal: y}}, and name it here"
         )
-    return ModelError(f"{both}: one of them is hollow, and what is inside it is touched from outside; {_HOLLOW}")
+    return (
+        f"{both}: one of them is hollow, and what is inside it is touched from outside; {_HOLLOW}"
+    )

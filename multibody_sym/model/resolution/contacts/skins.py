@@ -77,7 +77,7 @@ def solid_of(reference: str, references: References, *, flat: bool) -> Solid:
             return Solid((("", parts[part]),))
         if part not in OWN_POINTS:
             known = [f"{name}.{x}" for x in (*body.surfaces, *body.points, *body.frames, *parts)]
-            raise ModelError(f"{reference!r} is no surface and no point{suggestion(reference, known)}")
+            raise ModelError(f"{reference!r} is no surface and no point{suggestion(reference, known)}", number="M106")
     if not part and body.shape is not None:
         return _of_shape(place, body.shape)
     return _only_surface(name, body, references, flat=flat) if not part else _point(reference, references)
@@ -91,7 +91,9 @@ def _only_surface(name: str, body: Body, references: References, *, flat: bool) 
     plain = "point" if name == GROUND else "plane"  # a body's planes carry others; ground has no point of its own
     solid = [part for part, surface in body.surfaces.items() if surface.kind != plain]
     if len(solid) > 1:
-        raise ModelError(f"{name} has several surfaces; say which: {', '.join(f'{name}.{part}' for part in solid)}")
+        raise ModelError(
+            f"{name} has several surfaces; say which: {', '.join(f'{name}.{part}' for part in solid)}", number="M114"
+        )
     return solid_of(f"{name}.{solid[0]}", references, flat=flat) if solid else _point(name, references)
 
 
@@ -115,7 +117,7 @@ def _of_surface(place: _Place, surface: Surface, body: Body) -> Solid:
         return Solid((("", Round(centre, surface.radius, surface.inside)),))
     if surface.inside:
         message = "is a rim, which in space has no inside; a bowl is {sphere: r, inside: true}"
-        raise ModelError(f"{place.name} {message}")
+        raise ModelError(f"{place.name} {message}", number="M114")
     return Solid((("", Rim(centre, surface.radius, unit_vector(surface.axis))),))
 
 
@@ -162,7 +164,7 @@ def _bar(place: _Place, p: Point, q: Point, normal: Point) -> Solid:
 
 def _verify_flat(place: _Place, what: str = "ends at two places", advice: str = "in space planes have no ends") -> None:
     if not place.flat:
-        raise ModelError(f"{place.name} {what}, and this model is not plane; {advice}")
+        raise ModelError(f"{place.name} {what}, and this model is not plane; {advice}", number="M114")
 
 
 def _of_shape(place: _Place, shape: Shape) -> Solid:

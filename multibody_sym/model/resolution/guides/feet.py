@@ -78,7 +78,7 @@ def _verify_place(reference: str, system: System) -> None:
     body = system.bodies.get(name, BARE)
     if part and part not in (*OWN_POINTS, *body.points, *body.frames):
         known = [f"{name}.{each}" for each in (*body.points, *body.frames)]
-        raise ModelError(f"{name!r} has no point or frame {part!r}{suggestion(reference, known)}")
+        raise ModelError(f"{name!r} has no point or frame {part!r}{suggestion(reference, known)}", number="M106")
 
 
 def _centred(surface: Surface) -> Curve:

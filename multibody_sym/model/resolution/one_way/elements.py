@@ -32,7 +32,9 @@ def slackening(references: References) -> frozenset[str]:
     for name, rope in ropes.items():
         if name not in found and rope.restitution is not ZERO:
             with at("constraints", name, "restitution"):
-                raise ModelError("a rope that is always taut never goes taut, so it does not rebound; add slack: true")
+                raise ModelError(
+                    "a rope that is always taut never goes taut, so it does not rebound; add slack: true", number="M114"
+                )
     return found
 
 

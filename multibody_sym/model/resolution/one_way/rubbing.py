@@ -87,16 +87,16 @@ class Rubbing:
     def radius(self, advice: str) -> Node:
         """Return the radius. Raises ModelError with advice where none is given."""
         if self.element.radius is None:
-            raise ModelError(advice).under("radius")
+            raise ModelError(advice, number="M114").under("radius")
         return self.element.radius
 
     def another(self) -> ModelError:
         """Return the error of a joint in which nothing says what rubs."""
-        error = ModelError(_KINDS.format(self.element.joint))
+        error = ModelError(_KINDS.format(self.element.joint), number="M114")
         error.under("joint")
         return error
 
     def without(self, field: str, advice: str) -> None:
         """Raise ModelError with advice where a field is given that says nothing here."""
         if getattr(self.element, field) is not None:
-            raise ModelError(advice).under(field)
+            raise ModelError(advice, number="M114").under(field)

@@ -27,7 +27,8 @@ def plate(asked: Rubbing) -> Made:
     if asked.flat:
         raise ModelError(
             f"nothing presses along the normal of {asked.element.joint!r} in a model that stays in its plane; let a "
-            "contact rub, or give the model what leaves the plane: a weight, a force"
+            "contact rub, or give the model what leaves the plane: a weight, a force",
+            number="M114",
         ).under("joint")
     asked.without("length", "pads are for sliders and hinges; a plane joint rubs with the force along its normal")
     moves, radius = asked.joint.moves, asked.element.radius

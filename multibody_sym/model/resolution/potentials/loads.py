@@ -91,7 +91,9 @@ def _mass(index: int, reference: str, references: References) -> Node:
     mass = mass_of(references.system.bodies.get(name, BARE)).mass
     if mass is ZERO:
         with at("between", index):
-            raise ModelError(f"{name!r} has no mass that could attract; give both masses here, masses: [m1, m2]")
+            raise ModelError(
+                f"{name!r} has no mass that could attract; give both masses here, masses: [m1, m2]", number="M118"
+            )
     return mass
 
 
@@ -150,9 +152,13 @@ def _verify_names(element: Potential, place: str, own: set[Node], references: Re
             continue
         with at("value"):
             if word in speeds:
-                raise ModelError(f"{word!r} is a speed; a potential depends on places, inputs and the time alone")
+                raise ModelError(
+                    f"{word!r} is a speed; a potential depends on places, inputs and the time alone", number="M113"
+                )
             balls = place == "joint" and coordinates[word] in (element.joint, *(element.joints or ()))
             if balls:
-                raise ModelError(f"{word!r} has no speed of its own; give the potential by a point (on: .., at: ..)")
+                raise ModelError(
+                    f"{word!r} has no speed of its own; give the potential by a point (on: .., at: ..)", number="M113"
+                )
             other = f"{word!r} is a coordinate of joint {coordinates[word]!r}"
-            raise ModelError(f"{other}; this is a potential of {_ELSEWHERE[place]}")
+            raise ModelError(f"{other}; this is a potential of {_ELSEWHERE[place]}", number="M113")

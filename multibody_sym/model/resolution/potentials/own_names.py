@@ -51,5 +51,5 @@ def _replaced(name: str, element: Pull | Potential, own: Mapping[Node, Node], na
             with at("forces", name, "value"):
                 also, advice = names[leaf.data], _OR_IN_JOINT if placed else _AND_NOT_JOINTS
                 what = "of the point" if placed else "of the points"
-                raise ModelError(f"{leaf.data!r} is that {what} here and {also} too{advice}")
+                raise ModelError(f"{leaf.data!r} is that {what} here and {also} too{advice}", number="M113")
     return element.with_fields({"value": evaluate([element.value], lambda leaf: own.get(leaf, leaf))[0]})

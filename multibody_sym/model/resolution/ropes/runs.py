@@ -96,7 +96,8 @@ def _verify_length(rope: Rope, runs: int, ends: Sequence[_Place]) -> None:
     if rope.length is not None and (runs > 1 or any(p.pulley and p.pulley.turns for p in ends)):
         raise ModelError(
             "what lies on wheels that turn counts to no length that could be given: leave length out, and place the "
-            "bodies by their initial positions"
+            "bodies by their initial positions",
+            number="M110",
         ).under("length")
 
 
@@ -147,7 +148,8 @@ def _which_side(drum: str, near: str, *, first: bool) -> ModelError:
     return ModelError(
         f"on which side the rope leaves drum {drum} is not told. Seen against the drum's axis with {near} straight "
         f"below it, a rope with wrap: {right} hangs down on the right, with wrap: {left} on the left (+ runs "
-        "counter-clockwise in the order of the path)"
+        "counter-clockwise in the order of the path)",
+        number="M115",
     )
 
 
@@ -157,29 +159,39 @@ def _verify_route(rope: Rope, pulleys: Mapping[str, Pulley]) -> None:
     for k, drum in enumerate(rope.wind):
         with at("wind", k):
             if drum not in pulleys:
-                raise ModelError(f"no pulley is called {drum!r}{suggestion(drum, pulleys)}")
+                raise ModelError(f"no pulley is called {drum!r}{suggestion(drum, pulleys)}", number="M106")
             if not pulleys[drum].turns:
-                raise ModelError(f"{drum} stands at a point and turns nothing; a drum is a pulley with body and radius")
+                raise ModelError(
+                    f"{drum} stands at a point and turns nothing; a drum is a pulley with body and radius",
+                    number="M115",
+                )
             if drum in route[1:-1]:
-                raise ModelError(f"{drum} stands between the ends of the path; a rope winds on a drum at its end")
+                raise ModelError(
+                    f"{drum} stands between the ends of the path; a rope winds on a drum at its end", number="M115"
+                )
     belt = route[0] == route[-1] and route[0] in pulleys and pulleys[route[0]].turns
     for k in (0, len(route) - 1):
         if route[k] in pulleys and not belt and route[k] not in rope.wind:
             with at("path", k):
                 raise ModelError(
                     f"the rope ends on pulley {route[k]} and is fastened to nothing there: name a body's point, or, if "
-                    f"it winds on it, write wind: {route[k]}"
+                    f"it winds on it, write wind: {route[k]}",
+                    number="M115",
                 )
     for k, step in enumerate(route[:-1] if belt else route):
         if step in pulleys and step in route[:k]:
             with at("path", k):
-                raise ModelError(f"the rope runs over pulley {step} twice; declare a second pulley there")
+                raise ModelError(
+                    f"the rope runs over pulley {step} twice; declare a second pulley there", number="M115"
+                )
     for word in ("wrap", "turns"):
         for name in getattr(rope, word):
             if name and (name not in pulleys or name not in route):
                 over = [step for step in route if step in pulleys]
                 with at(word, name):
-                    raise ModelError(f"the rope does not run over a pulley {name!r}{suggestion(name, over)}")
+                    raise ModelError(
+                        f"the rope does not run over a pulley {name!r}{suggestion(name, over)}", number="M106"
+                    )
 
 
 def _bend(index: int, step: str, references: References) -> Bend:
@@ -192,4 +204,4 @@ def _bend(index: int, step: str, references: References) -> Bend:
             near = suggestion(step, references.pulleys)
             if "mean" not in near:
                 raise
-            raise ModelError(f"no body or pulley is called {step!r}{near}") from error
+            raise ModelError(f"no body or pulley is called {step!r}{near}", number="M115") from error

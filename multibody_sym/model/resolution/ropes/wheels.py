@@ -38,7 +38,7 @@ def grip_of(bodies: Sequence[TreeBody], wheel: Bend) -> Grip:
     """
     index, axis, angle = wheel.at.body, wheel.axis, ZERO
     if index < 0 or bodies[index].name == GROUND:
-        raise ModelError("ground turns with no rope; a pulley that stands still is {at: ..}")
+        raise ModelError("ground turns with no rope; a pulley that stands still is {at: ..}", number="M115")
     while index >= 0:
         turned = _turned(bodies[index], axis)
         if turned is None:
@@ -50,7 +50,8 @@ def grip_of(bodies: Sequence[TreeBody], wheel: Bend) -> Grip:
         body = bodies[wheel.at.body]
         raise ModelError(
             f"joint {body.joint_name} does not turn {body.name} by an angle about the axis of the wheel, and nothing "
-            "counts its turns; join it by a revolute or planar joint about that axis"
+            "counts its turns; join it by a revolute or planar joint about that axis",
+            number="M115",
         )
     return Grip(Marker(wheel.at.name, index, Pose()), axis, _across(axis), angle, ZERO)
 
