@@ -131,6 +131,8 @@ if TYPE_CHECKING:
     from multibody_sym.simulation.tree_functions import hybrid_dynamics as hybrid_dynamics
     from multibody_sym.simulation.tree_functions import inverse_dynamics as inverse_dynamics
     from multibody_sym.simulation.tree_functions import mass_matrix as mass_matrix
+    from multibody_sym.studies.run import sweep as sweep
+    from multibody_sym.studies.study import Study as Study
 
 _NAMES = {
     "analysis.derivations": "derive",
@@ -180,6 +182,8 @@ _NAMES = {
     "simulation.simulate": "Prepared prepare simulate",
     "simulation.trajectory": "Trajectory",
     "simulation.tree_functions": "hybrid_dynamics inverse_dynamics mass_matrix",
+    "studies.run": "sweep",
+    "studies.study": "Study",
 }
 _MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}
 

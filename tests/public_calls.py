@@ -163,6 +163,12 @@ _PENDULUM: dict[str, Any] = {
 }
 
 
+_STUDY: dict[str, Any] = {
+    "vary": {"m": [1, 2]}, "sample": 2, "seed": 1, "sobol": False, "reduce": None, "output": None, "workers": 1,
+    "executor": None,
+}
+
+
 def _elements() -> list[Call]:
     errors = [name for name in mbs.__all__ if name.endswith("Error")]
     raised = {"message": "m", "where": None, "excerpt": "e"}
@@ -213,6 +219,7 @@ def _doors(system: mbs.System) -> list[Call]:
         Call("range_of_rest", mbs.range_of_rest, {**whole, "vary": "m", **changes}, slow=True),
         Call("least_for_motion", mbs.least_for_motion, {**whole, "least": "m", "vary": "l", **changes}, slow=True),
         Call("simulate", mbs.simulate, {**whole, **run, **changes}, slow=True),
+        Call("sweep", mbs.sweep, {**whole, **_STUDY, **run, **changes}, slow=True),
         Call("prepare", mbs.prepare, {**whole, **prepared, **changes}, slow=True),
         Call("export", mbs.export, {**whole, **exported, **changes}, slow=True),
         Call("state_derivative", mbs.state_derivative, {**whole, "formalism": None}),
@@ -263,9 +270,10 @@ def _results(system: mbs.System) -> list[Call]:
     """Return the records that come back, made by hand, and what can be asked of them."""
     records = [mbs.CheckReport, mbs.Equilibrium, mbs.Linearization, mbs.Solution, mbs.SymbolicEquations, mbs.Trajectory]
     records += [mbs.CanonicalEquations, mbs.FirstIntegral]
-    records += [mbs.Conserved, mbs.Prepared, mbs.Modes, mbs.Multipliers, mbs.RangeOfRest, mbs.LeastForMotion]
+    records += [mbs.Conserved, mbs.Prepared, mbs.Modes, mbs.Multipliers, mbs.RangeOfRest, mbs.LeastForMotion, mbs.Study]
     made = [Call(cls.__name__, cls, dict.fromkeys(inspect.signature(cls).parameters, ())) for cls in records]
     run = mbs.simulate(system, t_end=0.02, samples=2, backend="python")
+    study = mbs.sweep(system, {"m": [1, 2]}, t_end=0.02, samples=2, backend="python")
     prepared = mbs.prepare(system, t_end=0.02, samples=2, backend="python")
     again = {"parameters": {"m": 2}, "initial": {"theta": 0.1}, "inputs": {"F": 0}, "t_end": 0.01, "on_progress": None}
     return [
@@ -275,6 +283,8 @@ def _results(system: mbs.System) -> list[Call]:
         Call("run[name]", run.__getitem__, {"name": "theta"}),
         Call("run.plot", run.plot, {"path": None, "show": "theta", "x": "t"}, slow=True),
         Call("plot", mbs.plot, {"runs": run, "path": None, "show": "theta", "x": "t"}, slow=True),
+        Call("study[name]", study.__getitem__, {"name": "theta end"}),
+        Call("study.plot", study.plot, {"path": None, "show": None}, slow=True),
         *(Call(f"t {sign} x", function, {"x": 1}) for sign, function in _OPERATORS.items()),
     ]
 

@@ -20,11 +20,15 @@ from multibody_sym.cli.commands import (
     schema,
     simulate,
     solve,
+    sweep,
 )
 from multibody_sym.cli.usage import Shown, UsageError
 from multibody_sym.errors import Where
 
-COMMANDS: Final = (new, import_, check, derive, solve, equilibrium, linearize, modes, simulate, export, schema, explain)
+COMMANDS: Final = (
+    *(new, import_, check, derive, solve, equilibrium, linearize, modes, simulate, sweep, export),
+    *(schema, explain),
+)
 _AS_JSON: Final = "print one JSON object, also for an error; text goes to standard error"
 _EXIT_CODES: Final = (
     "exit codes: 0 done; 2 wrong input; 3 no solution, failed run or disagreement; 4 output, compiler or memory; "

@@ -56,9 +56,9 @@ def simulate(
     Returns what was computed until then if Ctrl-C interrupts it.
     Raises InputError, NoSolutionError (no start, no inertia) and FailedRunError, which holds what was computed.
     """
-    changes = Changes(parameters, initial, inputs, coordinates, project)
+    changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
     settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
-    asked = _with_settings(changes.of(system), settings, constraints)
+    asked = run_by(changed, settings, constraints)
     native, on_progress = flag("native", native), callback("on_progress", on_progress)
     return Prepared(asked, formalism, native, backend).run(on_progress=on_progress)
 
@@ -86,15 +86,16 @@ def prepare(
 
     Arguments and errors as for `simulate`.
     """
-    changes = Changes(parameters, initial, inputs, coordinates, project)
+    changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
     settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
-    asked = _with_settings(changes.of(system), settings, constraints)
+    asked = run_by(changed, settings, constraints)
     prepared = Prepared(asked, formalism, flag("native", native), backend)
     prepared.verify()
     return prepared
 
 
-def _with_settings(system: System, settings: Mapping[str, Any], constraints: Any) -> System:
+def run_by(system: System, settings: Mapping[str, Any], constraints: Any) -> System:
+    """Return the system with other settings: those of `simulation:` that are not None, and how constraints are kept."""
     chosen = {"baumgarte": {"baumgarte": {}}, "projection": {"projection": True}, "index_2": {"index_2": True}}
     named = chosen.get(constraints, constraints) if isinstance(constraints, str) else constraints
     if isinstance(constraints, Baumgarte):

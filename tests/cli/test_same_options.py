@@ -26,6 +26,7 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], ...]] = {
     "linearize": (mbs.linearize, mbs.period_multipliers),
     "modes": (mbs.modes,),
     "simulate": (mbs.simulate,),
+    "sweep": (mbs.sweep,),
     "export": (mbs.export,),
     "import": (mbs.load_urdf,),
     "schema": (mbs.schema,),
@@ -48,10 +49,18 @@ PRINTED = {
     ("simulate", "show"): "what plot(run, show=..) draws",
     ("simulate", "x"): "over what plot(run, x=..) draws it",
     ("simulate", "plot"): "the file that run.plot(file) writes",
+    ("sweep", "plot"): "the file that study.plot(file) writes",
+    ("sweep", "show"): "what study.plot() is asked to show",
+    ("sweep", "scheduler"): "whose Client(address).get_executor() is the executor",
     ("import", "output"): "the file that dump(system, file) writes",
     ("schema", "output"): "the file for what the function returns",
 }
-NOT_TYPED = {("simulate", "on_progress"): "a function; the command shows its progress itself"}
+NOT_TYPED = {
+    ("simulate", "on_progress"): "a function; the command shows its progress itself",
+    ("sweep", "on_progress"): "a function; the command shows its progress itself",
+    ("sweep", "reduce"): "a function",
+    ("sweep", "executor"): "an object; the command makes that of the scheduler it is given",
+}
 FILES_ONLY = {
     "new": "it copies a file, of which no function knows",
     "explain": "it tells a page of the documentation",
@@ -179,6 +188,8 @@ def asked(name: str, system: mbs.System, folder: Path, **given: Any) -> Any:
     if name == "export":
         mbs.export(system, "python", folder, **given)
         return exported(folder)
+    if name == "sweep":
+        return mbs.sweep(system, {"l": [0.4]}, **RUN, **given)["phi end"].tolist()
     found = FUNCTIONS[name][0](system, **given)
     return repr(found.forcing) if name == "derive" else found.as_json()
 
@@ -199,6 +210,7 @@ def test_every_command_takes_them_all(name: str, tmp_path: Path, capsys: pytest.
     mbs.dump(Changes(**given).of(mbs.loads(ASKED)), tmp_path / "changed.yaml")
     words = [*WORDS, *(("--coordinates", "absolute") if "coordinates" in given else ())]
     own = {"simulate": ("--method", "rk4", "--step", "0.01", "--backend", "python"), "export": ("--to", "python")}
+    own["sweep"] = (*own["simulate"], "--vary", "l=.4")
 
     def printed(file: str, *words: str) -> Any:
         out = tmp_path / f"out{len(words)}"

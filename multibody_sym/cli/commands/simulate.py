@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 HELP: Final = "compute the motion: a table, a plot, a summary"
 _FIGURES: Final = (".png", ".svg", ".pdf")
 _INTERRUPTED: Final = 130
-_SETTINGS: Final = {
+SETTINGS: Final = {
     "t_end": "until when, such as 10 or '2*pi*sqrt(l/g)'",
     "method": "; ".join(f"{name}: {words}" for name, words in SUMMARIES.items()),
     "step": "a fixed step in s",
@@ -40,13 +40,18 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_units(parser)
     figure = "a figure (.png, .svg, .pdf); default: FILE.png"
     parser.add_argument("--plot", metavar="PNG", nargs="?", const="", help=figure)
-    for name, described in _SETTINGS.items():
-        parser.add_argument("--" + name.replace("_", "-"), metavar=name.upper(), help=described)
     shown = "what the figure shows: names with commas between them (default: all coordinates, speeds and outputs)"
     parser.add_argument("--show", metavar="NAMES", help=shown)
     parser.add_argument("--x", metavar="NAME", help="over what it is drawn: a name instead of time")
     verify = "tell how well the theorems of momentum, angular momentum and energy hold along the run"
     parser.add_argument("--verify", action="store_true", help=verify)
+    add_settings(parser)
+
+
+def add_settings(parser: argparse.ArgumentParser) -> None:
+    """Declare how a run is done."""
+    for name, described in SETTINGS.items():
+        parser.add_argument("--" + name.replace("_", "-"), metavar=name.upper(), help=described)
     parser.add_argument("--native", action="store_true", help="code for this processor only")
     parser.add_argument("--backend", choices=("c", "python"), help="default: C, or Python where there is no compiler")
 
@@ -55,7 +60,7 @@ def run(options: argparse.Namespace) -> Answer:
     """Simulate and write what was asked for; a run that Ctrl-C ends keeps its rows."""
     from multibody_sym.cli.model import verify_apart
 
-    units, figure = asked_units(options), _figure_name(options)
+    units, figure = asked_units(options), figure_name(options)
     for target in (options.output, figure):
         verify_apart(options.file, target)
     table = _recording(options.output, units)
@@ -87,10 +92,12 @@ def _recording(output: str | None, units: Units) -> Recording | None:
     return Recording(output, units)
 
 
-def _figure_name(options: argparse.Namespace) -> str | None:
+def figure_name(options: argparse.Namespace) -> str | None:
+    """Return the name of the figure that `--plot` asks for. Raises InputError for an ending that is none."""
     if options.plot is None:
-        if options.show or options.x:
-            raise InputError("--show and --x say what a figure shows: add --plot")
+        given = [f"--{name}" for name in ("show", "x") if getattr(options, name, None)]
+        if given:
+            raise InputError(f"{' and '.join(given)} says what a figure shows: add --plot")
         return None
     name: str = options.plot or os.path.splitext(os.path.basename(options.file))[0] + _FIGURES[0]
     if os.path.splitext(name)[1].lower() not in _FIGURES:
@@ -104,7 +111,7 @@ def _simulated(options: argparse.Namespace, table: Recording | None) -> Trajecto
     from multibody_sym.simulation.simulate import simulate
     from multibody_sym.writing.progress import progress_bar
 
-    settings = {name: getattr(options, name) for name in _SETTINGS}
+    settings = {name: getattr(options, name) for name in SETTINGS}
     with ExitStack() as stack:
         system = stack.enter_context(model(options))
         show = stack.enter_context(progress_bar())

@@ -1,0 +1,120 @@
+"""`sweep`: many runs of a model, whose parameters and start values are varied, as one table."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from typing import TYPE_CHECKING, Any, Final
+
+from multibody_sym.cli.answer import Answer
+from multibody_sym.cli.commands.simulate import SETTINGS, add_settings, figure_name
+from multibody_sym.cli.usage import UsageError
+from multibody_sym.errors import OutputError, RunError, Where
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+    from multibody_sym.studies.study import Study
+
+HELP: Final = "run a model many times with varied values: one table, a plot or map"
+_OWN: Final = {
+    "sample": ("N", "draw so many runs from the values and ranges (low:high) that are varied, instead of all of them"),
+    "seed": ("N", "the seed of what is drawn; default: 0"),
+    "workers": ("N", "threads; default: one a processor"),
+}
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of the command."""
+    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
+    varied = (
+        "a parameter, or a coordinate or speed at the start, and its values: m1=1:10:100 (low:high:count), "
+        "l=.5,1,2 or theta='10:60:6 deg'; several are combined"
+    )
+    parser.add_argument("--vary", metavar="NAME=VALUES", action="append", default=[], help=varied)
+    for name, (what, described) in _OWN.items():
+        parser.add_argument(f"--{name}", metavar=what, help=described)
+    parser.add_argument("--sobol", action="store_true", help="draw evenly, from Sobol's sequence")
+    cluster = "let the workers of a Dask cluster compute, by the address of its scheduler"
+    parser.add_argument("--scheduler", metavar="ADDRESS", help=cluster)
+    table = "the table, a row a run: .csv, .npz or .parquet; an interrupted sweep goes on when it is called again"
+    parser.add_argument("-o", "--output", metavar="OUT", help=table)
+    figure = "a figure (.png, .svg, .pdf) over one or two varied values; default: FILE.png"
+    parser.add_argument("--plot", metavar="PNG", nargs="?", const="", help=figure)
+    shown = "what the figure shows: columns with commas between them, such as 'theta max' (default: all, of maps ends)"
+    parser.add_argument("--show", metavar="NAMES", help=shown)
+    add_settings(parser)
+
+
+def run(options: argparse.Namespace) -> Answer:
+    """Run all, and write what was asked for; what Ctrl-C interrupts goes on when it is called again."""
+    from multibody_sym.cli.model import verify_apart
+    from multibody_sym.studies.summary import study_summary
+
+    figure = figure_name(options)
+    for target in (options.output, figure):
+        verify_apart(options.file, target)
+    study = _swept(options)
+    if figure is not None:
+        study.plot(figure, options.show)
+    written = [path for path in (study.path, figure) if path is not None]
+    text = "\n".join([study_summary(study), *(f"wrote {path}" for path in written)])
+    failed = len(study.failures) == len(study)
+    return Answer({**study.as_json(), "written": written}, text, RunError.exit_code if failed else 0)
+
+
+def _swept(options: argparse.Namespace) -> Study:
+    from multibody_sym.cli.model import model, shared
+    from multibody_sym.studies.run import sweep
+    from multibody_sym.writing.progress import progress_bar
+
+    with ExitStack() as stack:
+        system = stack.enter_context(model(options))
+        executor = stack.enter_context(_cluster(options.scheduler))
+        show = stack.enter_context(progress_bar())
+        return sweep(
+            system,
+            varied(options.vary),
+            **{name: getattr(options, name) for name in (*_OWN, "sobol", "output")},
+            executor=executor,
+            **{name: getattr(options, name) for name in SETTINGS},
+            **shared(options),
+            native=options.native,
+            backend=options.backend,
+            on_progress=lambda done, total: show(done / total),
+        )
+
+
+def varied(texts: Sequence[str]) -> dict[str, str]:
+    """Return what `--vary` was given, by name. Raises UsageError."""
+    found: dict[str, str] = {}
+    for text in texts:
+        name, equals, values = (part.strip() for part in text.partition("="))
+        if not (name and equals and values):
+            raise UsageError(f"--vary {text!r}: write NAME=VALUES, such as m=1:10:100", where=Where(path=("--vary",)))
+        if name in found:
+            raise UsageError(f"{name} is varied twice", where=Where(path=("--vary",)))
+        found[name] = values
+    if not found:
+        raise UsageError("nothing is varied: write --vary NAME=VALUES, such as --vary m=1:10:100")
+    return found
+
+
+@contextmanager
+def _cluster(address: str | None) -> Iterator[Executor | None]:
+    """Give the executor of a Dask cluster. Raises OutputError where there is none at the address."""
+    if address is None:
+        yield None
+        return
+    try:
+        from distributed import Client
+    except ImportError:
+        raise OutputError("--scheduler needs Dask: pip install 'multibody_sym[dask]'") from None
+    try:
+        client: Any = Client(address)
+    except (OSError, ValueError) as problem:
+        message = f"no scheduler answers at {address}: {problem}"
+        raise OutputError(message, where=Where(path=("--scheduler",))) from None
+    with client:
+        yield client.get_executor()

@@ -1,0 +1,182 @@
+"""The journal of a study: rows as they come, each part with its checksum, in a file that outlives its process.
+
+It begins with a line that says which study it is of; each part is its length, its checksum and its content. Of a
+process that was killed the last part may be torn: it is dropped, and its runs are done again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import struct
+import tempfile
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import BinaryIO, Final, NamedTuple
+
+from multibody_sym.errors import InputError, OutputError, Where
+from multibody_sym.formats.files import leads_to, output_errors
+from multibody_sym.studies.rows import Rows, Span, missing
+
+try:
+    import fcntl
+except ImportError:  # not POSIX
+    fcntl = None  # type: ignore[assignment]
+
+ENDING: Final = ".journal"
+_FORM: Final = "multibody_sym study 1"
+_HEAD: Final = struct.Struct("<Q16s")
+_LONGEST: Final = 1 << 16
+
+
+class _Part(NamedTuple):
+    """Where rows stand in the file, and which they are."""
+
+    first: int
+    end: int
+    names: tuple[str, ...]
+    place: int
+    size: int
+
+
+@dataclass(eq=False)
+class Journal:
+    """An open journal: its `file`, the name of that, empty where nobody else knows it, and the `parts` in it."""
+
+    file: BinaryIO
+    name: str
+    parts: list[_Part]
+
+    @property
+    def spans(self) -> list[Span]:
+        """The numbers of the runs that are in it."""
+        return [(part.first, part.end) for part in self.parts]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The columns of all rows, in the order in which runs have them."""
+        return tuple(dict.fromkeys(name for part in sorted(self.parts) for name in part.names))
+
+    def __len__(self) -> int:
+        return sum(part.end - part.first for part in self.parts)
+
+    def left(self, total: int) -> Iterator[Span]:
+        """Yield the numbers below `total` of runs that are not in it."""
+        return missing(self.spans, total)
+
+    def add(self, rows: Rows) -> None:
+        """Append rows. Raises OutputError; what was there before is kept then, and nothing half written."""
+        content = rows.as_bytes()
+        begin = self.file.seek(0, os.SEEK_END)
+        try:
+            with output_errors(self.name):
+                _write(self.file, _HEAD.pack(len(content), _checksum(content)) + content)
+        except OutputError as error:
+            with suppress(OSError):
+                self.file.truncate(begin)
+            kept = f"; the {len(self)} runs before are kept in {self.name}, and the same call goes on from there"
+            raise OutputError(error.message + kept, where=error.where) from None
+        self.parts.append(_Part(rows.first, rows.first + len(rows), rows.names, begin + _HEAD.size, len(content)))
+
+    def __iter__(self) -> Iterator[Rows]:
+        """Yield all rows in the order of their numbers."""
+        for part in sorted(self.parts):
+            self.file.seek(part.place)
+            yield Rows.from_bytes(self.file.read(part.size))
+
+    def close(self) -> None:
+        """Let go of the file, which stays."""
+        with suppress(OSError):
+            self.file.close()
+
+    def discard(self) -> None:
+        """Delete the file."""
+        with suppress(OSError):
+            if self.name and leads_to(self.name, self.file):
+                os.unlink(self.name)
+        self.close()
+
+
+def unnamed() -> Journal:
+    """Return a journal that nobody else knows, and that ends with the process. Raises OutputError."""
+    with output_errors("a temporary file"):
+        return Journal(tempfile.TemporaryFile(buffering=0), "", [])
+
+
+def opened(name: str, key: str) -> Journal:
+    """Return the journal `name` of the study `key`, with what is in it; a new one where there is none.
+
+    Raises InputError for the journal of another study, or a file that is none, and OutputError where it cannot be
+    written or another process writes it.
+    """
+    with output_errors(name):
+        file = os.fdopen(os.open(name, os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0), 0o666), "r+b", buffering=0)
+    try:
+        _lock(file, name)
+        with output_errors(name):
+            return Journal(file, name, _read(file, name, key))
+    except BaseException:
+        file.close()
+        raise
+
+
+def _lock(file: BinaryIO, name: str) -> None:
+    if fcntl is None:
+        return
+    try:
+        fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise OutputError("another process writes this study; wait for it", where=Where(file=name)) from None
+    except OSError:  # a file system without locks
+        return
+    if not leads_to(name, file):  # who had it has finished and deleted it
+        raise OutputError("another process has just finished this study", where=Where(file=name))
+
+
+def _read(file: BinaryIO, name: str, key: str) -> list[_Part]:
+    """Return the parts of a journal, and cut off what is torn; begin one where there is nothing yet."""
+    first = json.dumps({"form": _FORM, "key": key}).encode() + b"\n"
+    line = file.read(_LONGEST).partition(b"\n")[0] + b"\n"
+    if first.startswith(line[:-1]) and line != first:  # nothing, or a beginning that is torn
+        file.seek(0)
+        file.truncate()
+        _write(file, first)
+        return []
+    if line != first:
+        ours = line.startswith(first[: first.index(key.encode())])
+        what = "holds runs of another study: of another model, plan or version" if ours else "is no journal of a study"
+        message = f"this file {what}; finish that one, give this one another name, or delete the file"
+        raise InputError(message, where=Where(file=name))
+    parts = list(_parts(file, len(first)))
+    file.truncate(parts[-1].place + parts[-1].size if parts else len(first))
+    return parts
+
+
+def _parts(file: BinaryIO, place: int) -> Iterator[_Part]:
+    """Yield the parts that are whole."""
+    size = os.fstat(file.fileno()).st_size
+    while place + _HEAD.size <= size:
+        file.seek(place)
+        length, checksum = _HEAD.unpack(file.read(_HEAD.size))
+        place += _HEAD.size
+        if place + length > size:
+            return
+        content = file.read(length)
+        if _checksum(content) != checksum:
+            return
+        rows = Rows.from_bytes(content)
+        yield _Part(rows.first, rows.first + len(rows), rows.names, place, length)
+        place += length
+
+
+def _write(file: BinaryIO, content: bytes) -> None:
+    """Write all of the content, which a disk that gets full takes in part without a word."""
+    left = memoryview(content)
+    while left:
+        left = left[file.write(left) :]
+
+
+def _checksum(content: bytes) -> bytes:
+    return hashlib.sha256(content).digest()[:16]

@@ -1,0 +1,83 @@
+"""Rows of a study: what was found of runs with consecutive numbers, as bytes too."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from multibody_sym.numerics.arrays import Floats
+
+EVENTS, FAILURE = "events", "failure"
+TEXTS = (EVENTS, FAILURE)
+"""The columns of text: what happened on the way, and why there is no result."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """What was found of one run: numbers by name, its events, and the reason why it failed, if it did."""
+
+    numbers: Mapping[str, float]
+    events: str = ""
+    failure: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Runs from number `first` on: `numbers` (count, names), nan where a run has none, and texts."""
+
+    first: int
+    names: tuple[str, ...]
+    numbers: Floats
+    texts: Mapping[str, Sequence[str]]
+
+    @classmethod
+    def of(cls, first: int, rows: Sequence[Row]) -> Rows:
+        """Return rows one after the other; a name has a column where one of them has it."""
+        names = tuple(dict.fromkeys(name for row in rows for name in row.numbers))
+        numbers = np.array([[row.numbers.get(name, np.nan) for name in names] for row in rows], dtype=float)
+        texts = {EVENTS: [row.events for row in rows], FAILURE: [row.failure for row in rows]}
+        return cls(first, names, numbers.reshape(len(rows), len(names)), texts)
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    def column(self, name: str) -> Floats:
+        """Return a column (count,), nan where no row has it."""
+        if name not in self.names:
+            return np.full(len(self), np.nan)
+        found: Floats = self.numbers[:, self.names.index(name)]
+        return found
+
+    def as_bytes(self) -> bytes:
+        """Return the rows as bytes: a line of JSON and the numbers."""
+        texts = {name: {k: text for k, text in enumerate(column) if text} for name, column in self.texts.items()}
+        head = json.dumps({"first": self.first, "count": len(self), "names": self.names, "texts": texts})
+        return head.encode() + b"\n" + np.ascontiguousarray(self.numbers, dtype="<f8").tobytes()
+
+    @classmethod
+    def from_bytes(cls, content: bytes) -> Rows:
+        """Return what `as_bytes` gave."""
+        head, _, numbers = content.partition(b"\n")
+        about = json.loads(head)
+        names, count = tuple(about["names"]), about["count"]
+        texts = {name: [column.get(str(k), "") for k in range(count)] for name, column in about["texts"].items()}
+        found = np.frombuffer(numbers, dtype="<f8").reshape(count, len(names)).astype(float)
+        return cls(about["first"], names, found, texts)
+
+
+Span = tuple[int, int]
+"""The first number of some runs, and that after the last."""
+
+
+def missing(done: Sequence[Span], total: int) -> Iterator[Span]:
+    """Yield what is left of the numbers from 0 to `total`; `done` spans do not overlap."""
+    begin = 0
+    for first, end in sorted(done):
+        if first > begin:
+            yield begin, first
+        begin = end
+    if begin < total:
+        yield begin, total

@@ -1,0 +1,143 @@
+"""`sweep`: many runs of one system, whose parameters and start values are varied."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
+from typing import Any
+
+from multibody_sym.errors import ArgumentError, InputError, OutputError, Where, shown
+from multibody_sym.formats.files import is_special, path_name
+from multibody_sym.model.declaration.doors import callback, flag
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.runtime.loading import Backend
+from multibody_sym.simulation.simulate import run_by
+from multibody_sym.studies import tables
+from multibody_sym.studies.axes import axes_of
+from multibody_sym.studies.journal import ENDING, Journal, opened, unnamed
+from multibody_sym.studies.plan import plan_of
+from multibody_sym.studies.study import Study
+from multibody_sym.studies.task import Reduce, Task
+from multibody_sym.studies.workers import crew, processors
+
+Counted = Callable[[int, int], None]
+
+
+def sweep(
+    system: System,
+    vary: Mapping[str, Any],
+    *,
+    sample: int | None = None,
+    seed: int | None = None,
+    sobol: bool = False,
+    reduce: Reduce | None = None,
+    output: str | os.PathLike[str] | None = None,
+    workers: int | None = None,
+    executor: Executor | None = None,
+    on_progress: Counted | None = None,
+    t_end: Any = None,
+    method: str | None = None,
+    step: Any = None,
+    rtol: Any = None,
+    atol: Any = None,
+    samples: Any = None,
+    constraints: Any = None,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    formalism: str | None = None,
+    native: bool = False,
+    backend: Backend | None = None,
+) -> Study:
+    """Return what many runs of a system give, one row a run, whatever happens to single ones.
+
+    `vary`: parameters, coordinates and speeds at the start by name, each with a list of values, a range
+    (low, high, count), or text as on the command line: `1:10:100`, `.5,1,2`, `10:60:6 deg`. All combinations are run;
+    with `sample`, so many of them, drawn from a `seed` independently or evenly (`sobol`), from ranges (low, high) too.
+    `reduce`: a function from a Trajectory to a map of numbers, the columns of the table; without it these are end, min
+    and max of each coordinate, speed and output, and what happened. `output`: the table, .csv, .npz or .parquet; rows
+    are kept in `<output>.journal` meanwhile, from which the same call goes on if it was killed, or failed.
+    `workers`: threads, by default one a processor; `executor`: any of concurrent.futures in their place, such as Dask's
+    `Client.get_executor()`, to which the system and `reduce` are sent pickled. `on_progress` is called with the number
+    of runs that are done, and that of all. `t_end` .. `backend`: as for `simulate`.
+    Raises InputError for what cannot be run at all, and OutputError. A run that fails is a row with its reason.
+    """
+    changed = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
+    asked = run_by(changed, settings, constraints)
+    plan = plan_of(axes_of(asked, vary), sample, seed, flag("sobol", sobol))
+    task = Task(asked, plan, callback("reduce", reduce), formalism, flag("native", native), backend)
+    task.verify()
+    return _done(task, output, _workers(workers), _executor(executor), callback("on_progress", on_progress))
+
+
+def _done(
+    task: Task, output: Any, workers: int, executor: Executor | None, on_progress: Counted | None
+) -> Study:
+    """Return the study when all its runs are done, those in its journal before."""
+    journal = _journal(output, task.key)
+    try:
+        computed = _computed(task, journal, workers, executor, on_progress)
+        return _study(task, journal, output, computed)
+    finally:
+        journal.close()
+
+
+def _computed(
+    task: Task, journal: Journal, workers: int, executor: Executor | None, on_progress: Counted | None
+) -> int:
+    """Let the runs be done that are not in the journal, and return their number. What is done by then is kept."""
+    total, before = len(task.plan), len(journal)
+    show = on_progress or (lambda _done, _total: None)
+    left = list(journal.left(total))
+    with crew(task, workers, executor) as hired:
+        try:
+            for rows in hired.work(left):
+                journal.add(rows)
+                show(len(journal), total)
+        finally:
+            hired.stop()
+            for rows in hired.finished():
+                journal.add(rows)
+    return len(journal) - before
+
+
+def _study(task: Task, journal: Journal, output: Any, computed: int) -> Study:
+    content = tables.Content(task.plan, journal, task.about)
+    if output is None:
+        return Study(task.plan, None, task.about, computed, tables.gathered(content))
+    path = tables.write(content, path_name(output))
+    journal.discard()
+    return Study(task.plan, path, task.about, computed)
+
+
+def _journal(output: Any, key: str) -> Journal:
+    """Return the journal of a study: beside its table, or unnamed where there is none, or a pipe."""
+    if output is None:
+        return unnamed()
+    name = path_name(output)
+    tables.verify_format(name)
+    if is_special(name):
+        return unnamed()
+    if os.path.isdir(name):
+        raise OutputError("the file cannot be written: it is a folder", where=Where(file=name))
+    return opened(os.path.realpath(name) + ENDING, key)
+
+
+def _workers(given: Any) -> int:
+    if given is None:
+        return processors()
+    if isinstance(given, bool) or not str(given).strip().isdigit() or not 1 <= int(given) <= 1000:
+        message = f"expected a number of workers, from 1 to 1000, got {shown(given)}"
+        raise InputError(message, where=Where(path=("workers",)))
+    return int(given)
+
+
+def _executor(given: Any) -> Executor | None:
+    if given is not None and not callable(getattr(given, "submit", None)):
+        raise ArgumentError(f"executor is to be one of concurrent.futures, got {shown(given)}")
+    return given  # type: ignore[no-any-return]

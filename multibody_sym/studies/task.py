@@ -1,0 +1,200 @@
+"""The task of a worker: some runs of a study, from their numbers to rows."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.metadata import PackageNotFoundError, version
+from threading import Event, Lock
+from typing import Any, Final
+
+from multibody_sym.errors import ArgumentError, InputError, MultibodyError, shown
+from multibody_sym.formats.writer import dumps
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.runtime.cache import digest
+from multibody_sym.runtime.loading import Backend, verify_backend
+from multibody_sym.simulation.failures import FailedRunError
+from multibody_sym.simulation.recall import formalism_name
+from multibody_sym.simulation.settings import run_settings
+from multibody_sym.simulation.simulate import Prepared
+from multibody_sym.simulation.trajectory import Trajectory
+from multibody_sym.studies.plan import Plan
+from multibody_sym.studies.rows import Row, Rows
+
+Reduce = Callable[[Trajectory], Mapping[str, float]]
+
+TIME: Final = "t"
+"""The column of the time that a run reached."""
+_MOST_EVENTS: Final = 50
+_KEPT: Final = 4
+_prepared: dict[str, Prepared] = {}
+_preparing = Lock()
+
+
+class StoppedError(Exception):
+    """A run was given up because its study is."""
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What all workers of a study need, wherever they are: the `system` with its settings, the plan, what is kept.
+
+    `reduce` makes the numbers of a row from a Trajectory; without it they are ends and extremes.
+    """
+
+    system: System
+    plan: Plan
+    reduce: Reduce | None = None
+    formalism: str | None = None
+    native: bool = False
+    backend: Backend | None = None
+
+    @cached_property
+    def about(self) -> dict[str, Any]:
+        """What a table says it is of."""
+        model = digest(dumps(self.system))
+        words = [f"--vary '{axis}'" for axis in self.plan.axes] + self.plan.words
+        command = " ".join(["multibody-sym sweep", self.system.name, *words])
+        return {"system": self.system.name, "model": model, "command": command, "version": _version()}
+
+    @cached_property
+    def key(self) -> str:
+        """What tells the study from every other."""
+        told = json.dumps(self.about), self.plan.text, _told(self.reduce), str(self.formalism), str(self.backend)
+        return digest(*told, str(self.native))
+
+    def rows(self, first: int, count: int, stop: Event | None = None) -> Rows:
+        """Return the rows of the runs from number `first` on; fewer where it is asked to `stop`."""
+        prepared, found = self.prepared, []
+        for values in self.plan.values(first, count).tolist():
+            if stop is not None and stop.is_set():
+                break
+            try:
+                found.append(self._row(prepared, values, stop))
+            except StoppedError:
+                break
+        return Rows.of(first, found)
+
+    def verify(self) -> None:
+        """Raise InputError for what is wrong whatever the values are: the formalism, the backend, settings."""
+        verify_backend(self.backend)
+        formalism_name(self.formalism, mechanism(self.system))
+        settings = self.system.simulation
+        given = [getattr(settings, name) for name in ("t_end", "step", "rtol", "atol", "samples")]
+        if all(node is None or node.shadow is not None for node in given):
+            run_settings(settings, {})
+
+    def timed(self, first: int, count: int, stop: Event | None = None) -> tuple[Rows, float]:
+        """Return the same with the seconds that it took."""
+        begin = time.perf_counter()
+        return self.rows(first, count, stop), time.perf_counter() - begin
+
+    @property
+    def prepared(self) -> Prepared:
+        """The system ready to run, once for each process."""
+        with _preparing:
+            found = _prepared.get(self.key)
+            if found is None:
+                found = Prepared(self.system, self.formalism, self.native, self.backend)
+                while len(_prepared) >= _KEPT:
+                    _prepared.pop(next(iter(_prepared)))
+                _prepared[self.key] = found
+            return found
+
+    @cached_property
+    def _kinds(self) -> tuple[tuple[str, str], ...]:
+        return tuple((axis.kind, axis.name) for axis in self.plan.axes)
+
+    def _row(self, prepared: Prepared, values: list[float], stop: Event | None) -> Row:
+        changes: dict[str, dict[str, float]] = {"parameters": {}, "initial": {}}
+        for (kind, name), value in zip(self._kinds, values, strict=True):
+            changes[kind][name] = value
+
+        def look(*_: Any) -> None:
+            if stop is not None and stop.is_set():
+                raise StoppedError
+
+        try:
+            run = prepared.run(**{kind: given or None for kind, given in changes.items()}, on_progress=look)
+        except FailedRunError as error:
+            return Row({TIME: error.trajectory.t_final}, failure=error.message)
+        except MultibodyError as error:
+            return Row({}, failure=str(error).partition("\n")[0])
+        if run.interrupted:
+            raise StoppedError
+        return Row(ends_and_extremes(run), told(run.events)) if self.reduce is None else self._reduced(run, values)
+
+    def _reduced(self, run: Trajectory, values: list[float]) -> Row:
+        assert self.reduce is not None
+        try:
+            found = self.reduce(run)
+        except Exception as error:
+            given = ", ".join(f"{name} = {x:g}" for name, x in zip(self.plan.names, values, strict=True))
+            raise InputError(f"reduce failed for {given}: {type(error).__name__}: {error}") from error
+        return Row(_numbers(found))
+
+
+def ends_and_extremes(run: Trajectory) -> dict[str, float]:
+    """Return what a run reached and passed: the time, and of each coordinate, speed and output end, min and max."""
+    found = {TIME: run.t_final}
+    columns = [*run.coordinates.items(), *run.speeds.items()]
+    taken = {name for name, _ in columns}
+    columns += [(f"output {name}" if name in taken else name, values) for name, values in run.outputs.items()]
+    for name, values in columns:
+        found.update(zip(_named(name), _of(values), strict=True))
+    return found
+
+
+def _named(name: str) -> tuple[str, str, str]:
+    return f"{name} end", f"{name} min", f"{name} max"
+
+
+def _of(values: Floats) -> tuple[float, float, float]:
+    if not len(values):
+        return math.nan, math.nan, math.nan
+    return float(values[-1]), float(values.min()), float(values.max())
+
+
+def told(events: list[dict[str, Any]]) -> str:
+    """Return events as text: kind, element and time of each."""
+    words = [f"{event['kind']} {event['element']} at {event['t']!r}" for event in events[:_MOST_EVENTS]]
+    more = len(events) - len(words)
+    return "; ".join([*words, f"and {more} more"] if more else words)
+
+
+def _numbers(found: Any) -> dict[str, float]:
+    """Return what `reduce` gave as floats by name. Raises ArgumentError."""
+    if not isinstance(found, Mapping):
+        raise ArgumentError(f"reduce is to return a map from names to numbers, got {shown(found)}")
+    numbers = {}
+    for name, value in found.items():
+        if not isinstance(name, str) or not name or not name.isprintable():
+            raise ArgumentError(f"reduce names its numbers by text, not {shown(name)}")
+        try:
+            numbers[name] = float(value)
+        except (TypeError, ValueError):
+            raise ArgumentError(f"reduce is to return numbers; {name} is {shown(value)}") from None
+    return numbers
+
+
+def _told(reduce: Reduce | None) -> str:
+    """Return what tells a function from others, as far as it can be told."""
+    if reduce is None:
+        return ""
+    code = getattr(reduce, "__code__", None)
+    constants = [] if code is None else [x for x in code.co_consts if not hasattr(x, "co_code")]
+    own = "" if code is None else f"{code.co_code.hex()} {constants!r} {code.co_names!r}"
+    return f"{getattr(reduce, '__module__', '')} {getattr(reduce, '__qualname__', type(reduce).__name__)} {own}"
+
+
+def _version() -> str:
+    try:
+        return version("multibody-sym")
+    except PackageNotFoundError:
+        return ""

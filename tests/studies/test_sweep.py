@@ -1,0 +1,177 @@
+"""Studies: plans, rows that are those of single runs, tables in all formats, failures as rows."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.errors import ArgumentError, InputError, OutputError
+
+PENDULUM = """
+multibody_sym: 1
+name: pendulum
+gravity: [0, -g, 0]
+parameters: {m: {value: 1 kg, positive: true}, l: {value: 0.5 m, positive: true}, g: 9.81}
+bodies: {bob: {mass: m, com: [0, -l, 0]}}
+joints: {hinge: {type: revolute, parent: ground, child: bob, axis: z, q: theta, initial: {q: 0.5}}}
+outputs: {height: -l*cos(theta)}
+stop: {low: theta < -0.3}
+simulation: {t_end: 1, samples: 21, rtol: 1e-6}
+"""
+
+
+@pytest.fixture(scope="module")
+def system() -> mbs.System:
+    return mbs.loads(PENDULUM)
+
+
+def test_each_row_is_what_simulate_finds_for_its_values(system: mbs.System) -> None:
+    study = mbs.sweep(system, {"l": [0.3, 0.7], "theta": "10:50:3 deg"})
+    assert len(study) == 6
+    assert study.varied == ("l", "theta")
+    assert study["l"].tolist() == [0.3] * 3 + [0.7] * 3
+    assert study["theta"].tolist() == pytest.approx(np.radians([10, 30, 50, 10, 30, 50]).tolist(), rel=1e-15)
+    for k in range(6):
+        run = mbs.simulate(system, parameters={"l": study["l"][k]}, initial={"theta": study["theta"][k]})
+        assert study["t"][k] == run.t_final
+        for name, values in {"theta": run["theta"], "u_theta": run["u_theta"], "height": run["height"]}.items():
+            assert study[f"{name} end"][k] == values[-1]
+            assert (study[f"{name} min"][k], study[f"{name} max"][k]) == (values.min(), values.max())
+        stop = run.stop
+        told = "" if stop is None else f"stop low at {stop['t']!r}"
+        assert study["events"][k] == told
+    assert any(study["events"] != "")
+
+
+def test_a_function_of_a_run_makes_the_columns(system: mbs.System) -> None:
+    def half_height(run: Any) -> dict[str, float]:
+        return {"half": run["height"][-1] / 2, "m": float(len(run))}
+
+    study = mbs.sweep(system, {"m": [1, 2]}, reduce=half_height)
+    assert study.results == ("half", "found m")
+    assert study["half"][0] == mbs.simulate(system)["height"][-1] / 2
+
+
+def test_a_run_that_fails_is_a_row_with_its_reason(system: mbs.System) -> None:
+    study = mbs.sweep(system, {"l": [0.5, -1.0, 0.7]})
+    assert list(study.failures) == [1]
+    assert "it is declared positive" in study.failures[1]
+    assert np.isnan(study["theta end"][1])
+    assert np.isfinite(study["theta end"][[0, 2]]).all()
+
+
+def test_results_hang_on_values_alone(system: mbs.System) -> None:
+    vary = {"l": (0.2, 0.9, 40)}
+    one, four = mbs.sweep(system, vary, workers=1), mbs.sweep(system, vary, workers=4)
+    alone = mbs.sweep(system, {"l": [one["l"][17]]})
+    for name in one.columns:
+        if name != "run":
+            assert one[name].tobytes() == four[name].tobytes()
+            assert one[name][17] == alone[name][0]
+
+
+@pytest.mark.parametrize("sobol", [False, True])
+def test_samples_are_told_by_seed_and_number_alone(system: mbs.System, sobol: bool) -> None:
+    vary = {"l": (0.2, 0.9), "m": [1, 2, 3], "theta": (0.1, 0.5, 3)}
+    found = mbs.sweep(system, vary, sample=300, seed=7, sobol=sobol, t_end=0.01, reduce=lambda run: {"x": 1.0})
+    fewer = mbs.sweep(system, vary, sample=259, seed=7, sobol=sobol, t_end=0.01, reduce=lambda run: {"x": 1.0})
+    other = mbs.sweep(system, vary, sample=300, seed=8, sobol=sobol, t_end=0.01, reduce=lambda run: {"x": 1.0})
+    for name in vary:
+        assert found[name][:259].tobytes() == fewer[name].tobytes() != other[name][:259].tobytes()
+    assert found["l"].min() >= 0.2
+    assert found["l"].max() <= 0.9
+    assert set(found["m"]) == {1, 2, 3}
+    assert set(found["theta"]) == {0.1, 0.3, 0.5}
+    # a mean of n samples misses by 1/sqrt(12 n) of the range at random, by about 1/n evenly
+    assert abs(found["l"].mean() - 0.55) < (0.7 * 2 / 300 if sobol else 0.7 * 4 / np.sqrt(12 * 300))
+
+
+@pytest.mark.parametrize("ending", ["csv", "npz", "parquet"])
+def test_tables_hold_the_study(tmp_path: Path, system: mbs.System, ending: str) -> None:
+    if ending == "parquet":
+        pytest.importorskip("pyarrow")
+    file = tmp_path / f"o.{ending}"
+    kept, told = mbs.sweep(system, {"l": [0.5, -1, 0.7]}), mbs.sweep(system, {"l": [0.5, -1, 0.7]}, output=file)
+    assert [x.name for x in tmp_path.iterdir()] == [file.name]
+    assert list(told.columns) == list(kept.columns)
+    for name in kept.columns:
+        assert told[name].tolist() == kept[name].tolist() or np.array_equal(told[name], kept[name], equal_nan=True)
+    assert told.failures == kept.failures
+
+
+def test_frames_and_datasets_hold_the_study(system: mbs.System) -> None:
+    pytest.importorskip("pandas")
+    xarray = pytest.importorskip("xarray")
+    study = mbs.sweep(system, {"l": [0.5, 0.6, 0.7], "m": [1, 2]})
+    frame, data = study.to_dataframe(), study.to_xarray()
+    assert frame["theta end"][3] == study["theta end"][3]
+    assert float(data["theta end"].sel(l=0.6, m=2)) == study["theta end"][3]
+    drawn = mbs.sweep(system, {"l": (0.5, 0.7)}, sample=3).to_xarray()
+    assert isinstance(drawn, xarray.Dataset)
+    assert drawn["l"].dims == ("run",)
+
+
+@pytest.mark.parametrize("name", ["pandas", "xarray"])
+def test_what_is_not_installed_is_told(system: mbs.System, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, name, None)
+    study = mbs.sweep(system, {"l": [0.5]})
+    with pytest.raises(OutputError, match=f"pip install {name}"):
+        study.to_dataframe() if name == "pandas" else study.to_xarray()
+
+
+@pytest.mark.parametrize(
+    ("vary", "more", "message"),
+    [
+        ({"mm": [1]}, {}, "did you mean m"),
+        ({"thet": [1]}, {}, "did you mean theta"),
+        ({}, {}, "nothing is varied"),
+        ({"l": []}, {}, "no values"),
+        ({"l": "1:2"}, {}, "how many values"),
+        ({"l": "1:2:-3"}, {}, "no count"),
+        ({"l": "1:2:3:4"}, {}, "two ends and a count"),
+        ({"l": "1,,2"}, {}, "no range and no list"),
+        ({"l": "1 m,2"}, {}, "a unit with the last value"),
+        ({"l": "1,2 s"}, {}, "a quantity in m"),
+        ({"theta": "1,2 kg"}, {}, "quantity in rad"),
+        ({"l": "m,2"}, {}, "no number"),
+        ({"l": [float("nan")]}, {}, "not finite"),
+        ({"l": [1, 2]}, {"sample": 0}, "at least 1"),
+        ({"l": [1, 2]}, {"sample": -4}, "at least 1"),
+        ({"l": [1, 2]}, {"seed": 4}, "seed is for samples"),
+        ({"l": [1, 2]}, {"sobol": True}, "sobol is for samples"),
+        ({"l": [1, 2]}, {"workers": 0}, "number of workers"),
+        ({"l": [1, 2]}, {"t_end": -1}, "t_end"),
+        ({"l": [1, 2]}, {"formalism": "lagrang"}, "formalism"),
+        ({"l": [1, 2]}, {"output": "a.txt"}, ".csv"),
+    ],
+)
+def test_what_is_wrong_is_told(system: mbs.System, vary: Any, more: Any, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        mbs.sweep(system, vary, **more)
+
+
+def test_arguments_of_other_kinds_are_told(system: mbs.System) -> None:
+    for vary, more in (([1], {}), ({"l": 3}, {}), ({"l": [1]}, {"reduce": 3}), ({"l": [1]}, {"executor": 3})):
+        with pytest.raises(ArgumentError):
+            mbs.sweep(system, vary, **more)
+    with pytest.raises(InputError, match=r"reduce failed for l = 1: KeyError: 'x'"):
+        mbs.sweep(system, {"l": [1]}, reduce=lambda run: {}["x"])
+
+
+def test_figures_are_families_and_maps(tmp_path: Path, system: mbs.System) -> None:
+    pytest.importorskip("matplotlib")
+    family = mbs.sweep(system, {"l": [0.9, 0.2, 0.5]}).plot(tmp_path / "a.png")
+    (curve, *_) = [line for line in family.axes[0].lines if line.get_label() == "end"] or family.axes[0].lines
+    assert curve.get_xdata().tolist() == [0.2, 0.5, 0.9]
+    study = mbs.sweep(system, {"l": [0.2, 0.5, 0.9], "theta": [0.3, 0.4]})
+    drawn = study.plot(show=["height max"])
+    assert np.array_equal(drawn.axes[0].collections[0].get_array().ravel(), study["height max"])
+    points = mbs.sweep(system, {"l": (0.2, 0.9), "theta": (0.3, 0.4)}, sample=5).plot(show=["height max"])
+    assert points.axes[0].collections[0].get_offsets().shape == (5, 2)
+    with pytest.raises(InputError, match="did you mean height max"):
+        study.plot(show=["height mx"])
