@@ -142,6 +142,11 @@ class Trajectory(Samples):
         return told(Adding(asked), self.stretches, self._parts) if asked else {}
 
     @property
+    def energy_at_start(self) -> float:
+        """T + V in J as the run begins: before what strikes then, of which the first sample tells the speeds after."""
+        return float(self.energy[0]) + (0.0 if self.modes is None else self.modes.lost_at_start)
+
+    @property
     def energy_residual(self) -> float:
         """The change of T + V in J that the work of friction and loads and what impacts took leave over.
 
@@ -152,7 +157,7 @@ class Trajectory(Samples):
             return math.nan
         account = self.modes.account
         given = account.loads + sum(work.total for work in account.friction.values()) - sum(self.impact_losses.values())
-        return float(self.energy[-1] - self.energy[0]) - given
+        return float(self.energy[-1]) - self.energy_at_start - given
 
     @property
     def final(self) -> dict[str, Any]:

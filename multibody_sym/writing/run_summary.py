@@ -78,7 +78,7 @@ def _energy(run: Trajectory, units: Units) -> list[str]:
     if len(run) == 0:
         return []
     rounding = _ROUNDING * float(np.nanmax(np.abs(run.kinetic_energy), initial=0.0))
-    begin = 0.0 if abs(run.energy[0]) <= rounding else float(run.energy[0])
+    begin = 0.0 if abs(run.energy_at_start) <= rounding else run.energy_at_start
     closes = math.isfinite(run.energy_residual)
     told = _account(run, units) if closes else f"; {_change(run, units)}"
     return [f"total energy {units.said(begin, 'J', '.6g')} at the start{told}", *_taken(run, units)]

@@ -129,6 +129,22 @@ def test_the_energy_account_of_friction_closes(drag: float) -> None:
     assert float(closes) == pytest.approx(abs(run.energy_residual), rel=0.05)
 
 
+@pytest.mark.parametrize("force", ["where(t < 1, 15, 0)", "where(x < 2, 15, 0)"])
+def test_the_energy_account_closes_where_a_force_jumps_and_gives_the_work_that_outputs_give(force: str) -> None:
+    """A push by P of a block that slides: (P - mu m g) s until it ends, s = a t^2/2, and friction takes all of it."""
+    push = f'forces: {{push: {{type: force, on: block, value: ["{force}", 0, 0]}}}}'
+    text = THROWN.replace("u: [3, 0]", "u: [0, 0]") + push
+    told = "outputs: {given: work(push), taken: work(c1)}"
+    run = mbs.simulate(mbs.loads(f"{text}\n{told}"), t_end=3, rtol=1e-11, atol=1e-12, backend="python")
+    P, rub, m = 15.0, 0.3 * 2 * 9.81, 2.0
+    way = 2.0 if "x" in force else (P - rub) / m / 2
+    assert run.modes is not None
+    assert run.modes.account.loads == pytest.approx(P * way, rel=1e-10)
+    assert run.friction_work["c1"].total == pytest.approx(-P * way, rel=1e-10)
+    assert abs(run.energy_residual) < 1e-9 * P * way
+    assert (run["given"][-1], run["taken"][-1]) == pytest.approx((P * way, -P * way), rel=1e-10)
+
+
 def test_what_slips_out_of_the_energy_account_is_told() -> None:
     """Half of the friction's power that is not accounted leaves half of the energy: the residual is no mere zero."""
     run = mbs.simulate(mbs.loads(THROWN), t_end=2, rtol=1e-11, atol=1e-12, backend="python")

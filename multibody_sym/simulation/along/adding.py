@@ -16,11 +16,11 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
-from multibody_sym.runtime.loading import Compiled, load
+from multibody_sym.runtime.loading import load
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, as_node
 from multibody_sym.scalars.traversal import leaves
-from multibody_sym.simulation.along.fine import Stretch, integral_until, lasting
+from multibody_sym.simulation.along.fine import Stretch, integral_until, with_program
 from multibody_sym.simulation.parts import Part
 
 
@@ -65,14 +65,9 @@ def told(adding: Adding, stretches: Sequence[Stretch], parts: Sequence[Part]) ->
     count = len(adding.leaves)
     times = np.concatenate([part.t for part in parts]) if parts else np.zeros(0)
     sums = np.zeros((len(times), count))
-    programs: dict[int, Compiled] = {}
-    for stretch in lasting(stretches):
-        key = id(stretch.mechanism)
-        if key not in programs:
-            made = {"rates": adding.rates(stretch.mechanism)}
-            programs[key] = load(made, backend=stretch.compiled.likewise)
+    for stretch, program in with_program(stretches, adding.rates):
         fine = stretch.fine()
-        (values,) = programs[key].map("rates", *fine.arguments, *fine.derivative[1:3])
+        (values,) = program.map("rates", *fine.arguments, *fine.derivative[1:3])
         within = np.clip(times, fine.t[0], fine.t[-1])
         sums += integral_until(within, values, fine.t)
     return _outputs(adding, parts, sums)

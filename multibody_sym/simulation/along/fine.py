@@ -6,7 +6,7 @@ polynomial through five places is integrated (Boole's rule at their ends).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -14,8 +14,9 @@ import numpy as np
 
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.program.program import Program
 from multibody_sym.runtime.integration import Integration, integrate
-from multibody_sym.runtime.loading import Compiled
+from multibody_sym.runtime.loading import Backend, Compiled, load
 from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.parts import Part
 
@@ -57,7 +58,6 @@ class Stretch:
         run = self._run(self.until, 4 * pieces + 1)
         count = 4 * ((len(run.t) - 1) // 4) + 1
         return Part(self.mechanism, self.compiled, problem.parameters, run.t[:count], run.q[:count], run.u[:count])
-
 
     def _run(self, until: float, samples: int) -> Integration:
         """Run from the beginning until a time once more, whatever the mode's switching functions say."""
@@ -114,6 +114,16 @@ def integral_until(times: Floats, values: Floats, t: Floats) -> Floats:
     return found
 
 
-def lasting(stretches: Sequence[Stretch]) -> list[Stretch]:
-    """Return the stretches that take time, in parts between kinks."""
-    return [part for stretch in stretches if stretch.duration > 0.0 for part in stretch.smooth_parts()]
+def with_program(
+    stretches: Sequence[Stretch], make: Callable[[Mechanism], Program], backend: Backend | None = None
+) -> Iterator[tuple[Stretch, Compiled]]:
+    """Yield what lasts of stretches, in parts between kinks, with the Program that is made of the mechanism of each."""
+    programs: dict[int, Compiled] = {}
+    for stretch in stretches:
+        if stretch.duration <= 0.0:
+            continue
+        key = id(stretch.mechanism)
+        if key not in programs:
+            made = make(stretch.mechanism)
+            programs[key] = load({made.name: made}, backend=backend or stretch.compiled.likewise)
+        yield from ((part, programs[key]) for part in stretch.smooth_parts())

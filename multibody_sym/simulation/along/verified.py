@@ -17,8 +17,8 @@ import numpy.typing as npt
 
 from multibody_sym.analysis.theorems.program import INTEGRAL, THEOREMS, theorems_program
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.runtime.loading import Backend, Compiled, load
-from multibody_sym.simulation.along.fine import MOST_PIECES, Stretch, integral, lasting
+from multibody_sym.runtime.loading import Backend, Compiled
+from multibody_sym.simulation.along.fine import MOST_PIECES, Stretch, integral, with_program
 from multibody_sym.simulation.along.jumps import Passed
 
 _FINER: Final = 4
@@ -53,26 +53,21 @@ def verified(
     `jumps` are the impacts of the run in the order of time, which come before the stretches that begin then.
     """
     worst = {name: Miss(0.0, 0.0) for name in (*THEOREMS, *INTEGRAL.values())}
-    programs: dict[int, Compiled] = {}
-    for name, miss in _missed(stretches, iter(jumps), programs, backend):
+    for name, miss in _missed(stretches, iter(jumps), backend):
         if not miss.relative <= worst[name].relative:
             worst[name] = miss
     return worst
 
 
 def _missed(
-    stretches: Sequence[Stretch], jumps: Iterator[Passed], programs: dict[int, Compiled], backend: Backend | None
+    stretches: Sequence[Stretch], jumps: Iterator[Passed], backend: Backend | None
 ) -> Iterator[tuple[str, Miss]]:
     since, waiting = _Since(), next(jumps, None)
-    for stretch in lasting(stretches):
-        key = id(stretch.mechanism)
-        if key not in programs:
-            made = {"theorems": theorems_program(stretch.mechanism)}
-            programs[key] = load(made, backend=backend or stretch.compiled.likewise)
+    for stretch, program in with_program(stretches, theorems_program, backend):
         while waiting is not None and waiting.t <= stretch.problem.start:
             yield from _of_jump(waiting, since)
             waiting = next(jumps, None)
-        yield from _of_stretch(stretch, programs[key], since)
+        yield from _of_stretch(stretch, program, since)
     for jump in (waiting, *jumps):
         if jump is not None:
             yield from _of_jump(jump, since)

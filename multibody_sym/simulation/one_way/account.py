@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Final
-
-import numpy as np
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 from multibody_sym.dynamics.programs.friction_power import friction_power_program
 from multibody_sym.dynamics.programs.law_rows import friction_parts
@@ -14,18 +11,7 @@ from multibody_sym.kinematics.energy import split
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import STICKS
 from multibody_sym.model.mechanism.rows import VelocityRow
-from multibody_sym.numerics.arrays import Floats
-from multibody_sym.runtime.chain import Leg
-from multibody_sym.runtime.integration import integrate
-from multibody_sym.runtime.loading import load
-from multibody_sym.simulation.one_way.modes import ModeProgram
-from multibody_sym.simulation.parts import Part
-
-_NEVER: Final = 1e300
-"""A margin that no switching function exceeds."""
-_LEAST: Final = 8
-_BOOLE: Final = np.array([7.0, 32.0, 12.0, 32.0, 7.0]) / 90.0
-"""Weights of Boole's rule on five equal places."""
+from multibody_sym.simulation.along.fine import Stretch, integral, with_program
 
 
 @dataclass
@@ -47,64 +33,31 @@ class EnergyAccount:
     loads: float = 0.0
 
 
-def energy_account(stretches: Sequence[tuple[ModeProgram, Leg]], mechanism: Mechanism) -> EnergyAccount:
+def energy_account(stretches: Sequence[Stretch], mechanism: Mechanism) -> EnergyAccount:
     """Return the work of the friction and of the loads of a run."""
     parts = friction_parts(mechanism)
     names = [body.name for body in mechanism.bodies]
     found = {part.name: FrictionWork() for _, part in parts}
     told = [any(not isinstance(row, VelocityRow) for row in part.rows) for _, part in parts]
     account = EnergyAccount(found)
-    for stretch in _worked(stretches):
-        account.loads += float(stretch["loads"][0])
+    working = [stretch for stretch in stretches if _works(stretch.mechanism)]
+    for stretch, program in with_program(working, friction_power_program):
+        fine = stretch.fine()
+        values = program.map("friction_power", *fine.arguments, fine.derivative[2])[2:]
+        power, shares, loads = (integral(value, fine.t)[-1] for value in values)
+        account.loads += float(loads[0])
         for k, (_, part) in enumerate(parts):
             work = found[part.name]
-            work.total += float(stretch["power"][k])
-            for body, share in zip(names, stretch["share"][k].tolist(), strict=True):
+            work.total += float(power[k])
+            for body, share in zip(names, shares[k].tolist(), strict=True):
                 if told[k] and (share != 0.0 or body in work.bodies):
                     work.bodies[body] = work.bodies.get(body, 0.0) + share
     return account
 
 
-def _worked(stretches: Sequence[tuple[ModeProgram, Leg]]) -> Iterator[Mapping[str, Floats]]:
-    """Yield the integrals of power, share and the loads' power over each stretch in which something may do work."""
-    for program, leg in stretches:
-        duration = leg.until - leg.problem.start
-        works = friction_parts(program.mechanism) or split(program.mechanism.loads)[1]
-        if duration > 0.0 and works and not _still(program):
-            yield _integrals(program, leg, duration)
-
-
-def _still(program: ModeProgram) -> bool:
-    """Tell whether nothing slides and nothing moves."""
-    mode = program.mechanism.mode
-    assert mode is not None
-    slides = any(slip != STICKS for slip in mode.slips.values())
-    return not slides and len(program.mechanism.held) == len(program.mechanism.speeds)
-
-
-def _integrals(program: ModeProgram, leg: Leg, duration: float) -> Mapping[str, Floats]:
-    """Return the integrals over a stretch, which is run once more with places in every step."""
-    problem, pieces = leg.problem, max(_LEAST, 2 * leg.steps)
-    again = replace(
-        problem,
-        t0=problem.start,
-        t_end=leg.until,
-        begun=None,
-        samples=4 * pieces + 1,
-        margins=(_NEVER,) * len(problem.margins),
-        limiting=0,
-    )
-    run = integrate(again)
-    part = Part(program.mechanism, program.compiled, problem.parameters, run.t, run.q, run.u)
-    rubbing = load({"friction_power": friction_power_program(program.mechanism)}, backend=program.compiled.likewise)
-    values = rubbing.map("friction_power", *part.arguments, part.derivative[2])
-    pieces = (len(run.t) - 1) // 4
-    named = zip(("power", "share", "loads"), values[2:], strict=True)
-    return {name: _integral(value, pieces, duration) for name, value in named}
-
-
-def _integral(values: Floats, pieces: int, duration: float) -> Floats:
-    """Return the integral of values (4 pieces + 1, ...) over evenly spaced times."""
-    first = np.stack([values[k : 4 * pieces + k : 4] for k in range(4)] + [values[4 : 4 * pieces + 1 : 4]])
-    total: Floats = np.tensordot(_BOOLE, first, axes=1).sum(axis=0) * (duration / pieces)
-    return total
+def _works(mechanism: Mechanism) -> bool:
+    """Tell whether friction or loads may do work in a mode: not where nothing slides and nothing moves."""
+    assert mechanism.mode is not None
+    slides = any(slip != STICKS for slip in mechanism.mode.slips.values())
+    moves = slides or len(mechanism.held) < len(mechanism.speeds)
+    return moves and bool(friction_parts(mechanism) or split(mechanism.loads)[1])

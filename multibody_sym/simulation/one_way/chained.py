@@ -63,8 +63,9 @@ class OneWayRun:
 
     Rows are put back after each step if the template's are, or `stabilised` by Baumgarte's alpha, beta (1/s).
     `blows` are all impacts, `changes` what switches did in the order of time, `stretches` the modes, `lost` what
-    impacts took (J), by element. `trouble` says why a run could not go on. `jumps` are those after which a stretch
-    went on: its number, the time, and the state after it.
+    impacts took (J), by element, `lost_at_start` (J) what they took in all before the first sample. `trouble` says why
+    a run could not go on. `jumps` are those after which a stretch went on: its number, the time, and the state after
+    it.
     """
 
     laws: Laws
@@ -74,6 +75,7 @@ class OneWayRun:
     changes: list[Change] = field(default_factory=list)
     stretches: list[Stretch] = field(default_factory=list)
     lost: dict[str, float] = field(default_factory=dict)
+    lost_at_start: float = 0.0
     trouble: str = ""
     legs: list[Leg] = field(default_factory=list)
     jumps: list[tuple[int, float, Floats]] = field(default_factory=list)
@@ -102,6 +104,7 @@ class OneWayRun:
         entered = self._entered(found, None)
         if isinstance(entered, RunFailure):
             raise NoSolutionError(f"{self.trouble} at the start")
+        self.lost_at_start = sum(self.lost.values())
         return entered
 
     def again(self) -> OneWayRun:
@@ -133,32 +136,27 @@ class OneWayRun:
     @cached_property
     def account(self) -> EnergyAccount:
         """The work of friction at each part and of the loads (J), once the run is done."""
-        return energy_account([(stretch.program, leg) for stretch, leg in self._smooth()], self.laws.mechanism)
+        return energy_account(self.along, self.laws.mechanism)
 
     @property
     def along(self) -> list[AlongStretch]:
-        """The stretches between jumps as they are run once more, for what adds up along them."""
-        return [
-            AlongStretch(each.program.mechanism, each.program.compiled, leg.problem, leg.until, leg.steps)
-            for each, leg in self._smooth()
-        ]
+        """The stretches between jumps of speeds as they are run once more, for what adds up along them."""
+        nq, found = len(self.laws.mechanism.coordinates), list[AlongStretch]()
+        for number, (stretch, leg) in enumerate(zip(self.stretches, self.legs, strict=False)):
+            problem, lasted = replace(leg.problem, jump=None, course=None), leg.until - leg.problem.start
+            jumps = [(t, x) for k, t, x in self.jumps if k == number]
+            for until, x in [*jumps, (leg.until, None)]:
+                steps = math.ceil(leg.steps * (until - problem.start) / lasted) if lasted > 0.0 else 0
+                program = stretch.program
+                found.append(AlongStretch(program.mechanism, program.compiled, problem, until, steps))
+                if x is not None:
+                    problem = replace(problem, begun=None, t0=until, q0=x[:nq], u0=x[nq:])
+        return found
 
     @property
     def passed(self) -> Iterator[Passed]:
         """Both sides of the general theorems at each impact."""
         return (passed(self.laws.mechanism, self.laws.parameters.tolist(), jump) for jump in self.blows)
-
-    def _smooth(self) -> Iterator[tuple[Stretch, Leg]]:
-        """Yield the legs of the run in parts within which speeds do not jump."""
-        nq = len(self.laws.mechanism.coordinates)
-        for number, (stretch, leg) in enumerate(zip(self.stretches, self.legs, strict=False)):
-            problem, lasted = replace(leg.problem, jump=None, course=None), leg.until - leg.problem.start
-            for t, x in [(t, x) for k, t, x in self.jumps if k == number]:
-                steps = math.ceil(leg.steps * (t - problem.start) / lasted) if lasted > 0.0 else 0
-                yield stretch, replace(leg, of=problem, since=None, until=t, steps=steps)
-                problem = replace(problem, begun=None, t0=t, q0=x[:nq], u0=x[nq:])
-            steps = math.ceil(leg.steps * (leg.until - problem.start) / lasted) if lasted > 0.0 else 0
-            yield stretch, replace(leg, of=problem, since=None, steps=steps)
 
     @property
     def events(self) -> list[dict[str, Any]]:
