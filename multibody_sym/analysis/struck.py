@@ -219,21 +219,22 @@ def _verify_strikes(blow: Blow, rows: OneWayRows) -> None:
     impact = blow.impact
     if impact.loads or impact.begins or impact.jumps:
         return
-    rates = [_opening(blow, x) for x in blow.elements]
-    if not blow.elements:
+    rates = {x.name: _opening(blow, x) for x in blow.elements}
+    rates |= {x.name: rows.rate(x) for x in rows.mechanism.one_way if x.unilateral and rows.standing(x) == "leaving"}
+    if not rates:
         raise NoSolutionError(
             "nothing strikes: no contact, rope or stop is closed at the start; start where it touches, or write "
             "between: [a, b] with a normal, or an impulse",
             where=Where(path=("impact",)),
             number="N108",
         )
-    if min(rates) >= 0.0:
-        told = ", ".join(f"{x.name} opens with {v:.4g} m/s" for x, v in zip(blow.elements, rates, strict=True))
-        first = blow.elements[0]
+    if min(rates.values()) >= 0.0:
+        told = ", ".join(f"{name} opens with {v:.4g} m/s" for name, v in rates.items())
+        first = next(iter(rates))
         raise NoSolutionError(
             f"nothing strikes: {told}. The velocity of the first relative to the second is to lead against the normal, "
             "which points from the second to the first",
-            where=Where(path=impact.paths.get(first.name, ("impact",))),
+            where=Where(path=impact.paths.get(first, ("impact",))),
             number="N108",
         )
 

@@ -62,7 +62,8 @@ class Decided:
 
     `touching`: the elements that might act; `moving`: the friction parts that slide already; `at_limit`: the rows for
     which two modes fit; `others`: the modes that fulfil all laws beside the one that is solved, with their udot;
-    `verdict`: one or several; `searched`: what was looked at, in words.
+    `verdict`: one or several; `searched`: what was looked at, in words. `closing`: the elements that strike at the
+    start, of which `strikes` tells that it is left out.
     """
 
     touching: frozenset[str] = frozenset()
@@ -71,6 +72,8 @@ class Decided:
     others: tuple[tuple[Mode, tuple[float, ...]], ...] = ()
     verdict: str = "one"
     searched: str = ""
+    closing: frozenset[str] = frozenset()
+    strikes: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,6 +251,8 @@ def _decided(state: StartState) -> Decided:
         others=tuple((mode, _udot(state, mode)) for mode in state.modes[1:]),
         verdict=found.verdict,
         searched=found.searched,
+        closing=frozenset(state.closing),
+        strikes=state.strikes,
     )
 
 

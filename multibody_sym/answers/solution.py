@@ -48,7 +48,8 @@ class Solution:
 
     What holds one way only is in the state that `states` tells, a word for each element: a contact `stick`, `slide+`,
     `slide-` (in space `slide`, its direction along the tangents in `directions`), `closed` or `open`, a rope `taut` or
-    `slack`. `found` says the same for people. Its forces are among `reactions`: of a contact `normal` and `friction`
+    `slack`. `closing`: the speeds of what closes at the start and strikes, of which nothing else here tells. `found`
+    says the same for people. Its forces are among `reactions`: of a contact `normal` and `friction`
     (in space `friction_1`, `friction_2`), of several corners together also `at_x`, `at_y`, `at_z`, where their normal
     force acts. `limits`: by condition, what happens where it fails. `at_limit`: what happens a little further on, with
     how that was decided. `needed`: the least coefficients with which what is rough enough sticks. `sums`: forces of
@@ -74,6 +75,7 @@ class Solution:
     units: Mapping[str, str] = field(default_factory=dict)
     steps: Worked | None = None
     states: Mapping[str, str] = field(default_factory=dict)
+    closing: Mapping[str, Value] = field(default_factory=dict)
     directions: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     found: tuple[str, ...] = ()
     limits: Mapping[str, str] = field(default_factory=dict)
@@ -106,6 +108,7 @@ class Solution:
             "reactions": {name: _with_vectors(_json(components)) for name, components in self.reactions.items()},
             "sums": _json(self.sums),
             "states": dict(self.states),
+            "closing": _json(self.closing),
             "directions": {name: list(direction) for name, direction in self.directions.items()},
             "verdict": self.verdict,
             "others": [other.as_json() for other in self.others],

@@ -117,6 +117,7 @@ def solution_of(solved: Solved) -> Solution:
         conditions=(*valid.conditions, *remarks),
         answers=answers,
         notes=(
+            *filter(None, [solved.decided.strikes]),
             *slipped_wheels(resolved, begin.parameters),
             *left_out(solved),
             *(f"numbers only, where no closed form is given: {reason}" for reason in solved.reasons),
@@ -127,6 +128,7 @@ def solution_of(solved: Solved) -> Solution:
         withheld_reasons=tuple(reasons(resolved.withheld)),
         units=told.state,
         states=state.words,
+        closing=state.closing,
         directions=state.directions,
         found=state.lines,
         limits={condition: broken for condition, broken in valid.conditions.items() if broken},

@@ -32,11 +32,13 @@ _TINY: Final = 1e-12
 class StateFound:
     """The state: a word for each element, slip's directions in space, `lines` for people, `at_limit` and `needed`.
 
+    `closing`: how fast what strikes at the start closes.
     `at_limit`: elements for which another state fits as well, exactly or as far as it is decided, with what is then.
     `needed`: the least coefficients with which parts stick that are rough `enough`.
     """
 
     words: Mapping[str, str]
+    closing: Mapping[str, Value]
     directions: Mapping[str, tuple[float, ...]]
     lines: tuple[str, ...]
     at_limit: Mapping[str, str]
@@ -50,7 +52,22 @@ def state_found(solved: Solved) -> StateFound:
     needed = dict(_needed(solved))
     acting = Acting.at(solved.numbers)
     lines = tuple(line for element in mechanism.one_way for line in _lines(solved, acting, element, found, needed))
-    return StateFound(found, dict(_directions(acting)), (*lines, *_tipping(solved)), dict(_at_limit(solved)), needed)
+    closing = _closing(solved)
+    told = (f"{name} strikes: it closes with {speed.told()} (see the notes)" for name, speed in closing.items())
+    lines = (*told, *lines, *_tipping(solved))
+    return StateFound(found, closing, dict(_directions(acting)), lines, dict(_at_limit(solved)), needed)
+
+
+def _closing(solved: Solved) -> dict[str, Value]:
+    """Return the speeds at which elements that strike at the start close, by name."""
+    rows = {x.name: x.normals[0] for x in solved.mechanism.one_way if x.name in solved.decided.closing}
+    units = {name: "rad/s" if row.unit == "N*m" else "m/s" for name, row in rows.items()}
+
+    def speeds(instant: Instant) -> Mapping[str, Any]:
+        acting = Acting.at(instant)
+        return {name: -acting.rows[row.name].phidot for name, row in rows.items()}
+
+    return solved.values(speeds, units) if rows else {}
 
 
 # --- words for people ----------------------------------------------------------------------------------------------

@@ -12,6 +12,7 @@ import numpy as np
 from multibody_sym.analysis.agreement import agreement, agrees
 from multibody_sym.analysis.limits import limits_passed
 from multibody_sym.analysis.slipped_wheels import slipped_wheels
+from multibody_sym.analysis.struck import from_impact
 from multibody_sym.analysis.theorems.balance import NEGLIGIBLE, instants_of, theorems
 from multibody_sym.analysis.theorems.conserved import MOST, conserved
 from multibody_sym.analysis.theorems.short_run import short_run_misses
@@ -46,6 +47,7 @@ from multibody_sym.scalars.traversal import leaves
 from multibody_sym.simulation.recall import formalism_name
 
 _STATES: Final = 4
+_AFTER: Final = "all this is of the motion after the impact, which solve tells"
 
 
 @dataclass(frozen=True)
@@ -129,12 +131,15 @@ def _checked(system: System, formalism: str | None) -> CheckReport:
     base = resolved.relative or resolved
     declared = _declared_hints(system, f"t_end = {end_of_run(system, base, parameter_values(base, {})):g} s")
     try:
+        if resolved.impact is not None and not resolved.impact.jumps:
+            resolved, declared = examined(from_impact(system).system), [*declared, _AFTER]
         state = state_at(resolved, project=system.simulation.project)
         resolved, begin = state.mechanism, state.start
         verify_regular_start(resolved, begin)
     except NoSolutionError as error:
         count = len(resolved.speeds)
         return CheckReport(count, 0, (), (), failure=str(error), hints=(*declared, *_massless_hint(system, error)))
+    declared += filter(None, [state.strikes])
     report = _with_dynamics(system, resolved, begin, declared, FORMALISMS[chosen])
     return replace(report, states=state.words)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Final
 
@@ -45,7 +45,8 @@ class StartState:
     """A system at its start: `declared` in no mode, and the `modes` that the laws leave, the first of which counts.
 
     Where nothing holds one way only, `modes` has one that says nothing, and `posed` and `found` are None. `begin` is
-    the start of the declared mechanism; `closing` are the elements that strike as the run begins.
+    the start of the declared mechanism; `closing` are the elements that strike as the run begins, with the speeds (m/s,
+    rad/s) at which they close.
     """
 
     declared: Mechanism
@@ -53,7 +54,7 @@ class StartState:
     modes: tuple[Mode, ...]
     posed: Posed | None = None
     found: Found | None = None
-    closing: tuple[str, ...] = ()
+    closing: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def mode(self) -> Mode:
@@ -88,6 +89,16 @@ class StartState:
         return own, started(own, self.declared.relative, self.begin)
 
     @property
+    def strikes(self) -> str:
+        """What strikes at the start, and how to be told what that does; empty where nothing does."""
+        units = {x.name: "rad/s" if x.normals[0].unit == "N*m" else "m/s" for x in self.declared.one_way}
+        told = ", ".join(f"{name} closes with {v:.6g} {units[name]}" for name, v in self.closing.items())
+        return told and (
+            f"{told}: that is an impact, which is left out here: this is how things would go on without it. Write "
+            "impact: closing to be told what it does (a run begins with it), or let it begin without that speed"
+        )
+
+    @property
     def words(self) -> dict[str, str]:
         """What the mode is called: a word for each one-way element and what rubs in it."""
         return mode_words(self.declared.one_way, self.mode)
@@ -117,7 +128,7 @@ def state_at(
     problem = posed(rows, closed)
     found = search(problem) if search is not None else _found(problem)
     modes = tuple(problem.mode(state) for state in found.states)
-    closing = tuple(name for name, how in standing.items() if how == "closing")
+    closing = {x.name: -rows.rate(x) for x in base.one_way if standing.get(x.name) == "closing"}
     return StartState(declared, begin, modes, problem, found, closing)
 
 
