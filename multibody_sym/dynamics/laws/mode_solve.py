@@ -264,7 +264,8 @@ def _linear(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None, pr
     S = _forces(problem, mode, mu, free, pressing)
     restricting = active.copy()
     restricting[problem.defining] = False
-    Q, y = restricted(problem.A[restricting], problem.r[restricting])
+    rows = restricted(problem.A[restricting])
+    Q, y = rows.Q, rows.components(problem.r[restricting])
     pushes = problem.C.T @ S
     along = Q.T @ pushes
     beside = pushes - Q @ along
@@ -275,18 +276,32 @@ def _linear(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None, pr
     zeta, idle, basic, solved = _basic(equations, right)
     x = still + beside @ zeta
     z = S @ zeta
+    # Q mixes light bodies with what moves heavy ones: what that left of their rows is taken back.
+    x -= Q @ rows.components(problem.A[restricting] @ x - problem.r[restricting])
     a = problem.A @ x + problem.D @ z - problem.r
     return Trial(mode, mu, x, z, a, solved, free[basic], S, idle, beside @ idle)
 
 
-def restricted(rows: Floats, right: Floats) -> tuple[Floats, Floats]:
-    """Return Q (n, k) and y (k) with x = Q y the shortest that fulfils the independent ones among A x = r."""
+@dataclass(frozen=True, eq=False)
+class Restricted:
+    """The independent ones, `kept`, among rows A: A[kept]^T = Q R, Q (n, k)."""
+
+    Q: Floats
+    R: Floats
+    kept: Places
+
+    def components(self, right: Floats) -> Floats:
+        """Return y (k) with x = Q y the shortest that fulfils the independent ones among A x = r."""
+        return _triangular(self.R, right[self.kept, None], transposed=True)[:, 0]
+
+
+def restricted(rows: Floats) -> Restricted:
+    """Return the independent ones among rows A, which restrict motion."""
     size = rows.shape[1]
     if not len(rows):
-        return np.zeros((size, 0)), np.zeros(0)
+        return Restricted(np.zeros((size, 0)), np.zeros((0, 0)), np.zeros(0, dtype=np.intp))
     Q, R, order, kept = pivoted_qr(rows.T, least=1.0)
-    Q, R = Q[:, :kept], R[:kept, :kept]
-    return Q, _triangular(R, right[order[:kept], None], transposed=True)[:, 0]
+    return Restricted(Q[:, :kept], R[:kept, :kept], np.asarray(order[:kept], dtype=np.intp))
 
 
 def _triangular(R: Floats, right: Floats, *, transposed: bool = False) -> Floats:

@@ -43,7 +43,8 @@ def reduced(problem: Scaled) -> Reduced:
     own = np.setdiff1d(np.arange(problem.count), equal)
     A, C, D, r = problem.A, problem.C, problem.D, problem.r
     F = problem.defining
-    Q, y = restricted(A[problem.kinematic], r[problem.kinematic])
+    rows = restricted(A[problem.kinematic])
+    Q, y = rows.Q, rows.components(r[problem.kinematic])
     along = Q.T @ C.T
     beside = C.T - Q @ along
     still = Q @ y
