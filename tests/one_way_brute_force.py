@@ -290,16 +290,16 @@ class _Inequalities:
         if self.hold(y):
             return y
         size = self._size(y, idle)
-        if len(idle) == 1:
-            found = self._best(np.zeros(1), y / size, idle, size)
-            return None if found is None else y + size * (idle.T @ found)
         room, slopes = self._room(y / size, size), np.linalg.norm(self.g @ idle.T, axis=1)
         lengths = np.where(slopes > 1e-9 * np.linalg.norm(self.g, axis=1), slopes, 0.0)
         cost, left = np.append(np.zeros(len(idle)), -1.0), np.column_stack([-self.g @ idle.T, lengths])
         # What squeezes itself may do so without bound: near solutions first, as large ones are full of rounding.
         for most in (1.0, 30.0, 1e3, 1e4):
-            best = _least(cost, left, room, (*[most] * len(idle), 1e-3))
-            if best is not None and self.hold(found := y + size * (idle.T @ best[:-1])):
+            if len(idle) == 1:
+                best = self._end(0.0, room, -left[:, 0], most)
+            else:
+                best = _least(cost, left, room, (*[most] * len(idle), 1e-3))
+            if best is not None and self.hold(found := y + size * (idle.T @ best[: len(idle)])):
                 return found
         return None
 
@@ -350,12 +350,12 @@ class _Inequalities:
             return self._end(float(cost[0]), room, self.g @ idle[0])
         return _least(cost, -self.g @ idle.T, room, (1e3,) * len(idle))
 
-    def _end(self, cost: float, room: np.ndarray, slopes: np.ndarray) -> np.ndarray | None:
-        """Return the t of least cost t with room + slopes t >= 0."""
+    def _end(self, cost: float, room: np.ndarray, slopes: np.ndarray, most: float = 1e3) -> np.ndarray | None:
+        """Return the t of least cost t with room + slopes t >= 0 and |t| <= most; in the middle without cost."""
         steep = np.abs(slopes) > 1e-12
         ends = -room[steep] / slopes[steep]
-        low = max(-1e3, float(ends[slopes[steep] > 0].max(initial=-1e3)))
-        high = min(1e3, float(ends[slopes[steep] < 0].min(initial=1e3)))
+        low = max(-most, float(ends[slopes[steep] > 0].max(initial=-most)))
+        high = min(most, float(ends[slopes[steep] < 0].min(initial=most)))
         if low > high or (room[~steep] < 0).any():
             return None
         return np.array([low if cost > 0 else high if cost < 0 else (low + high) / 2])
