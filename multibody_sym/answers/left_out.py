@@ -1,4 +1,4 @@
-"""What friction in joints leaves out, told where it is there: couples that pads would bear, forces along an axis."""
+"""What is left out, told where it is there: impacts, couples that pads of joints would bear, forces along an axis."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ _APART: Final = "give the length over which its pads or bearings are apart"
 
 
 def left_out(solved: Solved) -> tuple[str, ...]:
-    """Return what the reactions of joints that rub hold beside what their friction is made of, in numbers."""
+    """Return what strikes at the start, and what reactions of joints that rub hold beside what their friction is of."""
     rubbing = [element for element in solved.mechanism.one_way if element.kind == "friction"]
-    return tuple(note for element in rubbing for note in _notes(solved, element))
+    struck = [solved.decided.strikes] if solved.decided.strikes else []
+    return (*struck, *(note for element in rubbing for note in _notes(solved, element)))
 
 
 def _notes(solved: Solved, element: OneWay) -> Iterator[str]:

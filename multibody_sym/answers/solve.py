@@ -99,8 +99,7 @@ def solution_of_impact(system: System, formalism: str | None, *, steps: bool = F
 def solution_of(solved: Solved) -> Solution:
     """Return what holds at a start that was solved."""
     resolved, begin = solved.mechanism, solved.begin
-    names = acceleration_names(resolved)
-    told = MechanismUnits(resolved)
+    names, told = acceleration_names(resolved), MechanismUnits(resolved)
     units = {name: told.accelerations[speed.name] for name, speed in zip(names, resolved.speeds, strict=True)}
     accelerations = solved.values(lambda instant: dict(zip(names, instant.udot, strict=True)), units)
     reactions = reactions_of(solved)
@@ -117,7 +116,6 @@ def solution_of(solved: Solved) -> Solution:
         conditions=(*valid.conditions, *remarks),
         answers=answers,
         notes=(
-            *filter(None, [solved.decided.strikes]),
             *slipped_wheels(resolved, begin.parameters),
             *left_out(solved),
             *(f"numbers only, where no closed form is given: {reason}" for reason in solved.reasons),
