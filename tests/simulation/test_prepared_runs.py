@@ -10,6 +10,7 @@ import multibody_sym as mbs
 from multibody_sym.errors import InputError, ModelError
 from multibody_sym.runtime import loading
 from multibody_sym.simulation import simulate as simulating
+from multibody_sym.simulation.one_way import decision
 
 PENDULUM = """
 multibody_sym: 1
@@ -71,6 +72,46 @@ def test_nothing_is_resolved_started_or_compiled_twice(monkeypatch: pytest.Monke
     for module, name in ((simulating, "runnable"), (simulating, "problem_of"), (loading, "recall"), (loading, "load")):
         monkeypatch.setattr(module, name, never)
     assert bits(prepared.run()) == bits(first)
+
+
+BOUNCING = """
+multibody_sym: 1
+name: bouncing
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+  ball: {mass: 1}
+  block: {mass: 1}
+  belt: {mass: 1, surfaces: {top: {plane: [0, 0, 0], normal: y}}}
+joints:
+  flies: {type: point, parent: ground, child: ball, q: [a, b], initial: {q: [0, 0.05], u: [0.3, 0]}}
+  slide: {type: point, parent: ground, child: block, q: [x, y]}
+  shake: {type: prismatic, parent: ground, child: belt, axis: x, motion: 0.06*cos(12*t)}
+contacts:
+  c: {between: [block, belt.top], static: 0.3, kinetic: 0.3}
+  d: {between: [ball, ground.floor], static: 0.1, kinetic: 0.1, restitution: 0.7}
+simulation: {t_end: 2, samples: 5}
+"""
+
+
+@pytest.mark.parametrize("text", [RUBBING, BOUNCING], ids=["rubbing", "bouncing"])
+def test_decisions_of_one_run_are_verified_by_the_next_instead_of_made(
+    monkeypatch: pytest.MonkeyPatch, text: str
+) -> None:
+    prepared, searches = mbs.prepare(mbs.loads(text)), list[object]()
+    first, alone = prepared.run(), mbs.simulate(mbs.loads(text))
+    found = decision._found
+
+    def counted(*given: Any) -> Any:
+        searches.append(given)
+        return found(*given)
+
+    monkeypatch.setattr(decision, "_found", counted)
+    second = prepared.run()
+    assert bits(second) == bits(first) == bits(alone)
+    assert second.friction_work == first.friction_work
+    assert len(first.changes) > 6
+    assert not searches or text is BOUNCING  # impacts are decided each time
 
 
 def test_errors_are_those_of_simulate() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -32,11 +31,12 @@ from multibody_sym.simulation.one_way.account import EnergyAccount, energy_accou
 from multibody_sym.simulation.one_way.decision import Before, Decided, decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws, larger
 from multibody_sym.simulation.one_way.impact import ENDLESS, Blow, Bounces, Standstill, bounced
-from multibody_sym.simulation.one_way.modes import Key, Modes, key_of
+from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of
 from multibody_sym.simulation.one_way.moments import moments
+from multibody_sym.simulation.one_way.remembered import Remembered
 from multibody_sym.simulation.one_way.roads import Roads
-from multibody_sym.simulation.one_way.stretches import Change, Stretch
-from multibody_sym.simulation.one_way.turns import Turn, followed, turn_of
+from multibody_sym.simulation.one_way.stretches import Change, Stretch, between_jumps
+from multibody_sym.simulation.one_way.turns import followed
 from multibody_sym.simulation.parts import Part
 from multibody_sym.simulation.problem import own_coefficient
 from multibody_sym.simulation.recall import compiled, compiled_laws
@@ -81,11 +81,11 @@ class OneWayRun:
     jumps: list[tuple[int, float, Floats]] = field(default_factory=list)
     blows: list[Jump] = field(default_factory=list)
     bars: tuple[thin_bars.ThinBar, ...] = ()
+    remembered: Remembered = field(default_factory=Remembered)
     _hidden: list[str] = field(default_factory=list)
     _scale: Scale = Scale(1.0, 1.0)
     _usual: dict[tuple[Key, int], Mode] = field(default_factory=dict)
     _passed: dict[int, Stretch] = field(default_factory=dict)
-    _turns: dict[tuple[Key, int], list[Turn]] = field(default_factory=dict)
     _recent: list[tuple[float, Key]] = field(default_factory=list)
     _bounces: Bounces = field(default_factory=Bounces)
     _standstill: Standstill = field(default_factory=Standstill)
@@ -101,6 +101,7 @@ class OneWayRun:
         """
         found, self._scale, hidden = self._first
         self._hidden = list(hidden)
+        self._go_the_same_ways()
         entered = self._entered(found, None)
         if isinstance(entered, RunFailure):
             raise NoSolutionError(f"{self.trouble} at the start")
@@ -108,8 +109,9 @@ class OneWayRun:
         return entered
 
     def again(self) -> OneWayRun:
-        """Return the run before it begins, which shares what follows from its start alone."""
-        run = OneWayRun(self.laws, self.make, self.template, self.stabilised, bars=self.bars)
+        """Return the run before it begins, which shares what follows from its start, and what is remembered."""
+        given = self.laws, self.make, self.template, self.stabilised
+        run = OneWayRun(*given, bars=self.bars, remembered=self.remembered)
         run.modes = self.modes
         run.__dict__["_first"] = self._first
         return run
@@ -141,17 +143,8 @@ class OneWayRun:
     @property
     def along(self) -> list[AlongStretch]:
         """The stretches between jumps of speeds as they are run once more, for what adds up along them."""
-        nq, found = len(self.laws.mechanism.coordinates), list[AlongStretch]()
-        for number, (stretch, leg) in enumerate(zip(self.stretches, self.legs, strict=False)):
-            problem, lasted = replace(leg.problem, jump=None, course=None), leg.until - leg.problem.start
-            jumps = [(t, x) for k, t, x in self.jumps if k == number]
-            for until, x in [*jumps, (leg.until, None)]:
-                steps = math.ceil(leg.steps * (until - problem.start) / lasted) if lasted > 0.0 else 0
-                program = stretch.program
-                found.append(AlongStretch(program.mechanism, program.compiled, problem, until, steps))
-                if x is not None:
-                    problem = replace(problem, begun=None, t0=until, q0=x[:nq], u0=x[nq:])
-        return found
+        jumps = ([(t, x) for k, t, x in self.jumps if k == number] for number in range(len(self.legs)))
+        return [x for each in zip(self.stretches, self.legs, jumps, strict=False) for x in between_jumps(*each)]
 
     @property
     def passed(self) -> Iterator[Passed]:
@@ -198,7 +191,7 @@ class OneWayRun:
         found = self._known(switch) or self._searched(switch)
         now, entered = self.stretches[-1], self._entered(found, switch)
         if not isinstance(entered, RunFailure):
-            self._learn(now, switch.index)
+            self._learn(now.mode, switch.index)
         return entered if isinstance(entered, RunFailure) else self._stop(switch.begun.time) or entered
 
     def jump(self, t: float, x: Floats, index: int) -> Floats | None:
@@ -231,7 +224,7 @@ class OneWayRun:
     def _known(self, switch: Switch) -> Decided | None:
         """Return how the run goes on where a switch was decided before and leads on in the same way."""
         now = self.stretches[-1]
-        turns = self._turns.get((key_of(now.mode), switch.index))
+        turns = self.remembered.turns.get((key_of(now.mode), switch.index))
         if not turns:
             return None
         facts, closed = self._at(switch.begun.time, switch.x, now.program.switchings[switch.index])
@@ -240,22 +233,27 @@ class OneWayRun:
         return next((found for found in ways if found is not None), None)
 
     def _searched(self, switch: Switch) -> Decided:
-        """Return how the run goes on, and remember it: for forces at a limit all ways, for others the last one."""
+        """Return how the run goes on, and remember it."""
         now = self.stretches[-1]
-        cause, usual = now.program.switchings[switch.index], (key_of(now.mode), switch.index)
+        usual, cause = (key_of(now.mode), switch.index), now.program.switchings[switch.index]
         found = self._decided(switch.begun.time, switch.x, cause, None if cause.limits else self._usual.get(usual))
         if found.mode is not None:
             self._usual[usual] = found.mode
-        turn = turn_of(found, now.mode, cause)
-        others = self._turns.get(usual, []) if cause.limits else []
-        self._turns[usual] = [x for x in others if turn is None or x.mode != turn.mode] + ([turn] if turn else [])
+        self.remembered.learn(found, now, *usual)
         return found
 
-    def _learn(self, now: Stretch, index: int) -> None:
+    def _learn(self, mode: Mode, index: int) -> None:
         """Let the loop in C know where a switch of a mode leads, if the run does not stop there."""
         stops = self.laws.mechanism.state_stops.values()
-        turns = [] if stops else self._turns.get((key_of(now.mode), index), [])
-        self._roads.learn(now.mode, index, turns)
+        self._roads.learn(mode, index, () if stops else self.remembered.turns.get((key_of(mode), index), ()))
+
+    def _go_the_same_ways(self) -> None:
+        """Let the loop in C know what runs before this one have decided."""
+        for met in self.remembered.stretches.values():
+            self._met(met.program, met.problem, met.mode, self.template.start)
+        for met in self.remembered.stretches.values():
+            for index in range(len(met.program.switchings)):
+                self._learn(met.mode, index)
 
     def turned(self, passage: Passage) -> None:
         """Note a turn that the loop in C has taken."""
@@ -306,7 +304,6 @@ class OneWayRun:
             )
             return RunFailure(Status.NO_MODE, t, None)
         problem, program = self.modes.problem(found, None if switch is None else switch.begun)
-        problem = replace(problem, jump=self.jump)
         returns = 0 if switch is None or found.blow is not None else self._returns(t, key_of(found.mode))
         if returns > _GIVEN_UP:
             changing = ", ".join(sorted({change.element for change in self.changes[-_GIVEN_UP:]}))
@@ -315,14 +312,19 @@ class OneWayRun:
         if returns >= _RETURNS:
             forces, others = problem.margins[: problem.limiting], problem.margins[problem.limiting :]
             problem = replace(problem, margins=(*(_KEPT * margin for margin in forces), *others))
-        problem = self._roads.entered(problem, program, found.mode, t, self._scale)
-        if self._roads.course is not None:
-            problem = replace(problem, course=self._roads.course)
-        stretch = Stretch(program, problem, found.mode)
-        if problem.course is not None:
-            self._passed[self._roads.number(found.mode)] = stretch
+        stretch = self._met(program, problem, found.mode, t)
+        if stretch.problem.course is not None:
+            self.remembered.stretches.setdefault(key_of(found.mode), Stretch(program, problem, found.mode))
         self._note(t, found, stretch)
-        return problem
+        return stretch.problem
+
+    def _met(self, program: ModeProgram, problem: Problem, mode: Mode, t: float) -> Stretch:
+        """Return the run in a mode from a time on, which the loop in C knows if it can follow it."""
+        problem = self._roads.entered(replace(problem, jump=self.jump), program, mode, t, self._scale)
+        stretch = Stretch(program, problem, mode)
+        if self._roads.course is not None:
+            self._passed[self._roads.number(mode)] = stretch
+        return stretch
 
     @property
     def _soon(self) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Final
 
 from multibody_sym.dynamics.laws.assemble import Scale
@@ -50,7 +51,7 @@ class Roads:
             course.modes.append(CourseMode(problem, rules, tuple(program.mechanism.held), closed, turns))
         course.mode, course.since = self._numbers[key], time
         course.length, course.speed = scale.length, scale.speed
-        return problem
+        return replace(problem, course=course)
 
     def number(self, mode: Mode) -> int:
         """Return the number of a mode in which the run was."""

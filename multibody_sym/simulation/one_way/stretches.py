@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -11,7 +13,9 @@ import numpy as np
 from multibody_sym.model.mechanism.mode_words import mode_words
 from multibody_sym.model.mechanism.one_way import Mode
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.runtime.chain import Leg
 from multibody_sym.runtime.problem import Problem
+from multibody_sym.simulation.along.fine import Stretch as AlongStretch
 from multibody_sym.simulation.one_way.facts import Facts
 from multibody_sym.simulation.one_way.modes import ModeProgram
 
@@ -60,3 +64,14 @@ class Stretch:
     def words(self) -> dict[str, str]:
         """The state of each one-way element."""
         return mode_words(self.program.mechanism.one_way, self.mode)
+
+
+def between_jumps(stretch: Stretch, leg: Leg, jumps: Iterable[tuple[float, Floats]]) -> Iterator[AlongStretch]:
+    """Yield the parts of a stretch of a run between jumps: their times, with the states (nq + nu,) after them."""
+    program, problem = stretch.program, replace(leg.problem, jump=None, course=None)
+    nq, lasted = len(problem.q0), leg.until - problem.start
+    for until, x in [*jumps, (leg.until, None)]:
+        steps = math.ceil(leg.steps * (until - problem.start) / lasted) if lasted > 0.0 else 0
+        yield AlongStretch(program.mechanism, program.compiled, problem, until, steps)
+        if x is not None:
+            problem = replace(problem, begun=None, t0=until, q0=x[:nq], u0=x[nq:])
