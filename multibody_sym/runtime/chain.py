@@ -44,7 +44,7 @@ class Leg:
 
     def passed(self, end: int, until: float, steps: int) -> Leg:
         """Return it as far as it has come, by the steps of its loop."""
-        return replace(self, end=end, until=until, steps=steps - self.before)
+        return Leg(self.of, self.first, end, until, steps - self.before, self.since, self.before)
 
 
 @dataclass(frozen=True)

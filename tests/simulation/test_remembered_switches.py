@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.simulation.one_way import chained
+from multibody_sym.simulation.one_way import chained, remembered
 
 PAIR = """
 multibody_sym: 1
@@ -85,7 +85,7 @@ def both_ways(monkeypatch: pytest.MonkeyPatch, text: str, **options: Any) -> tup
         patched.setattr(chained.OneWayRun, "turned", counted("in C", chained.OneWayRun.turned))
         first = mbs.simulate(system, **options)
     with monkeypatch.context() as patched:
-        patched.setattr(chained, "turn_of", lambda *_: None)
+        patched.setattr(remembered, "turn_of", lambda *_: None)
         other = mbs.simulate(system, **options)
     return first, other, taken
 

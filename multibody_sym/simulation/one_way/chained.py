@@ -224,7 +224,7 @@ class OneWayRun:
     def _known(self, switch: Switch) -> Decided | None:
         """Return how the run goes on where a switch was decided before and leads on in the same way."""
         now = self.stretches[-1]
-        turns = self.remembered.turns.get((key_of(now.mode), switch.index))
+        turns = self.remembered.turns.get((now.key, switch.index))
         if not turns:
             return None
         facts, closed = self._at(switch.begun.time, switch.x, now.program.switchings[switch.index])
@@ -235,7 +235,7 @@ class OneWayRun:
     def _searched(self, switch: Switch) -> Decided:
         """Return how the run goes on, and remember it."""
         now = self.stretches[-1]
-        usual, cause = (key_of(now.mode), switch.index), now.program.switchings[switch.index]
+        usual, cause = (now.key, switch.index), now.program.switchings[switch.index]
         found = self._decided(switch.begun.time, switch.x, cause, None if cause.limits else self._usual.get(usual))
         if found.mode is not None:
             self._usual[usual] = found.mode
@@ -257,11 +257,13 @@ class OneWayRun:
 
     def turned(self, passage: Passage) -> None:
         """Note a turn that the loop in C has taken."""
-        stretch, self._scale = self._passed[passage.to], replace(self._scale, speed=passage.speed)
+        stretch = self._passed[passage.to]
+        if passage.speed != self._scale.speed:
+            self._scale = replace(self._scale, speed=passage.speed)
         self.legs[-1] = self.legs[-1].passed(passage.written, passage.time, passage.steps)
         began = passage.time, passage.x
         self.legs.append(Leg(stretch.problem, passage.written, passage.written, passage.time, 0, began, passage.steps))
-        self._returns(passage.time, key_of(stretch.mode))
+        self._returns(passage.time, stretch.key)
         for name, word, before in self._begin(stretch):
             self.changes.append(Change(passage.time, name, word, before))
 

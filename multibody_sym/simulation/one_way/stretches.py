@@ -17,7 +17,7 @@ from multibody_sym.runtime.chain import Leg
 from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.along.fine import Stretch as AlongStretch
 from multibody_sym.simulation.one_way.facts import Facts
-from multibody_sym.simulation.one_way.modes import ModeProgram
+from multibody_sym.simulation.one_way.modes import Key, ModeProgram, key_of
 
 
 @dataclass(frozen=True)
@@ -59,6 +59,11 @@ class Stretch:
     def udot_at(self, at: Facts) -> Floats:
         """Return the accelerations (nu,) in the mode."""
         return self.rates_at(at)[1]
+
+    @cached_property
+    def key(self) -> Key:
+        """What tells the mode apart."""
+        return key_of(self.mode)
 
     @cached_property
     def words(self) -> dict[str, str]:
