@@ -19,7 +19,8 @@ from multibody_sym.runtime.integration import Integration, integrate
 from multibody_sym.runtime.loading import Backend
 from multibody_sym.runtime.problem import Chunk, Event, Problem, Progress, Statistics
 from multibody_sym.simulation.failures import FailedRunError, failure_message, mass_used_up, until_departure
-from multibody_sym.simulation.one_way.chained import OneWayRun, one_way_run
+from multibody_sym.simulation.one_way.chained import OneWayRun
+from multibody_sym.simulation.one_way.made import one_way_run
 from multibody_sym.simulation.problem import problem_of, settings_of
 from multibody_sym.simulation.runnable import Runnable, runnable
 from multibody_sym.simulation.samples import Samples

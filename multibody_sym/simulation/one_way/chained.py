@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any, Final
 
 import numpy as np
@@ -15,13 +15,12 @@ from multibody_sym.errors import NoSolutionError
 from multibody_sym.integrators.flow import Status
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.declaration.settings import Settings
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import INACTIVE, Mode
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.runtime.chain import Leg, Switch, chain
 from multibody_sym.runtime.course import Passage
-from multibody_sym.runtime.loading import Backend, Compiled
+from multibody_sym.runtime.loading import Compiled
 from multibody_sym.runtime.problem import Event, Loop, Problem, RunFailure
 from multibody_sym.runtime.python_loop import put_back
 from multibody_sym.simulation.along.fine import Stretch as AlongStretch
@@ -32,16 +31,11 @@ from multibody_sym.simulation.one_way.decision import Before, Decided, decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws, larger
 from multibody_sym.simulation.one_way.impact import ENDLESS, Blow, Bounces, Standstill, bounced
 from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of
-from multibody_sym.simulation.one_way.moments import moments
 from multibody_sym.simulation.one_way.remembered import Remembered
 from multibody_sym.simulation.one_way.roads import Roads
 from multibody_sym.simulation.one_way.stretches import Change, Stretch, between_jumps
 from multibody_sym.simulation.one_way.turns import followed
 from multibody_sym.simulation.parts import Part
-from multibody_sym.simulation.problem import own_coefficient
-from multibody_sym.simulation.recall import compiled, compiled_laws
-from multibody_sym.simulation.runnable import Runnable
-from multibody_sym.simulation.settings import RunSettings, form_of
 
 IMPACT: Final = "impact"
 SEVERAL: Final = "several states"
@@ -114,6 +108,7 @@ class OneWayRun:
         run = OneWayRun(*given, bars=self.bars, remembered=self.remembered)
         run.modes = self.modes
         run.__dict__["_first"] = self._first
+        run.__dict__ |= {name: x for name, x in vars(self).items() if name == "_first_problem"}
         return run
 
     @cached_property
@@ -129,6 +124,10 @@ class OneWayRun:
             bar.verify_leaving(facts)
         hidden = thin_bars.hidden_sides(self.bars, facts, lambda known: decided(facts, (), hidden=known))
         return decided(facts, (), hidden=hidden), scale, hidden
+
+    @cached_property
+    def _first_problem(self) -> tuple[Problem, ModeProgram]:
+        return self.modes.problem(self._first[0], None)
 
     @property
     def loop(self) -> Loop:
@@ -301,11 +300,9 @@ class OneWayRun:
         """Return the run in the mode that was found, noting what has changed."""
         t = found.facts.t
         if found.mode is None:
-            self.trouble = (
-                f"no state of what holds one way only fulfils its laws ({found.found.searched if found.found else ''})"
-            )
+            self.trouble = f"no state of what holds one way only fulfils its laws ({found.searched})"
             return RunFailure(Status.NO_MODE, t, None)
-        problem, program = self.modes.problem(found, None if switch is None else switch.begun)
+        problem, program = self._first_problem if switch is None else self.modes.problem(found, switch.begun)
         returns = 0 if switch is None or found.blow is not None else self._returns(t, key_of(found.mode))
         if returns > _GIVEN_UP:
             changing = ", ".join(sorted({change.element for change in self.changes[-_GIVEN_UP:]}))
@@ -370,33 +367,3 @@ class OneWayRun:
                 self._bounces.hit(time, name)
             if impulse or word != IMPACT:
                 self.changes.append(Change(when, name, word, "", impulse, blow.lost.get(name, 0.0)))
-
-
-def one_way_run(
-    ready: Runnable, template: Problem, settings: RunSettings, *, native: bool = False, backend: Backend | None = None
-) -> OneWayRun | None:
-    """Return the run of a system of which some holds one way only, None where all holds both ways."""
-    if not ready.state.declared.one_way:
-        return None
-    declared, bars = thin_bars.with_one_side(ready.state.declared)
-    make = partial(_made, ready.system.simulation, ready.formalism, native, backend)
-    places = [ready.mechanism.parameters.places[entry.name] for entry in declared.parameters]
-    laws = Laws(declared, compiled_laws(declared, native=native, backend=backend), ready.parameters[places])
-    known = tuple(moments(ready.system, ready.parameter_values, settings.t_end).tolist())
-    template = replace(template, project=settings.project, moments=known)
-    if settings.baumgarte is None:
-        return OneWayRun(laws, make, template, bars=bars)
-
-    def own() -> float:
-        pilot = OneWayRun(laws, make, replace(template, samples=2), bars=bars)
-        return own_coefficient(pilot.begin(), pilot.loop)
-
-    return OneWayRun(laws, make, template, settings.baumgarte.chosen(own), bars=bars)
-
-
-def _made(settings: Settings, formalism: str, native: bool, backend: Backend | None, entered: Mechanism) -> Compiled:
-    """Return a mechanism in a mode, compiled; no closure, so that a run can be pickled."""
-    form = form_of(settings, constrained=bool(entered.rows), varies=True)
-    if form == "index_2" and len(entered.held) == len(entered.speeds):
-        form = "implicit"  # nothing moves: no rows have to be kept
-    return compiled(entered, formalism, form, native=native, backend=backend)

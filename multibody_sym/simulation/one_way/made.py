@@ -1,0 +1,49 @@
+"""The run of a system of which some holds one way only, as it is asked for, and its modes compiled."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+from multibody_sym.model.declaration.settings import Settings
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.runtime.loading import Backend, Compiled
+from multibody_sym.runtime.problem import Problem
+from multibody_sym.simulation.one_way import thin_bars
+from multibody_sym.simulation.one_way.chained import OneWayRun
+from multibody_sym.simulation.one_way.facts import Laws
+from multibody_sym.simulation.one_way.moments import moments
+from multibody_sym.simulation.problem import own_coefficient
+from multibody_sym.simulation.recall import compiled, compiled_laws
+from multibody_sym.simulation.runnable import Runnable
+from multibody_sym.simulation.settings import RunSettings, form_of
+
+
+def one_way_run(
+    ready: Runnable, template: Problem, settings: RunSettings, *, native: bool = False, backend: Backend | None = None
+) -> OneWayRun | None:
+    """Return the run of a system of which some holds one way only, None where all holds both ways."""
+    if not ready.state.declared.one_way:
+        return None
+    declared, bars = thin_bars.with_one_side(ready.state.declared)
+    make = partial(_made, ready.system.simulation, ready.formalism, native, backend)
+    places = [ready.mechanism.parameters.places[entry.name] for entry in declared.parameters]
+    laws = Laws(declared, compiled_laws(declared, native=native, backend=backend), ready.parameters[places])
+    known = tuple(moments(ready.system, ready.parameter_values, settings.t_end).tolist())
+    template = replace(template, project=settings.project, moments=known)
+    if settings.baumgarte is None:
+        return OneWayRun(laws, make, template, bars=bars)
+
+    def own() -> float:
+        pilot = OneWayRun(laws, make, replace(template, samples=2), bars=bars)
+        return own_coefficient(pilot.begin(), pilot.loop)
+
+    return OneWayRun(laws, make, template, settings.baumgarte.chosen(own), bars=bars)
+
+
+def _made(settings: Settings, formalism: str, native: bool, backend: Backend | None, entered: Mechanism) -> Compiled:
+    """Return a mechanism in a mode, compiled; no closure, so that a run can be pickled."""
+    form = form_of(settings, constrained=bool(entered.rows), varies=True)
+    if form == "index_2" and len(entered.held) == len(entered.speeds):
+        form = "implicit"  # nothing moves: no rows have to be kept
+    return compiled(entered, formalism, form, native=native, backend=backend)
