@@ -96,6 +96,10 @@ class Flow:
         values = self.parameters if parameters is None else parameters
         return (t, q, u, values, self._driven(0.0, q, u, values)[0], [])
 
+    def known_at(self, q: npt.ArrayLike, u: npt.ArrayLike, t: float) -> tuple[npt.ArrayLike, ...]:
+        """Return the same at another time, which inputs follow."""
+        return (t, q, u, self.parameters, self._driven(t, q, u, self.parameters)[0], [])
+
     def accelerations(self, q: npt.ArrayLike, u: npt.ArrayLike) -> Floats:
         """Return udot (nu)."""
         return self._rates(*self.known(q, u))[1]

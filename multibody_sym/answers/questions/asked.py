@@ -11,7 +11,7 @@ from functools import cached_property
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.instant import Solved
-from multibody_sym.answers.questions.courses import confirmed_formulas
+from multibody_sym.answers.questions.courses import confirmed_formulas, formula_of_period
 from multibody_sym.answers.questions.found_values import Search, extremes_of
 from multibody_sym.answers.questions.in_numbers import InNumbers, NeverError
 from multibody_sym.answers.questions.later_forms import LaterForms
@@ -250,13 +250,20 @@ class _Motion:
         try:
             found = numbers.answer(question)
             if question.period_of is not None:
-                return found
+                return self._with_formula(name, question.period_of, found, numbers.accuracy)
             time = found.t if found.t is not None else numbers.time(question)
         except NeverError as reason:
             self.remarks.append(f"{name}: {reason}")
             return Value(None)
         self.remarks.extend(f"{name}: {told}" for told in numbers.told)
         return replace(found, expression=LaterForms(self.solved, self.simulated).of(question, found, time))
+
+
+    def _with_formula(self, name: str, coordinate: str, found: Value, told: list[str]) -> Value:
+        """Return a period with its formula, which has one where the equation of the coordinate is linear."""
+        formula = formula_of_period(self.solved, coordinate, found.value or 0.0)
+        self.remarks.extend(f"{name}: {each}" for each in told if formula is None)
+        return replace(found, expression=formula)
 
 
 def _unit(question: Ask) -> str:

@@ -33,6 +33,7 @@ from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import (
     ONE,
+    PI,
     TWO,
     ZERO,
     Node,
@@ -124,6 +125,26 @@ def confirmed_formulas(solved: Solved, motion: Simulated) -> Mapping[Node, Node]
         for node, formula in formulas_of_time(there).items()
         if _fits(formula, solved.sample, run.t[looked], run[str(node.data)][looked])
     }
+
+
+def formula_of_period(solved: Solved, coordinate: str, number: float) -> Node | None:
+    """Return 2 pi/sqrt(-A) for a coordinate with q'' = A q + c, where it has the number's value; else None."""
+    names = [c.name for c in solved.mechanism.coordinates]
+    there = anywhere(solved, solved.begin.q, solved.begin.u) if coordinate in names else None
+    if there is None or len(names) != len(solved.mechanism.speeds):
+        return None
+    q, acceleration = symbol(coordinate), there.forms.udot[names.index(coordinate)]
+    if acceleration.symbols & (there.variables - {q}):
+        return None
+    try:
+        slope = rate(acceleration, q)
+        if slope.symbols & there.variables or slope.is_zero or sign(slope) > 0:
+            return None
+        formula = multiply(multiply(TWO, PI), BUILD["sqrt"](_node(-slope.power(-1))))
+        near = abs(evaluate_float([formula], solved.sample)[0] - number) <= _FITS * number
+    except (NoClosedFormError, ExpressionError, *UNDEFINED):
+        return None
+    return formula if near else None
 
 
 def _fits(formula: Node, sample: Mapping[Node, float], t: Floats, shown: Floats) -> bool:

@@ -24,10 +24,11 @@ class NeverError(Exception):
 
 @dataclass(frozen=True)
 class InNumbers:
-    """Answers from runs of one motion; `told` collects what is to be said of them."""
+    """Answers from runs of one motion; `told` collects what is to be said of them, `accuracy` how numbers are known."""
 
     motion: Simulated
     told: list[str] = field(default_factory=list)
+    accuracy: list[str] = field(default_factory=list)
 
     def answer(self, question: Ask) -> Value:
         """Return the answer to a question, without unit. Raises NeverError."""
@@ -54,9 +55,11 @@ class InNumbers:
     def _period(self, coordinate: str) -> float:
         try:
             with at("period_of"):
-                return period_of(self.motion.system, coordinate)
+                found = period_of(self.motion.system, coordinate)
         except NoPeriodError as reason:
             raise NeverError(str(reason)) from None
+        self.accuracy.append(f"its number is known {found.how}")
+        return found.seconds
 
     def time(self, question: Ask) -> float:
         """Return the time that a question names. Raises NeverError where its moment does not come."""

@@ -1,4 +1,4 @@
-"""The period of a motion of any amplitude, from a run: the time between turns of a coordinate, or of one turn around.
+"""The period of a motion of any amplitude: by quadrature for one freedom with its energy conserved, else from runs.
 
 A coordinate that swings turns where its speed vanishes; its period is the time from one turn to the next but one. One
 that goes around has advanced by 2 pi. Runs end at the times that were found, which are corrected by Newton's method.
@@ -12,6 +12,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from multibody_sym.answers.small_motions.quadrature import Energy
+from multibody_sym.answers.small_motions.told_of_model import named_with_time, period_of_drive
 from multibody_sym.errors import ModelError, suggestion
 from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.declaration.system import System
@@ -33,14 +35,23 @@ _ALIKE: Final = 1e-4
 _STILL: Final = 1e-13
 """A speed that is rounding."""
 _CORRECTIONS: Final = 3
+_BY_RUNS: Final = "by runs, to about 1e-11"
 
 
 class NoPeriodError(Exception):
     """The motion does not repeat itself; its text says how."""
 
 
-def period_of(system: System, coordinate: str) -> float:
-    """Return the period (s) of a coordinate in the motion from the start. Raises ModelError, NoPeriodError."""
+@dataclass(frozen=True)
+class Period:
+    """A period in s; `how` it was found, and how well it is known."""
+
+    seconds: float
+    how: str
+
+
+def period_of(system: System, coordinate: str) -> Period:
+    """Return the period of a coordinate in the motion from the start. Raises ModelError, NoPeriodError."""
     return Swing.of(system, coordinate).period()
 
 
@@ -66,22 +77,45 @@ class Swing:
             )
         return cls(system, coordinate, found.unit == "rad")
 
-    def period(self) -> float:
+    def period(self) -> Period:
         """Return the period. Raises NoPeriodError."""
         run = self._long_enough()
         if np.abs(run[f"u_{self.coordinate}"]).max() <= _STILL:
             raise NoPeriodError(f"{self.coordinate} does not move")
         turns = self._turns(run)
-        if len(turns) < _TURNS:
-            return self._around(run)
+        exactly = self._by_energy(run, swings=len(turns) >= _TURNS)
+        if exactly is not None:
+            return exactly
+        return Period(self._swung(run, turns) if len(turns) >= _TURNS else self._around(run), _BY_RUNS)
+
+    def _by_energy(self, run: Trajectory, *, swings: bool) -> Period | None:
+        """Return the period by quadrature, None where energy does not tell the speed."""
+        energy = Energy.of(self.system, self.coordinate)
+        if energy is None or not (swings or self._goes_around(run)):
+            return None
+        q = run[self.coordinate]
+        found = energy.of_swing(float(q.min()), float(q.max())) if swings else energy.of_turn()
+        return None if found is None else Period(found[0], f"by quadrature, to {max(found[1], 1e-15):.0e}")
+
+    def _swung(self, run: Trajectory, turns: list[float]) -> float:
+        """Return the time from one turn to the next but one."""
         places = [self._at(run, t) for t in turns[:_TURNS]]
         size = max(places) - min(places)
         first, second = turns[2] - turns[0], turns[4] - turns[2]
         repeated = max(abs(places[k] - places[k + 2]) for k in range(_TURNS - 2)) <= _SAME * size
         if not repeated or abs(second - first) > _ALIKE * first:
-            raise NoPeriodError(f"the motion of {self.coordinate} does not repeat itself")
+            raise NoPeriodError(f"the motion of {self.coordinate} does not repeat itself{self._driven(run)}")
         begin = turns[0] if turns[0] == 0.0 else self._turned(turns[0], run)
         return self._turned(turns[2], run) - begin
+
+    def _driven(self, run: Trajectory) -> str:
+        """Return what is to be said of the motion where something in the model depends on time; else nothing."""
+        drives = named_with_time(self.system)
+        if not drives:
+            return ""
+        period = period_of_drive(self.system, run.ready.parameter_values)
+        told = f" from its start: {' and '.join(drives)} drives it by t, and a free motion is beside that"
+        return told + ("" if period is None else f"; where dampers end it the drive's period is left, {period:.10g} s")
 
     # --- runs -----------------------------------------------------------------------------------------------------
 
@@ -154,7 +188,7 @@ class Swing:
         speeds = [float(np.interp(t, run.t, u)) for t in times]
         fast = float(np.abs(u).max())
         if abs(speeds[0] - speeds[1]) > _ALIKE * fast or abs(times[1] - 2 * times[0]) > _ALIKE * times[0]:
-            raise NoPeriodError(f"the motion of {self.coordinate} does not repeat itself")
+            raise NoPeriodError(f"the motion of {self.coordinate} does not repeat itself{self._driven(run)}")
         return self._passed_exactly(times[0], float(q[0]) + advanced)
 
     def _passed(self, run: Trajectory, value: float) -> float:

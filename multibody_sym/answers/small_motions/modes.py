@@ -38,8 +38,8 @@ def modes(
     if there is any; `at` another state, as for `linearize`. In a steady motion the momenta of cyclic coordinates are
     held (Routh). Frequencies are ordered by size at the declared parameters. With dampers and more freedoms than one,
     frequencies are those without them. `period`: a coordinate whose period in the motion from the start is told too
-    (`Modes.period`), whatever its amplitude: a number, from runs. `parameters` .. `project`: what the call changes of
-    the system (`Changes`); `formalism` for the numbers.
+    (`Modes.period`), whatever its amplitude: a number, whose accuracy is told. `parameters` .. `project`: what the call
+    changes of the system (`Changes`); `formalism` for the numbers.
     Raises InputError, and NoSolutionError where there is no such state or nothing is free to move.
     """
     asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
@@ -53,6 +53,8 @@ def modes(
 
 def _with_period(found: Modes, asked: System, coordinate: str) -> Modes:
     try:
-        return replace(found, period=Value(period_of(asked, coordinate), None, "s"))
+        period = period_of(asked, coordinate)
+        told = (*found.notes, f"the period of {coordinate} is known {period.how}")
+        return replace(found, period=Value(period.seconds, None, "s"), notes=told)
     except NoPeriodError as reason:
         return replace(found, period=Value(None, None, "s"), notes=(*found.notes, f"no period is told: {reason}"))

@@ -28,6 +28,7 @@ from multibody_sym.answers.small_motions.place import Place, place_of
 from multibody_sym.answers.small_motions.record import Mode, Modes, Rows
 from multibody_sym.answers.small_motions.spectrum import Root, Spectrum, spectrum
 from multibody_sym.answers.small_motions.steady import with_momenta_held
+from multibody_sym.answers.small_motions.told_of_model import friction_held, frozen
 from multibody_sym.answers.small_motions.words import polynomial_text, state_told
 from multibody_sym.answers.symbolic_state import SymbolicState
 from multibody_sym.dynamics.start.straight import straightened
@@ -49,7 +50,8 @@ _DAMPED: Final = "dampers act: frequencies and shapes are those without them, an
 class SmallMotion:
     """Small motions about a `place`; `mechanism` and `state` for formulas, `matrices` reduced by what is `held`.
 
-    Where there are no formulas `matrices` is None; `reasons` say why, of what else has none too.
+    Where there are no formulas `matrices` is None; `reasons` say why, of what else has none too. `left_out` says what
+    of the model does not act in them.
     """
 
     place: Place
@@ -58,6 +60,7 @@ class SmallMotion:
     matrices: Matrices | None
     held: tuple[int, ...]
     reasons: dict[str, None] = field(default_factory=dict)
+    left_out: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, system: System, formalism: str | None = None, at: At = None) -> SmallMotion:
@@ -80,7 +83,9 @@ class SmallMotion:
             reasons[str(reason)] = None
         except ExpressionError as reason:
             reasons[reason.message] = None
-        return cls(place, formal, state, found, held, reasons)
+        time = frozen(system, flow, begin)
+        left_out = (*([] if time is None else [time]), *friction_held(flow))
+        return cls(place, formal, state, found, held, reasons, left_out)
 
     # --- formulas -------------------------------------------------------------------------------------------------
 
@@ -230,7 +235,7 @@ class SmallMotion:
         return () if matrix is None else tuple(tuple(self.formulas.value(x) for x in row) for row in matrix)
 
     def _notes(self) -> Sequence[str]:
-        notes = []
+        notes = [*self.left_out]
         if self.matrices is not None and self.matrices.is_damped and len(self.matrices.places) > 1:
             notes.append(_DAMPED)
         if self.matrices is not None and not self.matrices.balanced:
