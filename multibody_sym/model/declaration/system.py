@@ -47,7 +47,7 @@ class Written(NamedTuple):
 
 @dataclass(frozen=True)
 class System(Element):
-    """A declared multibody system; each field is a key of the model file (`simulation` there is `settings` here too).
+    """A declared multibody system; each field is a key of the model file.
 
     Symbols made by `multibody_sym.parameters` bring their declarations along; they need not stand in `parameters`.
     """

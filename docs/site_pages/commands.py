@@ -1,0 +1,38 @@
+"""Commands with all their options, from their parsers."""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+
+from multibody_sym.cli import options
+from site_pages.markdown import block, cell, code, paragraphs, table
+
+
+def parsers() -> dict[str, argparse.ArgumentParser]:
+    """Return the parser of each command by name."""
+    return dict(options._parser()[1])
+
+
+def commands() -> str:
+    """Return the page."""
+    whole = options._parser()[0]
+    parts = ["# Commands\n", block(whole.format_help()), *map(_section, parsers())]
+    return "\n".join(parts)
+
+
+def _section(name: str) -> str:
+    parser = parsers()[name]
+    module = next(one for one in options.COMMANDS if one.__name__.rpartition(".")[2].rstrip("_") == name)
+    rows = [_row(action) for action in parser._actions if not isinstance(action, argparse._HelpAction)]
+    usage = " ".join(parser.format_usage().removeprefix("usage: ").split())
+    doc = paragraphs(inspect.getdoc(module)).partition(": ")[2]
+    text = f"{doc[:1].upper()}{doc[1:]}"
+    return f"## {name}\n\n{text}\n\n{block(usage)}\n{table(('option', 'value', 'meaning'), rows)}"
+
+
+def _row(action: argparse.Action) -> list[str]:
+    names = ", ".join(map(code, action.option_strings)) or code(str(action.metavar or action.dest))
+    choices = ", ".join(map(str, action.choices)) if action.choices else ""
+    value = "" if action.nargs == 0 or not action.option_strings else code(choices or str(action.metavar or ""))
+    return [names, value, cell(action.help or "")]

@@ -1,0 +1,20 @@
+"""What `mkdocs build` calls: the generated pages stand beside the written ones, and are never files in docs."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+
+def on_files(files: Any, *, config: Any) -> Any:
+    """Add the generated pages."""
+    from mkdocs.structure.files import File
+
+    from site_pages.generated import generated
+
+    for address, make in generated().items():
+        files.append(File.generated(config, address, content=make()))
+    return files

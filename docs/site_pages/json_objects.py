@@ -1,0 +1,196 @@
+"""What `--json` prints, command by command: what each key means; a test compares with what is printed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+from site_pages.markdown import block, code, plain, table
+
+UNITS: Final = "unit of each coordinate and speed, and of what else has one"
+WITHHELD: Final = "components of reactions without a value, since constraints do not say where their forces act"
+REASONS: Final = "why they are withheld"
+OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
+    "check": {
+        "degrees_of_freedom": "number of degrees of freedom; null where there is no start",
+        "rank": "number of independent constraint rows",
+        "redundant": "rows that follow from others",
+        "not_unique": "rows and joints whose forces are not unique",
+        "dependencies": "which rows depend on which",
+        "ambiguous": "constraints that leave more than one meaning, with what they could be",
+        "agreement": "by formalism: how far it differs from the first, relative; 1e-12 is rounding",
+        "theorems": "by theorem: how far it is missed, relative",
+        "conserved": "what the motion conserves",
+        "symmetries": "for each conserved quantity the symmetry that it follows from",
+        "held": "coordinates that kept their given values when loops were closed",
+        "assembled": "coordinates that were found when loops were closed",
+        "shifts": "by how much given start values were changed",
+        "shift": "the largest of these",
+        "agrees": "whether all formalisms and theorems agree",
+        "failure": "why there is no motion; null where there is",
+        "hints": "what looks like an oversight",
+        "withheld": WITHHELD,
+        "withheld_reasons": REASONS,
+        "doubles": "constraints that say the same twice",
+        "units": UNITS,
+        "states": "state of each contact, rope, stop and friction at the start",
+    },
+    "derive": {
+        "method": "the method of derivation",
+        "coordinates": "names of coordinates",
+        "speeds": "names of speeds",
+        "multipliers": "names of multipliers",
+        "kinetic_energy": "T",
+        "potential_energy": "V",
+        "dissipation": "Rayleigh's function of dampers; null where there is none",
+        "reactions": "reactions that are told",
+        "mass_matrix": "M, row by row, as expressions",
+        "forcing": "f in M u' = f + H^T lambda",
+        "constraint_jacobian": "H",
+        "constraint_forcing": "gamma in H u' = gamma",
+        "letters": "the letters of names in formulas",
+        "withheld": WITHHELD,
+        "withheld_reasons": REASONS,
+        "constants": "values of constants that formulas name",
+        "definitions": "named sub-expressions",
+        "equations": "the equations of motion, as text",
+        "steps": "the steps of the derivation",
+        "operations": "how many operations the equations take",
+        "conserved": "with `--theorems`: what is conserved, and the symmetry",
+        "units": UNITS,
+    },
+    "solve": {
+        "impact": "with an `impact`: jumps of speeds, impulses, losses",
+        "coordinates": "value of each coordinate",
+        "speeds": "value of each speed",
+        "assembled": "coordinates and speeds that follow from the constraints: `value` and `expression`",
+        "shifts": "by how much given start values were changed",
+        "accelerations": "by coordinate: `value` and `expression`",
+        "reactions": "by element and component: `value` and `expression`",
+        "sums": "sums of contact forces that are unique together",
+        "states": "state of each contact, rope, stop and friction",
+        "directions": "in space: the direction of sliding",
+        "verdict": "`one`, or `several` where the laws leave more than one motion",
+        "others": "the other motions",
+        "searched": "which states were looked at",
+        "at_limit": "what happens a little further on, where a state is at its limit",
+        "needed": "least coefficients of friction of what is rough enough",
+        "conditions": "conditions under which all this holds",
+        "limits": "by condition: what happens where it fails",
+        "answers": "answers to `ask`: `value` and `expression`",
+        "not_unique": "rows whose forces are not unique",
+        "withheld": WITHHELD,
+        "withheld_reasons": REASONS,
+        "notes": "what was left out, and why",
+        "units": UNITS,
+    },
+    "equilibrium": {
+        "positions": "positions of rest, each a map of coordinates",
+        "stable": "whether each is stable; null where that is not decided",
+        "free": "directions in which each may be moved and still rests",
+        "beyond": "positions past stops",
+        "complete": "whether all positions were found for certain",
+        "cut_short": "whether the search was ended early",
+        "guesses": "from how many positions it was looked",
+        "speeds_left_out": "speeds that were taken as zero",
+        "one_sided": "what holds one way only in each position",
+        "units": UNITS,
+    },
+    "linearize": {
+        "states": "names of states",
+        "inputs": "names of inputs",
+        "A": "A in x' = A x + B u",
+        "B": "B in x' = A x + B u",
+        "eigenvalues": "eigenvalues of A, each [real, imaginary]",
+        "steady": "whether the state is an equilibrium or steady motion",
+        "left_out": "states on which nothing depends",
+        "held_inputs": "inputs that were held",
+        "accelerations": "those in the state",
+        "shifts": "by how much given start values were changed",
+        "at": "the state",
+        "driving_inputs": "inputs that drive a motion",
+        "units": UNITS,
+    },
+    "modes": {
+        "about": "equilibrium or steady motion",
+        "found": "whether the state was found beside the start",
+        "at": "the state",
+        "coordinates": "names of coordinates",
+        "held": "coordinates that are held",
+        "M": "mass matrix: values and expressions",
+        "C": "matrix of rates",
+        "K": "stiffness matrix",
+        "modes": "normal modes",
+        "frequencies": "angular frequencies",
+        "periods": "periods",
+        "characteristic": "the characteristic polynomial where roots have no formula",
+        "stable": "whether small motions stay small",
+        "conditions": "conditions of stability",
+        "notes": "what was left out, and why",
+        "eigenvalues": "each [real, imaginary]",
+        "period": "with `--period`: that of the motion from the start",
+    },
+    "simulate": {
+        "t": "times",
+        "coordinates": "by coordinate: a value for each time",
+        "speeds": "by speed: a value for each time",
+        "outputs": "by output: a value for each time; null where it has none",
+        "units": UNITS,
+        "events": "what happened: `t`, `kind`, `element` and more",
+        "final": "the last state: `t`, `coordinates`, `speeds`; `initial` takes it",
+        "drift": "how far constraints, energy and quaternions are off",
+        "friction_work": "work of friction, by element",
+        "impact_losses": "energy lost in impacts",
+        "energy_residual": "what the change of energy leaves when all work is accounted for",
+        "withheld": WITHHELD,
+        "withheld_reasons": REASONS,
+        "redundancy": "rows that depend on each other, and since when",
+        "statistics": "steps, evaluations and the like",
+        "start": "how the start was assembled",
+        "interrupted": "whether Ctrl-C ended the run",
+        "theorems": "with `--verify`: how far theorems are missed",
+        "written": "the files that were written",
+    },
+    "export": {"to": "the language", "files": "the files that were written"},
+    "new": {
+        "file": "the file that was written",
+        "example": "the example it is",
+        "examples": "with `--list`: titles by name",
+    },
+    "import": {
+        "model": "the model file's text",
+        "file": "the file that was written; null for none",
+        "speeds": "number of speeds",
+    },
+    "explain": {
+        "number": "the number",
+        "title": "what it is about",
+        "cause": "why it happens",
+        "cure": "what to do",
+        "errors": "without a number: titles of all",
+    },
+}
+_ERROR: Final = (
+    '{"error": {"code": "model", "number": "M101", "message": "unknown key \'mas\'; did you mean mass?",\n'
+    '           "where": {"file": "pendulum.yaml", "line": 5, "column": 16, "path": "bodies.bob.mas"}}}'
+)
+
+
+def json_objects() -> str:
+    """Return the page."""
+    head = f"""\
+# JSON objects
+
+Every command takes `--json` and prints one object on standard output, also for an error; text goes to standard error.
+Keys are added freely and never renamed. Numbers are SI; what is not a number is `null`. `schema` prints the schema.
+
+## Errors
+
+{block(_ERROR, "json")}
+`code` is the kind of the error, `number` that of [its page](errors.md), `path` the place in the model.
+"""
+    parts = [head]
+    for command, keys in OBJECTS.items():
+        rows = [(code(key), plain(said) if "`" not in said else said) for key, said in keys.items()]
+        parts.append(f"## {command}\n\n{table(('key', 'meaning'), rows)}")
+    return "\n".join(parts)

@@ -1,0 +1,98 @@
+"""The model file key by key, from the declarations."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import re
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from multibody_sym.formats.reference.elements import default_of
+from multibody_sym.formats.reference.json_schema import REPEAT_SAYS, TYPED, VERSION_SAYS
+from multibody_sym.formats.reference.kinds import words_of
+from multibody_sym.formats.reference.registry import kind_of
+from multibody_sym.model.declaration.fields import Element, fields_of, unit_of
+from multibody_sym.model.declaration.file_tree import REPEAT_KEY, VERSION_KEY, Repeat
+from multibody_sym.model.declaration.system import System
+from site_pages.markdown import anchor, cell, code, paragraphs, table
+
+_HEAD = f"""\
+# The model file, key by key
+
+A model file is YAML. It begins with `{VERSION_KEY}: 1`. Maps are keyed by names that you choose; their order does not
+matter. Every number may be an expression (see [the expression language](language.md)) or a number with a unit, such as
+`45 deg`; plain numbers are SI. Unknown keys are errors. `multibody-sym schema -o model.schema.json` writes these keys
+as a JSON Schema, and a first line `# yaml-language-server: $schema=model.schema.json` lets an editor complete them.
+
+In Python each element is a class of the same name with fields of the same names.
+"""
+
+
+def model_file() -> str:
+    """Return the page."""
+    return "\n".join((_HEAD, *(_section(title, cls) for title, cls in sections())))
+
+
+def sections() -> Iterator[tuple[str, type[Element]]]:
+    """Yield title and class of every element of a model file, in the order in which the file leads to them."""
+    words = {
+        cls: (part, words_of(one_of, name)) for part, one_of in TYPED.items() for name, cls in one_of.table.items()
+    }
+    pending: list[type[Element]] = [System, Repeat]
+    seen: set[type[Element]] = set()
+    while pending:
+        cls = pending.pop(0)
+        if cls in seen:
+            continue
+        seen.add(cls)
+        part, names = words.get(cls, ("", []))
+        yield (f"{part}: {', '.join(names)}" if names else cls.__name__), cls
+        pending[:0] = [one for field in fields_of(cls).values() for one in kind_of(field).elements]
+
+
+def _section(title: str, cls: type[Element]) -> str:
+    rows = [_row(f) for f in dataclasses.fields(cls)]
+    if cls is System:
+        rows = [
+            [code(VERSION_KEY), cell(VERSION_SAYS), "`1`", "", "must be given", code("1")],
+            *rows,
+            [code(REPEAT_KEY), cell(REPEAT_SAYS), "map: Repeat, or a list of them", "", "", ""],
+        ]
+    if title.partition(":")[1]:
+        word = title.partition(": ")[2].partition(",")[0]
+        rows.insert(0, ["`type`", "which kind it is", cell(title.partition(": ")[2]), "", "must be given", code(word)])
+    text = paragraphs(inspect.getdoc(cls))
+    heads = ("key", "meaning", "takes", "unit", "if left out", "example")
+    return f"## {title}\n\n{text}\n\n{table(heads, rows)}"
+
+
+def _row(f: dataclasses.Field[Any]) -> list[str]:
+    field, default = f.metadata["field"], default_of(f)
+    left_out = "must be given" if f.default is dataclasses.MISSING else code(_text(default)) if default else ""
+    such = f.metadata["such"]
+    takes = _linked(cell(kind_of(field).words), kind_of(field).elements)
+    return [code(f.name), cell(f.metadata["says"]), takes, code(unit_of(field) or ""), left_out, code(such)]
+
+
+def _linked(words: str, elements: Sequence[type[Element]]) -> str:
+    """Return words in which elements lead to their sections; a `type` leads to the first of its kinds."""
+    places = {cls.__name__: anchor(title) for title, cls in sections()}
+    if words.endswith("with a `type`"):
+        first = places[elements[0].__name__] if elements else places["Revolute"]
+        return words.replace("a `type`", f"[a `type`](#{first})")
+    for name in (cls.__name__ for cls in elements):
+        words = re.sub(rf"(?<=\s){name}\b", f"[{name}](#{places[name]})", words)
+    return words
+
+
+def _text(tree: Any) -> str:
+    if isinstance(tree, list):
+        return f"[{', '.join(map(_text, tree))}]"
+    return str(tree)
+
+
+def anchors() -> dict[str, str]:
+    """Return where each class is told, by its name."""
+    return {cls.__name__: f"model_file.md#{anchor(title)}" for title, cls in sections()}
+
