@@ -89,7 +89,8 @@ def _arms(form: Form, places: Sequence[Vector]) -> Iterator[Polyline]:
 def _particle(stage: Stage, name: str, body: Body) -> str:
     """Return the symbol of what has one place only: a block on a slider, a rotor on a hinge, else a bob."""
     joint = stage.carrying(name)
-    if isinstance(joint, Prismatic):
+    touching = [contact for contact in stage.system.contacts.values() if name in contact.between]
+    if isinstance(joint, Prismatic) and (not touching or _touches_face(stage, name)):
         return "block"
     if body.inertia is not None and joint is not None and any(step.is_hinge for step in joint.steps):
         return "rotor"
@@ -97,8 +98,11 @@ def _particle(stage: Stage, name: str, body: Body) -> str:
 
 
 def _touches_face(stage: Stage, name: str) -> bool:
-    """Return whether a particle is in contact with something, as a block on a plane is."""
-    return any(name in contact.between for contact in stage.system.contacts.values())
+    """Return whether a particle lies on something, as a block does; what bounces without rubbing is a ball."""
+    return any(
+        name in contact.between and (contact.restitution.shadow == 0 or contact.static or contact.kinetic)
+        for contact in stage.system.contacts.values()
+    )
 
 
 def _with_bob(

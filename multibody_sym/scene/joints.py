@@ -9,7 +9,6 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.model.declaration.constraints import Rope
 from multibody_sym.model.declaration.forces import Friction
 from multibody_sym.model.declaration.joint import Joint, Limits
 from multibody_sym.model.declaration.joints import CurveJoint, Custom
@@ -123,7 +122,7 @@ def _way(joint: Held, axis: Vector) -> float:
 
 
 def _hangs(joint: Held, axis: Vector) -> bool:
-    """Return whether the child hangs on a rope or spring and slides along gravity, so that no rail is seen."""
+    """Return whether the child hangs or falls along gravity and nothing pushes it aside, so that no rail is seen."""
     stage, body = joint.stage, joint.stage.body(joint.joint.child)
     along = stage.turned(joint.parent.body, axis)
     size = float(np.linalg.norm(stage.gravity))
@@ -131,8 +130,8 @@ def _hangs(joint: Held, axis: Vector) -> bool:
         return False
     if any(isinstance(f, Friction) and f.joint == joint.name for f in stage.system.forces.values()):
         return False
-    ropes = [c for c in stage.system.constraints.values() if isinstance(c, Rope)]
-    return any(body == end.partition(".")[0] for rope in ropes for end in rope.path)
+    others = [other for name, other in stage.system.joints.items() if name != joint.name]
+    return not any(body in (stage.body(other.parent), stage.body(other.child)) for other in others)
 
 
 def _screw(joint: Held) -> Iterator[Item]:

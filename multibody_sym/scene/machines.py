@@ -145,7 +145,7 @@ def _on_curve(stage: Stage, name: str, element: OnCurve) -> Iterator[Item]:
 
 
 def _rolling(stage: Stage, name: str, element: Rolling) -> Iterator[Item]:
-    yield _touch(stage, name, ("constraints", name), element.body)
+    yield _touch(stage, name, ("constraints", name), (element.body, element.on))
 
 
 _CONSTRAINTS: Final[Mapping[type[Any], Callable[[Stage, str, Any], Iterator[Item]]]] = {
@@ -169,16 +169,20 @@ def contact_items(stage: Stage) -> Iterator[Item]:
     """Yield a sign without ink at the first body of each contact, where marks and forces have their place."""
     for declared, contact in stage.system.contacts.items():
         for name, between in copies(declared, contact):
-            yield _touch(stage, name, ("contacts", declared), between[0])
+            yield _touch(stage, name, ("contacts", declared), between)
 
 
-def _touch(stage: Stage, name: str, path: tuple[str, ...], reference: str) -> Item:
-    try:
-        place = stage.place(reference)
-        body, point = place.body, place.point
-    except ModelError:
-        body, point = stage.number_of(stage.body(reference)), (0.0, 0.0, 0.0)
-    return Item("contact", name, name, path, body, Symbol("contact", point))
+def _touch(stage: Stage, name: str, path: tuple[str, ...], between: tuple[str, ...]) -> Item:
+    """Return the sign of a contact on the first of both bodies that names a place, else on the first."""
+    bodies = [stage.number_of(stage.body(reference)) for reference in between]
+    for k, reference in enumerate(between):
+        try:
+            place = stage.place(reference)
+        except ModelError:  # a surface, which is no place
+            continue
+        pair = (place.body, bodies[1 - k])
+        return Item("contact", name, name, path, place.body, Symbol("contact", place.point), pair)
+    return Item("contact", name, name, path, bodies[0], Symbol("contact", (0.0, 0.0, 0.0)), (bodies[0], bodies[1]))
 
 
 def force_items(stage: Stage) -> Iterator[Item]:

@@ -31,8 +31,8 @@ def surface_items(stage: Stage, name: str) -> Iterator[Item]:
 
 
 def is_solid(item: Item) -> bool:
-    """Return whether a surface shows the whole of its body: what is round, or a bar."""
-    return isinstance(item.form, (Disc, Ball)) or (isinstance(item.form, Polyline) and not item.on_ground)
+    """Return whether a surface shows the whole of its body: what is round, a bar, or the face of a wedge."""
+    return not item.on_ground and isinstance(item.form, (Disc, Ball, Polyline, Face))
 
 
 def _disc(stage: Stage, body: Body, surface: Surface) -> Form:

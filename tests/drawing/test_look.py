@@ -62,3 +62,22 @@ def test_names_are_wishes_of_what_they_name() -> None:
     marks, _ = look("slider_crank")
     names = {(m.role, m.name) for m in marks if isinstance(m, Wish)}
     assert {("body", "crank"), ("body", "rod"), ("body", "slider"), ("joint", "A"), ("joint", "D")} <= names
+
+
+def test_a_block_without_a_size_stands_on_its_plane_and_its_rope_runs_beside_that() -> None:
+    marks, _ = look("textbook/t4_table_edge")
+    (block,) = [m for m in marks if isinstance(m, Stroke) and (m.role, m.name) == ("body", "block")]
+    (table,) = [m for m in marks if isinstance(m, Hatch) and m.name == "ground.table"]
+    (rope,) = [m for m in marks if isinstance(m, Stroke) and m.role == "rope"]
+    assert block.points[:, 1].min() == pytest.approx(table.points[0, 1])
+    assert rope.points[0, 1] == pytest.approx(block.points[:, 1].mean())
+    assert rope.points[1, 1] == pytest.approx(rope.points[0, 1])  # level up to the wheel
+
+
+def test_two_loads_on_a_rope_over_a_point_hang_beside_each_other() -> None:
+    marks, _ = look("textbook/t7_atwood")
+    blocks = {m.name: m.points[:, 0] for m in marks if isinstance(m, Stroke) and m.role == "body"}
+    assert blocks["left"].max() < blocks["right"].min()
+    (rope,) = [m for m in marks if isinstance(m, Stroke) and m.role == "rope"]
+    assert rope.points[0, 0] == pytest.approx(blocks["left"].mean())
+    assert rope.points[-1, 0] == pytest.approx(blocks["right"].mean())

@@ -20,25 +20,26 @@ _TORQUE: Final = 15.0
 _GRAVITY: Final = 30.0
 
 
-def arrow_marks(sheet: Sheet) -> Iterator[Mark]:
-    """Yield all arrows of a scene with their letters."""
+def arrow_marks(sheet: Sheet, corner: Floats) -> Iterator[Mark]:
+    """Yield all arrows of a scene with their letters; gravity stands beside the `corner` of what is drawn."""
     for item, vector in zip(sheet.scene.arrows, sheet.placed.vectors, strict=True):
         named = {"role": item.role, "name": item.name, "layer": LAYER_ARROW}
         if item.role == "gravity":
-            yield from _gravity(sheet, item, vector, named)
+            yield from _gravity(sheet, item, vector, named, corner)
         elif item.role in ("torque", "couple"):
             yield from torque_marks(sheet, sheet.at(item.at.body, item.at.point), vector, item.label, named)
         elif item.role != "drag":
             yield from force_marks(sheet, sheet.at(item.at.body, item.at.point), vector, item.label, named)
 
 
-def _gravity(sheet: Sheet, item: ArrowItem, vector: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+def _gravity(
+    sheet: Sheet, item: ArrowItem, vector: Floats, named: dict[str, Any], corner: Floats
+) -> Iterator[Mark]:
     way = sheet.projection.page(vector)
     size = float(np.linalg.norm(way)) / sheet.projection.scale
     if size < 0.05 * float(np.linalg.norm(vector)):
         return
-    high = sheet.span[1]
-    top = np.array([high[0] + 34.0, high[1]])
+    top = corner + np.array([30.0, 0.0])
     points = np.array([top, top + _GRAVITY * unit2(way)])
     yield Arrow(points, THIN, **named)
     yield Wish(points.mean(axis=0)[None, :], letters(item.label), prefer=(1.0, 0.0), **{**named, "layer": LAYER_TEXT})

@@ -8,11 +8,14 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.drawing.lettering import letters
+from multibody_sym.drawing.look.pulleys import drawn_pieces
+from multibody_sym.drawing.look.rails import rail_ends
+from multibody_sym.drawing.look.shapes import face_ends
 from multibody_sym.drawing.look.sheet import Sheet, left, unit2
 from multibody_sym.drawing.picture import Arrow, Bend, Mark, Measure, Wish
 from multibody_sym.drawing.style import LAYER_ARROW, LAYER_TEXT, MOTION, THIN
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Symbol
+from multibody_sym.scene.forms import Face, Rail, Symbol
 from multibody_sym.scene.items import AngleMark, Dimension, Item
 
 _SHORTEST: Final = 9.0
@@ -36,7 +39,7 @@ def label_marks(sheet: Sheet) -> Iterator[Mark]:
         named.add(key)
         yield _name(sheet, item)
     for placed in sheet.placed.strands:
-        pieces = sheet.projection.page(placed.pieces)
+        pieces = drawn_pieces(sheet, placed)
         if len(pieces) and np.all(np.isfinite(pieces)):
             longest = max(pieces, key=lambda piece: float(np.linalg.norm(piece[1] - piece[0])))
             middle = longest[0] + 0.3 * (longest[1] - longest[0]), longest[0] + 0.7 * (longest[1] - longest[0])
@@ -96,7 +99,7 @@ def _coordinate(sheet: Sheet, each: Dimension, at: Floats) -> Iterator[Mark]:
 def angle_marks(sheet: Sheet) -> Iterator[Mark]:
     """Yield the angles of hinges and slopes: arcs in the plane, in space their letters at the joint."""
     for each in sheet.scene.angles:
-        at = sheet.at(each.at.body, each.at.point)
+        at = sheet.at(each.at.body, each.at.point) if each.coordinate else _foot(sheet, each)
         if not sheet.flat:
             yield from _turning(sheet, each, at)
             continue
@@ -112,6 +115,21 @@ def angle_marks(sheet: Sheet) -> Iterator[Mark]:
         yield Bend(
             at, low, high, letters(each.label), lines, tip, role="angle", name=each.name, layer=LAYER_TEXT
         )
+
+
+def _foot(sheet: Sheet, each: AngleMark) -> Floats:
+    """Return where the angle of a slope is written: at the low end of the rail or face that has it."""
+    along = sheet.way(each.stop.body, each.stop.point)
+    for item in sheet.scene.items:
+        if item.body != each.at.body or not isinstance(item.form, (Rail, Face)):
+            continue
+        if isinstance(item.form, Rail) and item.form.light:
+            continue
+        ends = rail_ends(sheet, item, item.form) if isinstance(item.form, Rail) else face_ends(sheet, item, item.form)
+        way = unit2(ends[1] - ends[0])
+        if abs(float(way[0] * along[1] - way[1] * along[0])) < 1e-3:
+            return np.asarray(max(ends, key=lambda end: float(end @ sheet.down)))
+    return sheet.at(each.at.body, each.at.point)
 
 
 def _turning(sheet: Sheet, each: AngleMark, at: Floats) -> Iterator[Mark]:

@@ -4,31 +4,106 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import Final
 
 import numpy as np
 
-from multibody_sym.drawing.look.sheet import Sheet, Values, left, unit2
+from multibody_sym.drawing.look.settle import WHEEL
+from multibody_sym.drawing.look.sheet import Sheet, left, unit2
 from multibody_sym.drawing.look.supports import stand
 from multibody_sym.drawing.picture import Arc, Mark
 from multibody_sym.drawing.style import BODY, LAYER_BODY, LAYER_JOINT, PAPER, PIN
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Symbol
-from multibody_sym.scene.items import Item
-
-_PULLEY: Final = 9.0
-"""The radius of a wheel without a size (pt)."""
+from multibody_sym.scene.forms import Face, Rail, Symbol
+from multibody_sym.scene.items import Item, PlacedStrand
 
 
 def pulley_marks(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     """Yield a small wheel in the bend of the rope that runs over a point."""
-    centre = bend_centre(sheet, item.body, symbol.at)
-    at = sheet.at(item.body, symbol.at) if centre is None else centre
-    named = sheet.named(item, LAYER_BODY, symbol.at)
-    if item.on_ground:
-        yield from stand(sheet, item, at, _held_side(sheet, item, at), _PULLEY + 6.0)
-    yield Arc(at, _PULLEY if centre is not None else 4.0, sheet.pen(item), fill=BODY, **named)
+    centre, named = wheel_centre(sheet, item, symbol), sheet.named(item, LAYER_BODY, symbol.at)
+    at = place_of(sheet, item, symbol) if centre is None else centre
+    if item.on_ground and not any(lies_on(sheet, item, other) for other in sheet.scene.items):
+        yield from stand(sheet, item, at, _held_side(sheet, item, at), WHEEL + 6.0)
+    yield Arc(at, WHEEL if centre is not None else 4.0, sheet.pen(item), fill=BODY, **named)
     yield Arc(at, 1.6, sheet.pen(item), fill=PAPER, **named)
+
+
+def place_of(sheet: Sheet, item: Item, symbol: Symbol) -> Floats:
+    """Return where a pulley is on the page: one on ground may be displaced."""
+    at = sheet.at(item.body, symbol.at)
+    return at + sheet.settled.pulleys[item.name] if item.body < 0 and item.name in sheet.settled.pulleys else at
+
+
+def lies_on(sheet: Sheet, pulley: Item, line: Item) -> bool:
+    """Return whether a pulley on ground is on the line of a rail or a face of ground, which holds it then."""
+    if line.body != pulley.body or not isinstance(pulley.form, Symbol) or pulley.name in sheet.settled.pulleys:
+        return False
+    apart = np.subtract(pulley.form.at, getattr(line.form, "at", getattr(line.form, "through", (0.0, 0.0, 0.0))))
+    if isinstance(line.form, Rail) and not line.form.light:
+        across = apart - float(apart @ np.array(line.form.axis)) * np.array(line.form.axis)
+    elif isinstance(line.form, Face) and line.form.ends is None and sheet.flat:
+        across = float(apart @ np.array(line.form.normal)) * np.array(line.form.normal)
+    else:
+        return False
+    return float(np.linalg.norm(across)) < 1e-6 * sheet.scene.size
+
+
+def wheels_on(sheet: Sheet, line: Item) -> list[Floats]:
+    """Return the centres (2) of the small wheels that a rail or face of ground holds."""
+    found = []
+    for item in sheet.scene.items:
+        if item.role == "pulley" and isinstance(item.form, Symbol) and item.form.kind == "pulley":
+            centre = wheel_centre(sheet, item, item.form) if lies_on(sheet, item, line) else None
+            found += [] if centre is None else [centre]
+    return found
+
+
+def wheel_centre(sheet: Sheet, item: Item, symbol: Symbol) -> Floats | None:
+    """Return the centre (2) of the small wheel of a pulley without a radius; None where its rope does not bend."""
+    at = sheet.projection.page(sheet.placed.world(item.body, np.array([symbol.at])))[0]
+    for rope in sheet.placed.strands:
+        plain, drawn = sheet.projection.page(rope.pieces), drawn_pieces(sheet, rope)
+        for k, (first, second) in enumerate(pairwise(plain)):
+            if float(np.linalg.norm(first[1] - at)) > 0.1 or float(np.linalg.norm(second[0] - at)) > 0.1:
+                continue
+            if rope.strand.name in sheet.settled.folds and is_turned(drawn[k], drawn[k + 1]):
+                return np.asarray((drawn[k][1] + drawn[k + 1][0]) / 2)
+            return fillet(drawn[k][0], drawn[k][1], drawn[k + 1][1], WHEEL)
+    return None
+
+
+def is_turned(first: Floats, second: Floats) -> bool:
+    """Return whether two pieces that follow each other run beside each other, back and forth."""
+    return float(np.linalg.norm(second[0] - first[1])) > WHEEL
+
+
+def drawn_pieces(sheet: Sheet, placed: PlacedStrand) -> Floats:
+    """Return the straight pieces of a strand on the page (n, 2, 2), ended where things without a size stand."""
+    pieces, moved = sheet.projection.page(placed.pieces).copy(), sheet.settled
+    if placed.strand.name in moved.folds:
+        found: Floats = pieces + moved.folds[placed.strand.name][:, None, :]
+        return found
+    shifts = [moved.bodies.get(anchor.body, np.zeros(2)) for anchor in placed.strand.anchors]
+    if not any(np.any(shift) for shift in shifts) or not len(pieces):
+        return pieces
+    if len(pieces) > 1 and not placed.bows and sheet.flat:
+        _shift_along(pieces, shifts)
+    elif not placed.bows:
+        pieces[0][0] += shifts[0]
+        pieces[-1][1] += shifts[-1]
+    return pieces
+
+
+def _shift_along(pieces: Floats, shifts: list[Floats]) -> None:
+    """Shift the pieces at both ends of a rope with these ends, and bend it where they meet the next ones."""
+    for k, shift in ((0, shifts[0]), (-1, shifts[-1])):
+        pieces[k] += shift
+    for first, second in pairwise(pieces):
+        a, b = first[1] - first[0], second[1] - second[0]
+        turn = float(a[0] * b[1] - a[1] * b[0])
+        if abs(turn) > 0.05 * float(np.linalg.norm(a) * np.linalg.norm(b)):
+            apart = second[0] - first[0]
+            corner = first[0] + a * float(apart[0] * b[1] - apart[1] * b[0]) / turn
+            first[1], second[0] = corner, corner
 
 
 def axle_marks(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
@@ -46,7 +121,7 @@ def _held_side(sheet: Sheet, item: Item, at: Floats) -> Floats:
     """Return the side on which a pulley is held: where its ropes do not pull it to."""
     pull = np.zeros(2)
     for rope in sheet.placed.strands:
-        for piece in sheet.projection.page(rope.pieces):
+        for piece in drawn_pieces(sheet, rope):
             for end, other in ((piece[0], piece[1]), (piece[1], piece[0])):
                 if float(np.linalg.norm(end - at)) < 4.0 + _reach(sheet, item):
                     pull += unit2(other - end, (0.0, 0.0))
@@ -58,18 +133,7 @@ def _held_side(sheet: Sheet, item: Item, at: Floats) -> Floats:
 
 def _reach(sheet: Sheet, item: Item) -> float:
     wheel = next((i.form for i in sheet.scene.items if i.path == item.path and i is not item), None)
-    return float(getattr(wheel, "radius", 0.0)) * sheet.projection.scale + _PULLEY
-
-
-def bend_centre(sheet: Sheet, body: int, point: Values) -> Floats | None:
-    """Return the centre (2) of the small wheel that nestles in a rope's bend at a point; None where it has none."""
-    at = sheet.at(body, point)
-    for rope in sheet.placed.strands:
-        pieces = sheet.projection.page(rope.pieces)
-        for first, second in pairwise(pieces):
-            if float(np.linalg.norm(first[1] - at)) < 0.1 and float(np.linalg.norm(second[0] - at)) < 0.1:
-                return fillet(first[0], at, second[1], _PULLEY)
-    return None
+    return float(getattr(wheel, "radius", 0.0)) * sheet.projection.scale + WHEEL
 
 
 def fillet(a: Floats, corner: Floats, b: Floats, radius: float) -> Floats | None:

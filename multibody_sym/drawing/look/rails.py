@@ -7,17 +7,18 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.drawing.look.pulleys import wheels_on
+from multibody_sym.drawing.look.settle import MASS, WHEEL
+from multibody_sym.drawing.look.shapes import capsule, wedge
 from multibody_sym.drawing.look.sheet import Sheet, left, unit2
 from multibody_sym.drawing.picture import Hatch, Mark, Stroke
-from multibody_sym.drawing.style import AXIS, BLOCK, BOLD, INK, LAYER_GROUND, THIN
+from multibody_sym.drawing.style import AXIS, BLOCK, BODY, BOLD, INK, LAYER_GROUND, THIN
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Polyline, Rail, Symbol
+from multibody_sym.scene.forms import Face, Polyline, Rail, Symbol
 from multibody_sym.scene.items import Item
 
 _BEYOND: Final = 20.0
 """How far a rail goes on behind the last place of its block (pt)."""
-_MASS: Final = (24.0, 17.0)
-"""Length and height of a mass without a size (pt)."""
 
 
 def block_size(sheet: Sheet, item: Item) -> tuple[float, float]:
@@ -26,7 +27,7 @@ def block_size(sheet: Sheet, item: Item) -> tuple[float, float]:
         other.role == "body" and isinstance(other.form, Symbol) and other.form.kind == "block"
         for other in sheet.touched.get(item.body, ())
     )
-    return _MASS if own else BLOCK
+    return MASS if own else BLOCK
 
 
 def is_covered(sheet: Sheet, item: Item) -> bool:
@@ -42,14 +43,10 @@ def is_covered(sheet: Sheet, item: Item) -> bool:
 
 def rail_marks(sheet: Sheet, item: Item, rail: Rail) -> Iterator[Mark]:
     """Yield what a slider runs along."""
-    ends, along = sheet.page(item.body, rail.bounds), unit2(sheet.way(item.body, rail.axis))
+    along = unit2(sheet.way(item.body, rail.axis))
     if float(np.linalg.norm(sheet.way(item.body, rail.axis))) < 0.05:
         return
-    named = sheet.named(item, LAYER_GROUND, rail.at)
-    moved = _block_place(sheet, item)
-    places = [*(ends @ along), *([] if moved is None else [float(moved @ along)])]
-    base = ends[0] - float(ends[0] @ along) * along
-    points = np.array([base + (min(places) - _BEYOND) * along, base + (max(places) + _BEYOND) * along])
+    named, points = sheet.named(item, LAYER_GROUND, rail.at), rail_ends(sheet, item, rail)
     if rail.light or not sheet.flat or not item.on_ground:
         pen = AXIS if rail.light else THIN if item.on_ground else INK
         yield Stroke(points, sheet.pen(item, pen), **named)
@@ -58,6 +55,45 @@ def rail_marks(sheet: Sheet, item: Item, rail: Rail) -> Iterator[Mark]:
         shifted = points + offset * side
         turn = 1 if float(left(shifted[1] - shifted[0]) @ side) > 0.0 else -1
         yield Hatch(shifted, sheet.pen(item, BOLD), side=turn, **named)
+        for centre in wheels_on(sheet, item):
+            near = min(shifted, key=lambda end: float(np.linalg.norm(end - centre)))
+            yield bracket(sheet, item, near, centre)
+
+
+def bracket(sheet: Sheet, item: Item, end: Floats, centre: Floats) -> Mark:
+    """Return the bar that holds a wheel at the end of what a block slides on."""
+    return Stroke(capsule(end, centre, 3.0), sheet.pen(item), closed=True, fill=BODY, **sheet.named(item, LAYER_GROUND))
+
+
+def rail_ends(sheet: Sheet, item: Item, rail: Rail) -> Floats:
+    """Return from where to where (2, 2) a rail is drawn: near a slider alone where a joint stands at its beginning."""
+    ends, along = sheet.page(item.body, rail.bounds), unit2(sheet.way(item.body, rail.axis))
+    shift = sheet.settled.bodies.get(_child(item), np.zeros(2)) if rail.light else np.zeros(2)
+    places = [float((place - shift) @ along) for place in _block_places(sheet, item)]
+    if not places or not _is_taken(sheet, item, rail):
+        places += list(ends @ along)
+    base = ends[0] - float(ends[0] @ along) * along + shift
+    low, high = min(places) - _BEYOND, max(places) + _BEYOND
+    for centre in wheels_on(sheet, item):
+        way = float(centre @ along)
+        if way > (low + high) / 2:
+            high = way - WHEEL - 3.0
+        else:
+            low = way + WHEEL + 3.0
+    return np.array([base + low * along, base + high * along])
+
+
+def _is_taken(sheet: Sheet, item: Item, rail: Rail) -> bool:
+    """Return whether another joint stands on ground where the rail begins."""
+    at = sheet.at(item.body, rail.at)
+    others = (i for i in sheet.scene.items if i.role == "joint" and i.body == item.body and i.path != item.path)
+    places = (sheet.at(i.body, i.form.at) for i in others if isinstance(i.form, Symbol))
+    return any(float(np.linalg.norm(place - at)) < 3.0 for place in places)
+
+
+def _child(item: Item) -> int:
+    """Return the body that slides on a rail."""
+    return item.bodies[1] if item.bodies and item.bodies[1] != item.body else item.bodies[0]
 
 
 def _sides(sheet: Sheet, item: Item, along: Floats) -> list[tuple[Floats, float]]:
@@ -75,7 +111,7 @@ def _sides(sheet: Sheet, item: Item, along: Floats) -> list[tuple[Floats, float]
 
 def _extent(sheet: Sheet, item: Item, across: Floats) -> tuple[float, float]:
     """Return from where to where the block reaches across its rail (pt, from the rail's middle)."""
-    child = item.bodies[1] if item.bodies and item.bodies[1] != item.body else item.bodies[0]
+    child = _child(item)
     assert isinstance(item.form, Rail)
     middle = float(sheet.at(item.body, item.form.at) @ across)
     found: list[float] = []
@@ -83,19 +119,23 @@ def _extent(sheet: Sheet, item: Item, across: Floats) -> tuple[float, float]:
     for other in sheet.touched.get(child, ()):
         if other.role not in ("body", "surface"):
             continue
-        if isinstance(other.form, Symbol):
+        if isinstance(other.form, Face):
+            found += list(wedge(sheet, other, other.form) @ across - middle)
+        elif isinstance(other.form, Symbol):
             blocks = blocks or other.form.kind == "block"
         elif not isinstance(other.form, Polyline) or other.form.closed:
             found += list(sheet.page(child, other.form.bounds) @ across - middle)
     if found:
         return min(found), max(found)
-    half = (_MASS if blocks else BLOCK)[1] / 2
+    half = (MASS if blocks else BLOCK)[1] / 2
     return -half, half
 
 
-def _block_place(sheet: Sheet, item: Item) -> Floats | None:
-    """Return where the block of a rail is on the page."""
+def _block_places(sheet: Sheet, item: Item) -> list[Floats]:
+    """Return where the block of a rail is on the page, and where it was at the start."""
+    found = []
     for other in sheet.scene.items:
         if other.path == item.path and other is not item and isinstance(other.form, Symbol):
-            return sheet.at(other.body, other.form.at)
-    return None
+            begin = sheet.projection.page(sheet.home.world(other.body, np.array([other.form.at])))[0]
+            found += [sheet.at(other.body, other.form.at), begin + sheet.settled.bodies.get(other.body, np.zeros(2))]
+    return found

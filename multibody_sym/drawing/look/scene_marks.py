@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+import numpy as np
+
 from multibody_sym.drawing.look.arrows import arrow_marks
 from multibody_sym.drawing.look.labels import angle_marks, dimension_marks, label_marks
 from multibody_sym.drawing.look.rails import rail_marks
@@ -11,8 +13,9 @@ from multibody_sym.drawing.look.shapes import FORMS
 from multibody_sym.drawing.look.sheet import Sheet
 from multibody_sym.drawing.look.strands import strand_marks
 from multibody_sym.drawing.look.symbols import SYMBOLS
-from multibody_sym.drawing.picture import Mark
+from multibody_sym.drawing.picture import Arc, Hatch, Mark, Stroke
 from multibody_sym.drawing.projection import Projection
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scene.forms import Rail, Symbol
 from multibody_sym.scene.items import Item, Path, Placed
 from multibody_sym.scene.scene import Scene
@@ -35,9 +38,16 @@ def scene_marks(
     sheet = Sheet(scene, placed, scene.at(), projection, marked or {})
     found = [mark for item in scene.items if _is_seen(item, frames) for mark in item_marks(sheet, item)]
     found += [mark for strand in placed.strands for mark in strand_marks(sheet, strand)]
-    found += arrow_marks(sheet)
+    found += arrow_marks(sheet, _corner(found, sheet))
     if names:
         found += [*label_marks(sheet), *dimension_marks(sheet), *angle_marks(sheet)]
+    return found
+
+
+def _corner(marks: list[Mark], sheet: Sheet) -> Floats:
+    """Return the place to the right and above of all that is drawn (2)."""
+    high = [np.asarray(mark.points).max(axis=0) for mark in marks if isinstance(mark, (Stroke, Arc, Hatch))]
+    found: Floats = np.max([*high, sheet.span[1]], axis=0)
     return found
 
 

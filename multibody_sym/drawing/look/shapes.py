@@ -7,6 +7,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from multibody_sym.drawing.look.pulleys import wheels_on
+from multibody_sym.drawing.look.settle import WHEEL
 from multibody_sym.drawing.look.sheet import Sheet, extent, left, unit2
 from multibody_sym.drawing.picture import Arc, Hatch, Mark, Pen, Stroke
 from multibody_sym.drawing.style import BODY, BOLD, INK, LAYER_BODY, LAYER_GROUND, PAPER, ROD, THIN
@@ -19,6 +21,8 @@ _FACES: Final = ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 
 """The faces of a box by its corners."""
 _MARGIN: Final = 14.0
 """How far faces without ends reach beyond what stands on them (pt)."""
+_HALF, _PLATE = 34.0, 12.0
+"""Half the length of a face of a moving body, and how thick that is at least (pt)."""
 _TOOTH: Final = 5.0
 """About how far apart the tooth marks of a gear are (pt)."""
 _THIN_BAR: Final = 3.5
@@ -177,28 +181,40 @@ def _face(sheet: Sheet, item: Item, form: Face) -> Iterator[Mark]:
     if float(np.linalg.norm(normal)) < 0.99:
         yield from _plate(sheet, item, form)
         return
-    through, along = sheet.at(item.body, form.through), left(unit2(normal))
-    if form.ends is not None:
-        points = sheet.page(item.body, form.ends)
-    else:
-        low, high = reach(sheet, item, through, along, unit2(normal))
-        points = np.array([through + low * along, through + high * along])
+    if not item.on_ground and form.ends is None and sheet.flat:
+        named = sheet.named(item, LAYER_BODY)
+        yield Stroke(wedge(sheet, item, form), sheet.pen(item), closed=True, fill=BODY, **named)
+        return
+    points = face_ends(sheet, item, form)
     side = -1 if float(left(points[1] - points[0]) @ normal) > 0.0 else 1
-    if item.on_ground or form.ends is not None or not sheet.flat:
-        yield Hatch(points, sheet.pen(item, BOLD), side=side, **sheet.named(item, LAYER_GROUND))
-    else:
-        yield from _wedge(sheet, item, points, unit2(normal))
+    yield Hatch(points, sheet.pen(item, BOLD), side=side, **sheet.named(item, LAYER_GROUND))
+    for centre in wheels_on(sheet, item):
+        near = min(points, key=lambda end: float(np.linalg.norm(end - centre)))
+        outline_points = capsule(near, centre, 3.0)
+        yield Stroke(outline_points, sheet.pen(item), closed=True, fill=BODY, **sheet.named(item, LAYER_GROUND))
 
 
-def reach(sheet: Sheet, item: Item, through: Floats, along: Floats, normal: Floats) -> tuple[float, float]:
-    """Return from where to where (pt from a place of it) a face without ends is drawn: along what stands near it."""
-    low, high = sheet.span
-    corners = np.array([(x, y) for x in (low[0], high[0]) for y in (low[1], high[1])]) - through
-    if item.body >= 0:
-        return -30.0, 30.0
-    ways = corners @ along
+def face_ends(sheet: Sheet, item: Item, form: Face) -> Floats:
+    """Return from where to where (2, 2) a face seen from its edge is drawn."""
+    if form.ends is not None:
+        return sheet.page(item.body, form.ends)
+    normal = unit2(sheet.way(item.body, form.normal))
+    through, along = sheet.at(item.body, form.through), left(normal)
+    low, high = _reach(sheet, item, through, along)
+    return np.array([through + low * along, through + high * along])
+
+
+def _reach(sheet: Sheet, item: Item, through: Floats, along: Floats) -> tuple[float, float]:
+    """Return from where to where (pt from a place of it) a face of ground is drawn: along what stands near it."""
+    ways = (_near(sheet, item) - through) @ along
     start, stop = float(ways.min()), float(ways.max())
     first, last = start - _MARGIN, stop + _MARGIN
+    for centre in wheels_on(sheet, item):
+        way = float((centre - through) @ along)
+        if way > (start + stop) / 2:
+            last = way - WHEEL - 3.0
+        else:
+            first = way + WHEEL + 3.0
     room = 0.05 * (stop - start) + 1.0
     for other in sheet.scene.items:
         if not isinstance(other.form, Face) or other is item or other.body != item.body:
@@ -208,26 +224,39 @@ def reach(sheet: Sheet, item: Item, through: Floats, along: Floats, normal: Floa
         if abs(lean) < 0.05:
             continue
         crossing = float((sheet.at(other.body, other.form.through) - through) @ across) / lean
-        if lean < 0.0 and stop - room <= crossing < last:
+        if stop - room <= crossing < last:
             last = crossing
-        elif lean > 0.0 and first < crossing <= start + room:
+        elif first < crossing <= start + room:
             first = crossing
     return first, last
 
 
-def _wedge(sheet: Sheet, item: Item, points: Floats, normal: Floats) -> Iterator[Mark]:
-    """Yield a face of a moving body: a wedge below it down to the level, or a plate where it is level."""
-    named = sheet.named(item, LAYER_BODY)
-    down = sheet.down
-    heights = points @ -down
-    pen = sheet.pen(item)
-    if abs(float(normal @ left(down))) < 0.02:
-        depth = 12.0 * -normal
-        yield Stroke(np.vstack([points, points[::-1] + depth]), pen, closed=True, fill=BODY, **named)
-        return
+def _near(sheet: Sheet, item: Item) -> Floats:
+    """Return the places on the page (n, 2) of the bodies that touch a body's face, of all if none is known to."""
+    touching = {b for i in sheet.scene.items if i.role == "contact" and item.body in i.bodies for b in i.bodies}
+    found = []
+    for body in touching - {item.body}:
+        for other in sheet.touched.get(body, ()):
+            if not isinstance(other.form, Face) or other.form.ends is not None:
+                found.append(sheet.page(body, other.form.bounds))
+                found.append(sheet.projection.page(sheet.home.world(body, other.form.bounds)))
+    if not found:
+        low, high = sheet.span
+        return np.array([(x, y) for x in (low[0], high[0]) for y in (low[1], high[1])])
+    return np.vstack(found)
+
+
+def wedge(sheet: Sheet, item: Item, form: Face) -> Floats:
+    """Return the outline (n, 2) of a moving body that shows a face: a wedge below it, a plate where it is level."""
+    normal = unit2(sheet.way(item.body, form.normal))
+    along, through = left(normal), sheet.at(item.body, form.through)
+    points = np.array([through - _HALF * along, through + _HALF * along])
+    if abs(float(normal @ left(sheet.down))) < 0.02 or abs(float(normal @ sheet.down)) < 0.02:
+        below = float((through - sheet.at(item.body, (0.0, 0.0, 0.0))) @ normal)
+        return np.vstack([points, points[::-1] - max(below, _PLATE) * normal])
+    heights = points @ -sheet.down
     low, high = points[np.argmin(heights)], points[np.argmax(heights)]
-    foot = high + down * float((low - high) @ down)
-    yield Stroke(np.array([low, high, foot]), pen, closed=True, fill=BODY, **named)
+    return np.array([low, high, high + sheet.down * float((low - high) @ sheet.down)])
 
 
 def _plate(sheet: Sheet, item: Item, form: Face) -> Iterator[Mark]:

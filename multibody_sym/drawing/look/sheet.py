@@ -9,6 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from multibody_sym.drawing.look.settle import Settled, settled
 from multibody_sym.drawing.picture import Pen
 from multibody_sym.drawing.projection import Projection
 from multibody_sym.drawing.style import INK, LAYER_BODY, LAYER_JOINT, LAYER_STRAND, MARKED
@@ -39,7 +40,8 @@ class Sheet:
 
     def page(self, body: int, points: Any) -> Floats:
         """Return where points (n, 3) of a body are on the page (n, 2)."""
-        return self.projection.page(self.placed.world(body, np.asarray(points, dtype=float)))
+        found = self.projection.page(self.placed.world(body, np.asarray(points, dtype=float)))
+        return found + self.settled.bodies[body] if body in self.settled.bodies else found
 
     def at(self, body: int, point: Values) -> Floats:
         """Return where a point of a body is on the page (2)."""
@@ -74,6 +76,12 @@ class Sheet:
     def is_marked(self, path: Path) -> bool:
         """Return whether a path, or what it is part of, is marked."""
         return any(path[: len(each)] == each for each in self.marked)
+
+    @cached_property
+    def settled(self) -> Settled:
+        """How far things without a size are displaced on the page."""
+        seen = self.projection
+        return settled(self.scene, self.home, np.array(seen.right), np.array(seen.up), seen.scale)
 
     @cached_property
     def span(self) -> Floats:

@@ -8,7 +8,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.drawing.look.pulleys import fillet
+from multibody_sym.drawing.look.pulleys import drawn_pieces, fillet, is_turned
+from multibody_sym.drawing.look.settle import WHEEL
 from multibody_sym.drawing.look.shapes import capsule
 from multibody_sym.drawing.look.sheet import Sheet, left, unit2
 from multibody_sym.drawing.picture import Arc, Mark, Pen, Stroke
@@ -21,7 +22,6 @@ _COILS: Final = 7
 _LEAD: Final = 7.0
 _APART: Final = 7.0
 """How far a spring and a damper in parallel are from their middle line (pt)."""
-_WHEEL: Final = 9.0
 Look = Callable[[Sheet, PlacedStrand, Floats, dict[str, Any]], Iterator[Mark]]
 
 
@@ -32,7 +32,7 @@ def strand_marks(sheet: Sheet, placed: PlacedStrand) -> Iterator[Mark]:
     middle = placed.pieces.reshape(-1, 3).mean(axis=0)
     named = sheet.named(placed.strand, LAYER_BODY - 0.2, middle, body=-1)
     named["role"] = placed.strand.kind
-    pieces = sheet.projection.page(placed.pieces)
+    pieces = drawn_pieces(sheet, placed)
     yield from STRANDS[placed.strand.kind](sheet, placed, pieces, named)
 
 
@@ -96,9 +96,11 @@ def _rope(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, A
     bows = [sheet.projection.page(bow.points()) for bow in placed.bows]
     for first, second in pairwise(pieces):
         between = [bow for bow in bows if _joins(bow, first[1], second[0])]
-        centre = fillet(first[0], first[1], second[1], _WHEEL) if not between else None
+        centre = fillet(first[0], first[1], second[1], WHEEL) if not between else None
         if between:
             points += list(between[0])
+        elif placed.strand.name in sheet.settled.folds and is_turned(first, second):
+            points += list(_back(first, second))
         elif centre is not None and float(np.linalg.norm(first[1] - second[0])) < 0.5:
             points += list(_around(first, second, centre))
         else:
@@ -107,6 +109,15 @@ def _rope(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, A
     yield Stroke(np.array(points), pen, **named)
     for coil in placed.wound:
         yield Stroke(sheet.projection.page(coil.points()), pen, **named)
+
+
+def _back(first: Floats, second: Floats) -> Floats:
+    """Return the points of half a turn from the end of one piece to the beginning of the next, which runs back."""
+    centre, radius = (first[1] + second[0]) / 2, (first[1] - second[0]) / 2
+    along = unit2(first[1] - first[0]) * float(np.linalg.norm(radius))
+    angles = np.linspace(0.0, np.pi, 24)[:, None]
+    found: Floats = centre + np.cos(angles) * radius + np.sin(angles) * along
+    return found
 
 
 def _joins(bow: Floats, a: Floats, b: Floats) -> bool:
@@ -122,7 +133,7 @@ def _around(first: Floats, second: Floats, centre: Floats) -> Floats:
     start, stop = (float(np.arctan2(foot[1], foot[0])) for foot in feet)
     turn = (stop - start + np.pi) % (2 * np.pi) - np.pi
     angles = start + np.linspace(0.0, turn, 16)
-    return centre + _WHEEL * np.column_stack((np.cos(angles), np.sin(angles)))
+    return centre + WHEEL * np.column_stack((np.cos(angles), np.sin(angles)))
 
 
 def _attraction(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from multibody_sym.drawing.look.pulleys import axle_marks, pulley_marks
 from multibody_sym.drawing.look.rails import block_size, is_covered
+from multibody_sym.drawing.look.settle import BOB
 from multibody_sym.drawing.look.shapes import FORMS, barrel
 from multibody_sym.drawing.look.sheet import UNSEEN, Sheet, left, unit2
 from multibody_sym.drawing.look.supports import stand, support, support_side
@@ -29,10 +30,10 @@ from multibody_sym.drawing.style import (
     THIN,
 )
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Barrel, Block, Symbol, unit, vector
+from multibody_sym.scene.forms import Barrel, Block, Rail, Symbol, unit
 from multibody_sym.scene.items import Item
 
-_BOB: Final = 5.0
+_UNIT: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _COM: Final = 4.0
 _ROTOR: Final = 14.0
 Look = Callable[[Sheet, Item, Symbol], Iterator[Mark]]
@@ -152,23 +153,65 @@ def _bead(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
 
 def _bob(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     named = sheet.named(item, LAYER_BODY + 0.5, symbol.at)
-    yield Arc(sheet.at(item.body, symbol.at), _BOB, sheet.pen(item), fill=DARK, **named)
+    yield Arc(sheet.at(item.body, symbol.at), BOB, sheet.pen(item), fill=DARK, **named)
 
 
 def _body_block(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
-    """Yield a mass without a size: a block along its rail, or a square."""
+    """Yield a mass without a size: a block along its rail or on its face, a wedge where another one slides up it."""
     named = sheet.named(item, LAYER_BODY + 0.3, symbol.at)
     length, height = block_size(sheet, item)
-    guide = next((i for i in sheet.touched.get(item.body, ()) if i.role == "joint" and len(i.bodies) == 2), None)
-    axis = guide.form.axis if guide is not None and isinstance(guide.form, Symbol) else (1.0, 0.0, 0.0)
-    flat = Symbol("block", symbol.at, vector(axis))
     if not sheet.flat:
         sizes = (sheet.metres(length), sheet.metres(length), sheet.metres(height))
-        cube = Block(symbol.at, ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), sizes)
-        yield from FORMS[Block](sheet, item, cube)
+        yield from FORMS[Block](sheet, item, Block(symbol.at, _UNIT, sizes))
         return
-    corners = _rotating(sheet, item, flat, length / 2, height / 2)
+    at = sheet.at(item.body, symbol.at)
+    slope = _slope(sheet, item)
+    if slope is not None and abs(float(slope @ sheet.down)) > 0.05:
+        yield Stroke(_wedge_under(sheet, at, slope), sheet.pen(item), closed=True, fill=BODY, **named)
+        return
+    if _carries_pulley(sheet, item, symbol):
+        hook = at + 30.0 * sheet.down
+        yield Stroke(np.array([at, hook]), sheet.pen(item), **named)
+        at = hook
+    along = sheet.settled.leans.get(item.body, _own_axis(sheet, item))
+    corners = rectangle(at, along, length * (1.9 if slope is not None else 1.0), height)
     yield Stroke(corners, sheet.pen(item), closed=True, fill=BODY, **named)
+
+
+def rectangle(at: Floats, along: Floats, length: float, height: float) -> Floats:
+    """Return the corners (4, 2) of a rectangle about a place."""
+    across = left(along)
+    signs = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    return np.array([at + i * length / 2 * along + j * height / 2 * across for i, j in signs])
+
+
+def _own_axis(sheet: Sheet, item: Item) -> Floats:
+    """Return the direction of a block on the page: that of its joint, or of its body."""
+    for other in sheet.touched.get(item.body, ()):
+        if isinstance(other.form, Symbol) and other.form.kind in ("slider", "hanger"):
+            return unit2(sheet.way(item.body, other.form.axis))
+    return unit2(sheet.way(item.body, (1.0, 0.0, 0.0)))
+
+
+def _slope(sheet: Sheet, item: Item) -> Floats | None:
+    """Return the direction on the page of a rail on a block, on which another body slides."""
+    for other in sheet.touched.get(item.body, ()):
+        if isinstance(other.form, Rail) and other.bodies and other.bodies[0] == item.body:
+            return unit2(sheet.way(item.body, other.form.axis))
+    return None
+
+
+def _wedge_under(sheet: Sheet, at: Floats, slope: Floats) -> Floats:
+    """Return the corners (3, 2) of a wedge below a slope through a place."""
+    up = slope if float(slope @ sheet.down) < 0.0 else -slope
+    low, high = at - 36.0 * up, at + 36.0 * up
+    return np.array([low, high, high + sheet.down * float((low - high) @ sheet.down)])
+
+
+def _carries_pulley(sheet: Sheet, item: Item, symbol: Symbol) -> bool:
+    """Return whether a pulley without a radius is where a mass is, which then hangs below it."""
+    pulleys = (i for i in sheet.touched.get(item.body, ()) if i.role == "pulley" and isinstance(i.form, Symbol))
+    return any(i.form.at == symbol.at for i in pulleys if isinstance(i.form, Symbol))
 
 
 def _rotor(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:

@@ -1,0 +1,194 @@
+"""Where things without a size stand on the page: on what they touch, beside what they would cover, as in a book.
+
+A mass without a size is drawn as a block, and its place is a point: on a plane it stands on that point, not half in it;
+two that hang on one rope over a wheel without a radius hang beside each other. Such displacements (pt) belong to bodies
+and are those of the start, so that nothing jumps while it moves; what has a size is never displaced.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.scene.forms import Face, Rail, Symbol
+from multibody_sym.scene.items import Item, Placed, PlacedStrand
+from multibody_sym.scene.scene import Scene
+
+MASS: Final = (24.0, 17.0)
+"""Length and height of a mass without a size (pt)."""
+BOB: Final = 5.0
+"""The radius of a bob without a size (pt)."""
+WHEEL: Final = 11.0
+"""The radius of a pulley without one (pt)."""
+_BESIDE: Final = 66.0
+"""How far bodies without a size are apart that a spring of no length joins (pt)."""
+_SAME: Final = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """Displacements (pt) of `bodies` by number and of `pulleys` on ground by name; `leans` are directions of blocks.
+
+    `folds` are, by rope, the displacements of its pieces where it runs straight back over wheels.
+    """
+
+    bodies: Mapping[int, Floats] = field(default_factory=dict)
+    pulleys: Mapping[str, Floats] = field(default_factory=dict)
+    leans: Mapping[int, Floats] = field(default_factory=dict)
+    folds: Mapping[str, Floats] = field(default_factory=dict)
+
+
+@dataclass(eq=False)
+class _Settling:
+    """The scene at its start on the page, and what was found so far."""
+
+    scene: Scene
+    home: Placed
+    axes: Floats
+    scale: float
+    bodies: dict[int, Floats] = field(default_factory=dict)
+    pulleys: dict[str, Floats] = field(default_factory=dict)
+    leans: dict[int, Floats] = field(default_factory=dict)
+    folds: dict[str, Floats] = field(default_factory=dict)
+
+    def page(self, body: int, point: object) -> Floats:
+        """Return where a point of a body is on the page (2)."""
+        found: Floats = self.scale * (self.axes @ self.home.world(body, np.array([point], dtype=float))[0])
+        return found
+
+    def way(self, body: int, direction: object) -> Floats:
+        """Return a direction of a body on the page (2)."""
+        found: Floats = self.axes @ self.home.turned(body, np.asarray(direction, dtype=float))
+        return found
+
+    def mass(self, body: int) -> Symbol | None:
+        """Return the symbol that stands for all of a body, None for one that has a size."""
+        forms = [item.form for item in self.scene.items if item.body == body and item.role in ("body", "surface")]
+        symbols = [form for form in forms if isinstance(form, Symbol) and form.kind in ("block", "bob")]
+        return symbols[0] if len(forms) == 1 and symbols else None
+
+
+def settled(scene: Scene, home: Placed, right: Floats, up: Floats, scale: float) -> Settled:
+    """Return where things without a size stand in a view."""
+    made = _Settling(scene, home, np.array([right, up]), scale)
+    for strand in home.strands:
+        _fold(made, strand)
+    for strand in home.strands:
+        _follow(made, strand)
+    for _ in range(3):  # a block on a block on a block
+        for item in scene.items:
+            _stand(made, item)
+    for strand in home.strands:
+        _beside(made, strand)
+    return Settled(made.bodies, made.pulleys, made.leans, made.folds)
+
+
+def half_size(symbol: Symbol) -> float:
+    """Return how high the middle of a mass without a size stands above what it touches (pt)."""
+    return BOB if symbol.kind == "bob" else MASS[1] / 2
+
+
+def _stand(made: _Settling, item: Item) -> None:
+    """Let a mass that touches a plane, or slides on another body, stand on it."""
+    if item.role == "contact" and len(item.bodies) == 2 and isinstance(item.form, Symbol):
+        mass, other = made.mass(item.body), next((b for b in item.bodies if b != item.body), item.body)
+        face = next(_faces(made, other, made.page(item.body, item.form.at)), None)
+        if mass is not None and face is not None:
+            assert isinstance(face.form, Face)
+            _lift(made, item.body, other, made.way(face.body, face.form.normal), half_size(mass))
+    elif item.role == "guide" and isinstance(item.form, Rail) and len(item.bodies) == 2 and not item.on_ground:
+        parent, child = item.bodies
+        mass, below = made.mass(child), made.mass(parent)
+        along = made.way(parent, item.form.axis)
+        if mass is None or below is None or float(np.linalg.norm(along)) < 0.9:
+            return
+        normal = np.array([-along[1], along[0]])
+        normal = normal if normal[1] > 0.0 else -normal
+        level = abs(float(normal[0])) < 0.05
+        _lift(made, child, parent, normal, half_size(mass) + (MASS[1] / 2 if level else 0.0))
+
+
+def _faces(made: _Settling, body: int, at: Floats) -> Iterator[Item]:
+    """Yield the faces of a body on which a place of the page lies."""
+    for item in made.scene.items:
+        if item.body == body and isinstance(item.form, Face):
+            normal = made.way(body, item.form.normal)
+            if abs(float((at - made.page(body, item.form.through)) @ normal)) < _SAME:
+                yield item
+
+
+def _lift(made: _Settling, body: int, carrier: int, normal: Floats, height: float) -> None:
+    base = made.bodies.get(carrier, np.zeros(2))
+    made.bodies[body] = base + height * normal
+    made.leans[body] = np.array([normal[1], -normal[0]])
+
+
+# --- ropes ---------------------------------------------------------------------------------------------------------
+
+
+def _fold(made: _Settling, rope: PlacedStrand) -> None:
+    """Let the pieces of a rope that runs straight back over wheels without a radius hang beside each other."""
+    if rope.strand.kind != "rope" or rope.bows or not np.all(np.isfinite(rope.pieces)):
+        return
+    pieces = made.scale * (rope.pieces @ made.axes.T)
+    folds = [_is_fold(*pair) for pair in pairwise(pieces)]
+    if not any(folds):
+        return
+    along = pieces[0][1] - pieces[0][0]
+    across = np.array([1.0, 0.0]) if abs(along[1]) > abs(along[0]) else np.array([0.0, 1.0])
+    steps = np.cumsum([0.0, *(2.0 * WHEEL * fold for fold in folds)])
+    ways = (steps - (steps[0] + steps[-1]) / 2)[:, None] * across
+    made.folds[rope.strand.name] = ways
+    first, last = rope.strand.anchors[0], rope.strand.anchors[-1]
+    for anchor, way in ((first, ways[0]), (last, ways[-1])):
+        if anchor.body >= 0:
+            made.bodies[anchor.body] = way
+    for k, fold in enumerate(folds):
+        if fold:
+            _fold_pulley(made, pieces[k][1], (ways[k] + ways[k + 1]) / 2)
+
+
+def _fold_pulley(made: _Settling, at: Floats, way: Floats) -> None:
+    """Displace the first pulley at a place that is not displaced yet, with its body."""
+    for item in made.scene.items:
+        if item.role != "pulley" or item.name in made.pulleys or not isinstance(item.form, Symbol):
+            continue
+        if float(np.linalg.norm(made.page(item.body, item.form.at) - at)) < _SAME:
+            made.pulleys[item.name] = way
+            if item.body >= 0:
+                made.bodies[item.body] = way
+            return
+
+
+def _is_fold(before: Floats, after: Floats) -> bool:
+    a, b = before[0] - before[1], after[1] - after[0]
+    sizes = float(np.linalg.norm(a)), float(np.linalg.norm(b))
+    return min(sizes) > _SAME and float(a @ b) > 0.98 * sizes[0] * sizes[1]
+
+
+def _follow(made: _Settling, strand: PlacedStrand) -> None:
+    """Let what hangs on something that was displaced hang below it."""
+    if strand.strand.name in made.folds or len(strand.strand.anchors) != 2 or len(strand.pieces) != 1:
+        return
+    first, second = (anchor.body for anchor in strand.strand.anchors)
+    for one, other in ((first, second), (second, first)):
+        if one in made.bodies and other >= 0 and other not in made.bodies:
+            made.bodies[other] = made.bodies[one]
+
+
+def _beside(made: _Settling, strand: PlacedStrand) -> None:
+    """Let bodies without a size that a strand of no length joins stand apart along their rail."""
+    if len(strand.strand.anchors) != 2 or strand.strand.kind == "rope" or not len(strand.pieces):
+        return
+    first, second = (anchor.body for anchor in strand.strand.anchors)
+    a, b = (made.page(anchor.body, anchor.point) for anchor in strand.strand.anchors)
+    if min(first, second) < 0 or float(np.linalg.norm(a - b)) > _SAME or made.mass(second) is None:
+        return
+    rails = [i for i in made.scene.items if i.role == "guide" and isinstance(i.form, Rail) and second in i.bodies]
+    way = made.way(rails[0].body, rails[0].form.axis) if rails and isinstance(rails[0].form, Rail) else (1.0, 0.0)
+    made.bodies[second] = made.bodies.get(first, np.zeros(2)) + _BESIDE * np.asarray(way)
