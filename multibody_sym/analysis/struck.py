@@ -13,11 +13,12 @@ from multibody_sym.dynamics.impacts.impulsive import Blow, pose, rubbing, struck
 from multibody_sym.dynamics.impacts.problem import ImpactLaw, ImpactProblem, Struck
 from multibody_sym.dynamics.impacts.problem import Sequence as Order
 from multibody_sym.dynamics.laws.assemble import OneWayRows, tree_dynamics_of
+from multibody_sym.dynamics.start.contact_starts import verify_friction
 from multibody_sym.dynamics.start.examined import examined
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.dynamics.start.state import closed_at, rows_at
 from multibody_sym.dynamics.start.straight import Side, straightened
-from multibody_sym.errors import ModelError, NoSolutionError, Where
+from multibody_sym.errors import ModelError, NoSolutionError, Where, at
 from multibody_sym.kinematics.impacts import resting
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.relative import direction
@@ -157,6 +158,9 @@ def coefficients_of(blow: Blow, element: OneWay) -> tuple[float, float]:
                 where=Where(path=(*blow.impact.paths.get(element.name, element.path), word)),
                 number="M109",
             )
+    with at(*blow.impact.paths.get(element.name, element.path)):
+        for part in element.frictions:
+            verify_friction(blow.motion, part)
     return float(values[0]), float(values[1])
 
 

@@ -7,6 +7,7 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.answers.impact.record import ImpactFound
 from multibody_sym.expressions.printer import text
+from multibody_sym.model.resolution.changes import Changes
 
 HEAD = "multibody_sym: 1\nname: struck\n"
 ROD = """
@@ -181,3 +182,27 @@ def test_a_segment_leads_from_point_to_point_of_its_body_by_name() -> None:
     assert mbs.loads(mbs.dumps(system)) == system
     with pytest.raises(mbs.ModelError, match=r"surfaces\.top\.segment\.1: the body has no point 'tup'; did you mean"):
         found(NAMED.replace("ENDS", "[end, tup]"))
+
+
+@pytest.mark.parametrize(
+    ("values", "words", "under"),
+    [
+        ({"mu": -0.2}, "negative; nothing rubs", "static"),
+        ({"mk": -0.1}, "negative; nothing rubs", "kinetic"),
+        ({"mk": 0.5}, "static 0.3 is below kinetic 0.5", "static"),
+    ],
+)
+def test_friction_that_a_parameter_makes_impossible_is_refused_as_in_contacts(
+    values: dict[str, float], words: str, under: str
+) -> None:
+    system = mbs.loads("""
+multibody_sym: 1
+name: thrown
+parameters: {mu: 0.3, mk: 0.2}
+bodies: {ball: {mass: 1}}
+joints: {P: {type: point, parent: ground, child: ball, axes: xy, initial: {u: [2, -1]}}}
+impact: {between: [ball, ground], normal: y, static: mu, kinetic: mk, restitution: 0.5}
+""")
+    with pytest.raises(mbs.ModelError, match=words) as caught:
+        mbs.solve(Changes(values).of(system))
+    assert caught.value.where.path == ("impact", under)

@@ -30,13 +30,14 @@ def verify_contact_values(motion: Motion) -> None:
             _verify_range(motion, "restitution", element.restitution, 1.0)
             _verify_range(motion, "tangential_restitution", element.tangential_restitution, 1.0)
             for part in element.frictions:
-                _verify_friction(motion, part)
+                verify_friction(motion, part)
             for row in element.rows if element.kind == "contact" else ():
                 for radius in row.radii:
                     _verify_radius(motion, radius)
 
 
-def _verify_friction(motion: Motion, part: FrictionPart) -> None:
+def verify_friction(motion: Motion, part: FrictionPart) -> None:
+    """Raise ModelError, under the coefficient's name, for a negative one, and for more in sliding than in sticking."""
     if part.name.endswith(_ROLLING):
         _verify_range(motion, "rolling_resistance", part.static, None)
         return
