@@ -221,18 +221,22 @@ def _undecided(condition: Condition, assumed: Collection[int] | None = None) -> 
     value = condition.value
     field, content, turned = value.field, 1, 1
     left: list[Poly] = []
+    even: list[Poly] = []
     if value.is_zero:
         return None
     for p in (value.above, value.below):
         number, factors = (1, [(p, 1)]) if len(p) > _LONGEST_FACTORED else factored(p)
         content = content if number > 0 else -content
         for factor, exponent in factors:
-            if exponent % 2 == 0:
-                continue
             sign = _known_sign(field, factor, condition, assumed)
+            if exponent % 2 == 0:
+                even += [factor] if sign is None else []
+                continue
             turned = turned if sign is None or sign > 0 else -turned
             left += [factor] if sign is None else []
     left = [_without_root(field, p) for p in left]
+    if not left and content * turned < 0:  # minus a square: it holds where that is zero
+        left, content = [-(p * p) for p in map(field.in_ring, even[:1])], -content
     for k, p in enumerate(left):
         if content * turned < 0 and (field.value(p) < 0 or k == len(left) - 1):
             left[k], content = -p, -content

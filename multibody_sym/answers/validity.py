@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -85,14 +85,17 @@ def _agree(solved: Solved, inequality: Inequality, values: list[float], size: fl
     )
 
 
-def told_conditions(solved: Solved, conditions: list[Condition]) -> dict[str, str]:
-    """Return conditions over quotients in words; what is too long is left out with a reason."""
+def told_conditions(solved: Solved, conditions: list[Condition], given: Iterable[Condition] = ()) -> dict[str, str]:
+    """Return conditions over quotients in words; what is too long is left out with a reason.
+
+    What is `given` holds for all parameters allowed, beside what is declared.
+    """
     if not conditions:
         return {}
     found = {}
     conditions[0].value.field.work += WORK
     try:
-        conditions = reduced(conditions, declared(solved))
+        conditions = reduced(conditions, [*declared(solved), *given])
     except NoClosedFormError:
         solved.reasons["a condition is too long"] = None
     for condition in conditions:

@@ -11,6 +11,7 @@ from multibody_sym.analysis.struck import PosedImpact, outcome, posed_impact
 from multibody_sym.answers.impact.centres import centres_of_percussion, instantaneous_centres
 from multibody_sym.answers.impact.conditions import impact_conditions
 from multibody_sym.answers.impact.courses import Course, impact_steps
+from multibody_sym.answers.impact.order import Order
 from multibody_sym.answers.impact.record import ImpactFound
 from multibody_sym.answers.impact.resting import (
     Befores,
@@ -23,6 +24,7 @@ from multibody_sym.answers.instant import Solved
 from multibody_sym.dynamics.impacts.impulsive import StruckRows, rubbing, struck_rows
 from multibody_sym.dynamics.impacts.problem import Struck
 from multibody_sym.dynamics.impacts.program import StruckMode
+from multibody_sym.dynamics.impacts.sequence import clusters
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.errors import RunError, Where
 from multibody_sym.expressions.values import Value
@@ -33,6 +35,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.mechanism.units import MechanismUnits
+from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, as_node
 
 IMPULSE_UNITS: Final = {"fx": "N*s", "fy": "N*s", "fz": "N*s", "mx": "N*m*s", "my": "N*m*s", "mz": "N*m*s"}
@@ -73,7 +76,6 @@ class _Answer:
     struck: Struck
     formalism: str | None
     reasons: dict[str, None] = field(default_factory=dict)
-    conditions: list[tuple[Node, str]] = field(default_factory=list)
 
     @cached_property
     def rows(self) -> StruckRows:
@@ -97,10 +99,28 @@ class _Answer:
 
     def _formula(self, before: Motion) -> Mapping[int, Node] | None:
         """Return the jumps of rows over Nodes, None where no formula is known."""
+        return self.course.jumps(before)
+
+    @cached_property
+    def course(self) -> Course:
+        """The way of the impact over Nodes."""
         mode = StruckMode(self.posed.blow, self.rows)
-        letters = self.given.symbolic.letters
-        course = Course(mode, self.struck, letters, self.reasons, self.posed.law, self.conditions)
-        return course.jumps(before)
+        return Course(mode, self.struck, self.given.symbolic.letters, self.reasons, self.posed.law)
+
+    @cached_property
+    def order(self) -> Order:
+        """Whose turn it is."""
+        blow, letters = self.posed.blow, self.given.symbolic.letters
+        samples = {node: float(letter.sample) for node, letter in letters.items()}
+        found = clusters(self.posed.problem.rows)
+        places = {x.name: blow.names.index(x.normals[0].name) for x in blow.elements}
+        return Order(
+            blow.elements,
+            {x.name: as_node(self.given.nodes.state.values([x.restitution])[0]) for x in blow.elements},
+            {name: found[k] for name, k in places.items()},
+            self.posed.order == "one_by_one",
+            lambda node: evaluate_float([node], samples)[0],
+        )
 
     # --- what is told ---------------------------------------------------------------------------------------------
 
@@ -116,7 +136,7 @@ class _Answer:
             return dict(zip(names, _impact(instant).after, strict=True))
 
         lost = self._lost_by()
-        conditions = impact_conditions(solved, self.rows, self.posed.blow.elements, self.conditions)
+        conditions = impact_conditions(solved, self.rows, self.order, self.course)
         return ImpactFound(
             law=self.posed.law,
             sequence=self.posed.order,

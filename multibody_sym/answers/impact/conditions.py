@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from multibody_sym.algebra.conditions import Condition, within
+from multibody_sym.algebra.conditions import Condition
 from multibody_sym.algebra.quotients import NoClosedFormError
-from multibody_sym.answers.closed_form import ClosedForms
+from multibody_sym.answers.impact.courses import Course
+from multibody_sym.answers.impact.order import Blows, Needed, Order
 from multibody_sym.answers.impact.resting import ImpactInstant, length, row_impulses
 from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.validity import told_conditions
@@ -15,80 +16,90 @@ from multibody_sym.dynamics.impacts.impulsive import StruckRows, rubbing
 from multibody_sym.errors import ExpressionError
 from multibody_sym.kinematics.rows import coefficients
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
-from multibody_sym.scalars.node import Node, as_node
+from multibody_sym.scalars.node import ZERO, Node, as_node
 from multibody_sym.scalars.vectors import S
 
 
-def impact_conditions(
-    solved: Solved, rows: StruckRows, elements: tuple[OneWay, ...], course: Sequence[tuple[Node, str]]
-) -> dict[str, str]:
-    """Return the conditions as comparisons, each with what happens where it fails; none without closed forms.
-
-    `course`: what is positive where slip changes on the way as it does.
-    """
+def impact_conditions(solved: Solved, rows: StruckRows, order: Order, course: Course) -> dict[str, str]:
+    """Return the conditions as comparisons, each with what happens where it fails; none without closed forms."""
     nodes, forms = solved.nodes, solved.forms
     assert isinstance(nodes, ImpactInstant)
     if forms is None:
         return {}
     found = [Condition(positive, strict=True) for positive in forms.field.positive]
     try:
-        for needed in _needed(_Mode(nodes, rows, elements)):
+        for needed in _needed(_Mode(nodes, rows, order, course)):
             found += needed.over(forms)
-        for positive, broken in course:
-            found += _Needed(positive, broken).over(forms)
+        for positive, broken in course.conditions:
+            found += Needed(positive, broken).over(forms)
+        given = [Condition(x) for x in forms.of(_possible(nodes, order.elements))]
     except NoClosedFormError as reason:
         solved.reasons[str(reason)] = None
+        return told_conditions(solved, found)
     except ExpressionError as reason:
         solved.reasons[reason.message] = None
-    return told_conditions(solved, found)
+        return told_conditions(solved, found)
+    return told_conditions(solved, found, given)
 
 
-@dataclass(frozen=True)
-class _Needed:
-    """That a term is positive (`strict`) or not negative, or with a `limit` not larger than that; else `broken`."""
-
-    term: Node
-    broken: str
-    strict: bool = False
-    limit: Node | None = None
-
-    def over(self, forms: ClosedForms) -> list[Condition]:
-        if self.limit is not None:
-            term, limit = forms.of([self.term, self.limit])
-            return within(term, limit, self.broken)
-        return [Condition(forms.of([self.term])[0], self.strict, self.broken)]
+def _possible(nodes: ImpactInstant, elements: Sequence[OneWay]) -> Iterator[Node]:
+    """Yield what is not negative of coefficients anyway: none gives back more than all, nor rubs more as it slides."""
+    for element in elements:
+        e, back = nodes.before.state.values([element.restitution, element.tangential_restitution])
+        yield from (as_node(1 - x) for x in (e, back) if as_node(x).shadow is None)
+        for part in rubbing(element):
+            static, kinetic = coefficients(nodes.before, part.rows, [part.static, part.kinetic])
+            if not part.enough and static is not kinetic:
+                yield as_node(static - kinetic)
 
 
 @dataclass(frozen=True)
 class _Mode:
     nodes: ImpactInstant
     rows: StruckRows
-    elements: tuple[OneWay, ...]
+    order: Order
+    course: Course
+
+    @property
+    def pushed(self) -> Mapping[str, Node]:
+        """The speeds of all rows as they strike, after what is given has pushed."""
+        return self.course.striking or {name: as_node(x.phidot) for name, x in self.nodes.rows_before.items()}
+
+    def by_element(self, speeds: Mapping[str, Node]) -> dict[str, Node]:
+        """Return the speeds of opening by the names of elements."""
+        return {x.name: speeds[x.normals[0].name] for x in self.order.elements}
+
+    @property
+    def alone(self) -> bool:
+        """Whether one element alone touches."""
+        return len(self.order.elements) == 1
 
 
-def _needed(mode: _Mode) -> Iterator[_Needed]:
-    before, after = mode.nodes.rows_before, mode.nodes.rows_after
-    for element in mode.elements:
-        normal = element.normals[0].name
-        if element not in mode.rows.acting:
-            yield _Needed(as_node(after[normal].phidot), f"{element.name} is struck too")
-            continue
-        if len(mode.elements) == 1:
-            yield _Needed(as_node(-before[normal].phidot), f"{element.name} separates and nothing strikes", strict=True)
-        else:
-            yield _Needed(as_node(row_impulses(mode.nodes, [normal])[0]), f"{element.name} is not struck")
+def _needed(mode: _Mode) -> Iterator[Needed]:
+    acting, order = mode.rows.acting, mode.order
+    after = mode.by_element({name: as_node(x.phidot) for name, x in mode.nodes.rows_after.items()})
+    struck = [element.name for element in acting]
+    steps = mode.course.steps
+    if not steps:
+        impulses = {x.name: as_node(row_impulses(mode.nodes, [x.normals[0].name])[0]) for x in acting}
+        steps = [Blows(tuple(struck), impulses, mode.by_element(mode.pushed), after)]
+    for step in steps:
+        yield from order.needed(step)
+    if not mode.alone:
+        yield from order.finally_open(after, struck)
+    for element in acting:
         for part in rubbing(element):
             yield from _of_friction(mode, element, part)
     for element in mode.rows.rough:
         if not any(part.norm for part in element.frictions):
             for row in element.normals:
                 pressed = mode.rows.sides[row.name] * row_impulses(mode.nodes, [row.name])[0]
-                yield _Needed(as_node(pressed), f"{element.name} is pressed from the other side")
+                yield Needed(as_node(pressed), f"{element.name} is pressed from the other side")
         for part in rubbing(element):
             yield from _of_friction(mode, element, part)
 
 
-def _of_friction(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[_Needed]:
+def _of_friction(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[Needed]:
     row = part.rows[0].name
     if row in mode.rows.given:
         return
@@ -97,21 +108,36 @@ def _of_friction(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[_
         return
     slip = mode.rows.slips.get(part.name, 0)
     if slip:
-        slipping = mode.nodes.rows_after[row].phidot
-        yield _Needed(as_node(slipping if slip > 0 else -slipping), f"{part.name} sticks or turns round")
+        yield from _slipping(mode, element, part, slip)
     elif not part.enough:
         (static,) = coefficients(mode.nodes.before, part.rows, [part.static])
         (along,) = row_impulses(mode.nodes, [row])
         limit = static * _pressing(mode, element, part)
-        yield _Needed(as_node(along), f"{part.name} slips", limit=as_node(limit))
+        yield Needed(as_node(along), f"{part.name} slips", limit=as_node(limit))
 
 
-def _in_space(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[_Needed]:
+def _slipping(mode: _Mode, element: OneWay, part: FrictionPart, slip: int) -> Iterator[Needed]:
+    """Yield that what slips one way all the while does so: it is pressed, slips so at first and in the end."""
+    row, broken = part.rows[0].name, f"{part.name} sticks or turns round"
+    first, last = slip * mode.pushed[row], as_node(slip * mode.nodes.rows_after[row].phidot)
+    yield Needed(last, broken)
+    if not element.unilateral:
+        return
+    (e,) = mode.nodes.before.state.values([element.restitution])
+    if mode.alone:
+        yield Needed(first, broken)
+        pressed = as_node(row_impulses(mode.nodes, [element.normals[0].name])[0])
+        yield Needed(pressed, f"{part.name} stops on the way: the more it slips the harder it is pressed", strict=True)
+    elif e is not ZERO:
+        yield Needed(last + as_node(e) * first, broken)  # at the end of compression
+
+
+def _in_space(mode: _Mode, element: OneWay, part: FrictionPart) -> Iterator[Needed]:
     """Yield that what sticks in the end stays within its cone."""
     if not part.enough and mode.rows.slips.get(part.name, 0) == 0:
         (static,) = coefficients(mode.nodes.before, part.rows, [part.static])
         along = length(row_impulses(mode.nodes, [row.name for row in part.rows]))
-        yield _Needed(as_node(static * _pressing(mode, element, part) - along), f"{part.name} slips")
+        yield Needed(as_node(static * _pressing(mode, element, part) - along), f"{part.name} slips")
 
 
 def _pressing(mode: _Mode, element: OneWay, part: FrictionPart) -> S:

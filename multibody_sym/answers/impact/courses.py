@@ -9,6 +9,7 @@ from typing import Final
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.quotients import Letter, NoClosedFormError
 from multibody_sym.answers.closed_form import closed_forms
+from multibody_sym.answers.impact.order import Blows
 from multibody_sym.answers.impact.record import ImpactStep
 from multibody_sym.answers.symbolic_state import SymbolicState
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics
@@ -44,7 +45,11 @@ def impact_steps(elements: Sequence[OneWay], names: Sequence[str], struck: Struc
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """The way of an impact over Nodes: its mode and impacts, and the letters of the start."""
+    """The way of an impact over Nodes: its mode and impacts, and the letters of the start.
+
+    On the way it notes `conditions`: what is positive where slip changes as it does, and what happens else; of several
+    impacts the `steps`; and where something pushes first, the speeds of rows with which they are `striking`.
+    """
 
     mode: StruckMode
     struck: Struck
@@ -52,6 +57,8 @@ class Course:
     reasons: dict[str, None]
     law: ImpactLaw = "newton"
     conditions: list[tuple[Node, str]] = field(default_factory=list)
+    steps: list[Blows] = field(default_factory=list)
+    striking: dict[str, Node] = field(default_factory=dict)
 
     def jumps(self, before: Motion) -> Mapping[int, Node] | None:
         """Return the jumps of the rows of the whole impact by number; None, with the reason noted, without formula."""
@@ -62,6 +69,7 @@ class Course:
             return None
         try:
             pushed = self._pushed(before) if self.mode.pushes else before
+            self.striking.update(_speeds(pushed) if self.mode.pushes else {})
             if given and element is not None:
                 return self._along_plane(element, before, pushed)
             if self.struck.impacts <= 1:
@@ -79,8 +87,19 @@ class Course:
         return self._after(self.mode.alone, before, joined)
 
     def _after(self, mechanism: Mechanism, before: Motion, jumps: Mapping[int, Node]) -> Motion:
+        return self._solved(mechanism, before, jumps)[0]
+
+    def _solved(self, mechanism: Mechanism, before: Motion, jumps: Mapping[int, Node]) -> tuple[Motion, list[Node]]:
+        """Return the motion after jumps of rows, and the impulses."""
         forms = closed_forms(mechanism, SymbolicState(resting(before.state, jumps), self.letters))
-        return self.mode.pushed(before, [book_form(x) for x in forms.udot])
+        return self.mode.pushed(before, [book_form(x) for x in forms.udot]), [book_form(x) for x in forms.multipliers]
+
+    def _note(
+        self, struck: tuple[str, ...], impulses: Sequence[Node], before: Mapping[str, Node], after: Mapping[str, Node]
+    ) -> None:
+        normals = {x.name: x.normals[0].name for x in self.mode.blow.elements}
+        speeds = [{name: each[row] for name, row in normals.items()} for each in (before, after)]
+        self.steps.append(Blows(struck, dict(zip(struck, impulses, strict=True)), speeds[0], speeds[1]))
 
     def _along_plane(self, element: OneWay, before: Motion, pushed: Motion) -> dict[int, Node]:
         """Return the jumps of the mechanism's own rows, and the impulses of a contact whose slip changes on the way."""
@@ -122,12 +141,12 @@ class Course:
             wanted = {k: as_node(0) for k in range(own)}
             for k, (row, e) in enumerate(zip(rows, bounce, strict=True), own):
                 wanted[k] = as_node(-(1 + e) * speeds[row.name])
-            now = self._after(blow.resting(rows), now, wanted)
+            later, impulses = self._solved(blow.resting(rows), now, wanted)
+            self._note(step.struck, impulses[own:], speeds, _speeds(later))
+            now = later
         start, end = _speeds(before), _speeds(now)
         found = {k: as_node(x) for k, x in self.mode.own(before).items()}
-        return found | {
-            k: as_node(end[name] - start[name]) for k, name in enumerate(self.mode.acting) if k >= own
-        }
+        return found | {k: as_node(end[name] - start[name]) for k, name in enumerate(self.mode.acting) if k >= own}
 
 
 def _speeds(motion: Motion) -> dict[str, Node]:

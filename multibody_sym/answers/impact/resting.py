@@ -185,7 +185,4 @@ def length(components: Sequence[S]) -> S:
 def row_impulses(told: ImpactInstant, rows: Sequence[str]) -> list[S]:
     """Return the impulses along rows by name, also along those that slide with another's."""
     places = by_name(told.motion.mechanism)
-    return [
-        told.multipliers[places[row]] if row in places else friction_along(told, row)
-        for row in rows
-    ]
+    return [told.multipliers[places[row]] if row in places else friction_along(told, row) for row in rows]

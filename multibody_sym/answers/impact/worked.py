@@ -136,9 +136,7 @@ class _Work:
         steps.append(("Impulses in joints", list(self._joints())))
         found = [WorkedStep(title, tuple(lines)) for title, lines in steps if lines]
         limits = self.found.limits
-        conditions = [
-            Sentence((f"{x}, else {limits[x]}" if limits.get(x) else x,)) for x in self.found.conditions
-        ]
+        conditions = [Sentence((f"{x}, else {limits[x]}" if limits.get(x) else x,)) for x in self.found.conditions]
         return (*found, *([WorkedStep("Conditions", tuple(conditions))] if conditions else []))
 
     def _joints(self) -> Iterator[Line]:
@@ -166,4 +164,3 @@ class _Work:
         if not (sides or known):
             return Sentence((*before, " = ", told))
         return Formula((*sides, *known), before=before, value=told)
-
