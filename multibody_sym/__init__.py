@@ -133,6 +133,8 @@ if TYPE_CHECKING:
     from multibody_sym.simulation.tree_functions import mass_matrix as mass_matrix
     from multibody_sym.studies.run import sweep as sweep
     from multibody_sym.studies.study import Study as Study
+    from multibody_sym.writing.animation.animate import Animation as Animation
+    from multibody_sym.writing.animation.animate import animate as animate
 
 _NAMES = {
     "analysis.derivations": "derive",
@@ -184,6 +186,7 @@ _NAMES = {
     "simulation.tree_functions": "hybrid_dynamics inverse_dynamics mass_matrix",
     "studies.run": "sweep",
     "studies.study": "Study",
+    "writing.animation.animate": "Animation animate",
 }
 _MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}
 

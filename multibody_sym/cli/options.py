@@ -8,6 +8,7 @@ from typing import Any, Final, NoReturn
 
 from multibody_sym.cli.changes import ASSIGNED, add_changes, assignments
 from multibody_sym.cli.commands import (
+    animate,
     check,
     derive,
     equilibrium,
@@ -26,7 +27,7 @@ from multibody_sym.cli.usage import Shown, UsageError
 from multibody_sym.errors import Where
 
 COMMANDS: Final = (
-    *(new, import_, check, derive, solve, equilibrium, linearize, modes, simulate, sweep, export),
+    *(new, import_, check, derive, solve, equilibrium, linearize, modes, simulate, animate, sweep, export),
     *(schema, explain),
 )
 _AS_JSON: Final = "print one JSON object, also for an error; text goes to standard error"

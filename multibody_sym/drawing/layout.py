@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -11,20 +10,18 @@ import numpy as np
 from multibody_sym.drawing.dimensions import place_bends, place_measures
 from multibody_sym.drawing.labels import place_labels
 from multibody_sym.drawing.picture import (
-    Arc,
     Bend,
     Mark,
     Measure,
     Picture,
     Placed,
-    Text,
     Wish,
     box_of,
     in_order,
+    moved,
     simple,
 )
 from multibody_sym.drawing.room import Room, bounds
-from multibody_sym.numerics.arrays import Floats
 
 MARGIN: Final = 8.0
 """What stays white at the page's edges (pt)."""
@@ -48,12 +45,4 @@ def _paged(marks: list[Placed], title: str, description: str) -> Picture:
     left, bottom, right, top = bounds(box_of(part) for mark in marks for part in simple(mark))
     shift = np.array([MARGIN - left, MARGIN - bottom])
     width, height = right - left + 2 * MARGIN, top - bottom + 2 * MARGIN
-    return Picture(width, height, [_moved(mark, shift) for mark in marks], title, description)
-
-
-def _moved(mark: Placed, shift: Floats) -> Placed:
-    if isinstance(mark, Arc):
-        return replace(mark, centre=np.asarray(mark.centre) + shift)
-    if isinstance(mark, Text):
-        return replace(mark, at=np.asarray(mark.at) + shift)
-    return replace(mark, points=np.asarray(mark.points) + shift)
+    return Picture(width, height, [moved(mark, shift) for mark in marks], title, description)

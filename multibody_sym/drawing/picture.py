@@ -8,7 +8,7 @@ later. `Wish`, `Measure` and `Bend` are marks whose place the layout still has t
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any, Final, NamedTuple
 
@@ -201,6 +201,15 @@ class Picture:
 def in_order(marks: Iterable[Placed]) -> list[Placed]:
     """Return marks in the order of drawing: what hides others comes later."""
     return sorted(marks, key=lambda mark: (mark.layer, mark.depth))
+
+
+def moved(mark: Placed, shift: Floats) -> Placed:
+    """Return a mark farther by `shift` (2)."""
+    if isinstance(mark, Arc):
+        return replace(mark, centre=np.asarray(mark.centre) + shift)
+    if isinstance(mark, Text):
+        return replace(mark, at=np.asarray(mark.at) + shift)
+    return replace(mark, points=np.asarray(mark.points) + shift)
 
 
 def box_of(mark: Simple) -> Box:

@@ -20,21 +20,37 @@ def raster(picture: Picture, ending: str) -> bytes:
     """Return a picture as `png` or `pdf`, the same bytes every time. Raises OutputError without matplotlib."""
     content = io.BytesIO()
     with plain_style():
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-
-        figure = Figure(figsize=(picture.width / _INCH, picture.height / _INCH), dpi=DOTS, facecolor="white")
-        FigureCanvasAgg(figure)
-        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        axes.set_axis_off()
-        axes.set_xlim(0.0, picture.width)
-        axes.set_ylim(0.0, picture.height)
-        for order, mark in enumerate(picture.simple):
-            for artist in _artists(mark, order):
-                axes.add_artist(artist)
+        figure = _figure(picture, DOTS)
         known = {"Title": picture.title, "CreationDate": None} if ending == "pdf" else {"Title": picture.title}
         figure.savefig(content, format=ending, dpi=DOTS, metadata={**known, **_nameless(ending)})
     return content.getvalue()
+
+
+def pixels(picture: Picture, dots: int) -> Any:
+    """Return a picture as red, green and blue (height, width, 3), both sizes even. Raises OutputError."""
+    with plain_style():
+        figure = _figure(picture, dots)
+        figure.canvas.draw()
+        found = np.asarray(figure.canvas.buffer_rgba())[:, :, :3]
+    height, width = (2 * (size // 2) for size in found.shape[:2])
+    return np.ascontiguousarray(found[:height, :width])
+
+
+def _figure(picture: Picture, dots: int) -> Any:
+    """Return a figure of matplotlib that holds the marks and nothing else."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(picture.width / _INCH, picture.height / _INCH), dpi=dots, facecolor="white")
+    FigureCanvasAgg(figure)
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.set_axis_off()
+    axes.set_xlim(0.0, picture.width)
+    axes.set_ylim(0.0, picture.height)
+    for order, mark in enumerate(picture.simple):
+        for artist in _artists(mark, order):
+            axes.add_artist(artist)
+    return figure
 
 
 def _nameless(ending: str) -> dict[str, None]:

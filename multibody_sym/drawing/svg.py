@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Final
 
 import numpy as np
@@ -29,11 +29,16 @@ def svg(picture: Picture, *, alone: bool = True) -> str:
         f"<desc>{escaped(picture.description)}</desc>",
         f'<rect width="{width}" height="{height}" fill="#ffffff"/>',
         f'<g font-family="{FAMILY}" stroke-linejoin="round" stroke-linecap="round">',
-        *(line for mark in picture.simple for line in _written(mark, picture.height)),
+        *elements(picture.simple, picture.height),
         "</g>",
         "</svg>",
     ]
     return "\n".join(lines) + "\n"
+
+
+def elements(marks: Iterable[Simple], height: float) -> Iterator[str]:
+    """Yield marks as elements of an SVG whose page has a height in points."""
+    return (line for mark in marks for line in _written(mark, height))
 
 
 def escaped(text: str) -> str:

@@ -27,11 +27,13 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], ...]] = {
     "modes": (mbs.modes,),
     "simulate": (mbs.simulate,),
     "sweep": (mbs.sweep,),
+    "animate": (mbs.simulate, mbs.animate),
     "export": (mbs.export,),
     "import": (mbs.load_urdf,),
     "schema": (mbs.schema,),
 }
-OF_MODELS = [name for name in FUNCTIONS if name not in ("import", "schema")]
+OF_MODELS = [name for name in FUNCTIONS if name not in ("import", "schema", "animate")]
+"""Commands whose functions take a system; those that show a run take the options of `simulate` with theirs."""
 SHARED = {"parameters", "initial", "inputs", "coordinates", "project", "formalism"}
 SUBJECT = {"system", "model", "path"}
 """What the function is asked about: the FILE of a command, without a name there."""
@@ -46,6 +48,7 @@ PRINTED = {
     ("modes", "format"): "how the answer is printed: it is text, LaTeX and data at once",
     ("solve", "format"): "how the steps are printed: they are text, LaTeX and HTML at once",
     ("simulate", "output"): "the file for the table that run.table() is",
+    ("animate", "output"): "the file that animate(run, file) writes",
     ("simulate", "show"): "what plot(run, show=..) draws",
     ("simulate", "x"): "over what plot(run, x=..) draws it",
     ("simulate", "plot"): "the file that run.plot(file) writes",
@@ -57,6 +60,9 @@ PRINTED = {
 }
 NOT_TYPED = {
     ("simulate", "on_progress"): "a function; the command shows its progress itself",
+    ("animate", "on_progress"): "a function; the command shows its progress itself",
+    ("animate", "run"): "the run of the model, which the command makes itself",
+    ("animate", "units"): "how the plots beside it are printed",
     ("sweep", "on_progress"): "a function; the command shows its progress itself",
     ("sweep", "reduce"): "a function",
     ("sweep", "executor"): "an object; the command makes that of the scheduler it is given",

@@ -25,13 +25,17 @@ UNSEEN: Final = ("tie", "free", "contact", "point", "used_point", "frame", "driv
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """A scene, where it is `placed`, where it begins (`home`), and how it is seen; `marked` are paths with a word."""
+    """A scene, where it is `placed`, where it begins (`home`), how it is seen; `marked` are paths with a word.
+
+    In a motion `others` are places on the way, as far as which lines without ends are drawn.
+    """
 
     scene: Scene
     placed: Placed
     home: Placed
     projection: Projection
     marked: Mapping[Path, str] = field(default_factory=dict)
+    others: tuple[Placed, ...] = ()
 
     @property
     def flat(self) -> bool:
@@ -85,8 +89,8 @@ class Sheet:
 
     @cached_property
     def span(self) -> Floats:
-        """The lowest and highest places on the page of all that has ends (2, 2), now and at the start."""
-        points = [self.projection.page(extent(self.scene, each)) for each in (self.placed, self.home)]
+        """The lowest and highest places on the page of all that has ends (2, 2), now, at the start and on the way."""
+        points = [self.projection.page(extent(self.scene, each)) for each in (self.placed, self.home, *self.others)]
         every = np.vstack(points)
         return np.array([every.min(axis=0), every.max(axis=0)])
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
-
 from multibody_sym.drawing.plots.files import plain_style
 from multibody_sym.drawing.plots.panels import Curve, Mark, Panel, Plot
 
@@ -22,8 +20,6 @@ _BESIDE: Final[Any] = {
     "loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "fontsize": "small", "title_fontsize": "small",
 }  # fmt: skip
 _WIDTH, _HEIGHT, _MARGIN = 8.0, 2.4, 1.0
-_NARROWEST, _SPAN = 1e-6, 0.1
-"""What changes by less than the first part of its size is drift: it is drawn as constant, over the second part."""
 _CLOSEST: Final = 0.018
 """Marks closer than this part of the axis are not named one by one."""
 
@@ -55,43 +51,26 @@ def literal(name: str) -> str:
 
 
 def _draw_panel(axis: Any, panel: Panel, plot: Plot) -> None:
-    lines, flat = [], _is_flat(panel)
+    lines = []
     for k, curve in enumerate(panel.curves):
         colour, style = _look(k, curve, panel, plot)
-        told = literal(_told(curve, plot) + (_drift(curve) if flat else ""))
+        told = literal(_told(curve, plot) + (_drift(curve) if panel.is_flat else ""))
         (line,) = axis.plot(curve.x, curve.y, style, color=colour, linewidth=1.2, label=told)
         lines.append(line)
         if not plot.over_time and len(curve.x):
             axis.plot(curve.x[:1], curve.y[:1], "o", color=colour, markersize=4)
     axis.set_ylabel(literal(panel.label))
     axis.grid(visible=True, alpha=0.3)
-    if flat:
-        low, high = axis.get_ylim()
-        axis.set_ylim((low + high - _SPAN * _size(panel)) / 2, (low + high + _SPAN * _size(panel)) / 2)
+    if panel.is_flat:
+        axis.set_ylim(panel.shown)
     if lines:
         _legend(axis, lines)
     if plot.equal:
         axis.set_aspect("equal", adjustable="datalim")
 
 
-def _is_flat(panel: Panel) -> bool:
-    """Return whether all that the curves do is rounding or drift, against the size of what they are made of."""
-    found = [_range(curve) for curve in panel.curves]
-    spread = max((high for _, high in found), default=0.0) - min((low for low, _ in found), default=0.0)
-    return 0 < spread < _NARROWEST * _size(panel)
-
-
-def _size(panel: Panel) -> float:
-    return max([panel.size, *(abs(x) for curve in panel.curves for x in _range(curve))])
-
-
-def _range(curve: Curve) -> tuple[float, float]:
-    known = curve.y[np.isfinite(curve.y)]
-    return (float(known.min()), float(known.max())) if len(known) else (0.0, 0.0)
-
-
 def _drift(curve: Curve) -> str:
-    low, high = _range(curve)
+    low, high = curve.range
     return f",\nchanges by {high - low:.1e}"
 
 

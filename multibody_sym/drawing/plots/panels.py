@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
+import numpy as np
+
 from multibody_sym.numerics.arrays import Floats
 
 
@@ -16,6 +18,12 @@ class Curve:
     x: Floats
     y: Floats
     run: int = 0
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """The least and the largest number, zeros where there is none."""
+        known = self.y[np.isfinite(self.y)]
+        return (float(known.min()), float(known.max())) if len(known) else (0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,8 +44,33 @@ class Panel:
         unit = f"[{self.unit}]" if self.unit else ""
         return f"{names} {unit}".strip() if len(names) <= _LONGEST else unit
 
+    @property
+    def range(self) -> tuple[float, float]:
+        """The least and the largest number of all curves."""
+        found = [curve.range for curve in self.curves]
+        return min((low for low, _ in found), default=0.0), max((high for _, high in found), default=0.0)
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether all that the curves do is rounding or drift, against the size of what they are made of."""
+        low, high = self.range
+        return 0.0 < high - low < _NARROWEST * self._largest
+
+    @property
+    def shown(self) -> tuple[float, float]:
+        """The ends of the axis: a little beyond the numbers, and far around those that only drift."""
+        low, high = self.range
+        margin = 0.05 * self._largest if self.is_flat else 0.05 * (high - low) or 0.05 * abs(high) or 1.0
+        return low - margin, high + margin
+
+    @property
+    def _largest(self) -> float:
+        return max(self.size, *map(abs, self.range))
+
 
 _LONGEST: Final = 24
+_NARROWEST: Final = 1e-6
+"""What changes by less than this part of its size is drift, and is drawn as constant."""
 
 
 @dataclass(frozen=True)

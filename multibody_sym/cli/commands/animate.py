@@ -1,0 +1,61 @@
+"""`animate`: the motion of a model to be looked at, as a page of HTML, a GIF or an MP4."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from contextlib import ExitStack
+from typing import Final
+
+from multibody_sym.cli.answer import Answer
+from multibody_sym.cli.commands.simulate import SETTINGS, add_settings
+from multibody_sym.cli.units import add_units, asked_units
+
+HELP: Final = "show the motion: a page that needs nothing beside it, a GIF or an MP4"
+_OWN: Final = {
+    "trace": ("NAMES", "bodies and points whose paths can be shown, such as bob,rod.tip (default: the last bodies)"),
+    "view": ("VIEW", "from where it is seen: front, top, right, iso, or AZIMUTH,ELEVATION in degrees"),
+    "show": ("NAMES", "what the plots beside it show, names with commas between them"),
+    "speed": ("X", "how fast it plays at first; default: 1, as it happens"),
+}
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of the command."""
+    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
+    parser.add_argument("-o", "--output", metavar="OUT", help="a file (.html, .gif, .mp4); default: FILE.html")
+    add_units(parser)
+    for name, (what, described) in _OWN.items():
+        parser.add_argument(f"--{name}", metavar=what, help=described)
+    add_settings(parser)
+
+
+def run(options: argparse.Namespace) -> Answer:
+    """Simulate, and write the motion."""
+    from multibody_sym.cli.model import model, shared, verify_apart
+    from multibody_sym.simulation.simulate import simulate
+    from multibody_sym.writing.animation.animate import animate, animation_name
+    from multibody_sym.writing.progress import progress_bar
+
+    place = options.output or os.path.splitext(os.path.basename(options.file))[0] + ".html"
+    animation_name(place)
+    verify_apart(options.file, place)
+    settings = {name: getattr(options, name) for name in SETTINGS}
+    with ExitStack() as stack:
+        system = stack.enter_context(model(options))
+        show = stack.enter_context(progress_bar())
+        done = simulate(
+            system,
+            **settings,
+            **shared(options),
+            native=options.native,
+            backend=options.backend,
+            on_progress=lambda _new, part: show(part),
+        )
+        found = animate(
+            done, place, trace=options.trace, view=options.view, show=options.show,
+            units=asked_units(options), speed=options.speed or 1.0,
+        )  # fmt: skip
+    count = len(found.frames.times)
+    text = f"{done.ready.mechanism.name}: {count} frames to t = {done.t_final:g} s\nwrote {place}"
+    return Answer({"frames": count, "t": done.t_final, "written": [place]}, text)

@@ -1,0 +1,129 @@
+"""A plane motion for a page: its figure as groups that move with bodies, and their places as numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import groupby
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.drawing.look.scene_marks import item_marks
+from multibody_sym.drawing.look.sheet import Sheet
+from multibody_sym.drawing.look.strands import strand_marks
+from multibody_sym.drawing.picture import Mark, Placed, Simple, Wanted, simple
+from multibody_sym.drawing.projection import Projection
+from multibody_sym.drawing.style import ROPE
+from multibody_sym.drawing.svg import elements, escaped, number
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.scene.items import Anchor
+from multibody_sym.writing.animation.frames import Frames, side_by_side, strand_points
+from multibody_sym.writing.animation.packing import packed, short
+
+_MARGIN: Final = 30.0
+"""What stays free around the motion (pt): symbols reach beyond the places that they mark."""
+_ROPES: Final = ("rope", "belt")
+
+
+def plane_stage(frames: Frames, projection: Projection, traces: list[Anchor]) -> tuple[str, dict[str, Any]]:
+    """Return the SVG of a plane motion and the numbers that move it."""
+    corners = projection.page(frames.extent)
+    shift = _MARGIN - corners.min(axis=0)
+    width, height = corners.max(axis=0) + shift + _MARGIN
+    poses = [_page_poses(frames, projection, k) for k in range(len(frames.scene.bodies))]
+    lines = [projection.page(strand_points(along)) for along in zip(*(p.strands for p in frames.placed), strict=True)]
+    rows = len(frames.times)
+    data = {
+        "poses": packed(side_by_side(poses, rows)),
+        "home": [[short(x) for x in pose[0]] for pose in poses],
+        "ropes": packed(side_by_side(lines, rows)),
+        "pieces": _pieces(lines),
+        "ends": [[[short(x), short(height - y)] for x, y in line[_longest(line)][[0, -1]]] for line in lines],
+        "height": short(height),
+        "traces": [_trace(frames, projection, each, height) for each in traces],
+    }
+    head = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" role="img" viewBox="0 0 {number(width)} {number(height)}" '
+        f'aria-label="{escaped(frames.scene.name)}"><title>{escaped(frames.scene.name)}</title>'
+        '<g stroke-linejoin="round" stroke-linecap="round" '
+        f'transform="translate({number(shift[0])} {number(-shift[1])})">'
+    )
+    body = _groups(frames, projection, lines, height)
+    trails = (f'<path data-trace="{k}" fill="none" stroke="#c2410c" stroke-width="0.8"/>' for k in range(len(traces)))
+    return "".join([head, *body, *trails, "</g></svg>"]), data
+
+
+def _page_poses(frames: Frames, projection: Projection, body: int) -> Floats:
+    """Return places and angles of a body on the page (m, 3); the angle is zero at the start."""
+    poses = np.array([placed.poses[body] for placed in frames.placed])
+    places = projection.page(poses[:, :, 3])
+    across = poses[0, :, :3].T @ np.array(projection.right)
+    ways = projection.page(poses[:, :, :3] @ across)
+    return np.column_stack([places, np.arctan2(ways[:, 1], ways[:, 0])])
+
+
+def _pieces(lines: list[Floats]) -> list[list[int]]:
+    """Return for each strand its first column among all, and how many points it has."""
+    found, first = [], 0
+    for line in lines:
+        found.append([first, line.shape[1]])
+        first += 2 * line.shape[1]
+    return found
+
+
+def _longest(line: Floats) -> int:
+    """Return the instant at which the ends of a strand are farthest from each other: there it is drawn."""
+    return int(np.argmax(np.linalg.norm(line[:, -1] - line[:, 0], axis=1)))
+
+
+def _trace(frames: Frames, projection: Projection, anchor: Anchor, height: float) -> dict[str, Any]:
+    x, y = projection.page(frames.placed[0].point(anchor))
+    return {"body": anchor.body, "at": [short(x), short(height - y)]}
+
+
+# --- what is drawn ---------------------------------------------------------------------------------------------------
+
+
+def _groups(frames: Frames, projection: Projection, lines: list[Floats], height: float) -> Iterator[str]:
+    """Yield groups of what moves together, in the order of their layers."""
+    drawn = [*_on_bodies(frames, projection), *_between_bodies(frames, projection, lines)]
+    drawn.sort(key=lambda each: each[1].layer)
+    for (attribute, place), marks in groupby(drawn, key=lambda each: each[0]):
+        simple_marks = [part for _, mark in marks for part in _simple(mark)]
+        if attribute == "rope":
+            yield f'<path data-rope="{place}" fill="none" stroke="{ROPE.colour}" stroke-width="{ROPE.width}"/>'
+            continue
+        shapes = "".join(elements(simple_marks, height))
+        if attribute == "strand":
+            shapes = shapes.replace("/>", ' vector-effect="non-scaling-stroke"/>')
+        yield f'<g data-{attribute}="{place}">{shapes}</g>' if attribute else f"<g>{shapes}</g>"
+
+
+_Drawn = tuple[tuple[str, int], Mark]
+
+
+def _on_bodies(frames: Frames, projection: Projection) -> Iterator[_Drawn]:
+    home = frames.placed[0]
+    sheet = Sheet(frames.scene, home, home, projection, others=frames.looked_at)
+    for item in frames.scene.items:
+        if item.role == "frame":
+            continue
+        group = ("body", item.body) if item.body >= 0 else ("", -1)
+        yield from ((group, mark) for mark in item_marks(sheet, item))
+
+
+def _between_bodies(frames: Frames, projection: Projection, lines: list[Floats]) -> Iterator[_Drawn]:
+    for number_, line in enumerate(lines):
+        placed = frames.placed[_longest(line)]
+        strand = placed.strands[number_]
+        marks = list(strand_marks(Sheet(frames.scene, placed, placed, projection), strand))
+        if strand.strand.kind in _ROPES or strand.strand.rope is not None:
+            yield from ((("rope", number_), mark) for mark in marks[:1])
+        else:
+            yield from ((("strand", number_), mark) for mark in marks)
+
+
+def _simple(mark: Mark) -> list[Simple]:
+    """Return a mark as lines and letters; labels that still want a place are left out."""
+    placed: Placed | Wanted = mark  # type: ignore[assignment]
+    return [] if isinstance(placed, Wanted) else simple(placed)

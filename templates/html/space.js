@@ -1,0 +1,195 @@
+// A mechanism in space by three.js: one group a body, moved by packed positions and quaternions; dragging turns the view.
+"use strict";
+
+function spaceStage(root, data) {
+  const THREE = MeshCat.THREE, rows = data.times.length, poses = unpack(data.poses, rows), ropes = unpack(data.ropes, rows);
+  const canvas = root.querySelector("canvas"), size = data.size, scene = new THREE.Scene();
+  const renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+  renderer.setClearColor(0xffffff);
+  const camera = new THREE.OrthographicCamera(-1, 1, 1, -1, -100 * size, 100 * size);
+  scene.add(new THREE.HemisphereLight(0xffffff, 0x8899aa, 0.95));
+  const sun = new THREE.DirectionalLight(0xffffff, 0.45);
+  scene.add(sun);
+  const up = new THREE.Vector3(...data.up), middle = new THREE.Vector3(...data.middle);
+  const stage = { changed: () => {}, show };
+  let azimuth = 0, elevation = 0, zoom = 1, shown = [0, 0, 0, false];
+
+  const groups = data.bodies.map(() => { const g = new THREE.Group(); scene.add(g); return g; });
+  const ground = new THREE.Group();
+  scene.add(ground);
+  const strands = data.pieces.map(([, count], number) => {
+    const spring = data.kinds[number].startsWith("spring"), points = spring ? 193 : count;
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(3 * points), 3));
+    const line = new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: data.kinds[number] === "rope" ? 0x5b3a1e : 0x334155 }));
+    line.frustumCulled = false;
+    scene.add(line);
+    return { line, spring };
+  });
+  const trails = data.traces.map(() => {
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(3 * rows), 3));
+    const line = new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: 0xc2410c }));
+    line.frustumCulled = false;
+    scene.add(line);
+    return line;
+  });
+
+  function paint(colour, clear) {
+    return new THREE.MeshLambertMaterial({ color: colour, transparent: clear < 1, opacity: clear, side: THREE.DoubleSide });
+  }
+  function along(mesh, way, from = [0, 1, 0]) {
+    mesh.quaternion.setFromUnitVectors(new THREE.Vector3(...from), new THREE.Vector3(...way).normalize());
+    return mesh;
+  }
+  function bar(group, a, b, radius, material) {
+    const from = new THREE.Vector3(...a), to = new THREE.Vector3(...b), way = to.clone().sub(from), length = way.length();
+    if (!(length > 0)) return;
+    const mesh = new THREE.Mesh(new THREE.CylinderGeometry(radius, radius, length, 14), material);
+    along(mesh, way.toArray());
+    mesh.position.copy(from.add(to).multiplyScalar(0.5));
+    group.add(mesh);
+  }
+  function solid(group, geometry, material, at, way, from) {
+    const mesh = new THREE.Mesh(geometry, material);
+    if (way) along(mesh, way, from);
+    mesh.position.set(...at);
+    group.add(mesh);
+    return mesh;
+  }
+  const builders = {
+    Polyline(group, item, material) {
+      const points = item.points;
+      if (item.closed && points.length > 2) {
+        const flat = new THREE.BufferGeometry(), corners = [];
+        for (let k = 1; k + 1 < points.length; k++) corners.push(...points[0], ...points[k], ...points[k + 1]);
+        flat.setAttribute("position", new THREE.Float32BufferAttribute(corners, 3));
+        flat.computeVertexNormals();
+        group.add(new THREE.Mesh(flat, material));
+      }
+      const radius = (points.length > 12 ? 0.004 : 0.011) * size;
+      for (let k = 0; k + 1 < points.length + (item.closed ? 1 : 0); k++) bar(group, points[k], points[(k + 1) % points.length], radius, material);
+    },
+    Disc(group, item, material) {
+      const wheel = item.hollow ? new THREE.TorusGeometry(item.radius, 0.012 * size, 10, 48) : new THREE.CylinderGeometry(item.radius, item.radius, 0.025 * size, 48);
+      solid(group, wheel, material, item.centre, item.axis, item.hollow ? [0, 0, 1] : [0, 1, 0]);
+    },
+    Ball(group, item) {
+      solid(group, new THREE.SphereGeometry(item.radius, 32, 20), paint(item.colour, item.hollow ? 0.25 : 1), item.centre);
+    },
+    Block(group, item, material) {
+      const mesh = solid(group, new THREE.BoxGeometry(...item.sizes.map((x) => Math.max(x, 0.004 * size))), material, item.centre);
+      const r = item.rotation, turn = new THREE.Matrix4();
+      turn.set(r[0][0], r[0][1], r[0][2], 0, r[1][0], r[1][1], r[1][2], 0, r[2][0], r[2][1], r[2][2], 0, 0, 0, 0, 1);
+      mesh.quaternion.setFromRotationMatrix(turn);
+    },
+    Barrel(group, item, material) {
+      solid(group, new THREE.CylinderGeometry(item.radius, item.radius, item.length, 40), material, item.centre, item.axis);
+    },
+    Face(group, item) {
+      const width = 2.2 * size;
+      solid(group, new THREE.PlaneGeometry(width, width), paint(0xd9dee4, 0.5), item.through, item.normal, [0, 0, 1]);
+      const grid = new THREE.GridHelper(width, 10, 0xaab2bc, 0xc5ccd4);
+      along(grid, item.normal);
+      grid.position.set(...item.through);
+      group.add(grid);
+    },
+    Rail(group, item) {
+      const at = new THREE.Vector3(...item.at), axis = new THREE.Vector3(...item.axis);
+      const ends = item.reach.map((x) => at.clone().addScaledVector(axis, x).toArray());
+      bar(group, ends[0], ends[1], (item.light ? 0.003 : 0.006) * size, paint(0x9aa3ad, 1));
+    },
+    Symbol(group, item, material) {
+      (symbols[item.kind] || symbols.point)(group, item, material);
+    },
+  };
+  const pin = (group, item) => solid(group, new THREE.CylinderGeometry(0.02 * size, 0.02 * size, 0.07 * size, 20), paint(0x475569, 1), item.at, item.axis);
+  const ball = (radius, colour) => (group, item, material) => solid(group, new THREE.SphereGeometry(radius * size, 24, 16), colour === null ? material : paint(colour, 1), item.at);
+  const block = (group, item, material) => solid(group, new THREE.BoxGeometry(0.07 * size, 0.045 * size, 0.045 * size), material, item.at, item.along, [1, 0, 0]);
+  const nothing = () => {};
+  const symbols = {
+    pin, pivot(group, item) {
+      pin(group, item);
+      solid(group, new THREE.SphereGeometry(0.028 * size, 20, 14), paint(0x1f2937, 1), item.at);
+    },
+    ball: ball(0.026, 0x475569), bob: ball(0.04, null), particle: ball(0.03, null), block, slider: block, hanger: block, rotor: ball(0.04, null),
+    com: nothing, frame(group, item) { const axes = new THREE.AxesHelper(0.06 * size); axes.position.set(...item.at); group.add(axes); },
+    point: ball(0.008, 0x6b7280), used_point: nothing, tie: nothing, free: nothing, contact: nothing,
+  };
+  for (const item of data.items) {
+    const group = item.body < 0 ? ground : groups[item.body];
+    (builders[item.form] || nothing)(group, item, paint(item.colour, 1));
+  }
+
+  function quaternion(v, a) { return new THREE.Quaternion(v[a], v[a + 1], v[a + 2], v[a + 3]); }
+  function poseOf(body, low, high, part, position, turn) {
+    const v = poses.values, a = low * poses.columns + 7 * body, b = high * poses.columns + 7 * body;
+    position.set(v[a] + part * (v[b] - v[a]), v[a + 1] + part * (v[b + 1] - v[a + 1]), v[a + 2] + part * (v[b + 2] - v[a + 2]));
+    turn.copy(quaternion(v, a + 3)).normalize().slerp(quaternion(v, b + 3).normalize(), part);
+  }
+  function place(number, low, high, part) {
+    const [first, count] = data.pieces[number], v = ropes.values, found = [];
+    for (let k = 0; k < count; k++) {
+      const a = low * ropes.columns + first + 3 * k, b = high * ropes.columns + first + 3 * k;
+      found.push(new THREE.Vector3(v[a] + part * (v[b] - v[a]), v[a + 1] + part * (v[b + 1] - v[a + 1]), v[a + 2] + part * (v[b + 2] - v[a + 2])));
+    }
+    return found;
+  }
+  function coil(a, b) {
+    const way = b.clone().sub(a), e = way.clone().normalize(), found = [];
+    const f = (Math.abs(e.x) < 0.9 ? new THREE.Vector3(1, 0, 0) : new THREE.Vector3(0, 1, 0)).cross(e).normalize(), g = e.clone().cross(f);
+    for (let k = 0; k <= 192; k++) {
+      const s = k / 192, r = s < 0.1 || s > 0.9 ? 0 : 0.025 * size, turn = 2 * Math.PI * 9 * s;
+      found.push(a.clone().addScaledVector(way, s).addScaledVector(f, r * Math.cos(turn)).addScaledVector(g, r * Math.sin(turn)));
+    }
+    return found;
+  }
+  function fill(line, points) {
+    const array = line.geometry.attributes.position.array;
+    points.forEach((p, k) => p.toArray(array, 3 * k));
+    line.geometry.setDrawRange(0, points.length);
+    line.geometry.attributes.position.needsUpdate = true;
+  }
+  function look() {
+    const wide = root.clientWidth || 640, high = Math.round(0.62 * wide), ratio = Math.min(2, window.devicePixelRatio || 1);
+    if (canvas.width !== Math.round(wide * ratio)) { renderer.setPixelRatio(ratio); renderer.setSize(wide, high, false); }
+    const half = 0.5 * data.reach / zoom, aspect = wide / high;
+    Object.assign(camera, { left: -half * aspect, right: half * aspect, top: half, bottom: -half });
+    const right = new THREE.Vector3(...data.right).applyAxisAngle(up, azimuth);
+    const towards = new THREE.Vector3(...data.towards).applyAxisAngle(up, azimuth).applyAxisAngle(right, elevation);
+    camera.up.copy(up);
+    camera.position.copy(middle).addScaledVector(towards, 10 * size);
+    camera.lookAt(middle);
+    camera.updateProjectionMatrix();
+    sun.position.copy(camera.position).addScaledVector(up, 4 * size).addScaledVector(right, 3 * size);
+    renderer.render(scene, camera);
+  }
+  function show(low, high, part, traced) {
+    shown = [low, high, part, traced];
+    groups.forEach((group, body) => poseOf(body, low, high, part, group.position, group.quaternion));
+    strands.forEach(({ line, spring }, number) => {
+      const points = place(number, low, high, part);
+      fill(line, spring ? coil(points[0], points[points.length - 1]) : points);
+    });
+    trails.forEach((line, number) => {
+      line.visible = traced;
+      if (!traced) return;
+      const { body, at } = data.traces[number], p = new THREE.Vector3(), q = new THREE.Quaternion(), found = [];
+      for (let k = 0; k <= low; k++) { poseOf(body, k, k, 0, p, q); found.push(new THREE.Vector3(...at).applyQuaternion(q).add(p)); }
+      fill(line, found);
+    });
+    look();
+  }
+  let held = null;
+  canvas.addEventListener("pointerdown", (event) => { held = [event.clientX, event.clientY]; canvas.setPointerCapture(event.pointerId); });
+  canvas.addEventListener("pointermove", (event) => {
+    if (!held) return;
+    azimuth -= (event.clientX - held[0]) * 0.008;
+    elevation = Math.max(-1.5, Math.min(1.5, elevation - (event.clientY - held[1]) * 0.008));
+    held = [event.clientX, event.clientY];
+    show(...shown);
+  });
+  canvas.addEventListener("pointerup", () => { held = null; });
+  canvas.addEventListener("wheel", (event) => { event.preventDefault(); zoom *= Math.exp(-event.deltaY * 0.001); show(...shown); }, { passive: false });
+  return stage;
+}

@@ -1,0 +1,145 @@
+"""Animations: the page holds the motion of the run and nothing from elsewhere; GIF and MP4 are films of it."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.cli.main import main
+from multibody_sym.writing.animation.frames import frames_of
+from multibody_sym.writing.animation.packing import packed
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+HOSTILE = "</script><script>alert(1)</script>\" onload='x' ]]> <!--"
+
+
+class Page(HTMLParser):
+    """The attributes that could ask for something, and the texts of scripts."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.asked: list[str] = []
+        self.tags: list[str] = []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.asked += [str(value) for name, value in attrs if name in ("src", "href", "srcset", "data", "action")]
+        assert not any(name.startswith("on") for name, _ in attrs)
+
+
+def data_of(page: str) -> dict[str, Any]:
+    found = re.search(r'<script type="application/json" class="animation-data">(.*?)</script>', page, re.DOTALL)
+    assert found is not None
+    return dict(json.loads(found[1]))
+
+
+def unpacked(part: dict[str, Any], rows: int) -> Any:
+    """What animation.js makes of packed numbers."""
+    raw = np.frombuffer(base64.b64decode(part["data"]), "<i2").astype(float).reshape(rows, -1)
+    low, high = np.array(part["low"]), np.array(part["high"])
+    return np.where(raw == -32768, np.nan, low + (high - low) * (raw + 32767) / 65534)
+
+
+@pytest.fixture(scope="module")
+def run() -> mbs.Trajectory:
+    return mbs.simulate(mbs.load(EXAMPLES / "double_pendulum.yaml"), t_end=1, samples=60, backend="python")
+
+
+def test_packed_numbers_come_back_to_a_part_of_their_range() -> None:
+    some = np.where(np.arange(50) % 7, np.arange(50), np.nan)
+    rows = np.column_stack([np.linspace(-3, 5, 50), np.full(50, 7.0), some])
+    back = unpacked(packed(rows), 50)
+    assert np.array_equal(np.isnan(rows), np.isnan(back))
+    assert np.nanmax(np.abs(back - rows)) <= 49 / 65534
+    assert packed(np.full((2, 1), np.nan))["low"] == [0.0]
+    assert packed(np.zeros((3, 0)))["data"] == ""
+
+
+def test_a_plane_page_moves_bodies_to_where_the_run_has_them(run: mbs.Trajectory) -> None:
+    animation = mbs.animate(run, trace="upper,lower")
+    frames, data = frames_of(run), data_of(animation.html)
+    poses = unpacked(data["poses"], len(run)).reshape(len(run), -1, 3)
+    scale = frames.projection().scale
+    angles = np.unwrap(poses[:, 0, 2])
+    assert np.allclose(angles - angles[0], run["theta1"] - run["theta1"][0], atol=2e-4)
+    assert np.allclose(poses[:, 1, :2] / scale, [placed.poses[1][:2, 3] for placed in frames.placed], atol=1e-4)
+    assert [trace["body"] for trace in data["traces"]] == [0, 1]
+    assert data["plot"]["panels"][0]["label"] == "theta1, theta2 [rad]"
+    curve = unpacked(data["plot"]["panels"][0]["packed"], len(run))[:, 0]
+    assert np.allclose(curve, run["theta1"], atol=1e-4)
+    assert len(animation.html) < 60_000
+
+
+def test_a_page_asks_for_nothing_and_names_end_no_script() -> None:
+    text = (EXAMPLES / "elastic_pendulum.yaml").read_text()
+    text = text.replace("name: elastic_pendulum", "name: " + json.dumps(HOSTILE))
+    run = mbs.simulate(mbs.loads(text), t_end=0.1, samples=5, backend="python")
+    html = mbs.animate(run).html
+    page = Page(html)
+    assert page.asked == []
+    assert page.tags.count("script") == 2
+    assert "default-src 'none'" in html
+    assert "alert(1)</script>" not in html
+
+
+def test_space_is_drawn_from_poses_with_steady_quaternions() -> None:
+    pytest.importorskip("meshcat")
+    run = mbs.simulate(mbs.load(EXAMPLES / "spinning_top.yaml"), t_end=0.5, samples=80, backend="python")
+    data = data_of(mbs.animate(run).html)
+    poses = unpacked(data["poses"], len(run)).reshape(len(run), -1, 7)
+    assert np.allclose(np.linalg.norm(poses[:, -1, 3:], axis=1), 1, atol=1e-3)
+    assert (np.abs(np.diff(poses[:, -1, 3:], axis=0)).max() < 0.5).all()
+    assert np.allclose(np.abs(poses[:, -1, 6]), np.abs(run[next(iter(run.coordinates))]), atol=1e-3)
+    assert data["items"]
+    assert "Stage);</script>" in mbs.animate(run).html
+    flat = mbs.simulate(mbs.load(EXAMPLES / "pendulum.yaml"), t_end=0.1, samples=5, backend="python")
+    assert "THREE" in mbs.animate(flat, view="iso").html
+
+
+def test_films_have_frames_in_real_time(run: mbs.Trajectory, tmp_path: Path) -> None:
+    image = pytest.importorskip("PIL.Image")
+    mbs.animate(run, tmp_path / "a.gif")
+    with image.open(tmp_path / "a.gif") as film:
+        assert film.n_frames == 25
+        assert film.info["duration"] == 40
+    pytest.importorskip("imageio_ffmpeg")
+    mbs.animate(run, tmp_path / "a.mp4")
+    assert (tmp_path / "a.mp4").read_bytes()[4:8] == b"ftyp"
+
+
+def test_wrong_words_are_told(run: mbs.Trajectory, tmp_path: Path) -> None:
+    with pytest.raises(mbs.InputError, match="no point 'uper' to trace; did you mean upper"):
+        mbs.animate(run, trace="uper")
+    with pytest.raises(mbs.InputError, match=r"\.html, \.gif, \.mp4"):
+        mbs.animate(run, tmp_path / "a.avi")
+    for odd in (0, "fast", True, float("nan")):
+        with pytest.raises(mbs.InputError, match="speed: expected a positive number"):
+            mbs.animate(run, speed=odd)
+    with pytest.raises(mbs.InputError, match="expected a Trajectory"):
+        mbs.animate("run")  # type: ignore[arg-type]
+
+
+def test_the_command_writes_a_page_and_a_notebook_shows_it(
+    run: mbs.Trajectory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    asked = ["animate", str(EXAMPLES / "pendulum.yaml"), "--t-end", "0.2", "--samples", "9", "--backend", "python"]
+    assert main([*asked, "--show", "theta", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["written"] == ["pendulum.html"]
+    assert told["frames"] == 9
+    assert (tmp_path / "pendulum.html").read_text().startswith("<!DOCTYPE html>")
+    assert main([*asked, "-o", "a.avi"]) == 2
+    shown = mbs.animate(run)._repr_html_()
+    assert shown.startswith("<iframe srcdoc=")
+    assert shown.count("<") == 2
