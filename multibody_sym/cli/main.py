@@ -67,8 +67,9 @@ def _guarded(words: Sequence[str]) -> tuple[Answer, str | None]:
         answer = Answer({"text": shown.text}, shown.text)
     except MultibodyError as error:
         answer = Answer(error.as_json(), _told(str(error), error.number), error.exit_code)
-    except KeyboardInterrupt:
-        answer = _failure("interrupted", "X103", "interrupted", INTERRUPTED)
+    except KeyboardInterrupt as interrupt:
+        told = "; ".join(("interrupted", *filter(None, map(str, interrupt.args))))
+        answer = _failure("interrupted", "X103", told, INTERRUPTED)
     except MemoryError:
         answer = _failure("memory", "X102", "there is not enough memory for this", NO_MEMORY)
     except Exception as error:

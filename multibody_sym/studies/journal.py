@@ -28,7 +28,6 @@ except ImportError:  # not POSIX
 ENDING: Final = ".journal"
 _FORM: Final = "multibody_sym study 1"
 _HEAD: Final = struct.Struct("<Q16s")
-_LONGEST: Final = 1 << 16
 
 
 class _Part(NamedTuple):
@@ -76,9 +75,15 @@ class Journal:
         except OutputError as error:
             with suppress(OSError):
                 self.file.truncate(begin)
-            kept = f"; the {len(self)} runs before are kept in {self.name}, and the same call goes on from there"
-            raise OutputError(error.message + kept, where=error.where) from None
+            raise OutputError(error.message, where=error.where) from None
         self.parts.append(_Part(rows.first, rows.first + len(rows), rows.names, begin + _HEAD.size, len(content)))
+
+    @property
+    def told(self) -> str:
+        """What is kept for a call that goes on, as the end of a message; empty where nothing is."""
+        if not self.name or not self.parts:
+            return ""
+        return f"; {len(self)} runs are kept in {self.name}, and the same call goes on from there"
 
     def __iter__(self) -> Iterator[Rows]:
         """Yield all rows in the order of their numbers."""
@@ -138,14 +143,14 @@ def _lock(file: BinaryIO, name: str) -> None:
 def _read(file: BinaryIO, name: str, key: str) -> list[_Part]:
     """Return the parts of a journal, and cut off what is torn; begin one where there is nothing yet."""
     first = json.dumps({"form": _FORM, "key": key}).encode() + b"\n"
-    line = file.read(_LONGEST).partition(b"\n")[0] + b"\n"
-    if first.startswith(line[:-1]) and line != first:  # nothing, or a beginning that is torn
+    begin = file.read(len(first))
+    if begin != first and first.startswith(begin):  # nothing, or a beginning that is torn
         file.seek(0)
         file.truncate()
         _write(file, first)
         return []
-    if line != first:
-        ours = line.startswith(first[: first.index(key.encode())])
+    if begin != first:
+        ours = begin.startswith(first[: first.index(key.encode())])
         what = "holds runs of another study: of another model, plan or version" if ours else "is no journal of a study"
         message = f"this file {what}; finish that one, give this one another name, or delete the file"
         raise InputError(message, where=Where(file=name))

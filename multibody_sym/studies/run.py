@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from typing import Any
 
-from multibody_sym.errors import ArgumentError, InputError, OutputError, Where, shown
+from multibody_sym.errors import ArgumentError, InputError, MultibodyError, OutputError, Where, shown
 from multibody_sym.formats.files import is_special, path_name
 from multibody_sym.model.declaration.doors import callback, flag
 from multibody_sym.model.declaration.system import System
@@ -21,6 +21,11 @@ from multibody_sym.studies.plan import plan_of
 from multibody_sym.studies.study import Study
 from multibody_sym.studies.task import Reduce, Task
 from multibody_sym.studies.workers import crew, processors
+
+
+class InterruptedStudy(KeyboardInterrupt):
+    """Ctrl-C ended a study; it says what is kept."""
+
 
 Counted = Callable[[int, int], None]
 
@@ -83,6 +88,11 @@ def _done(
     try:
         computed = _computed(task, journal, workers, executor, on_progress)
         return _study(task, journal, output, computed)
+    except MultibodyError as error:
+        error.message += journal.told
+        raise
+    except KeyboardInterrupt:
+        raise InterruptedStudy(journal.told.removeprefix("; ")) from None
     finally:
         journal.close()
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from threading import Event
 from typing import Final
 
+from multibody_sym.errors import MultibodyError, OutputError
 from multibody_sym.studies.rows import Rows, Span
 from multibody_sym.studies.task import Task
 
@@ -55,7 +56,7 @@ class Crew:
                 self.given[self.submit(first, end - first)] = first, end
             for future in wait(self.given, return_when=FIRST_COMPLETED).done:
                 span = self.given.pop(future)
-                rows, seconds = future.result()
+                rows, seconds = _answer(future)
                 self._adapt(span, seconds)
                 yield rows
 
@@ -73,6 +74,17 @@ class Crew:
         """Let answers take about as long as they are meant to."""
         fitting = int((span[1] - span[0]) * _SECONDS / max(seconds, 1e-6))
         self.size = max(1, min(fitting, _GROWTH * self.size, _MOST))
+
+
+def _answer(future: Future[Answer]) -> Answer:
+    """Return what somebody computed. Raises OutputError where those who compute are gone."""
+    try:
+        return future.result()
+    except MultibodyError:
+        raise
+    except Exception as problem:
+        told = f"{type(problem).__name__}: {problem}".splitlines()[0]
+        raise OutputError(f"the workers do not answer any more: {told}") from problem
 
 
 @contextmanager

@@ -11,6 +11,8 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.errors import ArgumentError, InputError, OutputError
+from multibody_sym.studies.axes import axes_of
+from multibody_sym.studies.plan import plan_of
 
 PENDULUM = """
 multibody_sym: 1
@@ -78,17 +80,19 @@ def test_results_hang_on_values_alone(system: mbs.System) -> None:
 @pytest.mark.parametrize("sobol", [False, True])
 def test_samples_are_told_by_seed_and_number_alone(system: mbs.System, sobol: bool) -> None:
     vary = {"l": (0.2, 0.9), "m": [1, 2, 3], "theta": (0.1, 0.5, 3)}
-    found = mbs.sweep(system, vary, sample=300, seed=7, sobol=sobol, t_end=0.01, reduce=lambda run: {"x": 1.0})
-    fewer = mbs.sweep(system, vary, sample=259, seed=7, sobol=sobol, t_end=0.01, reduce=lambda run: {"x": 1.0})
-    other = mbs.sweep(system, vary, sample=300, seed=8, sobol=sobol, t_end=0.01, reduce=lambda run: {"x": 1.0})
-    for name in vary:
-        assert found[name][:259].tobytes() == fewer[name].tobytes() != other[name][:259].tobytes()
-    assert found["l"].min() >= 0.2
-    assert found["l"].max() <= 0.9
-    assert set(found["m"]) == {1, 2, 3}
-    assert set(found["theta"]) == {0.1, 0.3, 0.5}
+    axes = axes_of(system, vary)
+    plan, other = plan_of(axes, 600, 7, sobol), plan_of(axes, 600, 8, sobol)
+    found = plan.values(0, 600)
+    assert plan.values(251, 270).tobytes() == found[251:521].tobytes() != other.values(251, 270).tobytes()
+    assert plan_of(axes, 300, 7, sobol).values(0, 300).tobytes() == found[:300].tobytes()
+    assert 0.2 <= found[:, 0].min() < 0.21
+    assert 0.89 < found[:, 0].max() <= 0.9
+    assert set(found[:, 1]) == {1, 2, 3}
+    assert set(found[:, 2]) == {0.1, 0.3, 0.5}
     # a mean of n samples misses by 1/sqrt(12 n) of the range at random, by about 1/n evenly
-    assert abs(found["l"].mean() - 0.55) < (0.7 * 2 / 300 if sobol else 0.7 * 4 / np.sqrt(12 * 300))
+    assert abs(found[:, 0].mean() - 0.55) < 0.7 * (2 / 600 if sobol else 4 / np.sqrt(12 * 600))
+    study = mbs.sweep(system, vary, sample=3, seed=7, sobol=sobol)
+    assert np.column_stack([study[name] for name in vary]).tobytes() == found[:3].tobytes()
 
 
 @pytest.mark.parametrize("ending", ["csv", "npz", "parquet"])
