@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -11,7 +12,7 @@ from multibody_sym.model.declaration.bodies import Body, Shape
 from multibody_sym.model.declaration.joints import Prismatic
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import ZERO, Ball, Barrel, Block, Disc, Form, Polyline, Symbol, Vector, vector
+from multibody_sym.scene.forms import ZERO, Barrel, Block, Disc, Form, Polyline, Sphere, Symbol, Vector, vector
 from multibody_sym.scene.items import Item
 from multibody_sym.scene.places import same
 from multibody_sym.scene.stage import Stage
@@ -25,8 +26,8 @@ _SHAPES: Final[Mapping[str, Callable[[Sizes], Form]]] = {
     "disc": lambda s: Disc(ZERO, _Z, s[0]),
     "ring": lambda s: Disc(ZERO, _Z, s[0], hollow=True),
     "cylinder": lambda s: Barrel(ZERO, _Z, s[0], s[1]),
-    "sphere": lambda s: Ball(ZERO, s[0]),
-    "shell": lambda s: Ball(ZERO, s[0], hollow=True),
+    "sphere": lambda s: Sphere(ZERO, s[0]),
+    "shell": lambda s: Sphere(ZERO, s[0], hollow=True),
     "box": lambda s: Block(ZERO, _UNIT, (s[0], s[1], s[2])),
 }
 """The form of each shape of a body, from its sizes."""
@@ -41,9 +42,15 @@ def body_items(stage: Stage, found: Mapping[str, list[Vector]]) -> Iterator[Item
         surfaces = list(surface_items(stage, name))
         own = list(_forms(stage, name, body, found[name], solid=any(is_solid(item) for item in surfaces)))
         yield from (Item("body", name, label, path, number, form) for form in own)
-        yield from surfaces
+        yield from surfaces if own else _as_body(surfaces, name, label)
         if (body.shape is not None or body.inertia is not None) and not _marks_centre(own, stage.centre(name)):
             yield Item("mass centre", name, "", path, number, Symbol("com", stage.centre(name)))
+
+
+def _as_body(surfaces: Sequence[Item], name: str, label: str) -> Iterator[Item]:
+    """Yield surfaces, those that show all of a body under its name: its path is the beginning of theirs."""
+    for item in surfaces:
+        yield replace(item, role="body", name=name, label=label) if is_solid(item) else item
 
 
 def _marks_centre(forms: Sequence[Form], centre: Vector) -> bool:
@@ -112,7 +119,8 @@ def _with_bob(
     others = [place for place in places if not same(place, centre)]
     yield link([*others, centre])
     if body.inertia is None:
-        yield Symbol("bob", centre)
+        held = any(same(place, centre) for place in places)
+        yield Symbol(_particle(stage, name, body) if held else "bob", centre)
 
 
 def link(places: Sequence[Vector]) -> Polyline:

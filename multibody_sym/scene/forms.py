@@ -79,7 +79,7 @@ class Disc:
 
 
 @dataclass(frozen=True)
-class Ball:
+class Sphere:
     """A ball; `hollow` is a shell, or a bowl that is touched inside."""
 
     centre: Vector
@@ -182,4 +182,18 @@ class Symbol:
         return np.array([self.at])
 
 
-Form = Polyline | Disc | Ball | Block | Barrel | Face | Rail | Symbol
+@dataclass(frozen=True)
+class Axes:
+    """The directions along which something moves freely, with the names of its coordinates; those of turns last."""
+
+    at: Vector
+    axes: tuple[Vector, ...]
+    names: tuple[str, ...]
+
+    @property
+    def bounds(self) -> Floats:
+        """Its place (1, 3)."""
+        return np.array([self.at])
+
+
+Form = Axes | Polyline | Disc | Sphere | Block | Barrel | Face | Rail | Symbol

@@ -15,7 +15,7 @@ from multibody_sym.model.declaration.joints import CurveJoint, Custom
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.resolution.spanning_tree import coordinate_names
 from multibody_sym.scalars.node import symbol
-from multibody_sym.scene.forms import Form, Polyline, Rail, Symbol, Vector, unit, vector
+from multibody_sym.scene.forms import Axes, Form, Polyline, Rail, Symbol, Vector, unit, vector
 from multibody_sym.scene.items import Item, Role
 from multibody_sym.scene.stage import Place, Stage
 from multibody_sym.scene.surfaces import curve_points
@@ -81,12 +81,14 @@ def _hinge(joint: Held) -> Iterator[Item]:
 
 
 def _ball(joint: Held) -> Iterator[Item]:
-    yield from _sign("ball_pivot" if joint.on_ground else "ball")(joint)
+    yield from _sign("ball_pivot" if joint.on_ground else "ball_joint")(joint)
 
 
 def _nothing(joint: Held) -> Iterator[Item]:
-    """Yield a sign without ink for what is free: the place is there, and its path."""
-    yield joint.item("joint", Symbol("free", joint.child.point), on_child=True)
+    """Yield the axes along which what is free moves, at the joint's place on its parent."""
+    slides = [axis for step in joint.joint.steps for axis in step.slides]
+    axes = [joint.parent.turned(unit(joint.stage.vector(axis))) for axis in slides]
+    yield joint.item("joint", Axes(joint.parent.point, tuple(axes), coordinate_names(joint.name, joint.joint)))
 
 
 def _slider(joint: Held) -> Iterator[Item]:
@@ -137,7 +139,7 @@ def _hangs(joint: Held, axis: Vector) -> bool:
 def _screw(joint: Held) -> Iterator[Item]:
     axis = joint.parent.turned(unit(joint.stage.vector(joint.joint.steps[0].turns[0])))
     yield from _slide(joint, axis, ())
-    yield from _sign("screw")(joint)
+    yield from _sign("nut")(joint)
 
 
 def _cylindrical(joint: Held) -> Iterator[Item]:
@@ -157,22 +159,26 @@ def _wire(joint: Held) -> Iterator[Item]:
 
 
 def _custom(joint: Held) -> Iterator[Item]:
-    """Yield a sign for each freedom at the joint's place."""
+    """Yield rails for what slides before anything turns, and one sign for what turns: a pin, a cross or a ball."""
     assert isinstance(joint.joint, Custom)
-    signs: list[tuple[str, Point]] = []
+    turns: list[Point] = []
+    screws: list[Point] = []
     for freedom in joint.joint.free:
-        if freedom.translate is not None:
-            signs.append(("slide", freedom.translate))
+        if freedom.translate is not None and not turns:
+            yield from _slide(joint, joint.parent.turned(unit(joint.stage.vector(freedom.translate))), ())
         elif freedom.rotate is not None:
-            signs.append(("turn" if freedom.pitch is None else "screw", freedom.rotate))
-    for kind, axis in signs:
-        turned = joint.parent.turned(unit(joint.stage.vector(axis)))
-        if kind == "slide":
-            yield from _slide(joint, turned, ())
-        else:
-            place, around = _on_child(joint, axis)
-            yield joint.item("joint", Symbol("pin" if kind == "turn" else "screw", place, around), on_child=True)
-    if not signs or all(kind == "slide" for kind, _ in signs):
+            (turns if freedom.pitch is None else screws).append(freedom.rotate)
+    slides = any(freedom.rotate is None for freedom in joint.joint.free)
+    if turns and not slides:
+        kind = {1: "pin", 2: "cardan"}.get(len(turns), "ball_joint")
+        grounded = {"pin": "pivot", "ball_joint": "ball_pivot"}.get(kind, kind) if joint.on_ground else kind
+        axis, along = (joint.parent.turned(unit(joint.stage.vector(each))) for each in (turns[0], turns[-1]))
+        yield joint.item("joint", Symbol(grounded, joint.parent.point, axis, along))
+    elif turns:
+        yield joint.item("joint", Symbol("pin", *_on_child(joint, turns[0])), on_child=True)
+    elif screws:
+        yield joint.item("joint", Symbol("nut", *_on_child(joint, screws[0])), on_child=True)
+    else:
         yield from _nothing(joint)
 
 

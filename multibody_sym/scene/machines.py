@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -19,12 +20,15 @@ from multibody_sym.model.declaration.constraints import (
     Rolling,
     VelocityConstraint,
 )
+from multibody_sym.model.declaration.contacts import Coefficient
 from multibody_sym.model.declaration.forces import Damper, Friction, Motor, SpringDamper
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.resolution.contacts.elements import copies
+from multibody_sym.scalars.node import Node
 from multibody_sym.scene.forms import Disc, Face, Polyline, Rail, Symbol, Vector, unit, vector
 from multibody_sym.scene.items import Item
 from multibody_sym.scene.joints import held
+from multibody_sym.scene.marks import letters
 from multibody_sym.scene.places import references
 from multibody_sym.scene.stage import Place, Stage
 from multibody_sym.scene.surfaces import curve_points
@@ -169,7 +173,8 @@ def contact_items(stage: Stage) -> Iterator[Item]:
     """Yield a sign without ink at the first body of each contact, where marks and forces have their place."""
     for declared, contact in stage.system.contacts.items():
         for name, between in copies(declared, contact):
-            yield _touch(stage, name, ("contacts", declared), between)
+            rough = roughness(contact.static, contact.kinetic)
+            yield replace(_touch(stage, name, ("contacts", declared), between), label=rough)
 
 
 def _touch(stage: Stage, name: str, path: tuple[str, ...], between: tuple[str, ...]) -> Item:
@@ -197,7 +202,14 @@ def force_items(stage: Stage) -> Iterator[Item]:
             continue
         axis = each.parent.turned(unit(stage.vector(turns[0]))) if turns else (0.0, 0.0, 1.0)
         sign = Symbol(kind, each.parent.point, axis)
-        yield Item("force", name, name, ("forces", name), each.parent.body, sign, each.bodies, each.on_ground)
+        label = roughness(element.static, element.kinetic) if isinstance(element, Friction) else name
+        yield Item("force", name, label, ("forces", name), each.parent.body, sign, each.bodies, each.on_ground)
+
+
+def roughness(static: Coefficient | None, kinetic: Node | None) -> str:
+    """Return the letter of a coefficient of friction, nothing where it is a number."""
+    found = [letters(each) for each in (kinetic, static) if isinstance(each, Node)]
+    return next((each for each in found if each), "")
 
 
 _IN_JOINTS: Final[Mapping[type[Any], str]] = {

@@ -59,7 +59,7 @@ def letters(node: Node) -> str:
     if not leaves([node], "symbol"):
         return ""
     found = text(node).removeprefix("-")
-    return found if len(found) <= _LONGEST else ""
+    return found if len(found) <= _LONGEST and "(" not in found else ""
 
 
 def _sizes(stage: Stage) -> Iterator[Dimension]:
@@ -78,8 +78,10 @@ def _sizes(stage: Stage) -> Iterator[Dimension]:
                 yield _radius(f"{name}.radius", label, number, ZERO, stage.number(size))
 
 
-def _radius(name: str, label: str, body: int, centre: Vector, radius: float) -> Dimension:
-    rim = vector(np.array(centre) + radius * np.array([np.cos(0.7), np.sin(0.7), 0.0]))
+def _radius(
+    name: str, label: str, body: int, centre: Vector, radius: float, angle: float = 0.7
+) -> Dimension:
+    rim = vector(np.array(centre) + radius * np.array([np.cos(angle), np.sin(angle), 0.0]))
     return Dimension(name, label, Anchor(body, centre), Anchor(body, rim), radius=True)
 
 
@@ -90,7 +92,8 @@ def _radii(stage: Stage) -> Iterator[Dimension]:
             if surface.kind in ("disc", "sphere") and letters(surface.radius):
                 centre, radius = stage.vector(surface.centre), stage.number(surface.radius)
                 number = stage.number_of(name)
-                yield _radius(f"{name}.{word}", letters(surface.radius), number, centre, radius)
+                angle = -2.3 if surface.inside else 0.7  # a bowl is drawn below its middle
+                yield _radius(f"{name}.{word}", letters(surface.radius), number, centre, radius, angle)
     for name, pulley in stage.system.pulleys.items():
         if letters(pulley.radius):
             place = stage.place(pulley.at or pulley.body or GROUND)

@@ -10,13 +10,14 @@ import numpy as np
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.declaration.joints import CurveJoint
 from multibody_sym.model.declaration.system import System, verify_system
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.resolve import mechanism as resolved
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scene.arrows import Law, arrow_items
 from multibody_sym.scene.bodies import body_items
-from multibody_sym.scene.forms import Face, Symbol
+from multibody_sym.scene.forms import Axes, Face, Symbol
 from multibody_sym.scene.items import AngleMark, ArrowItem, Dimension, Item, Placed, PlacedStrand, Strand, View
 from multibody_sym.scene.joints import joint_items
 from multibody_sym.scene.machines import constraint_items, contact_items, force_items, marker_items, pulley_items
@@ -114,9 +115,8 @@ def scene_of(
         begin = drawn_start(mechanism, parameters, project=system.simulation.project)
     stage = Stage(system, mechanism, begin)
     found = places(stage)
-    stage.lengths["size"] = 1.0
-    bodies = list(body_items(stage, found))
-    stage.lengths["size"] = size = _size(stage, bodies, found)
+    wires = [item for item in joint_items(stage) if item.role == "guide" and _is_once_around(stage, item)]
+    stage.lengths["size"] = size = _size(stage, [*body_items(stage, found), *wires], found)
     bodies = list(body_items(stage, found))  # curves without ends reach as far as the rest
     ropes, pairs = ropes_of(mechanism), list(arrow_items(stage))
     items = (
@@ -150,7 +150,7 @@ def _size(stage: Stage, items: Sequence[Item], found: Mapping[str, Sequence[Sequ
     """Return how far places of bodies and their forms reach at the start (m); 1 where all is at one place."""
     points = [stage.world(stage.number_of(name), place) for name, each in found.items() for place in each]
     for item in items:
-        if isinstance(item.form, (Face, Symbol)) or (item.role == "surface" and _is_endless(item)):
+        if isinstance(item.form, (Axes, Face, Symbol)) or (item.role in ("surface", "body") and _is_endless(item)):
             continue
         points += [stage.world(item.body, point) for point in item.form.bounds]
     points = [point for point in points if np.all(np.isfinite(point))]
@@ -159,6 +159,12 @@ def _size(stage: Stage, items: Sequence[Item], found: Mapping[str, Sequence[Sequ
     spread = np.max(points, axis=0) - np.min(points, axis=0)
     size = float(np.linalg.norm(spread))
     return size if size > 0.0 else 1.0
+
+
+def _is_once_around(stage: Stage, item: Item) -> bool:
+    """Return whether a joint's curve has a length of its own, since its parameter is an angle."""
+    joint = stage.system.joints[item.path[1]]
+    return isinstance(joint, CurveJoint) and joint.curve.unit_of_parameter == "rad"
 
 
 def _is_endless(item: Item) -> bool:

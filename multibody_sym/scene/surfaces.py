@@ -14,7 +14,7 @@ from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node
-from multibody_sym.scene.forms import Ball, Disc, Face, Form, Polyline, Symbol, Vector, across, unit, vector
+from multibody_sym.scene.forms import Disc, Face, Form, Polyline, Sphere, Symbol, Vector, across, unit, vector
 from multibody_sym.scene.items import Item
 from multibody_sym.scene.stage import Stage
 
@@ -32,7 +32,7 @@ def surface_items(stage: Stage, name: str) -> Iterator[Item]:
 
 def is_solid(item: Item) -> bool:
     """Return whether a surface shows the whole of its body: what is round, a bar, or the face of a wedge."""
-    return not item.on_ground and isinstance(item.form, (Disc, Ball, Polyline, Face))
+    return not item.on_ground and isinstance(item.form, (Disc, Sphere, Polyline, Face))
 
 
 def _disc(stage: Stage, body: Body, surface: Surface) -> Form:
@@ -41,7 +41,7 @@ def _disc(stage: Stage, body: Body, surface: Surface) -> Form:
 
 
 def _sphere(stage: Stage, body: Body, surface: Surface) -> Form:
-    return Ball(stage.vector(surface.centre), stage.number(surface.radius), hollow=surface.inside)
+    return Sphere(stage.vector(surface.centre), stage.number(surface.radius), hollow=surface.inside)
 
 
 def _plane(stage: Stage, body: Body, surface: Surface) -> Form:
@@ -113,12 +113,23 @@ def curve_points(stage: Stage, curve: Curve, near: float | None, *, once: bool =
     else:
         reach = max(_reach(stage), 1.3 * abs(near or 0.0))
         low, high = -reach, reach
-    found = []
+    found: list[Vector] = []
+    start = 0
     for way in np.linspace(low, high, _SAMPLES):
         point = [_value(stage, node, curve.leaf, float(way)) for node in curve.place]
         if np.all(np.isfinite(point)):
             found.append(vector(point))
-    return found
+            start += way < (near if near is not None else low)
+    return found if once else _between_cusps(found, start)
+
+
+def _between_cusps(points: list[Vector], start: int) -> list[Vector]:
+    """Return the part of a curve around a place of it that ends where the curve turns straight back."""
+    chords = np.diff(np.array(points), axis=0)
+    back = [k + 1 for k in range(len(chords) - 1) if float(chords[k] @ chords[k + 1]) < 0.0]
+    first = max((k for k in back if k <= start), default=0)
+    last = min((k for k in back if k > start), default=len(points) - 1)
+    return points[first : last + 1]
 
 
 def _value(stage: Stage, node: Node, leaf: Node, value: float) -> float:

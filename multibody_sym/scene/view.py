@@ -53,6 +53,8 @@ def _normal(stage: Stage) -> Floats | None:
     """Return the axis about which everything turns, along which nothing slides and across which all places lie."""
     axes, ways, places = [], [], []
     for joint in stage.system.joints.values():
+        if joint.cut:
+            continue
         place = stage.place(joint.parent)
         places.append(stage.world(place.body, place.point))
         for step in joint.steps:

@@ -10,7 +10,7 @@ import numpy as np
 from multibody_sym.drawing.lettering import letters
 from multibody_sym.drawing.look.sheet import Sheet, left, unit2
 from multibody_sym.drawing.picture import Arrow, Mark, Wish
-from multibody_sym.drawing.style import FORCE, LAYER_ARROW, LAYER_TEXT, THIN
+from multibody_sym.drawing.style import FORCE, LAYER_ARROW, LAYER_TEXT, REACTION, THIN
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scene.forms import across, unit
 from multibody_sym.scene.items import ArrowItem
@@ -27,9 +27,11 @@ def arrow_marks(sheet: Sheet, corner: Floats) -> Iterator[Mark]:
         if item.role == "gravity":
             yield from _gravity(sheet, item, vector, named, corner)
         elif item.role in ("torque", "couple"):
-            yield from torque_marks(sheet, sheet.at(item.at.body, item.at.point), vector, item.label, named)
+            pen = REACTION if item.role == "couple" else FORCE
+            yield from torque_marks(sheet, sheet.at(item.at.body, item.at.point), vector, item.label, named, pen)
         elif item.role != "drag":
-            yield from force_marks(sheet, sheet.at(item.at.body, item.at.point), vector, item.label, named)
+            pen = REACTION if item.role == "reaction" else FORCE
+            yield from force_marks(sheet, sheet.at(item.at.body, item.at.point), vector, item.label, named, pen)
 
 
 def _gravity(

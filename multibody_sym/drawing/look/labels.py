@@ -7,21 +7,22 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.drawing.lettering import letters
+from multibody_sym.drawing.lettering import letters, words
 from multibody_sym.drawing.look.pulleys import drawn_pieces
 from multibody_sym.drawing.look.rails import rail_ends
 from multibody_sym.drawing.look.shapes import face_ends
 from multibody_sym.drawing.look.sheet import Sheet, left, unit2
 from multibody_sym.drawing.picture import Arrow, Bend, Mark, Measure, Wish
-from multibody_sym.drawing.style import LAYER_ARROW, LAYER_TEXT, MOTION, THIN
+from multibody_sym.drawing.style import LAYER_ARROW, LAYER_TEXT, MARKED, MOTION, THIN
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Face, Rail, Symbol
+from multibody_sym.scene.forms import Axes, Face, Rail, Symbol
 from multibody_sym.scene.items import AngleMark, Dimension, Item
 
 _SHORTEST: Final = 9.0
 """The shortest length (pt) that gets a dimension line."""
 _COORDINATE: Final = 24.0
-_SILENT: Final = ("free", "contact", "tie", "point", "used_point", "frame", "drive", "hanger")
+_NAMED: Final = ("body", "joint", "pulley", "guide", "contact", "force")
+_SILENT: Final = ("tie", "point", "used_point", "frame", "drive")
 """Symbols without a name on the figure."""
 
 
@@ -30,7 +31,7 @@ def label_marks(sheet: Sheet) -> Iterator[Mark]:
     named: set[tuple[str, str]] = set()
     for item in sheet.scene.items:
         key = (item.role, item.name)
-        if item.role not in ("body", "joint", "pulley", "guide") or key in named or not item.label:
+        if item.role not in _NAMED or key in named or not item.label or isinstance(item.form, Axes):
             continue
         if isinstance(item.form, Symbol) and item.form.kind in _SILENT:
             continue
@@ -45,6 +46,15 @@ def label_marks(sheet: Sheet) -> Iterator[Mark]:
             middle = longest[0] + 0.3 * (longest[1] - longest[0]), longest[0] + 0.7 * (longest[1] - longest[0])
             strand = placed.strand
             yield Wish(np.array(middle), letters(strand.label), clear=6.0, **_text(strand.kind, strand.name))
+
+
+def word_marks(sheet: Sheet) -> Iterator[Mark]:
+    """Yield the word of each marked path beside the first thing that it is the path of."""
+    for path, word in sheet.marked.items():
+        item = next((i for i in sheet.scene.items if i.path[: len(path)] == path), None)
+        if item is not None and word:
+            about = sheet.page(item.body, item.form.bounds).mean(axis=0)[None, :]
+            yield Wish(about, words(word), clear=10.0, colour=MARKED.colour, **_text("mark", "/".join(path)))
 
 
 def _text(role: str, name: str) -> dict[str, Any]:
@@ -99,6 +109,8 @@ def _coordinate(sheet: Sheet, each: Dimension, at: Floats) -> Iterator[Mark]:
 def angle_marks(sheet: Sheet) -> Iterator[Mark]:
     """Yield the angles of hinges and slopes: arcs in the plane, in space their letters at the joint."""
     for each in sheet.scene.angles:
+        if not each.coordinate and not sheet.flat:
+            continue
         at = sheet.at(each.at.body, each.at.point) if each.coordinate else _foot(sheet, each)
         if not sheet.flat:
             yield from _turning(sheet, each, at)
@@ -106,8 +118,6 @@ def angle_marks(sheet: Sheet) -> Iterator[Mark]:
         start, stop = (sheet.way(end.body, end.point) for end in (each.start, each.stop))
         first, second = (float(np.arctan2(way[1], way[0])) for way in (start, stop))
         turn = (second - first + np.pi) % (2 * np.pi) - np.pi
-        if abs(turn) < 0.05:
-            continue
         low, high = (first, first + turn) if turn > 0.0 else (first + turn, first)
         ends = (turn > 0.0, turn < 0.0)  # a thin line shows the side from which the angle is counted
         lines = ends if each.coordinate else (True, False)

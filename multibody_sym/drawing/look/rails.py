@@ -14,7 +14,7 @@ from multibody_sym.drawing.look.sheet import Sheet, left, unit2
 from multibody_sym.drawing.picture import Hatch, Mark, Stroke
 from multibody_sym.drawing.style import AXIS, BLOCK, BODY, BOLD, INK, LAYER_GROUND, THIN
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Face, Polyline, Rail, Symbol
+from multibody_sym.scene.forms import Barrel, Block, Disc, Face, Polyline, Rail, Symbol
 from multibody_sym.scene.items import Item
 
 _BEYOND: Final = 20.0
@@ -47,6 +47,7 @@ def rail_marks(sheet: Sheet, item: Item, rail: Rail) -> Iterator[Mark]:
     if float(np.linalg.norm(sheet.way(item.body, rail.axis))) < 0.05:
         return
     named, points = sheet.named(item, LAYER_GROUND, rail.at), rail_ends(sheet, item, rail)
+    named["role"] = "joint"
     if rail.light or not sheet.flat or not item.on_ground:
         pen = AXIS if rail.light else THIN if item.on_ground else INK
         yield Stroke(points, sheet.pen(item, pen), **named)
@@ -73,7 +74,8 @@ def rail_ends(sheet: Sheet, item: Item, rail: Rail) -> Floats:
     if not places or not _is_taken(sheet, item, rail):
         places += list(ends @ along)
     base = ends[0] - float(ends[0] @ along) * along + shift
-    low, high = min(places) - _BEYOND, max(places) + _BEYOND
+    beyond = _BEYOND + _half_length(sheet, item, along)
+    low, high = min(places) - beyond, max(places) + beyond
     for centre in wheels_on(sheet, item):
         way = float(centre @ along)
         if way > (low + high) / 2:
@@ -81,6 +83,18 @@ def rail_ends(sheet: Sheet, item: Item, rail: Rail) -> Floats:
         else:
             low = way + WHEEL + 3.0
     return np.array([base + low * along, base + high * along])
+
+
+def _half_length(sheet: Sheet, item: Item, along: Floats) -> float:
+    """Return how far what slides reaches along its rail beyond half a block (pt)."""
+    child, reach = _child(item), [0.0]
+    for other in sheet.touched.get(child, ()):
+        if other.role != "body" or not isinstance(other.form, (Face, Block, Barrel, Disc)):
+            continue
+        form = other.form
+        points = wedge(sheet, other, form) if isinstance(form, Face) else sheet.page(child, form.bounds)
+        reach.append(float(np.ptp(points @ along)) / 2 - 12.0)
+    return max(reach)
 
 
 def _is_taken(sheet: Sheet, item: Item, rail: Rail) -> bool:

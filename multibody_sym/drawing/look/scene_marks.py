@@ -7,7 +7,8 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from multibody_sym.drawing.look.arrows import arrow_marks
-from multibody_sym.drawing.look.labels import angle_marks, dimension_marks, label_marks
+from multibody_sym.drawing.look.axes import free_axes
+from multibody_sym.drawing.look.labels import angle_marks, dimension_marks, label_marks, word_marks
 from multibody_sym.drawing.look.rails import rail_marks
 from multibody_sym.drawing.look.shapes import FORMS
 from multibody_sym.drawing.look.sheet import Sheet
@@ -16,7 +17,7 @@ from multibody_sym.drawing.look.symbols import SYMBOLS
 from multibody_sym.drawing.picture import Arc, Hatch, Mark, Stroke
 from multibody_sym.drawing.projection import Projection
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Rail, Symbol
+from multibody_sym.scene.forms import Axes, Rail, Symbol
 from multibody_sym.scene.items import Item, Path, Placed
 from multibody_sym.scene.scene import Scene
 
@@ -38,7 +39,9 @@ def scene_marks(
     sheet = Sheet(scene, placed, scene.at(), projection, marked or {})
     found = [mark for item in scene.items if _is_seen(item, frames) for mark in item_marks(sheet, item)]
     found += [mark for strand in placed.strands for mark in strand_marks(sheet, strand)]
+    found += free_axes(sheet, _low_corner(found, sheet))
     found += arrow_marks(sheet, _corner(found, sheet))
+    found += word_marks(sheet)
     if names:
         found += [*label_marks(sheet), *dimension_marks(sheet), *angle_marks(sheet)]
     return found
@@ -51,6 +54,13 @@ def _corner(marks: list[Mark], sheet: Sheet) -> Floats:
     return found
 
 
+def _low_corner(marks: list[Mark], sheet: Sheet) -> Floats:
+    """Return the place to the left and below of all that is drawn (2)."""
+    low = [np.asarray(mark.points).min(axis=0) for mark in marks if isinstance(mark, (Stroke, Arc, Hatch))]
+    found: Floats = np.min([*low, sheet.span[0]], axis=0)
+    return found
+
+
 def _is_seen(item: Item, frames: bool) -> bool:
     return frames or item.role != "frame"
 
@@ -59,6 +69,8 @@ def item_marks(sheet: Sheet, item: Item) -> Iterator[Mark]:
     """Yield how one item looks."""
     if isinstance(item.form, Symbol):
         yield from SYMBOLS[item.form.kind](sheet, item, item.form)
+    elif isinstance(item.form, Axes):
+        return  # they stand beside the figure
     elif isinstance(item.form, Rail):
         yield from rail_marks(sheet, item, item.form)
     else:

@@ -14,7 +14,7 @@ from multibody_sym.drawing.picture import Arc, Hatch, Mark, Pen, Stroke
 from multibody_sym.drawing.style import BODY, BOLD, INK, LAYER_BODY, LAYER_GROUND, PAPER, ROD, THIN
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scene.bodies import hull
-from multibody_sym.scene.forms import Ball, Barrel, Block, Disc, Face, Polyline, circle
+from multibody_sym.scene.forms import Barrel, Block, Disc, Face, Polyline, Sphere, circle
 from multibody_sym.scene.items import Item
 
 _FACES: Final = ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
@@ -126,7 +126,7 @@ def _teeth(sheet: Sheet, item: Item, form: Disc, centre: Floats, radius: float) 
         yield Stroke(np.array([point - along, point + along]), THIN, **sheet.named(item, LAYER_BODY, form.centre))
 
 
-def _ball(sheet: Sheet, item: Item, form: Ball) -> Iterator[Mark]:
+def _ball(sheet: Sheet, item: Item, form: Sphere) -> Iterator[Mark]:
     named = sheet.named(item, LAYER_BODY, form.centre)
     centre, radius = sheet.at(item.body, form.centre), form.radius * sheet.projection.scale
     if form.hollow and item.role == "surface" and sheet.flat:
@@ -231,8 +231,8 @@ def _reach(sheet: Sheet, item: Item, through: Floats, along: Floats) -> tuple[fl
     return first, last
 
 
-def _near(sheet: Sheet, item: Item) -> Floats:
-    """Return the places on the page (n, 2) of the bodies that touch a body's face, of all if none is known to."""
+def _near(sheet: Sheet, item: Item, *, rest: bool = True) -> Floats:
+    """Return the places on the page (n, 2) of the bodies that touch a body's face; of the `rest` if none does."""
     touching = {b for i in sheet.scene.items if i.role == "contact" and item.body in i.bodies for b in i.bodies}
     found = []
     for body in touching - {item.body}:
@@ -240,6 +240,8 @@ def _near(sheet: Sheet, item: Item) -> Floats:
             if not isinstance(other.form, Face) or other.form.ends is not None:
                 found.append(sheet.page(body, other.form.bounds))
                 found.append(sheet.projection.page(sheet.home.world(body, other.form.bounds)))
+    if not found and not rest:
+        return np.zeros((0, 2))
     if not found:
         low, high = sheet.span
         return np.array([(x, y) for x in (low[0], high[0]) for y in (low[1], high[1])])
@@ -250,13 +252,17 @@ def wedge(sheet: Sheet, item: Item, form: Face) -> Floats:
     """Return the outline (n, 2) of a moving body that shows a face: a wedge below it, a plate where it is level."""
     normal = unit2(sheet.way(item.body, form.normal))
     along, through = left(normal), sheet.at(item.body, form.through)
-    points = np.array([through - _HALF * along, through + _HALF * along])
+    ways = (_near(sheet, item, rest=False) - through) @ along
+    low, high = min([-_HALF, *(ways - 8.0)]), max([_HALF, *(ways + 8.0)])
+    points = np.array([through + low * along, through + high * along])
     if abs(float(normal @ left(sheet.down))) < 0.02 or abs(float(normal @ sheet.down)) < 0.02:
         below = float((through - sheet.at(item.body, (0.0, 0.0, 0.0))) @ normal)
+        if below > 2.0 * _HALF:  # higher than long: a block, not a column
+            points += np.outer([-1.0, 1.0], 0.6 * below * along)
         return np.vstack([points, points[::-1] - max(below, _PLATE) * normal])
     heights = points @ -sheet.down
-    low, high = points[np.argmin(heights)], points[np.argmax(heights)]
-    return np.array([low, high, high + sheet.down * float((low - high) @ sheet.down)])
+    foot, top = points[np.argmin(heights)], points[np.argmax(heights)]
+    return np.array([foot, top, top + sheet.down * float((foot - top) @ sheet.down)])
 
 
 def _plate(sheet: Sheet, item: Item, form: Face) -> Iterator[Mark]:
@@ -284,7 +290,7 @@ def _plate(sheet: Sheet, item: Item, form: Face) -> Iterator[Mark]:
 FORMS: Final[Mapping[type[Any], Callable[[Sheet, Item, Any], Iterator[Mark]]]] = {
     Polyline: _polyline,
     Disc: _disc,
-    Ball: _ball,
+    Sphere: _ball,
     Block: _block,
     Barrel: _barrel,
     Face: _face,

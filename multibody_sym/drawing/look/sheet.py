@@ -14,7 +14,7 @@ from multibody_sym.drawing.picture import Pen
 from multibody_sym.drawing.projection import Projection
 from multibody_sym.drawing.style import INK, LAYER_BODY, LAYER_JOINT, LAYER_STRAND, MARKED
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Face, Symbol
+from multibody_sym.scene.forms import Axes, Face, Symbol
 from multibody_sym.scene.items import Item, Path, Placed
 from multibody_sym.scene.scene import Scene
 
@@ -116,7 +116,7 @@ def extent(scene: Scene, placed: Placed) -> Floats:
     for item in scene.items:
         if isinstance(item.form, Face) and item.form.ends is None:
             continue
-        if isinstance(item.form, Symbol) and item.form.kind in UNSEEN:
+        if isinstance(item.form, Axes) or (isinstance(item.form, Symbol) and item.form.kind in UNSEEN):
             continue
         points.append(placed.world(item.body, item.form.bounds))
     for strand in placed.strands:

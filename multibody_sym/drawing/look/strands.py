@@ -12,13 +12,16 @@ from multibody_sym.drawing.look.pulleys import drawn_pieces, fillet, is_turned
 from multibody_sym.drawing.look.settle import WHEEL
 from multibody_sym.drawing.look.shapes import capsule
 from multibody_sym.drawing.look.sheet import Sheet, left, unit2
-from multibody_sym.drawing.picture import Arc, Mark, Pen, Stroke
-from multibody_sym.drawing.style import AXIS, BODY, HIDDEN, LAYER_BODY, PAPER, PIN, ROPE, SPRING
+from multibody_sym.drawing.picture import Arc, Hatch, Mark, Pen, Stroke
+from multibody_sym.drawing.style import AXIS, BODY, HIDDEN, LAYER_BODY, LAYER_GROUND, PAPER, PIN, ROPE, SPRING
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.items import PlacedStrand
+from multibody_sym.scene.forms import Symbol
+from multibody_sym.scene.items import Item, PlacedStrand
 
 _AMPLITUDE: Final = 5.0
 _COILS: Final = 7
+_HELD: Final = ("spring", "damper", "spring_damper", "rope", "rod")
+"""Strands whose ends are fixed to something."""
 _LEAD: Final = 7.0
 _APART: Final = 7.0
 """How far a spring and a damper in parallel are from their middle line (pt)."""
@@ -34,6 +37,26 @@ def strand_marks(sheet: Sheet, placed: PlacedStrand) -> Iterator[Mark]:
     named["role"] = placed.strand.kind
     pieces = drawn_pieces(sheet, placed)
     yield from STRANDS[placed.strand.kind](sheet, placed, pieces, named)
+    if placed.strand.kind in _HELD:
+        yield from _fixed_ends(sheet, placed, pieces, named)
+
+
+def _fixed_ends(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+    """Yield hatched ground across the ends that are fixed there, unless a joint or pulley shows it."""
+    anchors = placed.strand.anchors
+    for anchor, end, other in ((anchors[0], pieces[0][0], pieces[0][1]), (anchors[-1], pieces[-1][1], pieces[-1][0])):
+        if anchor.body >= 0 or any(_shows(sheet, item, end) for item in sheet.scene.items):
+            continue
+        away = unit2(end - other, -sheet.down)
+        ends = np.array([end - 9.0 * left(away), end + 9.0 * left(away)])
+        yield Hatch(ends, sheet.pen(placed.strand), side=-1, **{**named, "layer": LAYER_GROUND})
+
+
+def _shows(sheet: Sheet, item: Item, end: Floats) -> bool:
+    """Return whether a sign of ground stands at a place of the page."""
+    if item.body >= 0 or item.role not in ("joint", "pulley") or not isinstance(item.form, Symbol):
+        return False
+    return float(np.linalg.norm(sheet.at(item.body, item.form.at) - end)) < 3.0
 
 
 def zigzag(a: Floats, b: Floats) -> Floats:

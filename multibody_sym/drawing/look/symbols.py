@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.drawing.look.contacts import touching_place
 from multibody_sym.drawing.look.pulleys import axle_marks, pulley_marks
 from multibody_sym.drawing.look.rails import block_size, is_covered
 from multibody_sym.drawing.look.settle import BOB
@@ -120,6 +121,10 @@ def _slider(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     if is_covered(sheet, item):
         return
     named = sheet.named(item, LAYER_BODY + 0.4, symbol.at)
+    if not sheet.flat:
+        form = Barrel(symbol.at, unit(symbol.axis), sheet.metres(4.0), sheet.metres(13.0))
+        yield from barrel(sheet, item.body, form, sheet.pen(item), named, fill=DARK)
+        return
     length, height = block_size(sheet, item)
     yield Stroke(
         _rotating(sheet, item, symbol, length / 2, height / 2), sheet.pen(item), closed=True, fill=DARK, **named
@@ -167,7 +172,7 @@ def _body_block(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     at = sheet.at(item.body, symbol.at)
     slope = _slope(sheet, item)
     if slope is not None and abs(float(slope @ sheet.down)) > 0.05:
-        yield Stroke(_wedge_under(sheet, at, slope), sheet.pen(item), closed=True, fill=BODY, **named)
+        yield Stroke(_wedge_under(sheet, item, at, slope), sheet.pen(item), closed=True, fill=BODY, **named)
         return
     if _carries_pulley(sheet, item, symbol):
         hook = at + 30.0 * sheet.down
@@ -201,10 +206,14 @@ def _slope(sheet: Sheet, item: Item) -> Floats | None:
     return None
 
 
-def _wedge_under(sheet: Sheet, at: Floats, slope: Floats) -> Floats:
-    """Return the corners (3, 2) of a wedge below a slope through a place."""
+def _wedge_under(sheet: Sheet, item: Item, at: Floats, slope: Floats) -> Floats:
+    """Return the corners (3, 2) of a wedge below a slope through a place, as long as what is fixed to it and slides."""
     up = slope if float(slope @ sheet.down) < 0.0 else -slope
-    low, high = at - 36.0 * up, at + 36.0 * up
+    bodies = {i.bodies[1] for i in sheet.touched.get(item.body, ()) if isinstance(i.form, Rail) and len(i.bodies) > 1}
+    anchors = [anchor for strand in sheet.scene.strands for anchor in strand.anchors if anchor.body == item.body]
+    ways = [float((sheet.at(anchor.body, anchor.point) - at) @ up) for anchor in anchors]
+    ways += [float((sheet.at(body, (0.0, 0.0, 0.0)) - at) @ up) for body in bodies]
+    low, high = at + min([-36.0, *(way - 10.0 for way in ways)]) * up, at + max([36.0, *(w + 20.0 for w in ways)]) * up
     return np.array([low, high, high + sheet.down * float((low - high) @ sheet.down)])
 
 
@@ -302,17 +311,25 @@ def _nothing(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
         yield Arc(sheet.at(item.body, symbol.at), 9.0, sheet.pen(item), **sheet.named(item, LAYER_JOINT, symbol.at))
 
 
+def _contact(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a dot where bodies touch, as far as that is known."""
+    at = touching_place(sheet, item, symbol)
+    if at is not None:
+        yield Arc(at, 1.3, None, fill=BLACK, **sheet.named(item, LAYER_JOINT + 0.5, symbol.at))
+    yield from _nothing(sheet, item, symbol)
+
+
 SYMBOLS: Final[Mapping[str, Look]] = {
     "pin": _pin,
     "pivot": _bearing,
-    "ball": _ball,
+    "ball_joint": _ball,
     "ball_pivot": _ball_pivot,
     "cardan": _cardan,
     "weld": _weld,
     "slider": _slider,
     "hanger": _nothing,
     "sleeve": _sleeve,
-    "screw": _screw,
+    "nut": _screw,
     "bead": _bead,
     "bob": _bob,
     "block": _body_block,
@@ -332,7 +349,7 @@ SYMBOLS: Final[Mapping[str, Look]] = {
     "drive": _nothing,
     "tie": _nothing,
     "free": _nothing,
-    "contact": _nothing,
+    "contact": _contact,
     "friction": _nothing,
 }
 """How each kind of symbol looks."""

@@ -1,0 +1,47 @@
+"""Where bodies touch on the page: at a point, or where something round is nearest to a face or to something round."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from multibody_sym.drawing.look.sheet import Sheet, unit2
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.scene.forms import Disc, Face, Polyline, Sphere, Symbol
+from multibody_sym.scene.items import Item
+
+_NEAR = 4.0
+
+
+def touching_place(sheet: Sheet, item: Item, symbol: Symbol) -> Floats | None:
+    """Return where two bodies of a contact touch (2), None where their forms do not tell or they are apart."""
+    if len(item.bodies) != 2:
+        return None
+    first, second = (sheet.touched.get(body, ()) for body in item.bodies)
+    for one, two in ((first, second), (second, first)):
+        for a in one:
+            for b in two:
+                found = _nearest(sheet, a, b)
+                if found is not None:
+                    return found
+    at = sheet.at(item.body, symbol.at) - sheet.settled.bodies.get(item.body, np.zeros(2))
+    return at if any(symbol.at) or any(isinstance(i.form, (Face, Polyline)) for i in (*first, *second)) else None
+
+
+def _nearest(sheet: Sheet, a: Item, b: Item) -> Floats | None:
+    """Return where something round touches a face or something round."""
+    if not isinstance(a.form, (Disc, Sphere)):
+        return None
+    centre, radius = sheet.at(a.body, a.form.centre), a.form.radius * sheet.projection.scale
+    if isinstance(b.form, Face):
+        normal = sheet.way(b.body, b.form.normal)
+        apart = float((centre - sheet.at(b.body, b.form.through)) @ normal)
+        near = abs(abs(apart) - radius) < _NEAR and float(np.linalg.norm(normal)) > 0.99
+        return centre - radius * normal if near else None
+    if isinstance(b.form, (Disc, Sphere)):
+        other, size = sheet.at(b.body, b.form.centre), b.form.radius * sheet.projection.scale
+        way, apart = unit2(other - centre), float(np.linalg.norm(other - centre))
+        if abs(apart - radius - size) < _NEAR:
+            return centre + radius * way
+        if apart > 1.0 and abs(apart - abs(radius - size)) < _NEAR:
+            return centre - radius * way if size > radius else centre + radius * way
+    return None
