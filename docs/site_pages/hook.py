@@ -6,11 +6,12 @@ import sys
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
 
 def on_files(files: Any, *, config: Any) -> Any:
     """Add the generated pages."""
+    folder = str(Path(__file__).parents[1])
+    if folder not in sys.path:
+        sys.path.insert(0, folder)
     from mkdocs.structure.files import File
 
     from site_pages.generated import generated
