@@ -128,6 +128,7 @@ JSON = {
     "linearize": ("examples/pendulum.yaml",),
     "modes": ("examples/pendulum.yaml",),
     "simulate": ("examples/pendulum.yaml", "--t-end", "0.05", "--backend", "python", "--verify"),
+    "sweep": ("examples/pendulum.yaml", "--vary", "m=1,2", "--t-end", "0.05", "--backend", "python"),
     "new": ("--list",),
     "explain": ("M101",),
 }
