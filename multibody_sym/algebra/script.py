@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from typing import Any, Final, NamedTuple
+from typing import Any, ClassVar, Final, NamedTuple
 
 import sympy
 
@@ -41,6 +41,11 @@ class Script(ABC):
     `spelling` gives each symbol's letters; `places` its kind and number, which order factors and terms (`notation`
     names the kinds).
     """
+
+    plus: ClassVar[str] = "+ "
+    minus: ClassVar[str] = "- "
+    opposite: ClassVar[str] = "-"
+    """The sign between terms, and that before the first."""
 
     def __init__(self, spelling: Mapping[Any, str], places: Mapping[Any, tuple[int, int]]) -> None:
         self.spelling = spelling
@@ -117,6 +122,10 @@ class Script(ABC):
         piece = self.piece(e)
         return piece.text if piece.strength >= strength else self.brackets(piece.text)
 
+    def number(self, digits: str) -> str:
+        """Return a number without a sign."""
+        return digits
+
     def _sum(self, e: Any) -> Piece:
         return Piece(" ".join(self.parts(e)), SUM)
 
@@ -128,7 +137,8 @@ class Script(ABC):
         for k, term in enumerate(self.terms(e)):
             negative = is_negative(term)
             text = self.within(-term if negative else term, PRODUCT)
-            written.append(f"{'-' if negative else '+'} {text}" if k else ("-" if negative else "") + text)
+            sign = (self.minus if negative else self.plus) if k else (self.opposite if negative else "")
+            written.append(sign + text)
         return written
 
     def _rational(self, e: Any) -> Piece:
@@ -139,7 +149,7 @@ class Script(ABC):
         return self._signed(e) if number < 0 else self._quotient_of(number, self.factors(rest))
 
     def _signed(self, e: Any) -> Piece:
-        return Piece("-" + self.within(-e, PRODUCT), SUM)
+        return Piece(self.opposite + self.within(-e, PRODUCT), SUM)
 
     def _quotient_of(self, number: Any, factors: Sequence[Any]) -> Piece:
         above = [f for f in factors if not _is_below(f) and f != 1]
@@ -149,10 +159,10 @@ class Script(ABC):
         number = sympy.Rational(shown.numerator, shown.denominator)
         point = decimal(number, places) if max(number.p, number.q) > _LARGEST_IN_FRACTION else None
         first, divisor = (point, 1) if point else (str(number.p), number.q)
-        before = [first] if first != "1" or not above else []
-        after = [str(divisor)] if divisor != 1 else []
+        before = [self.number(first)] if first != "1" or not above else []
+        after = [self.number(str(divisor))] if divisor != 1 else []
         if len(before) + len(above) == 1 and not after and not below:
-            return Piece(first, ATOM) if before else self.piece(above[0])
+            return Piece(before[0], ATOM) if before else self.piece(above[0])
         return self.quotient(before, above, after, below)
 
     @abstractmethod

@@ -20,7 +20,7 @@ from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.scalars.sympy_bridge import from_sympy
 from multibody_sym.writing.documents import html_document, latex_document
-from multibody_sym.writing.html_script import HtmlScript, html_script
+from multibody_sym.writing.mathml import MathmlScript, element, mathml_name, mathml_script
 from multibody_sym.writing.withheld import withheld_lines
 
 Equations = SymbolicEquations | CanonicalEquations
@@ -157,18 +157,19 @@ def derivation_html(equations: Equations, *, steps: bool = False) -> str:
     shown = [*_withheld(equations), *(equations.steps if steps else _result(equations))]
     if equations.definitions:
         shown.append(Step("Names", tuple(Equation(name, e) for name, e in equations.definitions)))
-    script = html_script(equations.notation)
+    script = mathml_script(equations.notation)
     return html_document(_headline(equations), "\n".join(_step_html(script, step) for step in shown) + "\n")
 
 
-def _step_html(script: HtmlScript, step: Step) -> str:
-    lines = [f"<p>{_side_html(script, e.left)} = {_side_html(script, e.right)}</p>" for e in step.equations]
+def _step_html(script: MathmlScript, step: Step) -> str:
+    sides = ((_side_html(script, e.left), _side_html(script, e.right)) for e in step.equations)
+    lines = [f"<p>{element(f'{left}<mo>=</mo>{right}')}</p>" for left, right in sides]
     notes = [f"<p>{escape(line)}</p>" for line in step.note.splitlines()]
     return "\n".join([f"<h2>{escape(step.title)}</h2>", *lines, *notes])
 
 
-def _side_html(script: HtmlScript, side: Any) -> str:
-    return escape(side.text) if isinstance(side, Label) else script.shown(side)
+def _side_html(script: MathmlScript, side: Any) -> str:
+    return mathml_name(side.text) if isinstance(side, Label) else script.shown(side)
 
 
 # --- data ----------------------------------------------------------------------------------------------------------

@@ -6,7 +6,6 @@ from html import escape
 from typing import Final
 
 from multibody_sym.dynamics.derivation.notation import escaped
-from multibody_sym.writing.html_script import STYLE
 
 _PREAMBLE: Final = r"""\documentclass{article}
 \usepackage[T1]{fontenc}
@@ -19,7 +18,10 @@ _PREAMBLE: Final = r"""\documentclass{article}
 \setlength{\parindent}{0pt}
 \begin{document}
 """
-_PAGE: Final = "body{max-width:60em;margin:2em auto;padding:0 1em;font-family:serif}.n{float:right}"
+_PAGE: Final = (
+    "body{max-width:60em;margin:2em auto;padding:0 1em;font-family:serif}.n{float:right}"
+    "p{overflow-x:auto;overflow-y:hidden}"
+)
 
 
 def latex_document(title: str, body: str) -> str:
@@ -28,7 +30,7 @@ def latex_document(title: str, body: str) -> str:
 
 
 def html_document(title: str, body: str) -> str:
-    """Return a page of HTML with its style around a body in the classes of `HtmlScript`."""
-    head = f'<meta charset="utf-8"><title>{escape(title)}</title><style>{_PAGE}{STYLE}</style>'
+    """Return a page of HTML with its style around a body."""
+    head = f'<meta charset="utf-8"><title>{escape(title)}</title><style>{_PAGE}</style>'
     body = f"<h1>{escape(title)}</h1>\n{body}"
     return f'<!DOCTYPE html>\n<html lang="en"><head>{head}</head>\n<body>\n{body}</body></html>\n'

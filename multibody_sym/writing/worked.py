@@ -6,7 +6,7 @@ import math
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
 from textwrap import wrap
@@ -16,7 +16,7 @@ from multibody_sym.answers.worked.record import Formula, Line, Quantity, Sentenc
 from multibody_sym.dynamics.derivation.notation import Notation, escaped
 from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.writing.documents import html_document, latex_document
-from multibody_sym.writing.html_script import HtmlScript, html_script
+from multibody_sym.writing.mathml import MathmlScript, element, mathml_script
 
 _WIDTH: Final = 110
 _DEGREES: Final = 180 / math.pi
@@ -192,11 +192,14 @@ class _Latex(_Writer):
 
 
 class _Html(_Writer):
-    signs: ClassVar = {"=": "=", ">=": "&ge;", "<=": "&le;", ">": "&gt;", "<": "&lt;"}
+    signs: ClassVar = {
+        sign: f"<mo>{told}</mo>"
+        for sign, told in {"=": "=", ">=": "&ge;", "<=": "&le;", ">": "&gt;", "<": "&lt;"}.items()
+    }
 
     @cached_property
-    def _script(self) -> HtmlScript:
-        return html_script(self.notation)
+    def _script(self) -> MathmlScript:
+        return mathml_script(self.notation)
 
     def parts(self, expression: Any) -> list[tuple[str, str]]:
         texts = [text for text, _ in self.notation.parts(expression)]
@@ -212,14 +215,16 @@ class _Html(_Writer):
         if isinstance(line, Sentence):
             return f"<p>{self.words(line.words)}</p>"
         tag = "" if line.tag is None else f'<span class="n">({line.tag})</span>'
-        terms = " ".join(f'<span class="m">{term}</span>' for _, term in self.terms(line))
+        told = [element(term) for _, term in self.terms(replace(line, value=None))]
+        told += [] if line.value is None else [f"= {self.quantity(*self.said(line.value))}"]
+        terms = " ".join(told)
         return f"<p>{tag}{self.words(line.before)}{': ' if line.before else ''}{terms}</p>"
 
     def plain(self, words: str) -> str:
         return escape(words)
 
     def inline(self, expression: Any) -> str:
-        return self._script.shown(expression)
+        return element(self._script.shown(expression))
 
     def quantity(self, number: str, unit: str) -> str:
         return f"{number}&nbsp;{escape(unit)}" if unit else number

@@ -154,8 +154,8 @@ def test_derivations_are_whole_documents(method: str) -> None:
     assert latex.count(r"\begin{") == latex.count(r"\end{")
     html = derivation_html(found, steps=True)
     assert html.startswith("<!DOCTYPE html>")
-    assert html.count("<span") == html.count("</span>")
-    assert "<i>x</i>&Prime;<sub>1</sub>" in html
+    assert html.count("<math ") == html.count("</math>")
+    assert '<msub><mover accent="true"><mi>x</mi><mo>&#xA8;</mo></mover><mrow><mn>1</mn></mrow></msub>' in html
 
 
 def test_command_writes_documents(capsys: pytest.CaptureFixture[str]) -> None:

@@ -154,8 +154,10 @@ def test_html_is_a_page_that_needs_nothing_beside_it(name: str) -> None:
 
 def test_html_of_an_equation() -> None:
     html = worked_html(steps(ATWOOD))
-    mass, acceleration = "<i>m</i><sub>1</sub>", "<i>y</i>&Prime;<sub>1</sub>"
-    assert f'{mass}&#8201;{acceleration}</span> <span class="m">= <i>T</i></span>' in html
+    mass = "<msub><mi>m</mi><mrow><mn>1</mn></mrow></msub>"
+    acceleration = '<msub><mover accent="true"><mi>y</mi><mo>&#xA8;</mo></mover><mrow><mn>1</mn></mrow></msub>'
+    assert f'{mass}<mspace width="0.17em"/>{acceleration}</math>' in html
+    assert '<math displaystyle="true"><mo>=</mo> <mi>T</mi></math>' in html
 
 
 def test_command_writes_steps_in_each_format(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,117 @@
+"""Writer of sympy expressions as MathML, which browsers show without scripts or fonts of ours."""
+
+from __future__ import annotations
+
+import re
+from html import escape
+from typing import Any, ClassVar, Final
+
+import sympy
+
+from multibody_sym.algebra.script import ATOM, POWER, PRODUCT, SUM, Piece, Script
+from multibody_sym.dynamics.derivation.notation import GREEK, Notation
+
+_SPACE: Final = '<mspace width="0.17em"/>'
+_DOTS: Final = {1: "&#x2D9;", 2: "&#xA8;"}
+_COMPARISONS: Final = {
+    sympy.StrictLessThan: "&lt;", sympy.LessThan: "&#x2264;", sympy.StrictGreaterThan: "&gt;",
+    sympy.GreaterThan: "&#x2265;",
+}  # fmt: skip
+_NAME: Final = re.compile("[A-Za-z][A-Za-z0-9_]*'{0,2}")
+_WORDS: Final = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "Min": "min", "Max": "max"}
+
+
+class MathmlScript(Script):
+    """Presentation MathML: the content of a `<math>` element."""
+
+    plus: ClassVar[str] = "<mo>+</mo>"
+    minus: ClassVar[str] = "<mo>&#x2212;</mo>"
+    opposite: ClassVar[str] = "<mo>&#x2212;</mo>"
+
+    def number(self, digits: str) -> str:
+        return f"<mn>{escape(digits)}</mn>"
+
+    def quotient(self, before: list[str], above: list[Any], after: list[str], below: list[Any]) -> Piece:
+        if not below and not after:
+            return Piece(self._side(before, above), PRODUCT)
+        over, under = self._side(before, above) or "<mn>1</mn>", self._side(after, below)
+        return Piece(f"<mfrac><mrow>{over}</mrow><mrow>{under}</mrow></mfrac>", ATOM)
+
+    def _side(self, numbers: list[str], factors: list[Any]) -> str:
+        alone = len(numbers) + len(factors) == 1
+        return _SPACE.join([*numbers, *(self.within(f, SUM if alone else POWER) for f in factors)])
+
+    def power(self, base: Any, exponent: Any) -> Piece:
+        raised = f"<mrow>{self.piece(exponent).text}</mrow>"
+        if isinstance(base, (sympy.sin, sympy.cos, sympy.tan)):
+            name = f"<msup><mi>{base.func.__name__}</mi>{raised}</msup>"
+            return Piece(f"{name}<mo>&#x2061;</mo>{self.brackets(self.piece(base.args[0]).text)}", POWER)
+        return Piece(f"<msup><mrow>{self.within(base, ATOM)}</mrow>{raised}</msup>", POWER)
+
+    def root(self, radicand: Any) -> Piece:
+        return Piece(f"<msqrt>{self.piece(radicand).text}</msqrt>", ATOM)
+
+    def other(self, e: Any) -> Piece:
+        if isinstance(e, sympy.Piecewise):
+            return Piece(self._cases(e), ATOM)
+        if e.func in _COMPARISONS:
+            return Piece(f"<mo>{_COMPARISONS[e.func]}</mo>".join(self.piece(a).text for a in e.args), SUM)
+        if isinstance(e, sympy.Abs):
+            return Piece(f"<mrow><mo>|</mo>{self.piece(e.args[0]).text}<mo>|</mo></mrow>", ATOM)
+        if not e.args:
+            return Piece({sympy.pi: "<mi>&#x3C0;</mi>"}.get(e, f"<mtext>{escape(str(e))}</mtext>"), ATOM)
+        name = _WORDS.get(e.func.__name__, e.func.__name__)
+        given = "<mo>,</mo>".join(self.piece(a).text for a in e.args)
+        return Piece(f"<mi>{escape(name)}</mi><mo>&#x2061;</mo>{self.brackets(given)}", POWER)
+
+    def _cases(self, e: Any) -> str:
+        rows = (
+            f"<mtr><mtd>{self.piece(value).text}</mtd><mtd>{self._when(condition)}</mtd></mtr>"
+            for value, condition in e.args
+        )
+        return f'<mrow><mo>{{</mo><mtable columnalign="left">{"".join(rows)}</mtable></mrow>'
+
+    def _when(self, condition: Any) -> str:
+        if condition == sympy.true:
+            return "<mtext>else</mtext>"
+        return f"<mtext>where&#xA0;</mtext>{self.piece(condition).text}"
+
+    def brackets(self, text: str) -> str:
+        return f"<mrow><mo>(</mo>{text}<mo>)</mo></mrow>"
+
+    def matrix(self, rows: list[list[str]]) -> str:
+        lines = "".join(f"<mtr>{''.join(f'<mtd>{x}</mtd>' for x in row)}</mtr>" for row in rows)
+        return f"<mrow><mo>[</mo><mtable>{lines}</mtable><mo>]</mo></mrow>"
+
+
+def mathml_script(notation: Notation) -> MathmlScript:
+    """Return the writer of expressions in the letters and the order of a notation."""
+    return MathmlScript({s: mathml_name(label.text) for s, label in notation.spelling.items()}, notation.places)
+
+
+def element(content: str) -> str:
+    """Return a `<math>` element, its fractions as large as in a line of their own."""
+    return f'<math displaystyle="true">{content}</math>'
+
+
+def mathml_name(name: str) -> str:
+    """Return a name: theta_1'' as a Greek letter with two dots and an index, words upright; other text as it is."""
+    if not _NAME.fullmatch(name):
+        return f"<mtext>{escape(name)}</mtext>"
+    spelt = name.rstrip("'")
+    letter, rest = re.match(r"([A-Za-z]*)_*(.*)", spelt).groups()  # type: ignore[union-attr]
+    head = _part(letter)
+    primes = len(name) - len(spelt)
+    if primes in _DOTS:
+        head = f'<mover accent="true">{head}<mo>{_DOTS[primes]}</mo></mover>'
+    parts = [_part(part) for part in rest.split("_") if part]
+    return f"<msub>{head}<mrow>{'<mo>,</mo>'.join(parts)}</mrow></msub>" if parts else head
+
+
+def _part(word: str) -> str:
+    """Return a letter, a number or a word."""
+    if word in GREEK:
+        return f"<mi>&{word};</mi>"
+    if word.isdigit():
+        return f"<mn>{word}</mn>"
+    return f"<mi>{escape(word)}</mi>" if len(word) == 1 else f"<mtext>{escape(word)}</mtext>"
