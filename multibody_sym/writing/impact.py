@@ -35,6 +35,7 @@ def impact_lines(found: ImpactFound, units: Units = SI) -> dict[str, list[str]]:
         "apparent masses along the normals": _equations(found.apparent_mass, units),
         "speeds of closing before": _equations(found.closing, units),
         "speeds of opening after": _equations(found.opening, units),
+        "enough friction, at least": _equations(found.needed, units),
         "energy": _energies(found, units),
         "instantaneous centres": list(_centres(found)),
         "centres of percussion": _equations(found.centres_of_percussion, units),
@@ -83,7 +84,8 @@ def _not_unique(found: ImpactFound) -> list[str]:
 def _energies(found: ImpactFound, units: Units) -> list[str]:
     lost = {f"lost at {name}": value for name, value in found.lost_by.items()} if len(found.lost_by) > 1 else {}
     told = {f"kinetic energy {name}": value for name, value in found.kinetic_energy.items()}
-    return _equations({**told, "energy lost": found.energy_lost, **lost}, units)
+    given = {} if found.energy_given is None else {"energy given": found.energy_given}
+    return _equations({**told, **given, "energy lost": found.energy_lost, **lost}, units)
 
 
 def _centres(found: ImpactFound) -> Iterable[str]:

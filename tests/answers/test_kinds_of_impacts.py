@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 import multibody_sym as mbs
@@ -206,3 +208,56 @@ impact: {between: [ball, ground], normal: y, static: mu, kinetic: mk, restitutio
     with pytest.raises(mbs.ModelError, match=words) as caught:
         mbs.solve(Changes(values).of(system))
     assert caught.value.where.path == ("impact", under)
+
+
+THROWN = """
+multibody_sym: 1
+name: thrown
+parameters: {m: {value: 1, positive: true}, mu: 0, u: 2}
+bodies: {ball: {mass: m}}
+joints: {P: {type: point, parent: ground, child: ball, axes: xy, initial: {u: [u, -1]}}}
+impact: {between: [ball, ground], normal: y, FRICTION restitution: 0.5}
+"""
+
+
+def test_what_is_rough_enough_says_how_rough() -> None:
+    """It stops along: p_t = -m u, p_n = m (1 + e) v."""
+    found = mbs.solve(mbs.loads(THROWN.replace("FRICTION", "static: enough,"))).impact
+    assert found is not None
+    assert found.needed["impact"].value == pytest.approx(2 / 1.5, rel=1e-14)
+    assert text(found.needed["impact"].expression) == "2*u/3"
+
+
+def test_no_condition_says_that_a_coefficient_is_not_negative() -> None:
+    found = mbs.solve(mbs.loads(THROWN.replace("FRICTION", "static: mu, kinetic: mu,"))).impact
+    assert found is not None
+    assert not [each for each in found.conditions if each.startswith("mu")]
+
+
+JERKED = """
+multibody_sym: 1
+name: jerked
+parameters: {w: 3, l: {value: 1, positive: true}, m: {value: 2, positive: true}}
+bodies: {crank: {mass: m, com: [l, 0, 0], inertia: {Izz: 0}}}
+joints: {J: {type: revolute, parent: ground, child: crank, axis: z, motion: 0}}
+impact: {motion: J, speed: w}
+"""
+
+
+def test_a_motion_that_jumps_tells_the_energy_that_it_gives() -> None:
+    found = mbs.solve(mbs.loads(JERKED)).impact
+    assert found is not None
+    assert found.energy_given is not None
+    assert text(found.energy_given.expression) == "m*l^2*w^2/2"
+    assert found.energy_given.value == 9.0
+    assert found.energy_lost.value == 0.0
+    assert found.as_json()["energy_given"]["value"] == 9.0
+
+
+def test_energies_and_centres_that_are_rounding_are_zero() -> None:
+    """Elastic blocks one after the other lose nothing; a rod that is dropped on its end turns about a point beside."""
+    examples = Path(__file__).parents[2] / "examples/impacts"
+    lost = mbs.solve(mbs.load(examples / "eleven_rods.yaml")).impact.energy_lost
+    assert lost.value == 0.0
+    centres = mbs.solve(mbs.load(examples / "dropped_rod.yaml")).impact.instantaneous_centres
+    assert centres["rod"]["centre"][1] == 0.0

@@ -7,10 +7,13 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Final
 
+import numpy as np
+
 from multibody_sym.analysis.struck import PosedImpact, outcome, posed_impact
 from multibody_sym.answers.impact.centres import centres_of_percussion, instantaneous_centres
 from multibody_sym.answers.impact.conditions import impact_conditions
 from multibody_sym.answers.impact.courses import Course, impact_steps
+from multibody_sym.answers.impact.needed import needed_friction
 from multibody_sym.answers.impact.order import Order
 from multibody_sym.answers.impact.record import ImpactFound
 from multibody_sym.answers.impact.resting import (
@@ -41,6 +44,8 @@ from multibody_sym.scalars.node import Node, as_node
 IMPULSE_UNITS: Final = {"fx": "N*s", "fy": "N*s", "fz": "N*s", "mx": "N*m*s", "my": "N*m*s", "mz": "N*m*s"}
 _AT_REST: Final = 1e-9
 """The part of the largest speed below which a contact stays closed."""
+_ROUNDED: Final = 1e-13
+"""The part of the works that an impact does below which an energy is rounding."""
 
 Values = dict[str, Value]
 
@@ -136,6 +141,7 @@ class _Answer:
             return dict(zip(names, _impact(instant).after, strict=True))
 
         lost = self._lost_by()
+        energy_lost = self._energy_lost(lost)
         conditions = impact_conditions(solved, self.rows, self.order, self.course)
         return ImpactFound(
             law=self.posed.law,
@@ -148,7 +154,9 @@ class _Answer:
             apparent_mass=self._apparent_masses(),
             closing=self._rates("before"),
             opening=self._rates("after"),
-            energy_lost=self._energy_lost(lost),
+            energy_lost=energy_lost,
+            energy_given=self._energy_given(energy_lost),
+            needed=dict(needed_friction(solved, (*self.rows.acting, *self.rows.rough))),
             lost_by=lost,
             kinetic_energy=self._kinetic_energy(),
             instantaneous_centres=instantaneous_centres(self.posed.system, _impact(solved.numbers)),
@@ -313,9 +321,29 @@ class _Answer:
 
         return self._known(taken, sum(x.value or 0.0 for x in lost.values()), "J")
 
+    def _energy_given(self, lost: Value) -> Value | None:
+        """Return the energy that given impulses and jumping motions put in; None where there are none."""
+        impact = self.posed.blow.impact
+        if not (impact.loads or impact.jumps) or lost.value is None:
+            return None
+        before, after = self._kinetic
+        rows = list(self._losing().values())
+
+        def given(instant: Instant) -> Any:
+            told = _impact(instant)
+            taken = sum((_work_taken(instant, own) for own in rows), 0)
+            return kinetic_energy(told.later) - kinetic_energy(told.before) + taken
+
+        return self._known(given, after - before + lost.value, "J")
+
     def _known(self, ask: Callable[[Instant], Any], number: float, unit: str) -> Value:
-        """Return a number with the closed form of what `ask` finds, where that is the number."""
-        solved = self.solved
+        """Return an energy with the closed form of what `ask` finds, where that is the number; 0 where it is rounding.
+
+        That is so beside the works of which it is made.
+        """
+        solved, struck = self.solved, self.struck
+        works = np.abs(struck.impulses) * (np.abs(struck.before) + np.abs(struck.after)) / 2.0
+        number = 0.0 if abs(number) <= _ROUNDED * float(np.nansum(works)) else number
         if solved.forms is None:
             return Value(number, unit=unit)
         scale = float(self._kinetic[0])

@@ -22,6 +22,7 @@ from multibody_sym.scalars.vectors import S, apply, dot, scale, subtract
 _TURNS: Final = 1e-9
 """The angular velocity (rad/s, times the largest if that is more) up to which a body does not turn."""
 _NOTHING: Final = 1e-12
+_ROUNDED: Final = 1e-14
 
 Centres = dict[str, dict[str, tuple[float, float]]]
 
@@ -46,10 +47,17 @@ def instantaneous_centres(system: System, instant: ImpactInstant) -> Centres:
             continue
         if abs(omega) > least:
             _, p = motion.poses[k]
-            found[body.name] = {"centre": (float(p[0]) - y / omega, float(p[1]) + x / omega)}
+            centre = float(p[0]) - y / omega, float(p[1]) + x / omega
+            made_of = max(abs(float(p[0])), abs(float(p[1])), fastest / abs(omega))
+            found[body.name] = {"centre": (_cleared(centre[0], made_of), _cleared(centre[1], made_of))}
         elif speed > _NOTHING * fastest:
-            found[body.name] = {"direction": (x / speed, y / speed)}
+            found[body.name] = {"direction": (_cleared(x / speed, 1.0), _cleared(y / speed, 1.0))}
     return found
+
+
+def _cleared(x: float, made_of: float) -> float:
+    """Return 0 for what is rounding beside the largest of what it is made of."""
+    return x if abs(x) > _ROUNDED * made_of else 0.0
 
 
 def centres_of_percussion(solved: Solved) -> dict[str, Value]:

@@ -49,6 +49,7 @@ def _possible(nodes: ImpactInstant, elements: Sequence[OneWay]) -> Iterator[Node
         yield from (as_node(1 - x) for x in (e, back) if as_node(x).shadow is None)
         for part in rubbing(element):
             static, kinetic = coefficients(nodes.before, part.rows, [part.static, part.kinetic])
+            yield from (x for x in map(as_node, (static, kinetic)) if x.shadow is None)
             if not part.enough and static is not kinetic:
                 yield as_node(static - kinetic)
 

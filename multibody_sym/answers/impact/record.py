@@ -27,9 +27,11 @@ class ImpactFound:
     `jumps` of the speeds, and the speeds `after`, by name. `joint_impulses`: of each joint fx .. mz (N s, N m s) on the
     child, about the joint's point, axes of its frame on the parent. `apparent_mass` of each contact along its normal,
     its speed of `closing` before and of `opening` after. `energy_lost` and by which contact (`lost_by`);
-    `kinetic_energy` before and after. `instantaneous_centres` of bodies in a plane, or a `direction` where they do not
-    turn; `centres_of_percussion` of bodies about the hinge that carries them. `conditions` under which the formulas
-    hold, `limits` what happens where one fails; `notes`: what was decided, left out, and why. `steps`: the
+    `energy_given` by impulses that are given and motions that jump (None without any): `kinetic_energy` after is that
+    before, and what is given, without what is lost. `needed`: of what is rough enough the least coefficients, the
+    impulse of friction over the normal one. `instantaneous_centres` of bodies in a plane, or a `direction` where they
+    do not turn; `centres_of_percussion` of bodies about the hinge that carries them. `conditions` under which the
+    formulas hold, `limits` what happens where one fails; `notes`: what was decided, left out, and why. `steps`: the
     impacts that follow each other, each with what is struck and its normal impulses (N s).
     """
 
@@ -52,6 +54,8 @@ class ImpactFound:
     notes: tuple[str, ...] = ()
     limits: Mapping[str, str] = field(default_factory=dict)
     steps: tuple[ImpactStep, ...] = ()
+    energy_given: Value | None = None
+    needed: Mapping[str, Value] = field(default_factory=dict)
 
     @property
     def not_unique(self) -> list[str]:
@@ -73,6 +77,8 @@ class ImpactFound:
             "closing": _told(self.closing),
             "opening": _told(self.opening),
             "energy_lost": self.energy_lost.as_json(),
+            "energy_given": None if self.energy_given is None else self.energy_given.as_json(),
+            "needed": _told(self.needed),
             "lost_by": _told(self.lost_by),
             "kinetic_energy": _told(self.kinetic_energy),
             "instantaneous_centres": {
