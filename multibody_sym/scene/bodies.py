@@ -8,11 +8,11 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.model.declaration.bodies import Body, Shape
+from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.joints import Prismatic
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import ZERO, Barrel, Block, Disc, Form, Polyline, Sphere, Symbol, Vector, vector
+from multibody_sym.scene.forms import Barrel, Block, Disc, Form, Polyline, Sphere, Symbol, Vector, vector
 from multibody_sym.scene.items import Item
 from multibody_sym.scene.places import same
 from multibody_sym.scene.stage import Stage
@@ -21,16 +21,16 @@ from multibody_sym.scene.surfaces import is_solid, surface_items
 _Z: Final = (0.0, 0.0, 1.0)
 _UNIT: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 Sizes = Sequence[float]
-_SHAPES: Final[Mapping[str, Callable[[Sizes], Form]]] = {
-    "rod": lambda s: Polyline((ZERO, (s[0], 0.0, 0.0))),
-    "disc": lambda s: Disc(ZERO, _Z, s[0]),
-    "ring": lambda s: Disc(ZERO, _Z, s[0], hollow=True),
-    "cylinder": lambda s: Barrel(ZERO, _Z, s[0], s[1]),
-    "sphere": lambda s: Sphere(ZERO, s[0]),
-    "shell": lambda s: Sphere(ZERO, s[0], hollow=True),
-    "box": lambda s: Block(ZERO, _UNIT, (s[0], s[1], s[2])),
+_SHAPES: Final[Mapping[str, Callable[[Vector, Sizes], Form]]] = {
+    "rod": lambda c, s: Polyline(((c[0] - s[0] / 2, c[1], c[2]), (c[0] + s[0] / 2, c[1], c[2]))),
+    "disc": lambda c, s: Disc(c, _Z, s[0]),
+    "ring": lambda c, s: Disc(c, _Z, s[0], hollow=True),
+    "cylinder": lambda c, s: Barrel(c, _Z, s[0], s[1]),
+    "sphere": lambda c, s: Sphere(c, s[0]),
+    "shell": lambda c, s: Sphere(c, s[0], hollow=True),
+    "box": lambda c, s: Block(c, _UNIT, (s[0], s[1], s[2])),
 }
-"""The form of each shape of a body, from its sizes."""
+"""The form of each shape of a body, from its centre of mass and its sizes."""
 
 
 def body_items(stage: Stage, found: Mapping[str, list[Vector]]) -> Iterator[Item]:
@@ -61,7 +61,7 @@ def _marks_centre(forms: Sequence[Form], centre: Vector) -> bool:
 def _forms(stage: Stage, name: str, body: Body, places: Sequence[Vector], *, solid: bool) -> Iterator[Form]:
     """Yield the forms of one body."""
     if body.shape is not None:
-        form = _shape(stage, body.shape)
+        form = _SHAPES[body.shape.kind](stage.centre(name), [stage.number(size) for size in body.shape.sizes])
         yield form
         yield from _arms(form, places)
         return
@@ -76,11 +76,6 @@ def _forms(stage: Stage, name: str, body: Body, places: Sequence[Vector], *, sol
         yield from _with_bob(stage, name, body, places, centre)
         return
     yield link(places)
-
-
-def _shape(stage: Stage, shape: Shape) -> Form:
-    """Return the form of a standard shape."""
-    return _SHAPES[shape.kind]([stage.number(size) for size in shape.sizes])
 
 
 def _arms(form: Form, places: Sequence[Vector]) -> Iterator[Polyline]:

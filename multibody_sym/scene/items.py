@@ -25,7 +25,7 @@ class Item:
     """A form on a body: what it is (`role`), its name and label, the `path` where the model declares it.
 
     A joint's item stands on its parent or its child; `bodies` are both, in that order. `on_ground` where what carries
-    it is ground. `masses` tells of a body whether it is more than a particle.
+    it is ground. `touching` are the names of what touches in a contact, a body each or a part of it.
     """
 
     role: Role
@@ -36,6 +36,7 @@ class Item:
     form: Form
     bodies: tuple[int, ...] = ()
     on_ground: bool = False
+    touching: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from multibody_sym.model.declaration.constraints import (
     VelocityConstraint,
 )
 from multibody_sym.model.declaration.contacts import Coefficient
-from multibody_sym.model.declaration.forces import Damper, Friction, Motor, SpringDamper
+from multibody_sym.model.declaration.forces import Damper, Friction, Motor, Potential, SpringDamper
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.resolution.contacts.elements import copies
 from multibody_sym.scalars.node import Node
@@ -185,25 +185,39 @@ def _touch(stage: Stage, name: str, path: tuple[str, ...], between: tuple[str, .
             place = stage.place(reference)
         except ModelError:  # a surface, which is no place
             continue
-        pair = (place.body, bodies[1 - k])
-        return Item("contact", name, name, path, place.body, Symbol("contact", place.point), pair)
-    return Item("contact", name, name, path, bodies[0], Symbol("contact", (0.0, 0.0, 0.0)), (bodies[0], bodies[1]))
+        pair, names = (place.body, bodies[1 - k]), (reference, between[1 - k])
+        return Item("contact", name, name, path, place.body, Symbol("contact", place.point), pair, touching=names)
+    sign = Symbol("contact", (0.0, 0.0, 0.0))
+    return Item("contact", name, name, path, bodies[0], sign, (bodies[0], bodies[1]), touching=between)
 
 
 def force_items(stage: Stage) -> Iterator[Item]:
     """Yield what is seen of forces in joints: springs and dampers in hinges, motors, friction."""
     for name, element in stage.system.forces.items():
         kind, joint = _IN_JOINTS.get(type(element)), getattr(element, "joint", None)
-        if kind is None or joint is None:
+        if joint is None or kind is None:
+            yield from _field(stage, name, element)
             continue
         each = held(stage, joint)
         turns = [axis for step in each.joint.steps for axis in step.turns]
         if kind in ("torsion_spring", "torsion_damper") and not turns:
-            continue
+            continue  # a strand along the slider
         axis = each.parent.turned(unit(stage.vector(turns[0]))) if turns else (0.0, 0.0, 1.0)
         sign = Symbol(kind, each.parent.point, axis)
         label = roughness(element.static, element.kinetic) if isinstance(element, Friction) else name
         yield Item("force", name, label, ("forces", name), each.parent.body, sign, each.bodies, each.on_ground)
+
+
+def _field(stage: Stage, name: str, element: Any) -> Iterator[Item]:
+    """Yield a sign without ink for a potential at a body or in joints, which has no form of its own."""
+    if not isinstance(element, Potential) or element.between is not None:
+        return
+    if element.on is not None:
+        body, point = stage.number_of(element.on), stage.centre(element.on)
+    else:
+        each = held(stage, element.joint or (element.joints or ("",))[0])
+        body, point = each.child.body, each.child.point
+    yield Item("force", name, "", ("forces", name), body, Symbol("tie", point))
 
 
 def roughness(static: Coefficient | None, kinetic: Node | None) -> str:

@@ -17,7 +17,7 @@ from multibody_sym.model.resolution.spanning_tree import coordinate_names
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.traversal import leaves
-from multibody_sym.scene.forms import ZERO, Vector, unit, vector
+from multibody_sym.scene.forms import Vector, unit, vector
 from multibody_sym.scene.items import GROUND as WORLD
 from multibody_sym.scene.items import Anchor, AngleMark, Dimension
 from multibody_sym.scene.joints import held
@@ -27,12 +27,12 @@ from multibody_sym.scene.stage import Stage
 _LONGEST: Final = 9
 """The longest expression (characters) that is written at a length; longer ones are read in the model."""
 _SIZES: Final[Mapping[str, tuple[tuple[Vector, Vector], ...]]] = {
-    "rod": ((ZERO, (1.0, 0.0, 0.0)),),
+    "rod": (((-0.5, 0.0, 0.0), (0.5, 0.0, 0.0)),),
     "box": tuple(
         (vector(-0.5 * np.eye(3)[k]), vector(0.5 * np.eye(3)[k])) for k in range(3)
     ),
 }
-"""Between which places (in units of each size) the sizes of a shape lie; those of round ones are radii."""
+"""Between which places (from the centre, in units of a size) sizes of a shape lie; those of round ones are radii."""
 
 
 def dimensions(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> tuple[Dimension, ...]:
@@ -72,10 +72,11 @@ def _sizes(stage: Stage) -> Iterator[Dimension]:
             if not label:
                 continue
             if kind in _SIZES:
-                ends = [Anchor(number, vector(stage.number(size) * np.array(end))) for end in _SIZES[kind][k]]
+                centre = np.array(stage.centre(name))
+                ends = [Anchor(number, vector(centre + stage.number(size) * np.array(end))) for end in _SIZES[kind][k]]
                 yield Dimension(f"{name}.{SHAPES[kind][k]}", label, ends[0], ends[1])
             elif k == 0:
-                yield _radius(f"{name}.radius", label, number, ZERO, stage.number(size))
+                yield _radius(f"{name}.radius", label, number, stage.centre(name), stage.number(size))
 
 
 def _radius(

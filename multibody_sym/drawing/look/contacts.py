@@ -16,7 +16,7 @@ def touching_place(sheet: Sheet, item: Item, symbol: Symbol) -> Floats | None:
     """Return where two bodies of a contact touch (2), None where their forms do not tell or they are apart."""
     if len(item.bodies) != 2:
         return None
-    first, second = (sheet.touched.get(body, ()) for body in item.bodies)
+    first, second = (_parts(sheet, item, k) for k in (0, 1))
     for one, two in ((first, second), (second, first)):
         for a in one:
             for b in two:
@@ -25,6 +25,14 @@ def touching_place(sheet: Sheet, item: Item, symbol: Symbol) -> Floats | None:
                     return found
     at = sheet.at(item.body, symbol.at) - sheet.settled.bodies.get(item.body, np.zeros(2))
     return at if any(symbol.at) or any(isinstance(i.form, (Face, Polyline)) for i in (*first, *second)) else None
+
+
+def _parts(sheet: Sheet, item: Item, end: int) -> list[Item]:
+    """Return what is seen of one of both ends: the surface that is named, else all of the body."""
+    every = sheet.touched.get(item.bodies[end], [])
+    named = item.touching[end] if item.touching else ""
+    surfaces = [each for each in every if len(each.path) == 4 and named == f"{each.path[1]}.{each.path[3]}"]
+    return surfaces or every
 
 
 def _nearest(sheet: Sheet, a: Item, b: Item) -> Floats | None:

@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.drawing.lettering import letters, words
+from multibody_sym.drawing.look.contacts import touching_place
 from multibody_sym.drawing.look.pulleys import drawn_pieces
 from multibody_sym.drawing.look.rails import rail_ends
 from multibody_sym.drawing.look.shapes import face_ends
@@ -63,6 +64,9 @@ def _text(role: str, name: str) -> dict[str, Any]:
 
 def _name(sheet: Sheet, item: Item) -> Wish:
     bounds = sheet.page(item.body, item.form.bounds)
+    if item.role == "contact" and isinstance(item.form, Symbol):
+        place = touching_place(sheet, item, item.form)
+        bounds = bounds if place is None else place[None, :]
     about = bounds if len(bounds) == 2 else bounds.mean(axis=0)[None, :]
     clear = 7.0 if isinstance(item.form, Symbol) else 5.0
     return Wish(about, letters(item.label), clear=clear, role=item.role, name=item.name, layer=LAYER_TEXT)
@@ -108,9 +112,10 @@ def _coordinate(sheet: Sheet, each: Dimension, at: Floats) -> Iterator[Mark]:
 
 def angle_marks(sheet: Sheet) -> Iterator[Mark]:
     """Yield the angles of hinges and slopes: arcs in the plane, in space their letters at the joint."""
+    joints = {item.name for item in sheet.scene.items if item.role == "joint"}
     for each in sheet.scene.angles:
-        if not each.coordinate and not sheet.flat:
-            continue
+        if (not each.coordinate and not sheet.flat) or each.name in joints:
+            continue  # what is called as its joint is named there
         at = sheet.at(each.at.body, each.at.point) if each.coordinate else _foot(sheet, each)
         if not sheet.flat:
             yield from _turning(sheet, each, at)

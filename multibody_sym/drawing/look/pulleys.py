@@ -88,9 +88,19 @@ def drawn_pieces(sheet: Sheet, placed: PlacedStrand) -> Floats:
     if len(pieces) > 1 and not placed.bows and sheet.flat:
         _shift_along(pieces, shifts)
     elif not placed.bows:
+        if len(pieces) == 1:
+            _shift_beside(pieces[0], shifts)
         pieces[0][0] += shifts[0]
         pieces[-1][1] += shifts[-1]
     return pieces
+
+
+def _shift_beside(piece: Floats, shifts: list[Floats]) -> None:
+    """Let what is fixed to what stands still run on beside it at the height of what stands on it."""
+    across = left(unit2(piece[1] - piece[0]))
+    for end, (own, other) in enumerate((shifts, shifts[::-1])):
+        if not np.any(own):
+            piece[end] += float(other @ across) * across
 
 
 def _shift_along(pieces: Floats, shifts: list[Floats]) -> None:

@@ -27,6 +27,10 @@ WHEEL: Final = 11.0
 """The radius of a pulley without one (pt)."""
 _BESIDE: Final = 66.0
 """How far bodies without a size are apart that a spring of no length joins (pt)."""
+STEEPEST: Final = 0.3
+"""The cosine of the slope up to which something stands on it."""
+_CLOSE: Final = 38.0
+"""How far masses without a size are apart at least that a rope or spring joins (pt)."""
 _SAME: Final = 1.0
 
 
@@ -105,10 +109,12 @@ def _stand(made: _Settling, item: Item) -> None:
         parent, child = item.bodies
         mass, below = made.mass(child), made.mass(parent)
         along = made.way(parent, item.form.axis)
-        if mass is None or below is None or float(np.linalg.norm(along)) < 0.9:
+        if mass is None or below is None or below.kind != "block" or float(np.linalg.norm(along)) < 0.9:
             return
         normal = np.array([-along[1], along[0]])
         normal = normal if normal[1] > 0.0 else -normal
+        if normal[1] < STEEPEST:
+            return
         level = abs(float(normal[0])) < 0.05
         _lift(made, child, parent, normal, half_size(mass) + (MASS[1] / 2 if level else 0.0))
 
@@ -179,6 +185,10 @@ def _follow(made: _Settling, strand: PlacedStrand) -> None:
     for one, other in ((first, second), (second, first)):
         if one in made.bodies and other >= 0 and other not in made.bodies:
             made.bodies[other] = made.bodies[one]
+    a, b = made.scale * (strand.pieces[0] @ made.axes.T)
+    apart = float(np.linalg.norm(b - a))
+    if made.mass(first) and made.mass(second) and _SAME < apart < _CLOSE:
+        made.bodies[second] = made.bodies.get(second, np.zeros(2)) + (_CLOSE - apart) * (b - a) / apart
 
 
 def _beside(made: _Settling, strand: PlacedStrand) -> None:

@@ -15,6 +15,7 @@ from multibody_sym.drawing.style import BODY, BOLD, INK, LAYER_BODY, LAYER_GROUN
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scene.bodies import hull
 from multibody_sym.scene.forms import Barrel, Block, Disc, Face, Polyline, Sphere, circle
+from multibody_sym.scene.items import GROUND as WORLD
 from multibody_sym.scene.items import Item
 
 _FACES: Final = ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
@@ -235,7 +236,7 @@ def _near(sheet: Sheet, item: Item, *, rest: bool = True) -> Floats:
     """Return the places on the page (n, 2) of the bodies that touch a body's face; of the `rest` if none does."""
     touching = {b for i in sheet.scene.items if i.role == "contact" and item.body in i.bodies for b in i.bodies}
     found = []
-    for body in touching - {item.body}:
+    for body in touching - ({item.body} if rest else {item.body, WORLD}):
         for other in sheet.touched.get(body, ()):
             if not isinstance(other.form, Face) or other.form.ends is not None:
                 found.append(sheet.page(body, other.form.bounds))

@@ -19,7 +19,8 @@ from multibody_sym.scene.forms import Symbol
 from multibody_sym.scene.items import Item, PlacedStrand
 
 _AMPLITUDE: Final = 5.0
-_COILS: Final = 7
+_COIL: Final = 12.0
+"""How long a coil of a spring is where there is room (pt)."""
 _HELD: Final = ("spring", "damper", "spring_damper", "rope", "rod")
 """Strands whose ends are fixed to something."""
 _LEAD: Final = 7.0
@@ -64,8 +65,9 @@ def zigzag(a: Floats, b: Floats) -> Floats:
     length = float(np.linalg.norm(b - a))
     along = unit2(b - a)
     lead = min(_LEAD, 0.15 * length)
-    ways = np.linspace(lead, length - lead, 2 * _COILS + 1)
-    ups = np.array([0.0, *(_AMPLITUDE if k % 2 else -_AMPLITUDE for k in range(2 * _COILS - 1)), 0.0])
+    coils = int(np.clip(round((length - 2.0 * lead) / _COIL), 5, 18))
+    ways = np.linspace(lead, length - lead, 2 * coils + 1)
+    ups = np.array([0.0, *(_AMPLITUDE if k % 2 else -_AMPLITUDE for k in range(2 * coils - 1)), 0.0])
     turns = a + ways[:, None] * along + ups[:, None] * left(along)
     return np.vstack([a, turns, b])
 

@@ -10,7 +10,7 @@ import numpy as np
 from multibody_sym.drawing.look.contacts import touching_place
 from multibody_sym.drawing.look.pulleys import axle_marks, pulley_marks
 from multibody_sym.drawing.look.rails import block_size, is_covered
-from multibody_sym.drawing.look.settle import BOB
+from multibody_sym.drawing.look.settle import BOB, STEEPEST
 from multibody_sym.drawing.look.shapes import FORMS, barrel
 from multibody_sym.drawing.look.sheet import UNSEEN, Sheet, left, unit2
 from multibody_sym.drawing.look.supports import stand, support, support_side
@@ -202,7 +202,8 @@ def _slope(sheet: Sheet, item: Item) -> Floats | None:
     """Return the direction on the page of a rail on a block, on which another body slides."""
     for other in sheet.touched.get(item.body, ()):
         if isinstance(other.form, Rail) and other.bodies and other.bodies[0] == item.body:
-            return unit2(sheet.way(item.body, other.form.axis))
+            slope = unit2(sheet.way(item.body, other.form.axis))
+            return slope if abs(float(slope @ left(sheet.down))) >= STEEPEST else None
     return None
 
 
