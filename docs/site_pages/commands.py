@@ -6,6 +6,7 @@ import argparse
 import inspect
 
 from multibody_sym.cli import options
+from multibody_sym.integrators.methods.methods import SUMMARIES
 from site_pages.markdown import block, cell, code, paragraphs, table
 
 
@@ -17,8 +18,25 @@ def parsers() -> dict[str, argparse.ArgumentParser]:
 def commands() -> str:
     """Return the page."""
     whole = options._parser()[0]
-    parts = ["# Commands\n", block(whole.format_help()), *map(_section, parsers())]
+    parts = ["# Commands\n", block(whole.format_help()), *map(_section, parsers()), _METHODS, _methods(), _COMPLETION]
     return "\n".join(parts)
+
+
+_METHODS = "## Integration methods\n\n`--method` of runs, and `simulation: {method: ..}` of a model file.\n"
+_COMPLETION = """\
+## Completion
+
+With `pip install 'multibody-sym[completion]'` a shell completes commands, options, examples, methods and errors:
+
+```
+multibody-sym --print-completion bash > ~/.local/share/bash-completion/completions/multibody-sym
+multibody-sym --print-completion zsh > "${fpath[1]}/_multibody-sym"
+```
+"""
+
+
+def _methods() -> str:
+    return table(("method", "what it is"), [(code(name), cell(words)) for name, words in SUMMARIES.items()])
 
 
 def _section(name: str) -> str:

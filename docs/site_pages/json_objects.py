@@ -152,6 +152,11 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "theorems": "with `--verify`: how far theorems are missed",
         "written": "the files that were written",
     },
+    "animate": {
+        "frames": "number of pictures",
+        "t": "the time at which they end",
+        "written": "the files that were written",
+    },
     "sweep": {
         "runs": "number of runs",
         "computed": "how many of them were computed in this call",

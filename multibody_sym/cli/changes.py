@@ -16,19 +16,20 @@ ASSIGNED: Final = {"parameters": "--set", "initial": "--initial", "inputs": "--i
 def add_changes(parser: argparse.ArgumentParser) -> None:
     """Declare what changes the model that a command takes, or how it is solved."""
     values = {
-        "parameters": "give a parameter another value, such as m1='500 g'",
-        "initial": "let a coordinate or speed start elsewhere, such as phi='30 deg'; phi='~': where constraints put it",
-        "inputs": "give an input another value, such as tau='2*sin(t)'",
+        "parameters": "another value of a parameter: m1='500 g'",
+        "initial": "another start: phi='30 deg'; phi='~' is found",
+        "inputs": "another value of an input: tau='2*sin(t)'",
     }
-    which = "relative (of the joints) or absolute (of each body, restricted by joints); default: the file's"
-    project = "let all start values change, known ones too, as little as constraints need"
-    route = "the route to the equations of motion; default: the cheapest"
+    which = "relative (of joints) or absolute (of bodies)"
+    project = "let start values change as constraints need"
+    route = "the route to the equations; default: the cheapest"
+    group = parser.add_argument_group("what changes the model, or how it is solved")
     for name, help in values.items():
         called = (ASSIGNED[name], f"--{name}") if ASSIGNED[name] != f"--{name}" else (f"--{name}",)
-        parser.add_argument(*called, dest=name, action="append", default=[], metavar="NAME=VALUE", help=help)
-    parser.add_argument("--coordinates", metavar="WHICH", help=which)
-    parser.add_argument("--project", action=argparse.BooleanOptionalAction, help=project)
-    parser.add_argument("--formalism", metavar="NAME", help=route)
+        group.add_argument(*called, dest=name, action="append", default=[], metavar="NAME=VALUE", help=help)
+    group.add_argument("--coordinates", metavar="WHICH", help=which)
+    group.add_argument("--project", action=argparse.BooleanOptionalAction, help=project)
+    group.add_argument("--formalism", metavar="NAME", help=route)
 
 
 def assignments(option: str, texts: Sequence[str]) -> Mapping[str, str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
+from types import ModuleType
 from typing import Any, Final, NoReturn
 
 from multibody_sym.cli.changes import ASSIGNED, add_changes, assignments
@@ -23,6 +24,7 @@ from multibody_sym.cli.commands import (
     solve,
     sweep,
 )
+from multibody_sym.cli.help_texts import Brief, usage, whole_help
 from multibody_sym.cli.usage import Shown, UsageError
 from multibody_sym.errors import Where
 
@@ -30,11 +32,8 @@ COMMANDS: Final = (
     *(new, import_, check, derive, solve, equilibrium, linearize, modes, simulate, animate, sweep, export),
     *(schema, explain),
 )
-_AS_JSON: Final = "print one JSON object, also for an error; text goes to standard error"
-_EXIT_CODES: Final = (
-    "exit codes: 0 done; 2 wrong input; 3 no solution, failed run or disagreement; 4 output, compiler or memory; "
-    "70 a defect of this program; 130 Ctrl-C, with what was computed kept"
-)
+_AS_JSON: Final = "print one JSON object, also for an error"
+_PURPOSE: Final = "Equations of motion of multibody systems, derived and run."
 
 
 class _Once(argparse.Action):
@@ -54,7 +53,7 @@ class _Parser(argparse.ArgumentParser):
     """A parser that raises instead of ending the process, and takes no option's name shortened."""
 
     def __init__(self, **named: Any) -> None:
-        super().__init__(**named, allow_abbrev=False)
+        super().__init__(**named, allow_abbrev=False, formatter_class=Brief)
         for action in (None, "store"):
             self.register("action", action, _Once)
 
@@ -75,6 +74,15 @@ class _Version(argparse.Action):
         from multibody_sym.cli.version import __version__
 
         raise Shown(f"multibody-sym {__version__}")
+
+
+class _Completion(argparse.Action):
+    """Show the script with which a shell completes words of the command line."""
+
+    def __call__(self, _parser_: Any, _namespace: Any, shell: Any, _option: str | None = None) -> NoReturn:
+        from multibody_sym.cli.completion import completion
+
+        raise Shown(completion(shell, *_parser()))
 
 
 def parsed(words: Sequence[str]) -> argparse.Namespace:
@@ -111,14 +119,28 @@ def _suggestion(word: str, known: Sequence[str]) -> str:
     return f"; did you mean {near[0]}?" if near else ""
 
 
+def _name(command: ModuleType) -> str:
+    return command.__name__.rpartition(".")[2].rstrip("_")
+
+
+class _Program(_Parser):
+    """The program, whose help has a line for each command."""
+
+    def format_help(self) -> str:
+        return whole_help(_PURPOSE, {_name(command): command.HELP for command in COMMANDS})
+
+
 def _parser() -> tuple[argparse.ArgumentParser, Mapping[str, argparse.ArgumentParser]]:
-    purpose = "Equations of motion of multibody systems, derived and run."
-    parser = _Parser(prog="multibody-sym", description=purpose, epilog=_EXIT_CODES)
+    parser = _Program(prog="multibody-sym", description=_PURPOSE)
     parser.add_argument("--version", action=_Version, help="show the version")
-    commands = parser.add_subparsers(title="commands", metavar="COMMAND", dest="command", required=True)
+    script = "show the script with which a shell completes words (needs shtab)"
+    parser.add_argument("--print-completion", action=_Completion, choices=("bash", "zsh", "tcsh"), help=script)
+    commands = parser.add_subparsers(
+        title="commands", metavar="COMMAND", dest="command", required=True, parser_class=_Parser
+    )
     made: dict[str, argparse.ArgumentParser] = {}
     for command in COMMANDS:
-        name = command.__name__.rpartition(".")[2].rstrip("_")
+        name = _name(command)
         described = f"{command.HELP[0].upper()}{command.HELP[1:]}."
         one = made[name] = commands.add_parser(name, help=command.HELP, description=described)
         command.add_options(one)
@@ -126,4 +148,5 @@ def _parser() -> tuple[argparse.ArgumentParser, Mapping[str, argparse.ArgumentPa
         if command not in (new, import_, schema, explain):
             add_changes(one)
         one.set_defaults(run=command.run)
+        one.usage = usage(one)
     return parser, made

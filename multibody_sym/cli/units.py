@@ -10,7 +10,7 @@ from multibody_sym.errors import at
 if TYPE_CHECKING:
     from multibody_sym.expressions.chosen_units import Units
 
-_DESCRIBED = "units to read, such as mm,deg,kN; speeds and the like follow; --json stays SI"
+_DESCRIBED = "units to read, such as mm,deg,kN; --json stays SI"
 
 
 def add_units(parser: argparse.ArgumentParser) -> None:

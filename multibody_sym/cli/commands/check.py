@@ -8,7 +8,7 @@ from typing import Final
 from multibody_sym.cli.answer import Answer
 from multibody_sym.cli.units import add_units, asked_units
 
-HELP: Final = "check a model: degrees of freedom, redundancy, formalisms against each other, hints"
+HELP: Final = "check a model: freedoms, redundancy, formalisms compared, hints"
 _DISAGREES: Final = 3
 
 

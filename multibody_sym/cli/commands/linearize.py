@@ -8,7 +8,7 @@ from typing import Final
 from multibody_sym.cli.answer import Answer
 from multibody_sym.cli.units import add_units, asked_units
 
-HELP: Final = "linearise about an equilibrium or a steady motion: A, B in independent coordinates, eigenvalues"
+HELP: Final = "A, B and eigenvalues about an equilibrium or a steady motion"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

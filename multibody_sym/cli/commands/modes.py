@@ -8,7 +8,7 @@ from typing import Final
 from multibody_sym.cli.answer import Answer
 from multibody_sym.cli.units import add_units, asked_units
 
-HELP: Final = "small oscillations as formulas: M, K, frequencies, periods, normal modes, stability"
+HELP: Final = "small oscillations as formulas: frequencies, modes, stability"
 _FORMATS: Final = ("text", "latex")
 
 

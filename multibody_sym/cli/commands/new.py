@@ -24,19 +24,24 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Answer:
     """List the examples, or write one; an existing file is never replaced."""
-    examples = {path.stem: path for path in sorted(_folder().rglob("*.yaml"))}
+    known = examples()
     if options.list:
-        titles = {name: _title(path) for name, path in examples.items()}
+        titles = {name: _title(path) for name, path in known.items()}
         width = max(map(len, titles), default=0)
         return Answer({"examples": titles}, "\n".join(f"{name:{width}}  {title}" for name, title in titles.items()))
     name = options.name
-    if name not in examples:
+    if name not in known:
         raise InputError(
-            f"there is no example {name!r}{_nearest(name, list(examples))}; `new --list` shows all", number="M106"
+            f"there is no example {name!r}{_nearest(name, list(known))}; `new --list` shows all", number="M106"
         )
     target = options.output or f"{name}.yaml"
-    write_new(target, examples[name].read_bytes())
+    write_new(target, known[name].read_bytes())
     return Answer({"file": target, "example": name}, f"wrote {target}; next: multibody-sym simulate {target} --plot")
+
+
+def examples() -> dict[str, Path]:
+    """Return the file of each shipped example by name."""
+    return {path.stem: path for path in sorted(_folder().rglob("*.yaml"))}
 
 
 def _folder() -> Path:

@@ -8,7 +8,7 @@ from typing import Final
 
 from multibody_sym.cli.answer import Answer
 
-HELP: Final = "write the JSON Schema of model files, for editors that complete and explain keys"
+HELP: Final = "write the JSON Schema of model files, which editors use"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Final
 from multibody_sym.cli.answer import Answer
 from multibody_sym.cli.units import add_units, asked_units
 from multibody_sym.errors import InputError, OutputError, Where
-from multibody_sym.integrators.methods.methods import SUMMARIES
 
 if TYPE_CHECKING:
     from multibody_sym.cli.recording import Recording
@@ -24,13 +23,14 @@ _FIGURES: Final = (".png", ".svg", ".pdf")
 _INTERRUPTED: Final = 130
 SETTINGS: Final = {
     "t_end": "until when, such as 10 or '2*pi*sqrt(l/g)'",
-    "method": "; ".join(f"{name}: {words}" for name, words in SUMMARIES.items()),
+    "method": "dormand_prince (default), rk4, radau_5 (stiff), ..; 'all' names all",
     "step": "a fixed step in s",
     "rtol": "relative tolerance of an adaptive method",
     "atol": "absolute tolerance of an adaptive method",
-    "samples": "number of evenly spaced rows, both ends among them",
-    "constraints": "how constraints are kept: projection, baumgarte or index_2",
+    "samples": "number of rows, evenly spaced, both ends too",
+    "constraints": "projection (default), baumgarte or index_2",
 }
+_VALUES: Final = {"constraints": "HOW"}
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -40,20 +40,21 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_units(parser)
     figure = "a figure (.png, .svg, .pdf); default: FILE.png"
     parser.add_argument("--plot", metavar="PNG", nargs="?", const="", help=figure)
-    shown = "what the figure shows: names with commas between them (default: all coordinates, speeds and outputs)"
+    shown = "names that the figure shows, with commas; default: all"
     parser.add_argument("--show", metavar="NAMES", help=shown)
     parser.add_argument("--x", metavar="NAME", help="over what it is drawn: a name instead of time")
-    verify = "tell how well the theorems of momentum, angular momentum and energy hold along the run"
+    verify = "tell how well momentum and energy theorems hold"
     parser.add_argument("--verify", action="store_true", help=verify)
     add_settings(parser)
 
 
 def add_settings(parser: argparse.ArgumentParser) -> None:
     """Declare how a run is done."""
+    group = parser.add_argument_group("how the run is done")
     for name, described in SETTINGS.items():
-        parser.add_argument("--" + name.replace("_", "-"), metavar=name.upper(), help=described)
-    parser.add_argument("--native", action="store_true", help="code for this processor only")
-    parser.add_argument("--backend", choices=("c", "python"), help="default: C, or Python where there is no compiler")
+        group.add_argument("--" + name.replace("_", "-"), metavar=_VALUES.get(name, name.upper()), help=described)
+    group.add_argument("--native", action="store_true", help="code for this processor only")
+    group.add_argument("--backend", choices=("c", "python"), help="default: C, or Python without a compiler")
 
 
 def run(options: argparse.Namespace) -> Answer:
