@@ -225,10 +225,10 @@ class _Parser:
     def mode(self, function: Token) -> str:
         """Read the number of a mode, such as that of `frequency(1)`; return nothing where another argument stands."""
         number = self.found[self.place]
-        if not (QUANTITIES[function.text].of_mode and number.text.isdecimal()):
+        if not (QUANTITIES[function.text].of_mode and number.kind == "number"):
             return ""
         self.place += 1
-        return str(int(number.text))
+        return str(int(number.text)) if number.text.isdecimal() else number.text
 
     def dotted_name(self) -> str:
         parts: list[str] = []

@@ -100,6 +100,11 @@ _WORDS: Final = {
 }
 
 
+_OTHERS: Final = ("C", "A", "V", "F", "T", "K", "H", "Wb", "mol", "cd", "lm", "Ohm")
+_ELSEWHERE: Final = frozenset(prefix + unit for unit in _OTHERS for prefix in ("", "m", "u", "n"))
+"""Units of electricity, heat and light."""
+
+
 # --- reading ----------------------------------------------------------------------------------------------------
 
 
@@ -218,6 +223,11 @@ class _Unit:
             return (
                 f"'{token.text}' has no place in a unit: a value is one number with a unit, or an expression "
                 "without units (give the number with the unit a name under parameters)"
+            )
+        if token.text in _ELSEWHERE:
+            return (
+                f"'{token.text}' is not a unit here, where units are made of mass, length, time and angles; write the "
+                "number without it, in SI units"
             )
         is_call = self.rest[self.place].kind == "("
         guess = _WORDS.get(token.text.lower().removesuffix("s")) or close_match(token.text, list(UNITS), cutoff=0.75)

@@ -86,4 +86,4 @@ def test_the_shortest_are_those_of_books(solution: mbs.Solution) -> None:
 
 def test_what_has_no_known_solution_is_told(solution: mbs.Solution) -> None:
     assert solution.answers["bent"].as_json()["expression"] is None
-    assert "bent: no solution of the equation of bent is known; simulate tells numbers" in solution.conditions
+    assert any(each.startswith("bent: no solution of the equation of bent is known") for each in solution.conditions)

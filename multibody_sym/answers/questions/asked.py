@@ -7,10 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from functools import cached_property
+from typing import Final
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.instant import Solved
+from multibody_sym.answers.questions.coupled import coupled_formula
 from multibody_sym.answers.questions.courses import confirmed_formulas, formula_of_period
 from multibody_sym.answers.questions.found_values import Search, extremes_of
 from multibody_sym.answers.questions.in_numbers import InNumbers, NeverError
@@ -21,6 +24,7 @@ from multibody_sym.answers.questions.uniform_motion import UniformMotion, unifor
 from multibody_sym.answers.small_motions.asked import AskedModes, modes_named
 from multibody_sym.errors import ExpressionError, ModelError, NoSolutionError, at, suggestion
 from multibody_sym.expressions.values import Value
+from multibody_sym.model.declaration.fields import fields_of
 from multibody_sym.model.declaration.settings import Ask
 from multibody_sym.model.declaration.states import Moment, StateCondition
 from multibody_sym.model.mechanism.mass import OWN_POINTS
@@ -35,9 +39,10 @@ def answered(solved: Solved) -> tuple[dict[str, Value], list[str]]:
 
     Raises ModelError for unknown names, RunError where a simulation that is needed fails.
     """
+    _verify_time(solved)
     answers: dict[str, Value] = {}
     remarks: list[str] = []
-    motion = _Motion(solved, remarks)
+    motion, reasons = _Motion(solved, remarks), _Reasons(solved)
     for name in in_order(solved.system.ask, solved.mechanism.symbols):
         with at("ask", name):
             named = with_answers(solved.system.ask[name], answers, solved.mechanism.symbols)
@@ -47,13 +52,47 @@ def answered(solved: Solved) -> tuple[dict[str, Value], list[str]]:
                 continue
             question, closed = named
             _verify(solved, question)
+            reasons.begin()
             if modes_named(question):
                 found = motion.of_modes(name, question)
-                answers[name] = found if closed else replace(found, expression=None)
-                continue
-            found = motion.answer(name, question) if question.so is None else motion.found(name, question, answers)
+            else:
+                found = motion.answer(name, question) if question.so is None else motion.found(name, question, answers)
             answers[name] = found if closed else replace(found, expression=None)
+            reasons.end(name, needed=found.expression is None)
+    reasons.told()
     return {name: answers[name] for name in solved.system.ask}, remarks
+
+
+def _verify_time(solved: Solved) -> None:
+    """Raise ModelError where runs that answer questions would last no time."""
+    end = solved.number(solved.system.simulation.t_end) if solved.system.ask else 1.0
+    if not end > 0.0:
+        with at("simulation", "t_end"):
+            raise ModelError(f"expected a positive number, got {end:g}: questions are about the motion until then")
+
+
+class _Reasons:
+    """Why answers have no formulas: what is added to a system's reasons meanwhile, with the answers' names."""
+
+    def __init__(self, solved: Solved) -> None:
+        self.shared, self.before = solved.reasons, dict(solved.reasons)
+        self.names: dict[str, list[str]] = {}
+
+    def begin(self) -> None:
+        """Set the reasons of others aside."""
+        self.before.update(self.shared)
+        self.shared.clear()
+
+    def end(self, name: str, *, needed: bool) -> None:
+        """Keep what was added if an answer `needed` it, having no formula."""
+        for reason in self.shared if needed else ():
+            self.names.setdefault(reason, []).append(name)
+        self.shared.clear()
+
+    def told(self) -> None:
+        """Put all reasons back."""
+        self.shared.update(self.before)
+        self.shared.update({f"{', '.join(names)}: {reason}": None for reason, names in self.names.items()})
 
 
 def _named(mechanism: Mechanism) -> list[str]:
@@ -92,9 +131,19 @@ def _verify_moment(solved: Solved, moment: Moment) -> None:
         names = [c.name for k, c in enumerate(solved.mechanism.coordinates) if k not in quaternions]
         for coordinate in moment:
             if coordinate not in names:
-                raise ModelError(
-                    f"no coordinate is called {coordinate!r}{suggestion(coordinate, names)}", number="M106"
-                )
+                what = f"no coordinate is called {coordinate!r}{suggestion(coordinate, names)}"
+                raise ModelError(f"{what}{_meant(coordinate)}", number="M106")
+
+
+_MEANT: Final = {"maximum": "max", "largest": "max", "minimum": "min", "least": "min", "period": "period_of"}
+"""Words that are no keys of questions, and the keys for what they say."""
+
+
+def _meant(word: str) -> str:
+    """Return the key of a question that a word, which is no coordinate, may stand for."""
+    keys = list(fields_of(Ask))
+    meant = _MEANT.get(word) or next(iter(get_close_matches(word, keys, n=1)), None)
+    return f"; of what questions begin with, did you mean {meant}?" if meant else ""
 
 
 @dataclass(frozen=True)
@@ -187,15 +236,21 @@ class _Motion:
         return confirmed_formulas(self.solved, self.simulated)
 
     def _formula(self, name: str, coordinate: str) -> Value:
-        names = [c.name for c in self.solved.mechanism.coordinates]
+        mechanism = self.solved.mechanism
+        names = [*(c.name for c in mechanism.coordinates), *(s.name for s in mechanism.speeds)]
         if coordinate not in names:
             with at("formula"):
-                raise ModelError(
-                    f"no coordinate is called {coordinate!r}{suggestion(coordinate, names)}", number="M106"
-                )
-        found = self.formulas.get(symbol(coordinate))
+                what = f"no coordinate or speed is called {coordinate!r}"
+                raise ModelError(f"{what}{suggestion(coordinate, names)}", number="M106")
+        found, reason = self.formulas.get(symbol(coordinate)), ""
         if found is None:
-            self.remarks.append(f"{name}: no solution of the equation of {coordinate} is known; simulate tells numbers")
+            try:
+                found = coupled_formula(self.solved, self.simulated, coordinate)
+            except NoClosedFormError as why:
+                reason = f" ({why})"
+        if found is None:
+            what = f"no solution of the equation of {coordinate} is known{reason}"
+            self.remarks.append(f"{name}: {what}; simulate tells numbers")
         return Value(None, found, unit=self._unit_of(symbol(coordinate)))
 
     # --- paths, times and speeds ----------------------------------------------------------------------------------

@@ -47,6 +47,7 @@ from multibody_sym.scalars.node import (
     symbol,
 )
 from multibody_sym.scalars.traversal import leaves
+from multibody_sym.simulation.trajectory import Trajectory
 
 TIME: Final = symbol("t")
 _LOOKS: Final = 41
@@ -110,21 +111,34 @@ def confirmed_formulas(solved: Solved, motion: Simulated) -> Mapping[Node, Node]
 
     The run ends where a state changes first: the formulas hold until then.
     """
-    run = motion.whole
-    until = min((float(change["t"]) for change in run.changes), default=run.t_final)
-    looked = [k for k in np.linspace(0, len(run.t) - 1, _LOOKS).astype(int) if run.t[k] <= until]
-    here = looked[len(looked) // 2]
-    q, u = (
-        [float(run[x.name][here]) for x in group] for group in (solved.mechanism.coordinates, solved.mechanism.speeds)
-    )
-    there = anywhere(solved, q, u)
-    if there is None:
-        return {}
-    return {
-        node: formula
-        for node, formula in formulas_of_time(there).items()
-        if _fits(formula, solved.sample, run.t[looked], run[str(node.data)][looked])
-    }
+    shown = Shown.of(solved, motion)
+    return {} if shown.there is None else shown.confirmed(formulas_of_time(shown.there))
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """Places `looked` at of a `run` up to where a state changes first, and the equations `there` half way."""
+
+    solved: Solved
+    run: Trajectory
+    looked: list[int]
+    there: Anywhere | None
+
+    @classmethod
+    def of(cls, solved: Solved, motion: Simulated) -> Shown:
+        """Return what a run shows of a solved system."""
+        run = motion.whole
+        until = min((float(change["t"]) for change in run.changes), default=run.t_final)
+        looked = [int(k) for k in np.linspace(0, len(run.t) - 1, _LOOKS).astype(int) if run.t[k] <= until]
+        here, mechanism = looked[len(looked) // 2], solved.mechanism
+        q, u = ([float(run[x.name][here]) for x in group] for group in (mechanism.coordinates, mechanism.speeds))
+        return cls(solved, run, looked, anywhere(solved, q, u))
+
+    def confirmed(self, formulas: Mapping[Node, Node]) -> dict[Node, Node]:
+        """Return formulas of time without those that are not what the run shows."""
+        t, sample = self.run.t[self.looked], self.solved.sample
+        shown = {node: self.run[str(node.data)][self.looked] for node in formulas}
+        return {node: formula for node, formula in formulas.items() if _fits(formula, sample, t, shown[node])}
 
 
 def formula_of_period(solved: Solved, coordinate: str, number: float) -> Node | None:

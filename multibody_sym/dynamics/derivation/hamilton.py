@@ -90,14 +90,20 @@ def hamilton(ready: Prepared, names: Subexpressions, given: Energies) -> Canonic
 
 def verify_rows(mechanism: Mechanism) -> None:
     """Raise ModelError where rows exert other forces than H^T lambda, as what rubs does."""
-    rows = row_motions(motion_of(mechanism, slot_state(mechanism)))
-    for row, moved in zip(mechanism.rows, rows, strict=True):
-        if moved.exerts is not None or not moved.kinematic:
-            raise ModelError(
-                f"{row.name!r} rubs or slides: its forces follow from reactions and are no part of canonical "
-                "equations; choose the method multipliers",
-                number="M120",
-            )
+    name = rubbing(mechanism)
+    if name is not None:
+        raise ModelError(
+            f"{name!r} rubs or slides: its forces follow from reactions and are no part of canonical equations; choose "
+            "the method multipliers",
+            number="M120",
+        )
+
+
+def rubbing(mechanism: Mechanism) -> str | None:
+    """Return the name of the first row that exerts other forces than H^T lambda, None where there is none."""
+    rows = row_motions(motion_of(mechanism, slot_state(mechanism))) if mechanism.rows else []
+    pairs = zip(mechanism.rows, rows, strict=True)
+    return next((row.name for row, moved in pairs if moved.exerts is not None or not moved.kinematic), None)
 
 
 def _found(

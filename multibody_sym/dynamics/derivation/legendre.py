@@ -91,9 +91,9 @@ def verify_constant_masses(mechanism: Mechanism) -> None:
     """Raise ModelError where a mass varies, whose rate momenta would hold too."""
     for body in mechanism.bodies:
         if varies(body):
+            others = "the method multipliers" if mechanism.rows else "the method lagrange or multipliers"
             raise ModelError(
-                f"the mass of {body.name!r} varies, so that its momentum changes with it: choose the method lagrange "
-                "or multipliers",
+                f"the mass of {body.name!r} varies, so that its momentum changes with it: choose {others}",
                 number="M120",
             )
 

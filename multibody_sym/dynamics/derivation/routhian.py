@@ -22,6 +22,7 @@ from multibody_sym.dynamics.derivation.hamilton import (
     Plain,
     momentum_notation,
     named_parts,
+    rubbing,
     without_rows,
 )
 from multibody_sym.dynamics.derivation.lagrange import Energies, projected, totals, turning
@@ -97,9 +98,10 @@ def routh(ready: Prepared, names: Subexpressions, given: Energies) -> CanonicalE
 def cyclic_of(mechanism: Mechanism) -> tuple[int, ...]:
     """Return the speeds of cyclic coordinates. Raises ModelError where there are none, with what to do."""
     if mechanism.rows:
+        others = "multipliers" if rubbing(mechanism) else "hamilton or multipliers"
         raise ModelError(
             f"{mechanism.rows[0].name!r} restricts the coordinates, and its forces act along them: Routh's equations "
-            "need independent ones; choose hamilton or multipliers",
+            f"need independent ones; choose {others}",
             number="M120",
         )
     found = cyclic_speeds(mechanism)
