@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from multibody_sym.analysis.theorems.conserved import Conserved as Conserved
     from multibody_sym.analysis.theorems.conserved import conserved_quantities as conserved_quantities
     from multibody_sym.analysis.theorems.symbolic import theorems as theorems
+    from multibody_sym.answers.drawn import draw as draw
     from multibody_sym.answers.least_for_motion import LeastForMotion as LeastForMotion
     from multibody_sym.answers.least_for_motion import least_for_motion as least_for_motion
     from multibody_sym.answers.range_of_rest import RangeOfRest as RangeOfRest
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from multibody_sym.checking.check import CheckReport as CheckReport
     from multibody_sym.checking.check import check as check
     from multibody_sym.cli.version import __version__ as __version__
+    from multibody_sym.drawing.figure import Figure as Figure
     from multibody_sym.dynamics.derivation.canonical import CanonicalEquations as CanonicalEquations
     from multibody_sym.dynamics.derivation.canonical import FirstIntegral as FirstIntegral
     from multibody_sym.dynamics.derivation.symbolic_equations import SymbolicEquations as SymbolicEquations
@@ -143,6 +145,7 @@ _NAMES = {
     "analysis.periodic": "Multipliers",
     "analysis.theorems.conserved": "Conserved conserved_quantities",
     "analysis.theorems.symbolic": "theorems",
+    "answers.drawn": "draw",
     "answers.least_for_motion": "LeastForMotion least_for_motion",
     "answers.range_of_rest": "RangeOfRest range_of_rest",
     "answers.small_motions.modes": "modes",
@@ -151,6 +154,7 @@ _NAMES = {
     "answers.solve": "solve",
     "checking.check": "CheckReport check",
     "cli.version": "__version__",
+    "drawing.figure": "Figure",
     "dynamics.derivation.canonical": "CanonicalEquations FirstIntegral",
     "dynamics.derivation.symbolic_equations": "SymbolicEquations",
     "errors": "ExpressionError InputError ModelError MultibodyError NoSolutionError OutputError RunError",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial, wraps
 from pathlib import Path
 from typing import Any
 
@@ -168,6 +169,11 @@ _STUDY: dict[str, Any] = {
     "executor": None,
 }
 
+_FIGURE: dict[str, Any] = {
+    "path": "drawn.svg", "at": 0.0, "view": "iso", "forces": True, "reactions": False, "names": True,
+    "redundant": False, "mark": ["joints.hinge"],
+}
+
 
 def _elements() -> list[Call]:
     errors = [name for name in mbs.__all__ if name.endswith("Error")]
@@ -218,6 +224,7 @@ def _doors(system: mbs.System) -> list[Call]:
         Call("equilibrium", mbs.equilibrium, {**whole, **changes}, slow=True),
         Call("range_of_rest", mbs.range_of_rest, {**whole, "vary": "m", **changes}, slow=True),
         Call("least_for_motion", mbs.least_for_motion, {**whole, "least": "m", "vary": "l", **changes}, slow=True),
+        Call("draw", _draw, {**whole, **_FIGURE, **changes}, slow=True),
         Call("simulate", mbs.simulate, {**whole, **run, **changes}, slow=True),
         Call("sweep", mbs.sweep, {**whole, **_STUDY, **run, **changes}, slow=True),
         Call("prepare", mbs.prepare, {**whole, **prepared, **changes}, slow=True),
@@ -230,6 +237,19 @@ def _doors(system: mbs.System) -> list[Call]:
         Call("hybrid_dynamics", mbs.hybrid_dynamics, {**whole, "given": ["hinge"]}),
         Call("compile", _compile, {"wanted": mbs.state_derivative(system), "native": False, "backend": "python"}),
     ]
+
+
+@wraps(mbs.draw)
+def _draw(**given: Any) -> Any:
+    """Draw; a run on the way takes no compiler, as in the other calls."""
+    from multibody_sym.simulation import simulate as module
+
+    plain = module.simulate
+    module.simulate = partial(plain, backend="python")
+    try:
+        return mbs.draw(**given)
+    finally:
+        module.simulate = plain
 
 
 def _compile(wanted: Any, native: Any, backend: Any) -> Any:
@@ -271,13 +291,17 @@ def _results(system: mbs.System) -> list[Call]:
     records = [mbs.CheckReport, mbs.Equilibrium, mbs.Linearization, mbs.Solution, mbs.SymbolicEquations, mbs.Trajectory]
     records += [mbs.CanonicalEquations, mbs.FirstIntegral]
     records += [mbs.Conserved, mbs.Prepared, mbs.Modes, mbs.Multipliers, mbs.RangeOfRest, mbs.LeastForMotion, mbs.Study]
+    records += [mbs.Figure]
     made = [Call(cls.__name__, cls, dict.fromkeys(inspect.signature(cls).parameters, ())) for cls in records]
     run = mbs.simulate(system, t_end=0.02, samples=2, backend="python")
     study = mbs.sweep(system, {"m": [1, 2]}, t_end=0.02, samples=2, backend="python")
     prepared = mbs.prepare(system, t_end=0.02, samples=2, backend="python")
     again = {"parameters": {"m": 2}, "initial": {"theta": 0.1}, "inputs": {"F": 0}, "t_end": 0.01, "on_progress": None}
+    figure = mbs.draw(system)
     return [
         *made,
+        Call("figure.write", figure.write, {"path": "figure.svg"}),
+        Call("figure.content", figure.content, {"ending": ".svg"}),
         Call("prepared.run", prepared.run, again, slow=True),
         Call("UrdfNotice", _notice, {"text": "told"}),
         Call("run[name]", run.__getitem__, {"name": "theta"}),

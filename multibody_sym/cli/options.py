@@ -12,6 +12,7 @@ from multibody_sym.cli.commands import (
     animate,
     check,
     derive,
+    draw,
     equilibrium,
     explain,
     export,
@@ -29,7 +30,7 @@ from multibody_sym.cli.usage import Shown, UsageError
 from multibody_sym.errors import Where
 
 COMMANDS: Final = (
-    *(new, import_, check, derive, solve, equilibrium, linearize, modes, simulate, animate, sweep, export),
+    *(new, import_, check, draw, derive, solve, equilibrium, linearize, modes, simulate, animate, sweep, export),
     *(schema, explain),
 )
 _AS_JSON: Final = "print one JSON object, also for an error"
@@ -95,7 +96,7 @@ def parsed(words: Sequence[str]) -> argparse.Namespace:
     for name, option in ASSIGNED.items():
         if name in options:
             setattr(options, name, assignments(option, getattr(options, name)))
-    if getattr(options, "at", None) is not None:
+    if isinstance(getattr(options, "at", None), list):  # a state, not a time
         options.at = _place(options.at)
     return options
 
@@ -142,7 +143,9 @@ def _parser() -> tuple[argparse.ArgumentParser, Mapping[str, argparse.ArgumentPa
     for command in COMMANDS:
         name = _name(command)
         described = f"{command.HELP[0].upper()}{command.HELP[1:]}."
-        one = made[name] = commands.add_parser(name, help=command.HELP, description=described)
+        aliases: Sequence[str] = getattr(command, "ALIASES", ())
+        one = commands.add_parser(name, help=command.HELP, description=described, aliases=aliases)
+        made.update(dict.fromkeys((name, *aliases), one))
         command.add_options(one)
         one.add_argument("--json", action="store_true", help=_AS_JSON)
         if command not in (new, import_, schema, explain):

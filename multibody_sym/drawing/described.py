@@ -24,7 +24,7 @@ def description(scene: Scene, placed: Placed, shown: Shown) -> str:
         _listed("Lengths and angles", _once([*(d.label for d in scene.dimensions), *(a.label for a in scene.angles)])),
         _listed("Forces", [a.name for a in scene.arrows] if shown.forces else []),
         _listed("Reactions", _once(a.name for a in shown.reactions)),
-        _listed("Marked", [f"{'.'.join(path)} ({word})" for path, word in shown.marked.items()]),
+        _listed("Marked", [f"{'.'.join(path)}{f' ({word})' if word else ''}" for path, word in shown.marked.items()]),
     ]
     return " ".join(sentence for sentence in told if sentence)
 

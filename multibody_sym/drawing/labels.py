@@ -17,13 +17,15 @@ from multibody_sym.numerics.arrays import Floats
 _STEPS: Final = (0.0, 2.5, 5.5, 9.0, 13.0)
 """Distances (pt) beyond the nearest at which a label is tried first."""
 _FURTHER: Final = (
-    (18.0, 25.0), (34.0, 46.0), (62.0, 85.0), (115.0, 150.0), (200.0, 270.0), (360.0, 480.0), (640.0, 850.0),
+    (18.0, 25.0), (34.0, 46.0), (62.0, 85.0), (115.0, 150.0), (200.0, 270.0),
 )  # fmt: skip
 """Rings that follow until one has a free place."""
 _ANGLES: Final = np.radians([45, 90, 135, 0, 180, 315, 225, 270, 22, 67, 112, 157, 337, 292, 247, 202])
 """Directions from a point, those that a book takes first first."""
 _ALONG: Final = (0.5, 0.38, 0.62, 0.25, 0.75, 0.12, 0.88)
 """Where along a line a label is tried."""
+_SHORT: Final = 2.0
+"""A line below this length (pt) is a point: it has no sides."""
 _LEADER: Final = 11.0
 """From this distance (pt) on a thin line leads to what a label names."""
 _TURNED: Final = 7.0
@@ -65,10 +67,13 @@ class Candidates:
 
 def _tried(about: Floats, wish: Wish, steps: Sequence[float]) -> Iterator[tuple[Floats, Floats, float, float]]:
     """Yield places to start from, directions, distances and costs of their own."""
-    if len(about) == 1:
+    short = len(about) == 1 or float(np.hypot(*np.diff(about, axis=0).T).sum()) < _SHORT
+    if short or steps[0] > 0.0:
+        base = about[0] if short else _point_along(about, 0.5)[0]
         for step in steps:
             for i, angle in enumerate(_ANGLES):
-                yield about[0], np.array([np.cos(angle), np.sin(angle)]), step, 0.15 * i
+                yield base, np.array([np.cos(angle), np.sin(angle)]), step, 0.15 * i
+    if short:
         return
     for rank, part in enumerate(_ALONG):
         at, along = _point_along(about, part)
@@ -115,7 +120,14 @@ def _further(room: Room, wish: Wish, others: Sequence[Floats]) -> list[Placed]:
         marks = _placed(room, Candidates(wish, steps), others)
         if marks:
             return marks
-    return _placed(room, Candidates(wish, _FURTHER[-1]), others, anyhow=True)
+    return _outside(room, wish)
+
+
+def _outside(room: Room, wish: Wish) -> list[Placed]:
+    """Return a label below all that is drawn, without a leader, which would cross other letters."""
+    low = [float(each[:, 1::2].min()) for each in (room.segments, room.letters) if len(each)]
+    at = np.array([float(np.asarray(wish.about)[0, 0]), min(low, default=0.0) - 2.0 * wish.size])
+    return [Text(at, wish.runs, wish.size, wish.colour, **_named(wish))]
 
 
 def _lines(room: Room, one: Candidates) -> Floats:
@@ -123,10 +135,10 @@ def _lines(room: Room, one: Candidates) -> Floats:
     return room.near(np.asarray(one.wish.about, dtype=float), reach)
 
 
-def _placed(room: Room, one: Candidates, others: Sequence[Floats], *, anyhow: bool = False) -> list[Placed]:
+def _placed(room: Room, one: Candidates, others: Sequence[Floats]) -> list[Placed]:
     """Return the letters at the cheapest free candidate, with a leader where they are far; nothing if none is free."""
     lines = _lines(room, one)
-    free = np.flatnonzero((room.touched(one.boxes, lines) == 0) | anyhow)
+    free = np.flatnonzero(room.touched(one.boxes, lines) == 0)
     if not len(free):
         return []
     cost = one.cost[free] + _doubt(room, one, others, free)
@@ -137,7 +149,7 @@ def _placed(room: Room, one: Candidates, others: Sequence[Floats], *, anyhow: bo
             break
         leader = _leader(one, i)
         dear = cost[k] if leader is None else cost[k] + _crossed(room, leader)
-        if dear < _NEVER or anyhow:
+        if dear < _NEVER:
             best = min(best or (dear, i, leader), (dear, i, leader), key=lambda tried: tried[0])
     return [] if best is None else _marks(one, *best[1:])
 
@@ -179,9 +191,12 @@ def _leader(one: Candidates, i: int) -> list[float] | None:
 
 def _marks(one: Candidates, i: int, leader: list[float] | None) -> list[Placed]:
     wish, box = one.wish, one.boxes[i]
-    named: dict[str, Any] = {"role": wish.role, "name": wish.name, "layer": float(LAYER_TEXT), "depth": wish.depth}
     at = np.array([box[0], box[1] + DESCENT * wish.size])
-    marks: list[Placed] = [Text(at, wish.runs, wish.size, wish.colour, **named)]
+    marks: list[Placed] = [Text(at, wish.runs, wish.size, wish.colour, **_named(wish))]
     if leader is not None:
-        marks.append(Stroke(np.array(leader).reshape(2, 2), replace(THIN, colour=wish.colour), **named))
+        marks.append(Stroke(np.array(leader).reshape(2, 2), replace(THIN, colour=wish.colour), **_named(wish)))
     return marks
+
+
+def _named(wish: Wish) -> dict[str, Any]:
+    return {"role": wish.role, "name": wish.name, "layer": float(LAYER_TEXT), "depth": wish.depth}

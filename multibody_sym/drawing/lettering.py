@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Sequence
+from itertools import groupby
 from typing import Final
 
 Run = tuple[str, str]
@@ -72,16 +73,28 @@ def _unlisted(letter: str) -> float:
 def letters(name: str) -> tuple[Run, ...]:
     """Return a symbol as a book writes it: theta_1 and theta1 as θ with the index 1, l as an italic l, words upright.
 
-    What is no symbol stands as it is.
+    Words that follow each other are read as such (crank_angle). What is no symbol stands as it is.
     """
     shown = printable(name)
-    found = re.fullmatch(r"([A-Za-z]+?)_?([0-9]*|_[A-Za-z0-9]+)((?:_[A-Za-z0-9]+)*)", shown)
+    found = re.fullmatch(r"([A-Za-z]+)_*([A-Za-z0-9_]*)", shown)
     if found is None:
         return words(shown)
-    letter, index, rest = found.groups()
-    below = ",".join(GREEK.get(part, part) for part in f"{index}{rest}".split("_") if part)
-    head: Run = (GREEK[letter], "italic") if letter in GREEK else (letter, "italic" if len(letter) == 1 else "roman")
-    return (head, (below, "subscript")) if below else (head,)
+    letter, rest = found.groups()
+    named, parts = [letter], [part for part in rest.split("_") if part]
+    while _is_word(letter) and parts and _is_word(parts[0]):
+        named.append(parts.pop(0))
+    style = "italic" if letter in GREEK or len(letter) == 1 else "roman"
+    head: Run = (GREEK.get(letter) or " ".join(named), style)
+    below = [" ".join(run) if word else ",".join(GREEK.get(p, p) for p in run) for word, run in _grouped(parts)]
+    return (head, (",".join(below), "subscript")) if below else (head,)
+
+
+def _grouped(parts: Sequence[str]) -> list[tuple[bool, list[str]]]:
+    return [(word, list(run)) for word, run in groupby(parts, _is_word)]
+
+
+def _is_word(part: str) -> bool:
+    return len(part) > 1 and part.isalpha() and part not in GREEK
 
 
 def words(text: str) -> tuple[Run, ...]:

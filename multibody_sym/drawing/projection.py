@@ -92,11 +92,11 @@ def _angles(asked: str | Sequence[float]) -> tuple[float, float]:
         azimuth, elevation = (float(word) for word in words)
     except (TypeError, ValueError):
         near = suggestion(str(asked), [*VIEWS, "iso"])
-        message = f"there is no view {shown(asked)}{near}, or AZIMUTH,ELEVATION in degrees such as 30,20"
-        raise InputError(message, where=Where(path=("--view",))) from None
+        message = f"expected a view by name or as AZIMUTH,ELEVATION such as 30,20 (degrees), got {shown(asked)}{near}"
+        raise InputError(message, where=Where(path=("view",))) from None
     if not math.isfinite(azimuth) or not abs(elevation) <= _STEEPEST:
         message = "a view has a finite azimuth, and an elevation from -90 to 90 degrees"
-        raise InputError(message, where=Where(path=("--view",)))
+        raise InputError(message, where=Where(path=("view",)))
     return azimuth, elevation
 
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from html import escape
 from typing import Any, Final, NamedTuple
 
+from multibody_sym.drawing.svg import svg
 from multibody_sym.dynamics.derivation.notation import latex_name
 from multibody_sym.errors import MultibodyError
 from multibody_sym.expressions.values import Value
@@ -59,7 +60,13 @@ def _called(name: str) -> Callable[[Any], str | None]:
 
 def system_html(system: Any) -> str:
     """Return the figure of a system at its start; where there is none, what it has."""
-    return _text(repr(system))
+    from multibody_sym.answers.drawn import draw
+
+    try:
+        figure = draw(system)
+    except MultibodyError:
+        return _text(repr(system))
+    return svg(figure.picture, alone=False)
 
 
 def run_html(run: Any) -> str:

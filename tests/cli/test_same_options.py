@@ -20,6 +20,7 @@ from multibody_sym.model.resolution.changes import Changes
 
 FUNCTIONS: Mapping[str, tuple[Callable[..., Any], ...]] = {
     "check": (mbs.check,),
+    "draw": (mbs.draw,),
     "derive": (mbs.derive,),
     "solve": (mbs.solve,),
     "equilibrium": (mbs.equilibrium, mbs.range_of_rest, mbs.least_for_motion),
@@ -52,6 +53,7 @@ PRINTED = {
     ("simulate", "show"): "what plot(run, show=..) draws",
     ("simulate", "x"): "over what plot(run, x=..) draws it",
     ("simulate", "plot"): "the file that run.plot(file) writes",
+    ("draw", "output"): "the file that draw(system, path) writes",
     ("sweep", "plot"): "the file that study.plot(file) writes",
     ("sweep", "show"): "what study.plot() is asked to show",
     ("sweep", "scheduler"): "whose Client(address).get_executor() is the executor",
@@ -194,6 +196,8 @@ def asked(name: str, system: mbs.System, folder: Path, **given: Any) -> Any:
     if name == "export":
         mbs.export(system, "python", folder, **given)
         return exported(folder)
+    if name == "draw":
+        return mbs.draw(system, **given).svg
     if name == "sweep":
         return mbs.sweep(system, {"l": [0.4]}, **RUN, **given)["phi end"].tolist()
     found = FUNCTIONS[name][0](system, **given)
@@ -220,9 +224,12 @@ def test_every_command_takes_them_all(name: str, tmp_path: Path, capsys: pytest.
 
     def printed(file: str, *words: str) -> Any:
         out = tmp_path / f"out{len(words)}"
-        more = (*own.get(name, ()), *(("--directory", str(out)) if name == "export" else ()))
+        target = {"export": ("--directory", str(out)), "draw": ("--output", f"{out}.svg")}
+        more = (*own.get(name, ()), *target.get(name, ()))
         assert main([name, str(tmp_path / file), "--json", *more, *words]) == 0
         told = json.loads(capsys.readouterr().out)
+        if name == "draw":
+            return Path(f"{out}.svg").read_text(encoding="utf-8")
         return exported(out) if name == "export" else {key: x for key, x in told.items() if key != "statistics"}
 
     assert printed("declared.yaml", *words) == printed("changed.yaml")

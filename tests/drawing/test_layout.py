@@ -69,6 +69,16 @@ def test_a_label_with_no_room_near_gets_a_leader() -> None:
     assert {box.kind for box in picture.boxes()["point", "it"]} == {"text", "line"}
 
 
+@pytest.mark.parametrize(("count", "limit"), [(6, 120), (40, 800)])
+def test_labels_of_one_place_do_not_meet(count: int, limit: float) -> None:
+    """Bodies that all begin at one place, and springs of no length between them."""
+    wishes = [Wish(np.zeros((2, 2)), words(f"spring {i}"), name=str(i)) for i in range(count)]
+    picture = laid_out([line((-20, 0), (20, 0)), *wishes], "")
+    assert faults(picture) == []
+    assert len(texts(picture)) == count
+    assert max(picture.width, picture.height) < limit
+
+
 def test_a_mass_stands_on_its_block() -> None:
     block = Stroke(np.array([[0.0, 0], [40, 0], [40, 30], [0, 30]]), PEN, closed=True, fill="#eeeeee")
     picture = laid_out([block, Wish(point(20, 15), letters("m"), clear=0.0)], "")

@@ -85,7 +85,7 @@ def dimension_marks(sheet: Sheet) -> Iterator[Mark]:
             yield from _radius(sheet, each, a, b)
         elif each.coordinate and length < _COORDINATE:
             yield from _coordinate(sheet, each, b)
-        elif length >= _SHORTEST:
+        else:
             yield Measure(a, b, letters(each.label), role=role, name=each.name, layer=LAYER_TEXT)
 
 
@@ -93,7 +93,7 @@ def _radius(sheet: Sheet, each: Dimension, a: Floats, b: Floats) -> Iterator[Mar
     named: dict[str, Any] = {"role": "dimension", "name": each.name}
     if float(np.linalg.norm(b - a)) >= _SHORTEST:
         yield Arrow(np.array([a, b]), THIN, head=4.0, layer=LAYER_ARROW, **named)
-        yield Wish(np.array([(a + b) / 2]), letters(each.label), clear=1.5, layer=LAYER_TEXT, **named)
+    yield Wish(np.array([(a + b) / 2]), letters(each.label), clear=1.5, layer=LAYER_TEXT, **named)
 
 
 def _coordinate(sheet: Sheet, each: Dimension, at: Floats) -> Iterator[Mark]:

@@ -1,0 +1,136 @@
+"""`draw`: the figure of a system at its start, or where its motion has brought it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+from multibody_sym.answers.drawn_reactions import reaction_arrows
+from multibody_sym.drawing.draw import draw as draw_scene
+from multibody_sym.drawing.figure import Figure, ending_of
+from multibody_sym.drawing.shown import Shown
+from multibody_sym.dynamics.constraints.redundancy import redundancy
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.start.examined import numbers_of
+from multibody_sym.errors import InputError, Where, suggestion
+from multibody_sym.errors import at as within
+from multibody_sym.errors import shown as shown_value
+from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.declaration.doors import flag
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.declaration.values import scalar
+from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.scene.items import Path, Placed
+from multibody_sym.scene.scene import Scene, scene_of
+
+if TYPE_CHECKING:  # a figure at the start needs no run
+    from multibody_sym.simulation.trajectory import Trajectory
+
+_SECTIONS: Final = ("bodies", "joints", "constraints", "forces", "contacts", "pulleys")
+_MOMENT: Final = 1e-9
+"""How long (s) a run lasts from which the forces at the start are taken."""
+
+
+def draw(
+    system: System,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    at: Any = 0.0,
+    view: str | Sequence[float] | None = None,
+    forces: bool = False,
+    reactions: bool = False,
+    names: bool = True,
+    redundant: bool = False,
+    mark: Mapping[str, str] | Sequence[str] | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    coordinates: str | None = None,
+    project: bool | None = None,
+    formalism: str | None = None,
+) -> Figure:
+    """Return the figure of a system, which a notebook shows; written to `path` (.svg, .png, .pdf, .tex) if it is given.
+
+    Arguments: `at`, a time (s, or text such as `0.5 s`) to which the system is simulated; `view`: front, back, top,
+    right, left, iso, or azimuth and elevation in degrees, else the plane of motion or a look from in front and above;
+    `forces` and `reactions` add what is applied and what joints exert on their children; `names` are letters of
+    bodies, joints and lengths; `redundant` marks joints and constraints with rows that follow from others; `mark`
+    what stands at places of the model such as `joints.A`, with a word each if it is a mapping;
+    `parameters` .. `project`, what the call changes of the system (`Changes`); `formalism` for a run.
+    Raises InputError, NoSolutionError where there is no start, FailedRunError, OutputError.
+    """
+    options = {"forces": forces, "names": names, "reactions": reactions, "redundant": redundant}
+    wanted = {name: flag(name, value) for name, value in options.items()}
+    if path is not None:
+        ending_of(path)
+    asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
+    with numbers_of(asked):
+        scene = scene_of(asked)
+        run = _run(asked, at, formalism, reactions=wanted["reactions"])
+        placed = scene.at() if run is None else _reached(scene, run)
+        shown = Shown(names=wanted["names"], forces=wanted["forces"], marked=_marked(asked, mark))
+        if run is not None and wanted["reactions"]:
+            shown = replace(shown, reactions=reaction_arrows(asked, scene, placed, run))
+        if wanted["redundant"]:
+            shown = replace(shown, marked={**_redundant(asked, scene), **shown.marked})
+        figure = Figure(draw_scene(scene, placed, view=view, shown=shown))
+    if path is not None:
+        figure.write(path)
+    return figure
+
+
+def _run(system: System, at: Any, formalism: str | None, *, reactions: bool) -> Trajectory | None:
+    """Return the run that leads to a time, a moment at the start where forces are asked for there; else none.
+
+    Raises InputError where the run ends before that time.
+    """
+    with within("at"):
+        time = scalar(at, "s").shadow
+    if time is not None and not time >= 0.0:
+        raise InputError(f"expected a time from 0 on, got {shown_value(at)}", where=Where(path=("at",)))
+    if time == 0.0 and not reactions:
+        return None
+    from multibody_sym.simulation.simulate import simulate
+
+    run = simulate(system, t_end=at if time != 0.0 else _MOMENT, samples=2, formalism=formalism)
+    if time != 0.0 and run.stop is not None:
+        message = f"the motion ends at t = {run.t[-1]:g} s ({run.stop['element']}), before the time that is asked for"
+        raise InputError(message, where=Where(path=("at",)))
+    return run
+
+
+def _reached(scene: Scene, run: Trajectory) -> Placed:
+    """Return the scene where a run has led, which for a moment after the start is where it began."""
+    k = 0 if run.t[-1] <= _MOMENT else -1
+    return scene.at(run.q[k], run.u[k], float(run.t[k]))
+
+
+def _marked(system: System, marked: Mapping[str, str] | Sequence[str] | None) -> dict[Path, str]:
+    """Return paths with words of what is to stand out. Raises InputError for a place that the model does not have."""
+    if isinstance(marked, str):
+        marked = [marked]
+    words = dict(marked) if isinstance(marked, Mapping) else dict.fromkeys(marked or (), "")
+    known = {".".join(path): path for path in _paths(system)}
+    for place in words:
+        if place not in known:
+            message = f"there is nothing at {shown_value(place)}{suggestion(str(place), known)}"
+            raise InputError(message, where=Where(path=("mark",)))
+    return {known[place]: str(word) for place, word in words.items()}
+
+
+def _paths(system: System) -> Iterator[Path]:
+    for section in _SECTIONS:
+        for name in getattr(system, section):
+            yield section, name
+
+
+def _redundant(system: System, scene: Scene) -> Mapping[Path, str]:
+    """Return the paths of joints and constraints that have rows left over."""
+    mechanism = scene.mechanism
+    state = state_of(mechanism, float, 0.0, scene.begin.q, scene.begin.u, scene.begin.parameters)
+    found = redundancy(motion_of(mechanism, state), composite_body(mechanism, state))
+    names = {name.rpartition(".")[0] or name for name in found.redundant} | set(found.redundant)
+    return {path: "redundant" for path in _paths(system) if path[1] in names}

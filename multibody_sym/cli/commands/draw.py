@@ -1,0 +1,58 @@
+"""`draw` (also `show`): the figure of a mechanism at its start or at a time, as a book would print it."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from typing import Final
+
+from multibody_sym.cli.answer import Answer
+
+HELP: Final = "draw the mechanism, at its start or at a time, as a book would print it"
+ALIASES: Final = ("show",)
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of the command."""
+    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
+    output = "the figure: .svg, .png, .pdf or .tex; default: FILE.svg in this folder"
+    parser.add_argument("-o", "--output", metavar="OUT", help=output)
+    time = "simulate to this time, such as 0.5 or '1 s'; default: the start"
+    parser.add_argument("--at", metavar="T", default="0", help=time)
+    view = "front, back, top, right, left, iso, or AZIMUTH,ELEVATION in degrees such as 30,20"
+    parser.add_argument("--view", metavar="VIEW", help=view)
+    parser.add_argument("--forces", action="store_true", help="show the forces and torques that are applied")
+    parser.add_argument("--reactions", action="store_true", help="show what joints exert on their children")
+    names = "letters of bodies and joints, dimensions (default); --no-names leaves them out"
+    parser.add_argument("--names", action=argparse.BooleanOptionalAction, default=True, help=names)
+    redundant = "mark joints and constraints with rows that follow from others"
+    parser.add_argument("--redundant", action="store_true", help=redundant)
+    mark = "mark what stands at a place of the model, such as joints.A; may be repeated"
+    parser.add_argument("--mark", metavar="PLACE", action="append", help=mark)
+
+
+def run(options: argparse.Namespace) -> Answer:
+    """Draw and write the figure."""
+    from multibody_sym.answers.drawn import draw
+    from multibody_sym.cli.model import model, shared, verify_apart
+    from multibody_sym.drawing.figure import ending_of
+
+    target = options.output or os.path.splitext(os.path.basename(options.file))[0] + ".svg"
+    ending_of(target)
+    verify_apart(options.file, target)
+    with model(options) as system:
+        figure = draw(
+            system,
+            at=options.at,
+            view=options.view,
+            forces=options.forces,
+            reactions=options.reactions,
+            names=options.names,
+            redundant=options.redundant,
+            mark=options.mark,
+            **shared(options),
+        )
+    figure.write(target)
+    width, height = (25.4 / 72 * length for length in figure.size)
+    told = {"written": [target], "title": figure.title, "description": figure.description, "size_mm": [width, height]}
+    return Answer(told, f"{figure.description}\nwrote {target} ({width:.0f} mm x {height:.0f} mm)")

@@ -1,0 +1,87 @@
+"""From a scene and the places of its bodies to a picture: view, scale, marks, places for letters, title."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.drawing.described import description
+from multibody_sym.drawing.layout import laid_out
+from multibody_sym.drawing.look.scene_marks import scene_marks
+from multibody_sym.drawing.picture import Mark, Picture
+from multibody_sym.drawing.projection import Projection, view_of
+from multibody_sym.drawing.shown import Shown
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.scene.forms import Face
+from multibody_sym.scene.items import Placed
+from multibody_sym.scene.scene import Scene
+
+WIDEST: Final = 425.0
+"""A page (pt) is at most 150 mm wide, as far as letters allow that."""
+_FORCES: Final = frozenset(("force", "torque", "couple", "drag"))
+_TRIES: Final = 3
+
+
+def draw(
+    scene: Scene, placed: Placed, *, view: str | Sequence[float] | None = None, shown: Shown | None = None
+) -> Picture:
+    """Return the picture of a scene whose bodies are `placed`; the same picture every time.
+
+    `view` is a name (front, back, top, right, left, iso), or azimuth and elevation in degrees; the scene's own
+    otherwise. Raises InputError for another one.
+    """
+    wanted = shown or Shown()
+    scene, placed = _with_arrows(scene, placed, wanted)
+    projection = _projection(scene, view).scaled(extent(scene, placed))
+    title, told = scene.name, description(scene, placed, wanted)
+    picture = laid_out(_marks(scene, placed, projection, wanted), title, told)
+    for _ in range(_TRIES):
+        if picture.width <= WIDEST:
+            break
+        projection = replace(projection, scale=projection.scale * max(0.4, 0.97 * WIDEST / picture.width))
+        picture = laid_out(_marks(scene, placed, projection, wanted), title, told)
+    return picture
+
+
+def _with_arrows(scene: Scene, placed: Placed, shown: Shown) -> tuple[Scene, Placed]:
+    """Return the scene with those arrows that are to be seen: gravity and given motions always."""
+    kept = [k for k, arrow in enumerate(scene.arrows) if shown.forces or arrow.role not in _FORCES]
+    arrows = (*(scene.arrows[k] for k in kept), *shown.reactions)
+    vectors = np.vstack([placed.vectors[kept].reshape(-1, 3), *(arrow.vector for arrow in shown.reactions)])
+    return replace(scene, arrows=arrows), replace(placed, vectors=vectors)
+
+
+def _marks(scene: Scene, placed: Placed, projection: Projection, shown: Shown) -> list[Mark]:
+    return scene_marks(scene, placed, projection, names=shown.names, marked=shown.marked)
+
+
+def _projection(scene: Scene, view: str | Sequence[float] | None) -> Projection:
+    usual = Projection(scene.view.right, scene.view.up, 1.0, scene.plane)
+    normal = scene.view.towards if scene.plane else None
+    upward = list(scene.view.up) if scene.plane else _upward(scene)
+    return view_of(view, usual, upward, normal)
+
+
+def _upward(scene: Scene) -> list[float]:
+    """Return the direction against gravity of a scene in space, z where there is none or it is not along an axis."""
+    up = np.asarray(scene.view.up)
+    axis = int(np.argmax(np.abs(up)))
+    return [float(x) for x in np.sign(up[axis]) * np.eye(3)[axis]]
+
+
+def extent(scene: Scene, placed: Placed) -> Floats:
+    """Return points (n, 3) in the world that bound what has a size: bodies, places of joints, strands."""
+    found = [np.zeros((0, 3))]
+    for item in scene.items:
+        if isinstance(item.form, Face) and item.form.ends is None:
+            continue
+        found.append(placed.world(item.body, item.form.bounds))
+    for strand in placed.strands:
+        found.append(np.asarray(strand.pieces).reshape(-1, 3))
+        found.extend(bow.points() for bow in strand.bows)
+    points = np.vstack(found)
+    kept: Floats = points[np.isfinite(points).all(1)]
+    return kept

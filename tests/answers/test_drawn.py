@@ -1,0 +1,133 @@
+"""`draw`: figures at the start and at a time, in all formats, with forces, reactions and marks."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.answers.drawn_reactions import reaction_arrows
+from multibody_sym.drawing.picture import Arrow
+from multibody_sym.scene.scene import scene_of
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+PENDULUM = EXAMPLES / "pendulum.yaml"
+
+
+def rod(**more: object) -> mbs.System:
+    """Return a uniform rod of 2 kg and 1 m that hangs on a hinge, at 0.5 rad from straight down."""
+    return mbs.System(
+        "rod",
+        gravity=[0, -9.81, 0],
+        bodies={"rod": mbs.Body(mass=2, com=[0, -0.5, 0], inertia={"Izz": 1 / 6}, points={"tip": [0, -1, 0]})},
+        joints={"A": mbs.Revolute("ground", "rod", axis="z", q="theta", initial={"q": 0.5})},
+        **more,
+    )
+
+
+def test_a_figure_shows_itself() -> None:
+    figure = mbs.draw(rod())
+    assert figure.svg == mbs.draw(rod()).svg
+    root = ElementTree.fromstring(figure.svg)
+    assert root.tag.endswith("svg")
+    assert figure._repr_svg_().startswith("<svg")
+    assert repr(figure).startswith("Figure('rod', ")
+    assert figure.title == "rod"
+    for word in ("rod", "A (pivot)", "theta", "t = 0 s"):
+        assert word in figure.description
+
+
+BEGINS = {"svg": b"<?xml", "png": b"\x89PNG", "pdf": b"%PDF", "tex": b"\\documentclass"}
+
+
+@pytest.mark.parametrize(("ending", "begins"), BEGINS.items())
+def test_each_format_is_the_same_every_time(tmp_path: Path, ending: str, begins: bytes) -> None:
+    for name in ("a", "b"):
+        mbs.draw(rod(), tmp_path / f"{name}.{ending}")
+    content = (tmp_path / f"a.{ending}").read_bytes()
+    assert content.startswith(begins)
+    assert content == (tmp_path / f"b.{ending}").read_bytes()
+
+
+def test_a_later_time_is_where_the_motion_has_led() -> None:
+    """Without gravity the rod turns evenly: 0.5 rad + 2 rad/s * 0.25 s = 1 rad."""
+    joints = {"A": mbs.Revolute("ground", "rod", axis="z", q="theta", initial={"q": 0.5, "u": 2.0})}
+    body = mbs.Body(mass=1, com=[0.5, 0, 0], inertia={"Izz": 1 / 12}, points={"tip": [1, 0, 0]})
+    system = mbs.System("rod", bodies={"rod": body}, joints=joints)
+    later, there = mbs.draw(system, at="0.25 s"), mbs.draw(system, initial={"theta": 1.0})
+    assert "t = 0.25 s" in later.description
+    boxes = later.picture.boxes()["body", "rod"], there.picture.boxes()["body", "rod"]
+    assert np.array([b[1:] for b in boxes[0]]) == pytest.approx(np.array([b[1:] for b in boxes[1]]), abs=1e-3)
+
+
+@pytest.mark.parametrize("at", [-1, "-1", "2 kg", math.nan, "x", None, []])
+def test_odd_times_are_refused(at: object) -> None:
+    with pytest.raises(mbs.InputError):
+        mbs.draw(rod(), at=at)
+
+
+def test_a_time_after_the_end_of_a_motion_is_refused() -> None:
+    with pytest.raises(mbs.InputError, match="ends at t = "):
+        mbs.draw(rod(stop={"low": "theta < 0.4"}), at=5)
+
+
+def test_other_formats_and_views_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(mbs.InputError, match=r"\.svg, \.png, \.pdf, \.tex"):
+        mbs.draw(rod(), tmp_path / "a.gif")
+    with pytest.raises(mbs.InputError, match="view"):
+        mbs.draw(rod(), view="sideways")
+    with pytest.raises(mbs.InputError, match="forces"):
+        mbs.draw(rod(), forces="yes")
+
+
+def test_reactions_are_those_of_the_hinge_turned_into_the_world() -> None:
+    """A rod that is released at theta: m g cos(theta) along it towards the hinge, m g sin(theta) / 4 across it."""
+    system = rod()
+    scene = scene_of(system)
+    placed = scene.at()
+    (arrow,) = reaction_arrows(system, scene, placed, mbs.simulate(system, t_end=1e-9, samples=2))
+    weight, theta = 2 * 9.81, 0.5
+    along = np.array([-math.sin(theta), math.cos(theta), 0])
+    across = np.array([math.cos(theta), math.sin(theta), 0])
+    expected = weight * math.cos(theta) * along + weight * math.sin(theta) / 4 * across
+    assert (arrow.role, arrow.name, arrow.label) == ("reaction", "A", "F_A")
+    assert arrow.vector == pytest.approx(expected, abs=1e-5)
+
+
+def test_forces_and_reactions_are_drawn_where_they_are_asked_for() -> None:
+    system = rod(forces={"F": mbs.Force(on="rod.tip", value=[5, 0, 0])})
+
+    def arrows(**options: bool) -> set[str]:
+        return {m.name for m in mbs.draw(system, **options).picture.marks if isinstance(m, Arrow) and m.role != "angle"}
+
+    bare = arrows()
+    assert "F" not in bare
+    assert arrows(forces=True) - bare == {"F"}
+    assert arrows(reactions=True) - bare == {"A"}
+
+
+def test_redundant_rows_and_places_are_marked() -> None:
+    plain, marked = (mbs.draw(mbs.load(EXAMPLES / "three_cranks.yaml"), redundant=r) for r in (False, True))
+    assert "Marked" not in plain.description
+    assert "(redundant)" in marked.description
+    assert "#d05a00" in marked.svg
+    assert "#d05a00" not in plain.svg
+    assert "joints.A (here)" in mbs.draw(rod(), mark={"joints.A": "here"}).description
+    with pytest.raises(mbs.InputError, match=r"nothing at 'joints.B'; did you mean joints.A\?"):
+        mbs.draw(rod(), mark=["joints.B"])
+
+
+def test_an_svg_takes_neither_sympy_nor_matplotlib(tmp_path: Path) -> None:
+    code = (
+        "import sys, multibody_sym as mbs\n"
+        f"mbs.draw(mbs.load({str(PENDULUM)!r}), {str(tmp_path / 'a.svg')!r})\n"
+        "print([name for name in ('sympy', 'matplotlib', 'scipy') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

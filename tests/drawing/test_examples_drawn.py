@@ -1,0 +1,54 @@
+"""Every example has a figure in which no letters lie over anything, nothing is cut off, and all that is declared is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from geometry import faults, texts
+
+import multibody_sym as mbs
+from multibody_sym.drawing.draw import draw
+from multibody_sym.drawing.picture import Picture
+from multibody_sym.scene.scene import Scene, scene_of
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").rglob("*.yaml"))
+TENTH = EXAMPLES[::6]
+WIDEST, HIGHEST = 430.0, 430.0
+INSTANTS = (0.13, 0.37)
+"""Parts of the declared time (s) that are looked at beside the start."""
+
+
+def missing(scene: Scene, picture: Picture) -> list[str]:
+    """Return what is declared and not drawn: bodies, joints that are no freedom alone, named lengths and angles."""
+    drawn = {name for _, name in picture.boxes()}
+    written = {text.name for text in texts(picture)}
+    joints = {item.name for item in scene.items if item.role == "joint" and getattr(item.form, "kind", "") != "free"}
+    lengths = {each.name for each in scene.dimensions}
+    return [*sorted(joints - drawn), *sorted(lengths - written)]
+
+
+def wrong(scene: Scene, picture: Picture) -> list[str]:
+    told = [f"a page of {picture.width:.0f} x {picture.height:.0f} pt"]
+    large = told if picture.width > WIDEST or picture.height > HIGHEST else []
+    return [*faults(picture), *missing(scene, picture), *large]
+
+
+@pytest.mark.parametrize("path", TENTH, ids=lambda path: path.stem)
+def test_the_start_of_an_example(path: Path) -> None:
+    scene = scene_of(mbs.load(path))
+    assert wrong(scene, draw(scene, scene.at())) == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_an_example_at_three_instants(path: Path) -> None:
+    system = mbs.load(path)
+    scene = scene_of(system)
+    found = {0.0: wrong(scene, draw(scene, scene.at()))}
+    run = mbs.simulate(system, t_end=1.0, samples=101)
+    for part in INSTANTS:
+        k = int(part * (len(run.t) - 1))
+        placed = scene.at(run.q[k], run.u[k], float(run.t[k]))
+        found[float(run.t[k])] = wrong(scene, draw(scene, placed))
+    assert {t: what for t, what in found.items() if what} == {}
