@@ -101,10 +101,20 @@ def _particle(stage: Stage, name: str, body: Body) -> str:
 
 def _touches_face(stage: Stage, name: str) -> bool:
     """Return whether a particle lies on something, as a block does; what bounces without rubbing is a ball."""
-    return any(
-        name in contact.between and (contact.restitution.shadow == 0 or contact.static or contact.kinetic)
-        for contact in stage.system.contacts.values()
-    )
+    for contact in stage.system.contacts.values():
+        others = [end for end in contact.between if end != name]
+        bounces = contact.restitution.shadow != 0 and contact.static is None and contact.kinetic is None
+        if name in contact.between and not bounces and any(_is_flat(stage, other) for other in others):
+            return True
+    return False
+
+
+def _is_flat(stage: Stage, reference: str) -> bool:
+    """Return whether what a reference leads to has faces to lie on."""
+    body = stage.declared(stage.body(reference))
+    surface = body.surfaces.get(reference.rpartition(".")[2])
+    kinds = [surface.kind] if surface is not None else [each.kind for each in body.surfaces.values()]
+    return "plane" in kinds or (body.shape is not None and body.shape.kind == "box")
 
 
 def _with_bob(

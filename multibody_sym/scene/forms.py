@@ -183,6 +183,33 @@ class Symbol:
 
 
 @dataclass(frozen=True)
+class Bowl:
+    """A surface that is round about an axis through a centre, by its profile: distances from the axis and heights."""
+
+    centre: Vector
+    axis: Vector
+    profile: tuple[tuple[float, float], ...]
+
+    @property
+    def bounds(self) -> Floats:
+        """Points that bound it (n, 3): the circle of its edge, and its middle."""
+        return np.vstack([self.ring(-1, 24), self.ring(0, 2)])
+
+    def ring(self, k: int, count: int = 49) -> Floats:
+        """Return points of the circle (count, 3) of one place of its profile."""
+        way, height = self.profile[k]
+        return circle(np.array(self.centre) + height * np.array(self.axis), self.axis, way, count)
+
+    def section(self, angle: float) -> Floats:
+        """Return the profile (n, 3) at an angle about the axis."""
+        e1 = np.array(across(self.axis))
+        side = np.cos(angle) * e1 + np.sin(angle) * np.cross(self.axis, e1)
+        profile = np.array(self.profile)
+        found: Floats = np.array(self.centre) + np.outer(profile[:, 0], side) + np.outer(profile[:, 1], self.axis)
+        return found
+
+
+@dataclass(frozen=True)
 class Axes:
     """The directions along which something moves freely, with the names of its coordinates; those of turns last."""
 
@@ -196,4 +223,4 @@ class Axes:
         return np.array([self.at])
 
 
-Form = Axes | Polyline | Disc | Sphere | Block | Barrel | Face | Rail | Symbol
+Form = Axes | Bowl | Polyline | Disc | Sphere | Block | Barrel | Face | Rail | Symbol

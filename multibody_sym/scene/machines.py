@@ -22,12 +22,13 @@ from multibody_sym.model.declaration.constraints import (
 )
 from multibody_sym.model.declaration.contacts import Coefficient
 from multibody_sym.model.declaration.forces import Damper, Friction, Motor, Potential, SpringDamper
+from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.resolution.contacts.elements import copies
 from multibody_sym.scalars.node import Node
 from multibody_sym.scene.forms import Disc, Face, Polyline, Rail, Symbol, Vector, unit, vector
 from multibody_sym.scene.items import Item
-from multibody_sym.scene.joints import held
+from multibody_sym.scene.joints import Held, held
 from multibody_sym.scene.marks import letters
 from multibody_sym.scene.places import references
 from multibody_sym.scene.stage import Place, Stage
@@ -76,12 +77,19 @@ def constraint_items(stage: Stage) -> Iterator[Item]:
             yield from make(stage, name, element)
 
 
+def _turns(joint: Held) -> list[Point]:
+    """Return the axes about which a joint turns."""
+    return [axis for step in joint.joint.steps for axis in step.turns]
+
+
 def _gear(stage: Stage, name: str, gear: Gear) -> Iterator[Item]:
     """Yield the pitch circles on the children of both hinges; radii that are not given follow from the ratio."""
     path, made = ("constraints", name), [held(stage, joint) for joint in gear.joints]
     ratio = abs(stage.number(gear.ratio, 1.0)) or 1.0
     if gear.radii is not None:
         radii = [stage.number(radius) for radius in gear.radii]
+    elif not all(_turns(each) for each in made):  # a rack: the ratio is a radius, or one over it
+        radii = [1.0 / ratio if _turns(made[0]) else 0.0, 0.0 if _turns(made[0]) else ratio]
     else:
         first, second = (stage.world(each.parent.body, each.parent.point) for each in made)
         distance = float(np.linalg.norm(first - second))
@@ -89,9 +97,11 @@ def _gear(stage: Stage, name: str, gear: Gear) -> Iterator[Item]:
         total = ratio + 1.0 if outside else abs(ratio - 1.0)
         radii = [distance / total, ratio * distance / total] if total > 0.0 else [0.0, 0.0]
     for each, radius in zip(made, radii, strict=True):
-        turns = [axis for step in each.joint.steps for axis in step.turns]
+        turns = _turns(each)
         if not turns:
-            yield Item("gear", name, name, path, each.child.body, Symbol("rack", each.child.point))
+            slides = [each.child.turned(unit(stage.vector(a))) for step in each.joint.steps for a in step.slides]
+            sign = Symbol("rack", each.child.point, along=slides[0])
+            yield Item("gear", name, name, path, each.child.body, sign)
             continue
         axis = each.child.turned(unit(stage.vector(turns[0])))
         form = Disc(each.child.point, axis, radius, teeth=True) if radius > 0.0 else None

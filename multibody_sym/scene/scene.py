@@ -17,7 +17,7 @@ from multibody_sym.model.resolution.resolve import mechanism as resolved
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scene.arrows import Law, arrow_items
 from multibody_sym.scene.bodies import body_items
-from multibody_sym.scene.forms import Axes, Face, Symbol
+from multibody_sym.scene.forms import Axes, Bowl, Face, Symbol
 from multibody_sym.scene.items import AngleMark, ArrowItem, Dimension, Item, Placed, PlacedStrand, Strand, View
 from multibody_sym.scene.joints import joint_items
 from multibody_sym.scene.machines import constraint_items, contact_items, force_items, marker_items, pulley_items
@@ -169,6 +169,8 @@ def _is_once_around(stage: Stage, item: Item) -> bool:
 
 def _is_endless(item: Item) -> bool:
     """Return whether a surface reaches as far as the rest does, so that it says nothing of how far that is."""
+    if isinstance(item.form, Bowl):
+        return True
     return getattr(item.form, "points", None) is not None and not getattr(item.form, "closed", False) and (
         len(item.form.bounds) > 2
     )

@@ -11,10 +11,11 @@ from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.curves.curve import Curve
 from multibody_sym.model.declaration.surfaces import FROM_AXIS, Surface
 from multibody_sym.model.mechanism.mass import GROUND
+from multibody_sym.model.resolution.plane import moves_in_plane
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node
-from multibody_sym.scene.forms import Disc, Face, Form, Polyline, Sphere, Symbol, Vector, across, unit, vector
+from multibody_sym.scene.forms import Bowl, Disc, Face, Form, Polyline, Sphere, Symbol, Vector, across, unit, vector
 from multibody_sym.scene.items import Item
 from multibody_sym.scene.stage import Stage
 
@@ -66,15 +67,19 @@ def _ends(stage: Stage, body: Body, places: tuple[object, ...]) -> tuple[Vector,
 
 
 def _revolution(stage: Stage, body: Body, surface: Surface) -> Form:
-    """Return the section through the axis: the profile on both sides."""
+    """Return the section through the axis, the profile on both sides; in space the profile to be turned about it."""
     assert surface.revolution is not None
     axis: Floats = np.array(unit(stage.vector(surface.axis)))
     side: Floats = np.array(across(axis))
     centre, reach = stage.vector(surface.centre), _reach(stage)
     ways = np.linspace(-reach, reach, _SAMPLES)
-    plane = abs(axis[2]) < 0.5
-    heights = [_value(stage, surface.revolution, FROM_AXIS, way if plane else abs(way)) for way in ways]
-    if plane and side[0] < 0.0:
+    if not moves_in_plane(stage.system):
+        ways = np.linspace(0.0, reach, 25)
+        heights = [_value(stage, surface.revolution, FROM_AXIS, way) for way in ways]
+        known = [(float(w), h) for w, h in zip(ways, heights, strict=True) if np.isfinite(h)]
+        return Bowl(centre, vector(axis), tuple(known))
+    heights = [_value(stage, surface.revolution, FROM_AXIS, way) for way in ways]
+    if side[0] < 0.0:
         side = -side
     points = [vector(np.array(centre) + way * side + h * axis) for way, h in zip(ways, heights, strict=True)]
     return Polyline(tuple(point for point in points if np.all(np.isfinite(point))))

@@ -29,7 +29,7 @@ _SILENT: Final = ("tie", "point", "used_point", "frame", "drive")
 
 def label_marks(sheet: Sheet) -> Iterator[Mark]:
     """Yield the names of bodies, joints, pulleys and strands."""
-    named: set[tuple[str, str]] = set()
+    named: set[tuple[str, str]] = {("force", arrow.name) for arrow in sheet.scene.arrows}
     for item in sheet.scene.items:
         key = (item.role, item.name)
         if item.role not in _NAMED or key in named or not item.label or isinstance(item.form, Axes):

@@ -14,7 +14,7 @@ from multibody_sym.drawing.picture import Arc, Hatch, Mark, Pen, Stroke
 from multibody_sym.drawing.style import BODY, BOLD, INK, LAYER_BODY, LAYER_GROUND, PAPER, ROD, THIN
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scene.bodies import hull
-from multibody_sym.scene.forms import Barrel, Block, Disc, Face, Polyline, Sphere, circle
+from multibody_sym.scene.forms import Barrel, Block, Bowl, Disc, Face, Polyline, Sphere, circle
 from multibody_sym.scene.items import GROUND as WORLD
 from multibody_sym.scene.items import Item
 
@@ -288,8 +288,19 @@ def _plate(sheet: Sheet, item: Item, form: Face) -> Iterator[Mark]:
     yield Hatch(near, sheet.pen(item, INK), side=side, **named)
 
 
+def _bowl(sheet: Sheet, item: Item, form: Bowl) -> Iterator[Mark]:
+    """Yield sections through the axis, and circles about it: the edge in a bold line."""
+    named, count = sheet.named(item, LAYER_GROUND), len(form.profile)
+    for angle in np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False):
+        yield Stroke(sheet.page(item.body, form.section(float(angle))), sheet.pen(item, THIN), **named)
+    for k in (count // 3, 2 * count // 3):
+        yield Stroke(sheet.page(item.body, form.ring(k)), sheet.pen(item, THIN), closed=True, **named)
+    yield Stroke(sheet.page(item.body, form.ring(count - 1)), sheet.pen(item, BOLD), closed=True, **named)
+
+
 FORMS: Final[Mapping[type[Any], Callable[[Sheet, Item, Any], Iterator[Mark]]]] = {
     Polyline: _polyline,
+    Bowl: _bowl,
     Disc: _disc,
     Sphere: _ball,
     Block: _block,

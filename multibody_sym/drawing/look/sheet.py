@@ -82,6 +82,11 @@ class Sheet:
         return any(path[: len(each)] == each for each in self.marked)
 
     @cached_property
+    def ground(self) -> frozenset[int]:
+        """The numbers of ground: that of the world, and of a ground that moves."""
+        return frozenset({-1, *(k for k, name in enumerate(self.scene.bodies) if name == "ground")})
+
+    @cached_property
     def settled(self) -> Settled:
         """How far things without a size are displaced on the page."""
         seen = self.projection

@@ -46,7 +46,7 @@ def _fixed_ends(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[
     """Yield hatched ground across the ends that are fixed there, unless a joint or pulley shows it."""
     anchors = placed.strand.anchors
     for anchor, end, other in ((anchors[0], pieces[0][0], pieces[0][1]), (anchors[-1], pieces[-1][1], pieces[-1][0])):
-        if anchor.body >= 0 or any(_shows(sheet, item, end) for item in sheet.scene.items):
+        if anchor.body not in sheet.ground or any(_shows(sheet, item, end) for item in sheet.scene.items):
             continue
         away = unit2(end - other, -sheet.down)
         ends = np.array([end - 9.0 * left(away), end + 9.0 * left(away)])
@@ -55,7 +55,7 @@ def _fixed_ends(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[
 
 def _shows(sheet: Sheet, item: Item, end: Floats) -> bool:
     """Return whether a sign of ground stands at a place of the page."""
-    if item.body >= 0 or item.role not in ("joint", "pulley") or not isinstance(item.form, Symbol):
+    if item.body not in sheet.ground or item.role not in ("joint", "pulley") or not isinstance(item.form, Symbol):
         return False
     return float(np.linalg.norm(sheet.at(item.body, item.form.at) - end)) < 3.0
 

@@ -31,7 +31,7 @@ from multibody_sym.drawing.style import (
     THIN,
 )
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Barrel, Block, Rail, Symbol, unit
+from multibody_sym.scene.forms import Barrel, Block, Disc, Rail, Symbol, unit
 from multibody_sym.scene.items import Item
 
 _UNIT: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -51,10 +51,16 @@ def _pin(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
 
 def _pivot(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     """Yield a pin on a triangle that stands on hatched ground, on the side where its bodies are not."""
-    at, named = sheet.at(item.body, symbol.at), sheet.named(item, LAYER_GROUND + 0.5)
+    wheel = any(_is_wheel(other) for body in item.bodies for other in sheet.touched.get(body, ()))
+    layer = LAYER_JOINT - 0.3 if wheel else LAYER_GROUND + 0.5  # a wheel would hide what it turns on
+    at, named = sheet.at(item.body, symbol.at), sheet.named(item, layer)
     away = support_side(sheet, item, at)
     yield from support(sheet, item, at, away, named)
     yield from _pin(sheet, item, symbol)
+
+
+def _is_wheel(item: Item) -> bool:
+    return item.role in ("body", "pulley", "gear") and isinstance(item.form, (Disc, Block, Barrel))
 
 
 def _ball(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:

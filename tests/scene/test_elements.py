@@ -1,0 +1,116 @@
+"""Every kind of element of the model language has a sign, and what has a size has the size that it says."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.model.declaration.bodies import SHAPES
+from multibody_sym.model.declaration.constraints import CONSTRAINTS
+from multibody_sym.model.declaration.forces import FORCES, Force, Torque
+from multibody_sym.model.declaration.joints import JOINTS
+from multibody_sym.model.declaration.surfaces import Surface
+from multibody_sym.model.mechanism.loads import BodyTorque, JointForce, PointForce
+from multibody_sym.scene import arrows, bodies, joints, machines, strands, surfaces
+from multibody_sym.scene.forms import Bowl, Disc, Polyline, Symbol
+from multibody_sym.scene.scene import Scene, scene_of
+
+
+def test_no_kind_of_element_is_forgotten() -> None:
+    assert set(JOINTS.table) == set(joints._SIGNS)
+    assert set(SHAPES) == set(bodies._SHAPES)
+    seen = {*strands._STRANDS, *machines._CONSTRAINTS, *machines._IN_JOINTS}
+    assert set(CONSTRAINTS.table.values()) <= seen
+    by_arrows = {Force, Torque, mbs.Drag}
+    assert set(FORCES.table.values()) <= seen | by_arrows
+    assert {PointForce, BodyTorque, JointForce} <= set(arrows._LAWS)
+    kinds = {"sphere", "disc", "plane", "segment", "point", "revolution", "curve", "outline"}
+    assert kinds == set(surfaces._FORMS)
+    assert kinds <= set(Surface.__dataclass_fields__)
+
+
+def scene(joints: dict[str, Any], *, gravity: Any = (0, -9.81, 0), **more: Any) -> Scene:
+    return scene_of(mbs.System("elements", gravity=list(gravity), joints=joints, **more))
+
+
+def geared(**gear: Any) -> Scene:
+    wheels = {name: mbs.Body(mass=1, inertia={"Izz": 1}) for name in ("pinion", "wheel")}
+    return scene(
+        {"A": mbs.Revolute("ground", "pinion"), "B": mbs.Revolute("ground.two", "wheel")},
+        bodies={"ground": mbs.Body(points={"two": [0.3, 0, 0]}), **wheels},
+        constraints={"mesh": mbs.Gear(["A", "B"], **gear)},
+    )
+
+
+@pytest.mark.parametrize("gear", [{"ratio": -2, "radii": [0.1, 0.2]}, {"ratio": -2}])
+def test_pitch_circles_of_gears_touch(gear: dict[str, Any]) -> None:
+    discs = [i.form for i in geared(**gear).items if isinstance(i.form, Disc) and i.form.teeth]
+    assert [disc.radius for disc in discs] == pytest.approx([0.1, 0.2])
+
+
+def test_the_pinion_of_a_rack_has_the_radius_that_its_ratio_says() -> None:
+    drawn = scene(
+        {"A": mbs.Revolute("ground.up", "pinion"), "B": mbs.Prismatic("ground", "rack", axis="x")},
+        bodies={
+            "ground": mbs.Body(points={"up": [0, 0.1, 0]}),
+            "pinion": mbs.Body(mass=1, inertia={"Izz": 1}),
+            "rack": mbs.Body(mass=1),
+        },
+        constraints={"mesh": mbs.Gear(["A", "B"], ratio=10)},
+    )
+    gears = [item.form for item in drawn.items if item.role == "gear"]
+    assert isinstance(gears[0], Disc)
+    assert gears[0].radius == pytest.approx(0.1)
+    assert isinstance(gears[1], Symbol)
+    assert (gears[1].kind, gears[1].along) == ("rack", (1.0, 0.0, 0.0))
+
+
+def test_a_homogeneous_body_stands_about_its_centre_of_mass() -> None:
+    rod = mbs.Body(shape=mbs.Shape("rod", [0.4], 1), com=[0, 0, 0])
+    drawn = scene({"A": mbs.Revolute("ground", "rod")}, bodies={"rod": rod})
+    (form,) = [i.form for i in drawn.items if i.role == "body" and isinstance(i.form, Polyline)]
+    assert form.points == ((-0.2, 0.0, 0.0), (0.2, 0.0, 0.0))
+
+
+def test_a_plate_is_bounded_by_the_joints_that_hold_it() -> None:
+    points = {"a": [0, 0, 0], "b": [1, 0, 0], "c": [0.5, 0.8, 0]}
+    plate = mbs.Body(mass=1, com=[0.5, 0.3, 0], inertia={"Izz": 1}, points=points)
+    drawn = scene({"A": mbs.Revolute("ground", "plate")}, bodies={"plate": plate})
+    (form,) = [i.form for i in drawn.items if isinstance(i.form, Polyline)]
+    assert form.closed
+    assert {tuple(np.round(point, 12)) for point in form.points} == {(0, 0, 0), (1, 0, 0), (0.5, 0.8, 0)}
+
+
+def test_a_bowl_in_space_is_its_profile_about_its_axis() -> None:
+    drawn = scene(
+        {"free": mbs.PointJoint("ground", "bead", axes="xyz", initial={"q": [0.5, 0, 0.125]})},
+        gravity=(0, 0, -9.81),
+        bodies={
+            "ground": mbs.Body(surfaces={"bowl": mbs.Surface(revolution="0.5*s^2")}),
+            "bead": mbs.Body(mass=1),
+        },
+        contacts={"c": mbs.Contact(["bead", "ground.bowl"])},
+    )
+    (bowl,) = [item.form for item in drawn.items if isinstance(item.form, Bowl)]
+    assert [height for _, height in bowl.profile] == pytest.approx([0.5 * s**2 for s, _ in bowl.profile])
+    assert not drawn.plane
+
+
+@pytest.mark.parametrize(
+    ("joint", "kinds"),
+    [
+        (mbs.Universal("ground", "body"), {"cardan"}),
+        (mbs.Spherical("ground", "body"), {"ball_pivot"}),
+        (mbs.Cylindrical("ground", "body", axis="z"), {"sleeve"}),
+        (mbs.Screw("ground", "body", axis="z", pitch=0.1), {"nut"}),
+        (mbs.Custom("ground", "body", free=[{"rotate": "z"}, {"rotate": "x"}]), {"cardan"}),
+        (mbs.Fixed("ground", "body"), {"weld"}),
+    ],
+)
+def test_joints_in_space_have_their_signs(joint: Any, kinds: set[str]) -> None:
+    body = mbs.Body(mass=1, inertia={"Ixx": 1, "Iyy": 1, "Izz": 1})
+    drawn = scene({"J": joint}, gravity=(0, 0, -9.81), bodies={"body": body})
+    assert {i.form.kind for i in drawn.items if i.role == "joint" and isinstance(i.form, Symbol)} == kinds
