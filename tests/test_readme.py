@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from multibody_sym.cli.main import main
+
 ROOT = Path(__file__).parent.parent
 PAGES = ["README.md", *(f"docs/{page.name}" for page in sorted((ROOT / "docs").glob("*.md")))]
 
@@ -33,7 +35,24 @@ def test_python_blocks(page: str, tmp_path: Path) -> None:
         run([sys.executable, "-c", block], tmp_path)
 
 
-def test_commands_on_the_printed_model(tmp_path: Path) -> None:
+def test_commands_on_the_printed_model(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In this process, where what commands share is imported once."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    for words in printed_commands(tmp_path):
+        assert main(words) == 0, f"{words}: {capsys.readouterr().err}"
+
+
+@pytest.mark.long
+def test_commands_in_processes_of_their_own(tmp_path: Path) -> None:
+    for words in printed_commands(tmp_path):
+        run([sys.executable, "-m", "multibody_sym", *words], tmp_path)
+
+
+def printed_commands(tmp_path: Path) -> list[list[str]]:
+    """Write the files that the README prints, and return its commands."""
     (model,) = blocks("README.md", "yaml")
     (tmp_path / "pendulum.yaml").write_text(model)
     (robot,) = blocks("README.md", "xml")
@@ -42,8 +61,7 @@ def test_commands_on_the_printed_model(tmp_path: Path) -> None:
     lines = [line for block in blocks("README.md", "sh") for line in block.splitlines()]
     commands = [line for line in lines if line.startswith("multibody-sym ")]
     assert len(commands) > 3
-    for command in commands:
-        run([sys.executable, "-m", "multibody_sym", *shlex.split(command, comments=True)[1:]], tmp_path)
+    return [shlex.split(command, comments=True)[1:] for command in commands]
 
 
 def test_set_up_lines_stand_in_a_line_each() -> None:
