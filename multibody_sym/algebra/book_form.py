@@ -12,7 +12,7 @@ from typing import Any, Final
 from multibody_sym.algebra.angles.angle_sums import AngleSums
 from multibody_sym.algebra.angles.exponentials import with_one_exponent
 from multibody_sym.algebra.angles.multiples import angles_with_multiples, is_of_angle, single_wave, wave, waves
-from multibody_sym.algebra.angles.squares import contracted
+from multibody_sym.algebra.angles.squares import contracted, trigonometric_forms
 from multibody_sym.algebra.angles.tangents import with_tangents
 from multibody_sym.algebra.decimal_sums import decimal_scales, exact_root, looks_decimal, names_pi_alone, power_scale
 from multibody_sym.algebra.decimals import is_exact_decimal, is_long
@@ -23,7 +23,6 @@ from multibody_sym.algebra.sums.nested import Nested
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.node import ONE, ZERO, Node, add, divide, multiply, negate, number
 
-_MOST_FORMS: Final = 8
 _MOST_PARTS: Final = 3
 _MOST_TERMS: Final = 120
 _MOST_TERMS_TRIED: Final = 30
@@ -38,8 +37,11 @@ _FIRST_PAST_TEN: Final = 15
 Exponents = tuple[int, ...]
 
 
-def book_form(a: Quotient) -> Node:
-    """Return a quotient in the shortest of its forms; raises NoClosedFormError for one that is too long to be read."""
+def book_form(a: Quotient, apart: float = _MUCH_SHORTER) -> Node:
+    """Return a quotient in the shortest of its forms; raises NoClosedFormError for one that is too long to be read.
+
+    A sum is divided part by part where this makes its length less than `apart` times that of one quotient.
+    """
     if a.is_zero:
         return ZERO
     if a.size > _MOST_TERMS:
@@ -51,8 +53,8 @@ def book_form(a: Quotient) -> Node:
     roots_below = _with_roots_below(field, field.in_ring(a.above), field.in_ring(a.below))
     forms += [_single_fraction(field, *roots_below)] if roots_below is not None else []
     found = min(forms, key=_reading)
-    apart = [node for pair in pairs if (node := _term_by_term(field, *pair)) is not None]
-    found = min((x for x in apart if len(text(x)) < _MUCH_SHORTER * len(text(found))), key=_reading, default=found)
+    parts = [node for pair in pairs if (node := _term_by_term(field, *pair)) is not None]
+    found = min((x for x in parts if len(text(x)) < apart * len(text(found))), key=_reading, default=found)
     if len(text(found)) > _LONGEST:
         raise NoClosedFormError("the closed form is too long")
     return found
@@ -76,16 +78,6 @@ def _with_roots_below(field: Field, above: Poly, below: Poly) -> tuple[Poly, Pol
 def _reading(node: Node) -> tuple[int, str]:
     written = text(node)
     return len(written), written
-
-
-def trigonometric_forms(field: Field, p: Poly) -> list[Poly]:
-    """Return a polynomial with sin^2 as 1 - cos^2 and with cos^2 as 1 - sin^2, angle by angle."""
-    forms = [field.in_ring(p)]
-    for k, letter in enumerate(field.letters if len(p) <= _MOST_TERMS_TRIED else ()):
-        if letter.cosine is not None and any(m[letter.cosine] > 1 for form in forms for m in form):
-            square = 1 - field.ring.gens[k] ** 2
-            forms += [field.replaced(form, letter.cosine, square) for form in forms]
-    return forms[:_MOST_FORMS]
 
 
 # --- fractions -----------------------------------------------------------------------------------------------------
@@ -121,7 +113,7 @@ def _term_by_term(field: Field, above: Poly, below: Poly) -> Node | None:
     product = _factored(above, below)
     factors = sorted(((p, e) for p, e in product.factors if e > 0), key=lambda factor: -len(factor[0]))
     divisors = [(p, -e) for p, e in product.factors if e < 0]
-    if not factors or not divisors or factors[0][1] != 1:
+    if not factors or not divisors or factors[0][1] != 1 or len(factors[0][0]) > _FEW_TERMS:
         return None
     longest, others = factors[0][0], factors[1:]
     angles = [k for k, letter in enumerate(field.letters) if _is_of_angle(letter)]
@@ -132,9 +124,20 @@ def _term_by_term(field: Field, above: Poly, below: Poly) -> Node | None:
         return None
     divisor = reduce(mul, (field.in_ring(p) ** e for p, e in divisors))
     turned = 1 if product.number > 0 else -1
-    shares = (field.cancelled(field.ring.from_dict(x) * turned, divisor) for x in parts.values())
-    terms = sorted((_single_fraction(field, *x) for x in shares), key=lambda x: (x.op == "neg", text(x)))
+    shares = [field.cancelled(field.ring.from_dict(x) * turned, divisor) for x in parts.values()]
     outside = replace(product, number=abs(product.number), factors=tuple(others))
+    shared = factored(reduce(lambda a, b: a.gcd(b), (below for _, below in shares)))[1]
+    under = reduce(mul, (p**e for p, e in shared), field.ring.one)
+    taken = replace(outside, factors=(*outside.factors, *((p, -e) for p, e in shared)))
+    ways = [_sum_of_shares(field, outside, shares)]
+    if shared:
+        ways.append(_sum_of_shares(field, taken, [(above, below.exquo(under)) for above, below in shares]))
+    return min(ways, key=_reading)
+
+
+def _sum_of_shares(field: Field, outside: _Product, shares: Iterable[tuple[Poly, Poly]]) -> Node:
+    """Return a product with a sum of fractions as one more factor."""
+    terms = sorted((_single_fraction(field, *x) for x in shares), key=lambda x: (x.op == "neg", text(x)))
     return _product_node(field, outside, [(reduce(add, terms), 1)])
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection
 from math import prod
 
-from multibody_sym.algebra.book_form import trigonometric_forms
+from multibody_sym.algebra.angles.squares import trigonometric_forms
 from multibody_sym.algebra.factors import Poly
-from multibody_sym.algebra.quotients import Field
+from multibody_sym.algebra.quotients import Field, Quotient
 
 Exponents = tuple[int, ...]
 
@@ -64,3 +64,13 @@ def _letter_sign(field: Field, place: int, assumed: Collection[int] | None) -> i
 
 def _never_zero(field: Field, m: Exponents) -> bool:
     return all(_letter_sign(field, k, None) for k, e in enumerate(m) if e)
+
+
+def surely_positive(a: Quotient) -> bool:
+    """Return whether all terms are positive because their letters are."""
+    letters = a.field.letters
+    return all(
+        c > 0 and all(letters[k].positive or e % 2 == 0 for k, e in enumerate(m))
+        for p in (a.above, a.below)
+        for m, c in p.items()
+    )

@@ -11,9 +11,11 @@ from typing import Any, Final
 
 from sympy.ntheory import factorint
 
-from multibody_sym.algebra.angles.exponentials import known_power
-from multibody_sym.algebra.book_form import book_form, trigonometric_forms
+from multibody_sym.algebra.angles.exponentials import known_power, of_logarithms
+from multibody_sym.algebra.angles.squares import trigonometric_forms
+from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.factors import Poly, factored
+from multibody_sym.algebra.positivity import surely_positive
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, known_angle
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.node import PI, TWO, ZERO, Node, multiply
@@ -46,18 +48,8 @@ def _note_positive(a: Quotient) -> None:
     """Add a or -a to the signs that are taken for granted, unless it is positive whatever its letters are."""
     positive = a if a.sample > 0 else -a
     known = a.field.positive
-    if not _surely_positive(positive) and not any((positive - other).is_zero for other in known):
+    if not surely_positive(positive) and not any((positive - other).is_zero for other in known):
         known.append(positive)
-
-
-def _surely_positive(a: Quotient) -> bool:
-    """Return whether all terms are positive because their letters are."""
-    letters = a.field.letters
-    return all(
-        c > 0 and all(letters[k].positive or e % 2 == 0 for k, e in enumerate(m))
-        for p in (a.above, a.below)
-        for m, c in p.items()
-    )
 
 
 def absolute(a: Quotient) -> Quotient:
@@ -340,7 +332,6 @@ def _part_of_turn(op: str, *arguments: Quotient) -> Quotient | None:
 def _opaque(op: str, *arguments: Quotient) -> Quotient:
     """Return a letter for a function's value."""
     known = _part_of_turn(op, *arguments) if op in ("asin", "acos", "atan", "atan2") else None
-    known = known_power(arguments[0]) if op == "exp" else known
     if known is not None:
         return known
     node = BUILD[op](*(book_form(a) for a in arguments))
@@ -349,9 +340,15 @@ def _opaque(op: str, *arguments: Quotient) -> Quotient:
         raise NoClosedFormError(f"{op} has no real value")
     if op in ("asin", "acos", "atan", "atan2"):
         arguments[0].field.inverses[node] = arguments
-    if op == "exp":
-        arguments[0].field.arguments[node] = arguments[0]
+    if op in ("exp", "log"):
+        field = arguments[0].field
+        (field.arguments if op == "exp" else field.logarithms)[node] = arguments[0]
     return arguments[0].field.letter(node, Letter(node, sample, op == "exp"))
+
+
+def _exponential(a: Quotient) -> Quotient:
+    power, rest = of_logarithms(a)
+    return power * (known_power(rest) or _opaque("exp", rest))
 
 
 def _direction(y: Quotient, x: Quotient) -> Quotient:
@@ -377,6 +374,7 @@ _PRECISE_OPERATIONS: Final[dict[str, Callable[..., Any]]] = {
 _OPERATIONS: Final[dict[str, Callable[..., Quotient]]] = {
     **{op: partial(_opaque, op) for op in _PRECISE_OPERATIONS},
     "atan2": _direction,
+    "exp": _exponential,
     "neg": lambda a: -a,
     "add": lambda a, b: a + b,
     "mul": lambda a, b: a * b,

@@ -127,7 +127,8 @@ class Field:
     `work` is what may still be spent, counted in products of terms; when it has run out, NoClosedFormError says so.
     Sines of sums of angles are written out if `expands`. `inverses` holds the arguments of angles such as acos(x),
     `multiples` the whole numbers by which base angles have been multiplied. `arguments`: angles with letters by their
-    own expressions, and exponents by exp(x). `remembered` is for what is found out about the letters there are.
+    own expressions, exponents by exp(x); `logarithms`: what log(x) is of. `remembered` is for what is found out about
+    the letters there are.
     """
 
     work: int
@@ -137,6 +138,7 @@ class Field:
     inverses: dict[Node, tuple[Quotient, ...]] = field(default_factory=dict)
     multiples: dict[Node, set[int]] = field(default_factory=dict)
     arguments: dict[Node, Quotient] = field(default_factory=dict)
+    logarithms: dict[Node, Quotient] = field(default_factory=dict)
     remembered: dict[Any, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

@@ -94,6 +94,8 @@ PRINTED = {
     "M*exp(mu*pi)*exp(mu*pi/2)*exp(-k*pi)": "M*exp(pi*(3*mu - 2*k)/2)",
     "m*exp(2*mu) + m*exp(mu)^2": "2*m*exp(2*mu)",
     "exp(mu*a)*exp(-mu*a)*m": "m",
+    "m*exp(log(h/l))": "h*m/l",
+    "m*exp(mu - 2*log(h/l))": "m*l^2*exp(mu)/h^2",
     "(3*cos(a)^2 - 2 - cos(a)^4)/(1 - cos(a)^2)": "cos(a)^2 - 2",
 }
 

@@ -84,6 +84,36 @@ def test_the_shortest_are_those_of_books(solution: mbs.Solution) -> None:
     assert told["dropped"] == "-m/kd*log(cosh(t*sqrt(g*kd/m)))"
 
 
+def test_forced_and_damped_motions_are_those_of_books() -> None:
+    """No double fractions, the steady answer over one divisor, and no exponential of a logarithm at the top."""
+    up = mbs.loads("""
+multibody_sym: 1
+name: thrown_up
+gravity: [0, -g, 0]
+parameters: {g: 9.81, m: {value: 2, positive: true}, c: {value: 0.3, positive: true}, v: 4, F: 3, w: 2.5,
+  k: {value: 50, positive: true}}
+bodies: {ball: {mass: m}, block: {mass: m}}
+joints:
+  j: {type: prismatic, parent: ground, child: ball, axis: y, q: y, initial: {u: v}}
+  k: {type: prismatic, parent: ground, child: block, axis: x, q: x}
+forces:
+  air: {type: drag, on: ball, linear: c}
+  spring: {type: spring_damper, joint: k, stiffness: k, damping: c}
+  drive: {type: torque, joint: k, value: F*sin(w*t)}
+ask: {way: {formula: y}, top: {max: y}, swing: {formula: x}}
+simulation: {t_end: 1 s}
+""")
+    told = mbs.solve(up).answers
+    assert told["top"].value == pytest.approx(M * V / C - M**2 * G / C**2 * log(1 + C * V / M / G), rel=1e-12)
+    texts = {name: str(value).split(" = ")[0] for name, value in told.items()}
+    assert texts["top"] == "m*(c*v + g*m*log(g*m/(c*v + g*m)))/c^2"
+    assert texts["way"] == "m/c*(g*m/c + v)*(1 - exp(-c*t/m)) - g*m*t/c"
+    steady, fading = texts["swing"].split(" + F*w*exp(-c*t/(2*m))*")
+    assert steady == "F*(sin(t*w)*(k - m*w^2) - c*w*cos(t*w))/((k - m*w^2)^2 + c^2*w^2)"
+    assert len(fading) <= 190
+    assert "/(2*m)*" not in texts["swing"]
+
+
 def test_what_has_no_known_solution_is_told(solution: mbs.Solution) -> None:
     assert solution.answers["bent"].as_json()["expression"] is None
     assert any(each.startswith("bent: no solution of the equation of bent is known") for each in solution.conditions)

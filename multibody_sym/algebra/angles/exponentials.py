@@ -1,4 +1,4 @@
-"""Exponentials: multiples of an exponent that is known are powers, and products are written with one exponent."""
+"""Exponentials: of logarithms what these are of, of multiples of known exponents powers; products have one exponent."""
 
 from __future__ import annotations
 
@@ -16,8 +16,10 @@ _HIGHEST_MULTIPLE: Final = 12
 
 
 def known_power(exponent: Quotient) -> Quotient | None:
-    """Return exp(exponent) as a power of an exponential that is a letter, None where there is no such."""
+    """Return exp(exponent) as 1 or as a power of an exponential that is a letter, None where there is no such."""
     field = exponent.field
+    if exponent.is_zero:
+        return field.constant(1)
     for node, known in field.arguments.items():
         place = field.position(node)
         if node.op != "exp" or place is None:
@@ -28,6 +30,24 @@ def known_power(exponent: Quotient) -> Quotient | None:
             if times.denominator == 1 and 0 < abs(times) <= _HIGHEST_MULTIPLE:
                 return field.letter(node, field.letters[place]).power(int(times))
     return None
+
+
+def of_logarithms(exponent: Quotient) -> tuple[Quotient, Quotient]:
+    """Return exp of whole multiples of logarithms in an exponent, and the exponent that is left, itself without them.
+
+    exp(2 log x + a) is x^2 exp(a).
+    """
+    field, power, rest = exponent.field, exponent.field.constant(1), exponent
+    if not exponent.below.is_ground:
+        return power, rest
+    for m, c in exponent.above.items():
+        letter = field.letters[m.index(1)] if sum(m) == 1 else None
+        times = Fraction(int(c), int(exponent.below.LC))
+        inside = field.logarithms.get(letter.node) if letter is not None and letter.node is not None else None
+        if inside is not None and times.denominator == 1 and abs(times) <= _HIGHEST_MULTIPLE:
+            power = power * inside.power(int(times))
+            rest = rest - field.whole(field.ring.gens[m.index(1)]) * int(times)
+    return power, rest
 
 
 def with_one_exponent(

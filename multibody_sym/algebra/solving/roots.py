@@ -13,7 +13,8 @@ from functools import reduce
 from math import comb, pi
 from typing import Any, Final
 
-from multibody_sym.algebra.book_form import book_form, trigonometric_forms
+from multibody_sym.algebra.angles.squares import trigonometric_forms
+from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.factors import Poly, factored
 from multibody_sym.algebra.quotient_functions import doubled, exact, sqrt
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, known_angle

@@ -14,11 +14,12 @@ from typing import Final
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.questions.coupled import coupled_formula
-from multibody_sym.answers.questions.courses import confirmed_formulas, formula_of_period
+from multibody_sym.answers.questions.courses import TIME, confirmed_formulas, formula_of_period
 from multibody_sym.answers.questions.found_values import Search, extremes_of
 from multibody_sym.answers.questions.in_numbers import InNumbers, NeverError
 from multibody_sym.answers.questions.later_forms import LaterForms
 from multibody_sym.answers.questions.naming import in_order, named_by, with_answers
+from multibody_sym.answers.questions.shortest_courses import shortest_course
 from multibody_sym.answers.questions.simulated_motion import Simulated
 from multibody_sym.answers.questions.uniform_motion import UniformMotion, uniform_motion
 from multibody_sym.answers.small_motions.asked import AskedModes, modes_named
@@ -243,7 +244,9 @@ class _Motion:
                 what = f"no coordinate or speed is called {coordinate!r}"
                 raise ModelError(f"{what}{suggestion(coordinate, names)}", number="M106")
         found, reason = self.formulas.get(symbol(coordinate)), ""
-        if found is None:
+        if found is not None:
+            found = shortest_course(found, self.solved.symbolic.letters, TIME)
+        else:
             try:
                 found = coupled_formula(self.solved, self.simulated, coordinate)
             except NoClosedFormError as why:
