@@ -127,3 +127,39 @@ def test_what_bounces_in_a_run_rubs_in_its_joints() -> None:
     before = float(run["u_a"][int(run.t.searchsorted(hit["t"])) - 1])
     told = found(WALL + "impact: {law: poisson}\n").impulses["c"]["normal"].value
     assert hit["impulse"] / before == pytest.approx(told / -3.0, rel=1e-3)
+
+
+def test_a_given_impulse_and_the_journal_that_it_presses_act_together() -> None:
+    """The hinge bears R = I l/(2 l + 3 mu r) as the rod gets going: friction takes mu r R w/2."""
+    told = found("""
+parameters: {I: 3, m: {value: 2, positive: true}, l: {value: 1, positive: true}, r: 0.1, mu: 0.4}
+bodies: {rod: {mass: m, com: [l/2, 0, 0], inertia: {Izz: m*l^2/12}, points: {tip: [l, 0, 0]}}}
+joints: {J: {type: revolute, parent: ground, child: rod, axis: z}}
+forces: {f: {type: friction, joint: J, static: mu, kinetic: mu, radius: r}}
+impact: {impulse: [0, I, 0], at: rod.tip}
+""")
+    bearing = 3 / 2.12
+    w = 3 / 2 * (3 - 0.04 * bearing)
+    assert told.after["u_J"].value == pytest.approx(w, rel=1e-14)
+    assert told.energy_lost.value == pytest.approx(0.04 * bearing * w / 2, rel=1e-13)
+    assert told.energy_lost.expression is not None
+    assert told.energy_given is not None
+    assert told.energy_given.value == pytest.approx(3 * w / 2, rel=1e-13)
+    assert told.kinetic_energy["after"].value == pytest.approx(w * w / 3, rel=1e-13)
+
+
+def test_a_push_and_the_blow_that_follows_have_energies_of_their_own() -> None:
+    """A push P gives P v + P^2/(2 m); then half m_red (1 - e^2) times the square of the speed is lost."""
+    told = found("""
+parameters: {m1: {value: 2, positive: true}, m2: {value: 3, positive: true}, v1: 4, v2: 1, e: 0.5, P: 6}
+bodies: {a: {mass: m1}, b: {mass: m2}}
+joints:
+  A: {type: prismatic, parent: ground, child: a, axis: x, q: x1, initial: {u: v1}}
+  B: {type: prismatic, parent: ground, child: b, axis: x, q: x2, initial: {u: v2}}
+impact: {hit: {between: [a, b], normal: -x, restitution: e}, push: {impulse: [P, 0, 0], at: a}}
+""")
+    assert told.energy_given is not None
+    assert text(told.energy_given.expression) == "P*(P + 2*m1*v1)/(2*m1)"
+    assert told.energy_lost.value == pytest.approx(0.6 * 0.75 * 36, rel=1e-13)
+    assert told.energy_lost.expression is not None
+    assert told.conditions == ("P + m1*v1 > m1*v2",)

@@ -299,7 +299,7 @@ class _Answer:
             number = sum(float(self.struck.lost[names[row]]) for row in rows)
 
             def taken(instant: Instant, rows: Sequence[str] = rows) -> Any:
-                return _work_taken(instant, rows)
+                return _work_taken(instant, rows, self.course.striking)
 
             found[name] = self._known(taken, number, "J")
         return found
@@ -317,7 +317,7 @@ class _Answer:
         rows = list(self._losing().values())
 
         def taken(instant: Instant) -> Any:
-            return sum((_work_taken(instant, own) for own in rows), 0)
+            return sum((_work_taken(instant, own, self.course.striking) for own in rows), 0)
 
         return self._known(taken, sum(x.value or 0.0 for x in lost.values()), "J")
 
@@ -331,7 +331,7 @@ class _Answer:
 
         def given(instant: Instant) -> Any:
             told = _impact(instant)
-            taken = sum((_work_taken(instant, own) for own in rows), 0)
+            taken = sum((_work_taken(instant, own, self.course.striking) for own in rows), 0)
             return kinetic_energy(told.later) - kinetic_energy(told.before) + taken
 
         return self._known(given, after - before + lost.value, "J")
@@ -372,11 +372,14 @@ def _impact(instant: Instant) -> ImpactInstant:
     return instant
 
 
-def _work_taken(instant: Instant, rows: Sequence[str]) -> Any:
-    """Return minus the work of the impulses along rows, were they to grow in proportion; of all rows it is exact."""
+def _work_taken(instant: Instant, rows: Sequence[str], striking: Mapping[str, Node]) -> Any:
+    """Return minus the work of the impulses along rows, were they to grow in proportion; of all rows it is exact.
+
+    Rows that are `striking` do so with these speeds, after a push; others act from the start.
+    """
     told = _impact(instant)
     impulses = row_impulses(told, rows)
-    both = ((told.rows_before[row].phidot, told.rows_after[row].phidot) for row in rows)
+    both = ((striking.get(row, told.rows_before[row].phidot), told.rows_after[row].phidot) for row in rows)
     return -sum((p * (v + w) for p, (v, w) in zip(impulses, both, strict=True)), 0) / 2
 
 

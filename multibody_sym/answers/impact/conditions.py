@@ -64,7 +64,7 @@ class _Mode:
     @property
     def pushed(self) -> Mapping[str, Node]:
         """The speeds of all rows as they strike, after what is given has pushed."""
-        return self.course.striking or {name: as_node(x.phidot) for name, x in self.nodes.rows_before.items()}
+        return {name: as_node(x.phidot) for name, x in self.nodes.rows_before.items()} | self.course.striking
 
     def by_element(self, speeds: Mapping[str, Node]) -> dict[str, Node]:
         """Return the speeds of opening by the names of elements."""

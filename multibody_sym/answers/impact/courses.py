@@ -69,7 +69,9 @@ class Course:
             return None
         try:
             pushed = self._pushed(before) if self.mode.pushes else before
-            self.striking.update(_speeds(pushed) if self.mode.pushes else {})
+            striking = {row.name for element in self.mode.blow.elements for row in element.rows}
+            speeds = _speeds(pushed) if self.mode.pushes else {}
+            self.striking.update({name: speed for name, speed in speeds.items() if name in striking})
             if given and element is not None:
                 return self._along_plane(element, before, pushed)
             if self.struck.impacts <= 1:

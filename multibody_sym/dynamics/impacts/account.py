@@ -140,16 +140,20 @@ class Account:
     ) -> None:
         """Add the impulses dz (m), dx (n) of a phase; without `lost` (m) they grow in proportion."""
         z, x = impulses
-        self.lost += self._taken(z, x) if lost is None else lost
+        self.lost += self._taken(z, x, stage) if lost is None else lost
         self.x, self.z = self.x + x, self.z + z
         self.struck |= set(rows)
         self.phases.append(Phase(stage, tuple(sorted(rows)), slips, z, self.impacts))
         if stage == "compression":
             self.compression = self.compression + z
 
-    def _taken(self, z: Floats, x: Floats) -> Floats:
-        """Return the energy (m) that rows take while impulses grow in proportion: minus the work of each."""
-        before = self.speeds()
+    def _taken(self, z: Floats, x: Floats, stage: Stage) -> Floats:
+        """Return the energy (m) that rows take while impulses grow in proportion: minus the work of each.
+
+        What is joined first does so together with given impulses.
+        """
+        pushed = self.problem.pushed if stage == "joined" and not self.phases else None
+        before = self.speeds() - (0.0 if pushed is None else pushed)
         after = speeds(self.rows, self.x + x, self.z + z)
         taken = -z * (before + after) / 2.0
         others = np.any(self.rows.exerted != self.rows.matrix, axis=1)

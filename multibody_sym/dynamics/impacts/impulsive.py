@@ -143,7 +143,7 @@ def pose(blow: Blow, law: ImpactLaw, order: Order, coefficients_of: Mapping[str,
     own = len(blow.mechanism.rows)
     before = np.array([0.0 if k < own else float(row.phidot) for k, row in enumerate(blow.rows)])
     before[:own] -= blow.wanted[:own]
-    right = right - before
+    pushed, right = -right, right - before
     laws: list[Law] = [Equality() for _ in blow.names]
     e, tangential, frictions = np.zeros(len(laws)), list[float](), list[FrictionLaw]()
     places = {name: k for k, name in enumerate(blow.names)}
@@ -159,7 +159,7 @@ def pose(blow: Blow, law: ImpactLaw, order: Order, coefficients_of: Mapping[str,
             frictions.append(friction)
             tangential.append(given_back if part is rubbing(element)[0] else 0.0)
     rows = LawProblem(A, C, D, right, tuple(laws), tuple(frictions))
-    return ImpactProblem(rows, e, tuple(tangential), law, order, names=blow.names)
+    return ImpactProblem(rows, e, tuple(tangential), law, order, names=blow.names, pushed=pushed)
 
 
 def _friction_law(blow: Blow, element: OneWay, part: FrictionPart, places: Mapping[str, int]) -> FrictionLaw:

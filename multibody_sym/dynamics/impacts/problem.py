@@ -35,7 +35,8 @@ class ImpactProblem:
     unilateral rows, 0 for all others; `tangential` (one a friction part, or none at all) how much of the friction
     impulse is given back. `allowed` (m) are closing speeds up to which rows touch without closing, by default `CLOSING`
     of the largest. `speeds` (n) are G u-, without which the work of rows that exert another force than their own is not
-    known. `names` (m, or none) are what notes and errors call the rows.
+    known. `pushed` (m, or none) is what given impulses have added to v-: what holds both ways acts while they do, and
+    its work counts from the speeds before them. `names` (m, or none) are what notes and errors call the rows.
     """
 
     rows: LawProblem
@@ -46,6 +47,7 @@ class ImpactProblem:
     allowed: Floats | None = None
     speeds: Floats | None = None
     names: tuple[str, ...] = ()
+    pushed: Floats | None = None
 
     def name(self, row: int) -> str:
         """Return what a row is called."""
