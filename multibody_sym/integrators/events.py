@@ -50,7 +50,7 @@ class Watch:
         self.terminal = np.array(events.terminal, dtype=bool)
         self.sides = events.sides(flow.start, flow.x0)
         self.switches = len(events.margins)
-        self.reach = Reach(events.limiting)
+        self.reach = Reach(events.limiting, events.margins)
         self.beyond = False
         self.origin: int | None = None
         self.chattering = self.flipped = False

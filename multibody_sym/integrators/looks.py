@@ -9,6 +9,7 @@ closely where it comes near, and few looks are taken at what stays away.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -58,11 +59,14 @@ class Reach:
     """The last looks at functions that keep steps short: the first `limiting` of those of a mode.
 
     In a step they may change by half their distance from zero, or a tenth of the largest they had, as the quadratic
-    through their last three looks goes: where a body sticks nothing else says that the force on it changes.
+    through their last three looks goes: where a body sticks nothing else says that the force on it changes. One that
+    ends before zero (a negative margin) must not get there: it may change by half the way to its end, or by what is
+    left from there.
     """
 
-    def __init__(self, limiting: int) -> None:
+    def __init__(self, limiting: int, margins: Sequence[float] = ()) -> None:
         self.limiting = limiting
+        self._short_of = [max(-margin, 0.0) for margin in margins[:limiting]] or [0.0] * limiting
         self._looks: list[tuple[float, list[float]]] = []
         self._largest: list[float] = []
 
@@ -88,6 +92,6 @@ class Reach:
             early = self._looks[-1][0] - self._looks[0][0]
             c = (b - (self._looks[-1][1][i] - self._looks[0][1][i]) / early) / (late + early)
             b += c * late
-        allowed = max(MOST_CHANGE * abs(now), MOST_OF_ALL * self._largest[i])
+        allowed = max(MOST_CHANGE * abs(now), self._short_of[i] or MOST_OF_ALL * self._largest[i])
         rate = abs(b) + math.sqrt(b * b + 4.0 * abs(c) * allowed)
         return 2.0 * allowed / rate if rate > 0.0 else math.inf

@@ -10,7 +10,7 @@
 #define LEAST_STEPS 200.0   /* of a run in modes, ... */
 #define STANDING 1000.0     /* ... and of one in which nothing moves, so that no rate tells what comes */
 #define MOST_CHANGE 0.5     /* part of its distance from zero by which a function that keeps steps short changes in one, ... */
-#define MOST_OF_ALL 0.1     /* ... or of the largest it had */
+#define MOST_OF_ALL 0.1     /* ... or of the largest it had, where it does not end before zero */
 #define LEAST_PROBE 0x1p-18 /* part of a step over which rates within it are measured at least, ... */
 #define NEAR 0x1p-5         /* ... and of half a piece over which at most: rounding must not say what they are */
 #define BESIDE 32.0         /* margins: what is that near zero all along a piece is zero but for round-off */
@@ -74,11 +74,11 @@ double mbs_first_seen(mbs_run *r, mbs_path along, int i, double start, double af
     return seen(r, along, i, a, b, unseen, &left);
 }
 
-/* The step in which a function at `now` is sure to change by no more than is allowed, with its rate b and half of the rate of
-   that, c. */
-static double reach(double now, double largest, double b, double c)
+/* The step in which a function at `now` is sure to change by no more than is allowed, `least` at any rate, with its rate b
+   and half of the rate of that, c. */
+static double reach(double now, double least, double b, double c)
 {
-    double part = MOST_CHANGE * fabs(now), least = MOST_OF_ALL * largest, allowed = part > least ? part : least;
+    double part = MOST_CHANGE * fabs(now), allowed = part > least ? part : least;
     double rate = fabs(b) + sqrt(b * b + 4.0 * fabs(c) * allowed);
     return rate > 0.0 ? 2.0 * allowed / rate : HUGE_VAL;
 }
@@ -121,7 +121,8 @@ double mbs_longest(mbs_run *r)
             c = (b - (latest[i] - before[i]) / early) / (late + early);
             b += c * late;
         }
-        double found = reach(now, largest[i], b, c);
+        double short_of = -s->margins[i]; /* where a function that must not get to zero ends */
+        double found = reach(now, short_of > 0.0 ? short_of : MOST_OF_ALL * largest[i], b, c);
         longest = found < longest ? found : longest;
         before[i] = latest[i];
         latest[i] = now;

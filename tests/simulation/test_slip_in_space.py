@@ -79,3 +79,44 @@ def test_slip_that_slows_down_under_a_turning_load_comes_to_rest_and_starts_agai
     pushed = lambda t: (10 * math.sin(6 * t)) ** 2 + (10 * math.cos(5 * t)) ** 2  # noqa: E731
     assert pushed(starts) == pytest.approx((0.5 * 2 * 10) ** 2, rel=1e-8)
     assert run.statistics["steps"] < 50_000
+
+
+BALL = """
+multibody_sym: 1
+name: ball
+gravity: [0, 0, -10]
+bodies:
+  ground: {surfaces: {table: {plane: [0, 0, 0], normal: z}}}
+  ball: {shape: {sphere: 0.1, mass: 1}, surfaces: {skin: {sphere: 0.1}}}
+joints: {free: {type: free, parent: ground, child: ball, initial: {q: [0, 0, 0.1, 1, 0, 0, 0], u: [5, 0, 0, 0, 0, 0]}}}
+contacts: {c: {between: [ball.skin, ground.table], static: 0.2}}
+"""
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-7])
+def test_slip_in_space_stops_when_it_does_however_coarse_the_run_is(rtol: float, backend: str) -> None:
+    """A ball rolls from t = 2 v/(7 mu g) on: one step past that would turn its friction round, and it never stuck.
+
+    Friction takes (1/7) m v^2.
+    """
+    run = mbs.simulate(mbs.loads(BALL), t_end=1, rtol=rtol, backend=backend)
+    assert [(change["kind"], change["t"]) for change in run.changes] == [("stick", pytest.approx(5 / 7, rel=1e-12))]
+    assert run.friction_work["c"].total == pytest.approx(-25 / 7, rel=1e-9)
+    assert run.statistics["steps"] < 300
+
+
+@pytest.mark.parametrize("samples", [2, 201])
+def test_a_particle_on_a_rough_table_stops_when_it_does(samples: int) -> None:
+    """At v/(mu g) = 1.25, which is a sample or none."""
+    system = puck()
+    table = mbs.System(
+        "thrown",
+        gravity=[0, 0, -10],
+        bodies=system.bodies,
+        joints={"free": mbs.PointJoint("ground", "puck", axes="xyz", q=["x", "y", "z"], initial={"u": [3, 4, 0]})},
+        contacts={"c": mbs.Contact(["puck", "ground.table"], static=0.4)},
+    )
+    run = mbs.simulate(table, t_end=2, samples=samples, backend="python")
+    assert [(change["kind"], change["t"]) for change in run.changes] == [("stick", pytest.approx(1.25, rel=1e-12))]
+    assert (run["x"][-1], run["y"][-1]) == pytest.approx((3 * 1.25 / 2, 4 * 1.25 / 2), rel=1e-12)

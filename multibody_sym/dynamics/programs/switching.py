@@ -9,7 +9,8 @@
     what slides stops, in a line                 -sense * v_t
     what slides stops, in space                  -|v_t|, from rest where its friction has no direction
 
-Those of forces come first: forces may change where nothing moves, so that they keep steps short.
+Those of forces come first, and of slip in space: forces may change where nothing moves, and what slides in space comes
+to rest where its friction has no direction, so that they keep steps short.
 """
 
 from __future__ import annotations
@@ -52,17 +53,22 @@ class Switching:
         return self.ends in ("opens", "turns", "slips")
 
     @property
+    def shortens(self) -> bool:
+        """Whether it keeps adaptive steps short: beyond the end of slip in space friction would turn round."""
+        return self.limits or self.ends == "stops in space"
+
+    @property
     def told(self) -> str:
         """What the element does there, for people."""
         return _TOLD.get(self.ends, self.ends)
 
 
 def switchings(mechanism: Mechanism) -> tuple[Switching, ...]:
-    """Return the switching functions of a mechanism in a mode, those of forces first; none without a mode."""
+    """Return the switching functions of a mechanism in a mode, those that keep steps short first; none without one."""
     if mechanism.mode is None:
         return ()
     found = [one for element in mechanism.one_way for one in _of(mechanism, element)]
-    return tuple(sorted(found, key=lambda one: not one.limits))
+    return tuple(sorted(found, key=lambda one: not one.shortens))
 
 
 def _of(mechanism: Mechanism, element: OneWay) -> Iterator[Switching]:

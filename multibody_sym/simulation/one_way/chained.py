@@ -33,6 +33,7 @@ from multibody_sym.simulation.one_way.impact import ENDLESS, Blow, Bounces, Stan
 from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of
 from multibody_sym.simulation.one_way.remembered import Remembered
 from multibody_sym.simulation.one_way.roads import Roads
+from multibody_sym.simulation.one_way.stops_in_space import stopped
 from multibody_sym.simulation.one_way.stretches import Change, Stretch, between_jumps
 from multibody_sym.simulation.one_way.turns import followed
 from multibody_sym.simulation.parts import Part
@@ -187,6 +188,10 @@ class OneWayRun:
         self.trouble = self._hindered(switch.begun.time, switch.x, cause)
         if self.trouble:
             return RunFailure(Status.NO_MODE, switch.begun.time, None)
+        if cause.ends == "stops in space" and cause.part is not None:
+            q, u = np.split(switch.x, [len(self.template.q0)])
+            facts = self.laws.at(switch.begun.time, q, u, self._scale)
+            switch = stopped(switch, self.stretches[-1], facts, cause.part)
         found = self._known(switch) or self._searched(switch)
         now, entered = self.stretches[-1], self._entered(found, switch)
         if not isinstance(entered, RunFailure):
@@ -309,8 +314,8 @@ class OneWayRun:
             self.trouble = f"the state of {changing or 'what touches'} goes back and forth and time does not go on"
             return RunFailure(Status.NO_MODE, t, None)
         if returns >= _RETURNS:
-            forces, others = problem.margins[: problem.limiting], problem.margins[problem.limiting :]
-            problem = replace(problem, margins=(*(_KEPT * margin for margin in forces), *others))
+            pairs = zip(program.switchings, problem.margins, strict=True)
+            problem = replace(problem, margins=tuple(_KEPT * margin if x.limits else margin for x, margin in pairs))
         stretch = self._met(program, problem, found.mode, t)
         if stretch.problem.course is not None:
             self.remembered.stretches.setdefault(key_of(found.mode), Stretch(program, problem, found.mode))

@@ -122,7 +122,7 @@ class Modes:
             independent=float(independent),
             terminal=own + (True,) * count,
             margins=tuple(_margin(one, at, decided.largest) for one in program.switchings),
-            limiting=sum(one.limits for one in program.switchings),
+            limiting=sum(one.shortens for one in program.switchings),
             begun=begun,
         )
         return problem, program
