@@ -28,7 +28,7 @@ from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.model.mechanism.sliding_rows import Sliding
 from multibody_sym.numerics.outline import outline
-from multibody_sym.scalars.node import Node, as_node, negate, quantity
+from multibody_sym.scalars.node import ZERO, Node, as_node, negate, quantity
 from multibody_sym.scalars.vectors import ZERO_VECTOR, cross, dot, subtract
 
 Kind = Literal["least", "more", "within", "circle"]
@@ -188,6 +188,25 @@ def _groups(acting: Acting) -> Iterator[Inequality]:
         sticking = all(slip_of(acting.mechanism, part) == STICKS for part in parts)
         if len(elements) > 1 and len(parts) == len(elements) and sticking:
             yield _sticking_together(acting, name, elements, parts)
+
+
+def twists(acting: Acting) -> Iterator[tuple[str, Node]]:
+    """Yield for contacts in space whose corners all stick F . M of what they exert together, zero if that is one force.
+
+    Corners that share one force with a point in their outline may do so each below its limit if all together are.
+    """
+    for name, elements in _corner_groups(acting):
+        parts = [part for element in elements for part in element.frictions[:1] if rubs(part) and not part.enough]
+        if len(elements) < 2 or not all(slip_of(acting.mechanism, x) == STICKS and len(x.rows) == 2 for x in parts):
+            continue
+        rows = [*(x.normals[0] for x in elements), *(row for part in parts for row in part.rows)]
+        wrenches = [(acting.multiplier(row.name), acting.rows[row.name].of_body) for row in rows]
+        bodies = range(len(wrenches[0][1]))
+        body = next(k for k in bodies if any(as_node(x) is not ZERO for x in wrenches[0][1][k][0]))
+        force, moment = (
+            [sum((z * each[body][k][axis] for z, each in wrenches), 0) for axis in range(3)] for k in range(2)
+        )
+        yield name, as_node(sum((f * m for f, m in zip(force, moment, strict=True)), 0))
 
 
 def _corner_groups(acting: Acting) -> Iterator[tuple[str, list[OneWay]]]:

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from multibody_sym.algebra.conditions import Condition, reduced, under_roots
-from multibody_sym.algebra.quotients import NoClosedFormError
-from multibody_sym.answers.closed_form import WORK
+from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
+from multibody_sym.answers.closed_form import WORK, ClosedForms
 from multibody_sym.answers.instant import AGREEMENT, Solved
-from multibody_sym.answers.mode_conditions import Inequality, declared, inequalities, pivots, slipping
+from multibody_sym.answers.mode_conditions import Inequality, declared, inequalities, pivots, slipping, twists
 from multibody_sym.answers.one_way import Acting
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.errors import NoSolutionError, Where
@@ -18,7 +18,7 @@ from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.mechanism.mechanism import normal_forces
 from multibody_sym.model.mechanism.rows import RopeRow
-from multibody_sym.scalars.node import quantity
+from multibody_sym.scalars.node import Node, quantity
 
 _ROUNDING: Final = 1e-12
 _NOT_UNIQUE: Final = 1e-8
@@ -59,6 +59,7 @@ def validity(solved: Solved, reactions: Reactions) -> Validity:
         found.closed += under_roots([*solved.forms.udot, *solved.forms.multipliers])
     found.conditions |= told_conditions(solved, found.closed)
     found.conditions |= dict.fromkeys(_not_decided(solved, reactions), "")
+    found.conditions |= dict(_turning(solved))
     found.conditions |= dict.fromkeys(_pulled_wheels(solved, reactions), "")
     return found
 
@@ -138,6 +139,19 @@ def _not_decided(solved: Solved, reactions: Reactions) -> Iterator[str]:
         rope, component = row.told
         if reactions[rope][component].value is None:
             yield f"{text(quantity('tension', (row.name,)))} >= 0 is not decided: the tension is not unique"
+
+
+def _turning(solved: Solved) -> Iterator[tuple[str, str]]:
+    """Yield for contacts whose corners bear a couple that these may reach their limits before all together do."""
+    for name, twist in twists(Acting.at(solved.nodes)):
+
+        def of(forms: ClosedForms, twist: Node = twist) -> list[Quotient]:
+            return forms.of([twist])
+
+        closed = solved.closed(of)
+        if closed is None or not closed[0].is_zero:
+            told = f"the corners of {name} share a couple about its normal below their limits"
+            yield f"{told}: in no formula, as their forces are not unique", f"{name} turns"
 
 
 def _pulled_wheels(solved: Solved, reactions: Reactions) -> list[str]:

@@ -257,3 +257,16 @@ def test_a_bar_on_two_rails_says_that_slipping_is_not_decided() -> None:
     conditions = solved(ON_RAILS).conditions
     for name in "AB":
         assert f"abs(friction({name})) <= static*normal({name}) is not decided: the forces are not unique" in conditions
+
+
+@pytest.mark.parametrize("off", [0.0, 0.1])
+def test_a_box_pulled_off_its_middle_is_said_to_turn_before_it_slips(off: float) -> None:
+    """All corners together could hold mu m g; with a couple they do not: what the condition on their sum leaves out."""
+    hook = f"[b/2, {off}, -h/2]"
+    model = SPACE.replace("[b/2, 0, h/2]", hook).replace("alpha: 25 deg", "alpha: 0")
+    found = solved(model, F=1.0)
+    assert set(found.states.values()) == {"stick", "open"}
+    turns = [broken for condition, broken in found.limits.items() if "couple about its normal" in condition]
+    assert turns == (["c1 turns"] if off else [])
+    beyond = solved(model, F=0.97 * 0.2 * 5 * 9.81)
+    assert ("slide" in beyond.states.values()) == bool(off)
