@@ -79,6 +79,8 @@ def test_every_function_and_quantity_is_told() -> None:
 def test_a_page_of_the_gallery_has_all_its_parts() -> None:
     page = gallery.page(ROOT / "examples" / "textbook" / "t7_atwood.yaml")
     assert "g*(m2 - m1)/(m1 + m2)" in page
+    assert "<figure><svg" in page
+    assert "<?xml" not in page
     for part in ("## The file", "## Equations", "## What holds at the start", "## Check against theory"):
         assert part in page
     assert len(gallery.theories()) > 40

@@ -11,8 +11,9 @@ from site_pages.markdown import block, cell, code, paragraphs, table
 
 
 def parsers() -> dict[str, argparse.ArgumentParser]:
-    """Return the parser of each command by name."""
-    return dict(options._parser()[1])
+    """Return the parser of each command by its name; other names of it are told in its section."""
+    made = options._parser()[1]
+    return {options._name(command): made[options._name(command)] for command in options.COMMANDS}
 
 
 def commands() -> str:
@@ -41,11 +42,12 @@ def _methods() -> str:
 
 def _section(name: str) -> str:
     parser = parsers()[name]
-    module = next(one for one in options.COMMANDS if one.__name__.rpartition(".")[2].rstrip("_") == name)
+    module = next(one for one in options.COMMANDS if options._name(one) == name)
     rows = [_row(action) for action in parser._actions if not isinstance(action, argparse._HelpAction)]
     usage = " ".join(parser.format_usage().removeprefix("usage: ").split())
     doc = paragraphs(inspect.getdoc(module)).partition(": ")[2]
-    text = f"{doc[:1].upper()}{doc[1:]}"
+    others = " and ".join(map(code, getattr(module, "ALIASES", ())))
+    text = f"{doc[:1].upper()}{doc[1:]}" + (f" It is called {others} too." if others else "")
     return f"## {name}\n\n{text}\n\n{block(usage)}\n{table(('option', 'value', 'meaning'), rows)}"
 
 

@@ -74,9 +74,14 @@ def figure(system: mbs.System) -> str:
     if draw is None:
         return ""
     try:
-        return f"<figure>{draw(system).svg}</figure>\n"
+        return f"<figure>{inline(draw(system).svg)}</figure>\n"
     except mbs.MultibodyError as error:
         return f"There is no figure: {plain(str(error).splitlines()[0])}\n"
+
+
+def inline(svg: str) -> str:
+    """Return a picture as one line of a page: a blank line would end it, and a page has no second XML declaration."""
+    return " ".join(re.sub(r"<\?xml.*?\?>", "", svg).split("\n")).strip()
 
 
 def theories() -> dict[str, str]:

@@ -157,6 +157,12 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "t": "the time at which they end",
         "written": "the files that were written",
     },
+    "draw": {
+        "written": "the files that were written",
+        "title": "the title of the figure",
+        "description": "what it shows, in a sentence",
+        "size_mm": "width and height in mm",
+    },
     "sweep": {
         "runs": "number of runs",
         "computed": "how many of them were computed in this call",
