@@ -144,12 +144,11 @@ def _parser() -> tuple[argparse.ArgumentParser, Mapping[str, argparse.ArgumentPa
         name = _name(command)
         described = f"{command.HELP[0].upper()}{command.HELP[1:]}."
         aliases: Sequence[str] = getattr(command, "ALIASES", ())
-        one = commands.add_parser(name, help=command.HELP, description=described, aliases=aliases)
-        made.update(dict.fromkeys((name, *aliases), one))
+        one = made[name] = commands.add_parser(name, help=command.HELP, description=described, aliases=aliases)
         command.add_options(one)
         one.add_argument("--json", action="store_true", help=_AS_JSON)
         if command not in (new, import_, schema, explain):
             add_changes(one)
-        one.set_defaults(run=command.run)
+        one.set_defaults(run=command.run, command=name)
         one.usage = usage(one)
     return parser, made
