@@ -26,7 +26,7 @@ def none_found(flow: Flow, rows: Rows, guesses: Iterable[Floats], *, in_time: bo
     if len(found) == _POSITIONS and all((np.abs(x - found[0]) <= _ALIKE * size).all() for x in found):
         alike = f"wherever it was tried, the system at rest accelerates alike ({_named(flow, found[0], size)})"
         return NoSolutionError(f"no position of equilibrium was found: {alike}", number="N109")
-    where = f"near the start{' in time' if in_time else ''}{_inputs(flow, start)}"
+    where = f"near the start{' in the time of a search' if in_time else ''}{_inputs(flow, start)}"
     return NoSolutionError(
         f"no position of equilibrium was found {where}; give other initial coordinates", number="N109"
     )

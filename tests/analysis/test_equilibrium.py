@@ -14,6 +14,7 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 import multibody_sym as mbs
+from multibody_sym.analysis import equilibrium as equilibrium_module
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 G = 9.81
@@ -365,3 +366,21 @@ def test_positions_of_one_family_are_one_and_what_tips_over_is_unstable() -> Non
     assert found.stable == (False,)
     assert found.free == (("x", "y", "heading", "roll"),)
     assert abs(found.positions[0]["lean"]) == pytest.approx(np.pi / 2)
+
+
+def test_a_search_that_finds_nothing_ends_sooner(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The centre of two rods falls whatever they do; each guess takes a second here."""
+    model = mbs.loads(
+        "multibody_sym: 1\nname: falling\ngravity: [0, -9.81, 0]\n"
+        "bodies: {a: {mass: 1}, b: {mass: 1, com: [0, -1, 0]}}\njoints:\n"
+        "  A: {type: point, parent: ground, child: a, q: [x, y]}\n"
+        "  B: {type: revolute, parent: a, child: b, axis: z}\n"
+    )
+    clock = iter(range(10_000))
+    tried = []
+    reached = equilibrium_module._Search.reached
+    monkeypatch.setattr(equilibrium_module.time, "process_time", lambda: float(next(clock)))
+    monkeypatch.setattr(equilibrium_module._Search, "reached", lambda *given: tried.append(1) or reached(*given))
+    with pytest.raises(mbs.NoSolutionError, match="no position of equilibrium was found"):
+        mbs.equilibrium(model)
+    assert len(tried) <= 5

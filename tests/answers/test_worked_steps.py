@@ -200,3 +200,16 @@ def test_a_rope_has_the_letter_that_its_label_says() -> None:
     assert "S_0 = 2*m1*m2*g/(m1 + m2)" in text
     assert "S_{0}" in worked_latex(labelled)
     assert text.replace("S_0", "T") == plain
+
+
+def test_a_particle_on_an_arm_that_turns_and_slides_has_all_accelerations() -> None:
+    """No moment acts on a particle, so that none is handed on by its joint: phi'' follows from the sum across."""
+    system = mbs.load(EXAMPLES / "kepler.yaml")
+    text = worked_text(steps(system))
+    assert "not unique" not in text
+    assert "phi'' = 0" in text
+    outward = mbs.solve(system, initial={"u_r": 2.0}, steps=True)
+    assert outward.steps is not None
+    assert "not unique" not in worked_text(outward.steps)
+    turning = next(iter(outward.accelerations.values())).value
+    assert turning == pytest.approx(-2 * 2.0 * outward.speeds["u_phi"] / 0.7, rel=1e-12)

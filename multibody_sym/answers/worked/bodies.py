@@ -225,11 +225,13 @@ class CutFree:
             for s in vanishing:
                 self.known[s] = Linear({}, self.exactly.constant(0))
                 bodies = _each(bodies, lambda form, s=s: form.without(s))
+                self.free = [e.changed(lambda form, s=s: form.without(s)) for e in self.free]
+        self.free = [e for e in self.free if not e.form.vanishes]
         bodies = [replace(b, equations=tuple(e for e in b.equations if not e.form.vanishes)) for b in bodies]
         return self._without_idle_moments(bodies)
 
     def _vanishing(self, bodies: Iterable[FreeBody]) -> set[Any]:
-        forms = [e.form for body in bodies for e in body.equations]
+        forms = [e.form for e in (*self.free, *(e for body in bodies for e in body.equations))]
         alone = {next(iter(form.terms)) for form in forms if len(form.terms) == 1 and form.rest.is_zero}
         return alone & set(self.symbols.reactions)
 
