@@ -55,24 +55,26 @@ def _section(title: str, cls: type[Element]) -> str:
     rows = [_row(f) for f in dataclasses.fields(cls)]
     if cls is System:
         rows = [
-            [code(VERSION_KEY), cell(VERSION_SAYS), "`1`", "", "must be given", code("1")],
+            [code(VERSION_KEY), cell(VERSION_SAYS), "`1`", "required", code("1")],
             *rows,
-            [code(REPEAT_KEY), cell(REPEAT_SAYS), "map: Repeat, or a list of them", "", "", ""],
+            [code(REPEAT_KEY), cell(REPEAT_SAYS), "map: [Repeat](#repeat), or a list of them", "", ""],
         ]
     if title.partition(":")[1]:
         word = title.partition(": ")[2].partition(",")[0]
-        rows.insert(0, ["`type`", "which kind it is", cell(title.partition(": ")[2]), "", "must be given", code(word)])
+        rows.insert(0, ["`type`", "which kind it is", cell(title.partition(": ")[2]), "required", code(word)])
     text = paragraphs(inspect.getdoc(cls))
-    heads = ("key", "meaning", "takes", "unit", "if left out", "example")
+    heads = ("key", "meaning", "takes", "if left out", "example")
     return f"## {title}\n\n{text}\n\n{table(heads, rows)}"
 
 
 def _row(f: dataclasses.Field[Any]) -> list[str]:
     field, default = f.metadata["field"], default_of(f)
-    left_out = "must be given" if f.default is dataclasses.MISSING else code(_text(default)) if default else ""
+    left_out = "required" if f.default is dataclasses.MISSING else code(_text(default)) if default else ""
     such = f.metadata["such"]
     takes = _linked(cell(kind_of(field).words), kind_of(field).elements)
-    return [code(f.name), cell(f.metadata["says"]), takes, code(unit_of(field) or ""), left_out, code(such)]
+    unit = unit_of(field)
+    takes += f", in {code(unit)}" if unit else ", without a unit" if unit == "" else ""
+    return [code(f.name), cell(f.metadata["says"]), takes, left_out, code(such)]
 
 
 def _linked(words: str, elements: Sequence[type[Element]]) -> str:

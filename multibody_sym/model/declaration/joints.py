@@ -44,7 +44,7 @@ class AxialJoint(MovingJoint):
     """
 
     axis: Point = holds(
-        Direction(), None, says="the direction in which it slides, in the axes of the parent's frame", such="x"
+        Direction(), None, says="along which axis of the parent's frame it slides; must be given", such="x"
     )
 
     def verify(self) -> None:
