@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
@@ -43,6 +44,9 @@ class Integration:
         return Status.STOPPED if _stopped(self.events) else Status.DONE
 
 
+_NOTHING: Final = Statistics()
+
+
 def integrate(
     problem: Problem, *, on_chunk: Callable[[Chunk], None] | None = None, loop: Loop | None = None
 ) -> Integration:
@@ -53,7 +57,7 @@ def integrate(
     """
     run = loop or loop_for(problem)
     times, samples = problem.times(), np.empty((problem.samples, len(problem.x0)))
-    progress = Progress(0, problem.t0, problem.x0, Statistics(), None)
+    progress = Progress(0, problem.t0, problem.x0, _NOTHING, None)
     try:
         with np.errstate(all="ignore"):
             for latest in run(problem, samples):

@@ -31,23 +31,49 @@ _PROGRAMS: Final = (
 
 
 class NativeProblem:
-    """The structures of a problem, with all that they point into: `handle` for C, `margins` that may be written."""
+    """The structures of a problem, with all that they point into: `handle` for C, `margins` that may be written.
+
+    `work`: doubles of room that the loop takes.
+    """
+
+    work: int
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
-        self._given, self._whole = _given(problem), _whole_numbers(problem)
-        self.margins = self._given[2]
-        self._method = method_struct(problem.method)
-        self._system = _system(problem, self._given, self._whole)
-        self.structure = _problem(problem, self._method, self._system)
         derivative = problem.compiled["state_derivative"]
         assert isinstance(derivative, NativeFunction)
-        self.library, self.handle = derivative.library, ctypes.byref(self.structure)
+        self.library = derivative.library
+        if problem.like is None:
+            self._given, self._whole = _given(problem), _whole_numbers(problem)
+            self._method = method_struct(problem.method)
+            self._system = _system(problem, self._given, self._whole)
+            self.structure = _problem(problem, self._method, self._system)
+            self.work = int(self.library.mbs_work(ctypes.byref(self.structure)))
+        else:
+            self._take_over(_of(problem.like))
+        self.margins = self._given[2]
+        self.handle = ctypes.byref(self.structure)
 
-    @property
-    def work(self) -> int:
-        """Doubles of room that the loop takes."""
-        return int(self.library.mbs_work(self.handle))
+    def _take_over(self, like: NativeProblem) -> None:
+        """Copy the structures of a problem that differs in its numbers alone, and point them to those of this one."""
+        parameters = np.array(self.problem.parameters, dtype=float)
+        self._given = parameters, like._given[1], like._given[2].copy(), like._given[3]
+        self._whole, self._method, self.work = like._whole, like._method, like.work
+        self._system = SystemStruct.from_buffer_copy(like._system)
+        self._system.parameters = parameters.ctypes.data
+        if len(self._given[2]):
+            self._system.margins = self._given[2].ctypes.data
+        self.structure = ProblemStruct.from_buffer_copy(like.structure)
+        self.structure.system = ctypes.pointer(self._system)
+        self._like = like  # which owns what the copies point into
+
+
+def _of(problem: Problem) -> NativeProblem:
+    """Return the structures of a problem that others are like."""
+    found: NativeProblem | None = problem.kept.get("native")
+    if found is None:
+        found = problem.kept["native"] = NativeProblem(problem)
+    return found
 
 
 def _whole_numbers(problem: Problem) -> dict[str, Integers]:

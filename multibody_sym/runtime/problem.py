@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from functools import cached_property
+from typing import Any, Final
 
 import numpy as np
 
@@ -51,6 +52,7 @@ class Problem:
     where each is that of the coordinate in its place. The last switching functions are those of a mode, with `margins`
     by which they may exceed zero, of which the first `limiting` keep adaptive steps short, and no adaptive step leads
     over one of the `moments` (`integrators.flow.Events`).
+    `like` is one that differs in numbers alone, from which it was made.
     `begun`: the run goes on from q0, u0 at another time than t0. `jump` may let it go on where a mode would end, and
     the loop in C may follow a `course` from mode to mode.
     Raises ValueError.
@@ -81,6 +83,7 @@ class Problem:
     begun: Begun | None = None
     jump: Jump | None = None
     course: Course | None = None
+    like: Problem | None = field(init=False, default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for true, claim in (
@@ -103,14 +106,31 @@ class Problem:
             if name in arrays and arrays[name].shape != shape:
                 raise ValueError(f"{name} has the shape {arrays[name].shape}, not {shape}")
 
+    def with_numbers(self, parameters: Floats, q0: Floats, u0: Floats) -> Problem:
+        """Return the problem with other numbers, of the same shapes: what was verified of this one holds of it."""
+        other = object.__new__(Problem)
+        vars(other).update(vars(self), parameters=parameters, q0=q0, u0=u0, like=self.like or self)
+        for made in ("kept", "x0"):
+            vars(other).pop(made, None)
+        return other
+
+    def again(self) -> Problem:
+        """Return the problem with the same numbers, and all that was made of it."""
+        return self.with_numbers(self.parameters, self.q0, self.u0)
+
+    @cached_property
+    def kept(self) -> dict[str, Any]:
+        """What was made of this problem for all that are like it."""
+        return {}
+
     @property
     def start(self) -> float:
         """The time of q0 and u0."""
         return self.t0 if self.begun is None else self.begun.time
 
-    @property
+    @cached_property
     def x0(self) -> Floats:
-        """The state (nq + nu,) at the start."""
+        """The state (nq + nu,) at the start, which nobody writes."""
         return np.concatenate([self.q0, self.u0]).astype(float)
 
     @property
@@ -139,8 +159,12 @@ class Problem:
         return "index_2" in self.compiled
 
     def times(self) -> Floats:
-        """Return the times of all samples."""
-        return sample_times(self.t0, self.t_end, self.samples)
+        """Return the times of all samples, which may be written."""
+        kept = (self.like or self).kept
+        if "times" not in kept:
+            kept["times"] = sample_times(self.t0, self.t_end, self.samples)
+        times: Floats = kept["times"].copy()
+        return times
 
 
 @dataclass(eq=False)

@@ -27,7 +27,7 @@ _LEAST_PACE: Final = 1e4
 def python_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     """Integrate in Python; see `Loop`."""
     run = _Run(problem, problem.times().tolist(), pace_time=problem.start)
-    x, begun = problem.x0, problem.begun
+    x, begun = problem.x0.copy(), problem.begun
     if begun is None:
         samples[0] = x
     written, reached, failure, shown = begun.written if begun else 1, problem.start, None, time.perf_counter()

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,34 +23,61 @@ from multibody_sym.simulation.recall import compiled, formalism_name
 from multibody_sym.simulation.settings import form_of
 
 
+class Numbers(NamedTuple):
+    """The numbers of a start: the parameter vector (np,), coordinates (nq,) and speeds (nu,) at t = 0."""
+
+    parameters: Floats
+    q0: Floats
+    u0: Floats
+
+
 @dataclass(frozen=True, eq=False)
 class Runnable:
-    """A system, its mechanism in its mode at the start, compiled Programs and start; `state` tells how it starts."""
+    """A mechanism in its mode at the start, with compiled Programs and the numbers that it starts with.
 
-    system: System
+    `begin` tells its system and how it starts. Runs that differ in numbers alone have one mechanism, whose own numbers
+    are those of the first.
+    """
+
     mechanism: Mechanism
     formalism: str
     compiled: Compiled
-    start: Start
-    state: StartState
-
-    def __repr__(self) -> str:
-        return f"<Runnable of {self.mechanism.name} by {self.formalism}>"
+    numbers: Numbers
+    begin: Callable[[], tuple[System, StartState]]
 
     @cached_property
+    def _begun(self) -> tuple[System, StartState]:
+        return self.begin()
+
+    @property
+    def system(self) -> System:
+        """The system as it was asked to run."""
+        return self._begun[0]
+
+    @property
+    def state(self) -> StartState:
+        """How it starts."""
+        return self._begun[1]
+
+    @property
+    def start(self) -> Start:
+        """The start of the mechanism in its mode."""
+        return self.state.start
+
+    @property
     def parameters(self) -> Floats:
         """The parameter vector (np,)."""
-        return np.array(self.start.parameters, dtype=float)
+        return self.numbers.parameters
 
-    @cached_property
+    @property
     def q0(self) -> Floats:
         """The coordinates (nq,) at t = 0."""
-        return np.array(self.start.q, dtype=float)
+        return self.numbers.q0
 
-    @cached_property
+    @property
     def u0(self) -> Floats:
         """The speeds (nu,) at t = 0."""
-        return np.array(self.start.u, dtype=float)
+        return self.numbers.u0
 
     def stabilised_by(self, alpha: float, beta: float) -> Floats:
         """Return the parameter vector (np,) with Baumgarte's coefficients (1/s)."""
@@ -76,4 +105,10 @@ def runnable(
     rows = any(row.restricts for row in state.mechanism.rows)
     form = form_of(system.simulation, constrained=rows, varies=bool(state.declared.one_way))
     programs = compiled(state.mechanism, name, form, native=native, backend=backend)
-    return Runnable(system, state.mechanism, name, programs, state.start, state)
+    begin = state.start
+    numbers = Numbers(*(np.array(values, dtype=float) for values in (begin.parameters, begin.q, begin.u)))
+    return Runnable(state.mechanism, name, programs, numbers, partial(_known, system, state))
+
+
+def _known(system: System, state: StartState) -> tuple[System, StartState]:
+    return system, state

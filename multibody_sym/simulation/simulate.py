@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -15,16 +15,23 @@ from multibody_sym.model.declaration.doors import callback, flag
 from multibody_sym.model.declaration.settings import Baumgarte
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.changes import Changes, with_settings
+from multibody_sym.model.resolution.spanning_tree import coordinate_names, speed_names
 from multibody_sym.runtime.integration import Integration, integrate
 from multibody_sym.runtime.loading import Backend
 from multibody_sym.runtime.problem import Chunk, Event, Problem, Progress, Statistics
 from multibody_sym.simulation.failures import FailedRunError, failure_message, mass_used_up, until_departure
+from multibody_sym.simulation.families.family import Family
 from multibody_sym.simulation.one_way.chained import OneWayRun
 from multibody_sym.simulation.one_way.made import one_way_run
 from multibody_sym.simulation.problem import problem_of, settings_of
 from multibody_sym.simulation.runnable import Runnable, runnable
 from multibody_sym.simulation.samples import Samples
 from multibody_sym.simulation.trajectory import Trajectory
+
+Columns = Mapping[str, Sequence[float]]
+"""Numbers of some runs by name, of each as many."""
+Progressed = Callable[[Samples, float], None] | None
+"""What is told of the samples that are new, and of the part of the time that is done."""
 
 
 def simulate(
@@ -131,15 +138,77 @@ class Prepared:
         It has the bits of the run that `simulate` makes of the same values, whatever was run before.
         """
         on_progress = callback("on_progress", on_progress)
+        if inputs is None and t_end is None and (found := self._in_numbers(parameters, initial)) is not None:
+            (run,) = self.runs(*found)
+            return run(on_progress)
         if any(values is not None for values in (parameters, initial, inputs, t_end)):
             changed = with_settings(Changes(parameters, initial, inputs).of(self.system), {"t_end": t_end})
             return replace(self, system=changed).run(on_progress=on_progress)
         modes = None if self._one_way is None else self._one_way.again()
-        return _run(self._ready, self._problem if modes is None else modes.begin(), modes, on_progress, self._start[1])
+        problem = self._problem.again() if modes is None else modes.begin()
+        return _run(self._ready, problem, modes, on_progress, self._start[1])
+
+    def runs(
+        self, parameters: Columns, initial: Columns
+    ) -> Iterator[Callable[[Progressed], Trajectory]]:
+        """Yield a function for each of some runs that makes it, given of each number by name as many values.
+
+        Each has the bits of the run that is made alone.
+        """
+        key = tuple(parameters), tuple(initial)
+        family = self._families.get(key)
+        if family is None:
+            made = Family(self.system, *key, self.formalism, self.native, self.backend)
+            family = self._families.setdefault(key, made)
+        for k, member in enumerate(family.members(parameters, initial)):
+            own, begun = ({name: values[k] for name, values in named.items()} for named in (parameters, initial))
+            yield partial(self._run_of, member, own, begun)
+
+    def _run_of(
+        self,
+        member: tuple[Runnable, Problem] | None,
+        parameters: Mapping[str, float],
+        initial: Mapping[str, float],
+        on_progress: Progressed = None,
+    ) -> Trajectory:
+        """Return the run of a member of a family; of none, and of one that fails, all is examined."""
+        if member is not None:
+            try:
+                return _run(*member, None, on_progress, ())
+            except FailedRunError as error:
+                failed = error
+        alone = replace(self, system=Changes(parameters, initial).of(self.system))
+        if member is None:
+            return alone.run(on_progress=on_progress)
+        alone.verify()  # which tells what is wrong with the start
+        raise failed
+
+    def _in_numbers(self, parameters: Any, initial: Any) -> tuple[Columns, Columns] | None:
+        """Return what is changed as numbers by name, if it is numbers of known names alone."""
+        given = [{} if values is None else values for values in (parameters, initial)]
+        if not any(given) or not all(isinstance(values, Mapping) for values in given):
+            return None
+        for values, known in zip(given, self._known, strict=True):
+            if not all(name in known and type(x) in (float, int) for name, x in values.items()):
+                return None
+        first, second = ({name: [float(x)] for name, x in values.items()} for values in given)
+        return first, second
+
+    @cached_property
+    def _known(self) -> tuple[frozenset[str], frozenset[str]]:
+        """The parameters, and the coordinates and speeds of joints, that may have other values."""
+        joints = self.system.joints.items()
+        named = ((*coordinate_names(name, joint), *speed_names(name, joint)) for name, joint in joints)
+        state = [name for names in named for name in names]
+        return frozenset(self.system.parameters), frozenset(state)
+
+    @cached_property
+    def _families(self) -> dict[Any, Family]:
+        return {}
 
     def verify(self) -> None:
         """Prepare now what a run takes. Raises InputError and NoSolutionError."""
-        if self._one_way is not None:
+        if self._problem and self._one_way is not None:
             self._one_way.begin()
 
     @cached_property

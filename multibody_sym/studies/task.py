@@ -22,7 +22,7 @@ from multibody_sym.runtime.loading import Backend, verify_backend
 from multibody_sym.simulation.failures import FailedRunError
 from multibody_sym.simulation.recall import formalism_name
 from multibody_sym.simulation.settings import run_settings
-from multibody_sym.simulation.simulate import Prepared
+from multibody_sym.simulation.simulate import Prepared, Progressed
 from multibody_sym.simulation.trajectory import Trajectory
 from multibody_sym.studies.plan import Plan
 from multibody_sym.studies.rows import Row, Rows
@@ -71,12 +71,16 @@ class Task:
 
     def rows(self, first: int, count: int, stop: Event | None = None) -> Rows:
         """Return the rows of the runs from number `first` on; fewer where it is asked to `stop`."""
-        prepared, found = self.prepared, []
-        for values in self.plan.values(first, count).tolist():
+        found: list[Row] = []
+        values = self.plan.values(first, count)
+        columns: dict[str, dict[str, list[float]]] = {"parameters": {}, "initial": {}}
+        for axis, column in zip(self.plan.axes, values.T.tolist(), strict=True):
+            columns[axis.kind][axis.name] = column
+        for run, own in zip(self.prepared.runs(**columns), values.tolist(), strict=True):
             if stop is not None and stop.is_set():
                 break
             try:
-                found.append(self._row(prepared, values, stop))
+                found.append(self._row(run, own, stop))
             except StoppedError:
                 break
         return Rows.of(first, found)
@@ -107,21 +111,13 @@ class Task:
                 _prepared[self.key] = found
             return found
 
-    @cached_property
-    def _kinds(self) -> tuple[tuple[str, str], ...]:
-        return tuple((axis.kind, axis.name) for axis in self.plan.axes)
-
-    def _row(self, prepared: Prepared, values: list[float], stop: Event | None) -> Row:
-        changes: dict[str, dict[str, float]] = {"parameters": {}, "initial": {}}
-        for (kind, name), value in zip(self._kinds, values, strict=True):
-            changes[kind][name] = value
-
+    def _row(self, made: Callable[[Progressed], Trajectory], values: list[float], stop: Event | None) -> Row:
         def look(*_: Any) -> None:
             if stop is not None and stop.is_set():
                 raise StoppedError
 
         try:
-            run = prepared.run(**{kind: given or None for kind, given in changes.items()}, on_progress=look)
+            run = made(look)
         except FailedRunError as error:
             return Row({TIME: error.trajectory.t_final}, failure=error.message)
         except MultibodyError as error:

@@ -24,7 +24,7 @@ def parameter_values(mechanism: Mechanism, overrides: Mapping[str, float]) -> li
     entries = mechanism.parameters
     _verify_overrides(mechanism, overrides)
     values = {slot("parameters", i): 0.0 for i, entry in enumerate(entries) if entry.value is None}
-    for index in _evaluation_order(mechanism, overrides):
+    for index in evaluation_order(mechanism, overrides):
         name, declared = entries[index].name, entries[index].value
         value = overrides[name] if name in overrides else value_or_nan(declared, values)
         if not math.isfinite(value):
@@ -67,8 +67,8 @@ def _verify_overrides(mechanism: Mechanism, overrides: Mapping[str, float]) -> N
             raise ModelError(f"no parameter is called {name!r}{suggestion(name, declared)}", number="M106")
 
 
-def _evaluation_order(mechanism: Mechanism, overrides: Mapping[str, float]) -> list[int]:
-    """Return the declared parameters' positions, each after those that its expression names."""
+def evaluation_order(mechanism: Mechanism, overrides: Mapping[str, float]) -> list[int]:
+    """Return the declared parameters' positions, each after those that its expression names. Raises ModelError."""
     needed = [
         [] if entry.value is None or entry.name in overrides else [n.data[1] for n in leaves([entry.value], "slot")]
         for entry in mechanism.parameters

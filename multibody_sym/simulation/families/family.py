@@ -1,0 +1,117 @@
+"""Runs that differ in numbers alone: resolved and compiled once, started together, many at a time.
+
+Which numbers these are is told by name; the first of them shows what the others have in common. A start that a quick
+look clears is what is declared. Others are none of a family: they are resolved and started one by one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+
+import numpy as np
+
+from multibody_sym.dynamics.start.quick import is_plain, quick_look
+from multibody_sym.dynamics.start.start import Start
+from multibody_sym.dynamics.start.state import StartState
+from multibody_sym.errors import MultibodyError
+from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.one_way import Mode
+from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.runtime import loading
+from multibody_sym.runtime.loading import Backend
+from multibody_sym.runtime.problem import Problem
+from multibody_sym.simulation.families.layout import Layout, Values
+from multibody_sym.simulation.problem import problem_of, settings_of
+from multibody_sym.simulation.recall import compiled, formalism_name
+from multibody_sym.simulation.runnable import Numbers, Runnable
+from multibody_sym.simulation.settings import form_of
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """The `system` with other values of these `parameters`, and of these coordinates and speeds at the start."""
+
+    system: System
+    parameters: tuple[str, ...]
+    initial: tuple[str, ...]
+    formalism: str | None = None
+    native: bool = False
+    backend: Backend | None = None
+    _first: list[Problem] = field(default_factory=list)
+
+    def members(self, parameters: Values, initial: Values) -> list[tuple[Runnable, Problem] | None]:
+        """Return the runs with these values, ready; None for those that have to be examined."""
+        count = len(next(iter((*parameters.values(), *initial.values()))))
+        alone: list[tuple[Runnable, Problem] | None] = [None] * count
+        if not self._is_plain:
+            return alone
+        layout = self._layout
+        numbers = layout.numbers(parameters, initial, count)
+        with np.errstate(all="ignore"):
+            clear = layout.cleared(numbers)
+        names = tuple(parameters), tuple(initial)
+        for k in np.flatnonzero(clear).tolist():
+            own = Numbers(numbers.parameters[k], numbers.q0[k], numbers.u0[k])
+            begin = partial(_begun, self.system, own, layout.mechanism, *names)
+            ready = Runnable(layout.mechanism, layout.formalism, layout.compiled, own, begin)
+            alone[k] = ready, self._problem(ready)
+        return alone
+
+    @cached_property
+    def _changed(self) -> System:
+        """The system with values given to what is varied, whatever they are: what stands where is what counts."""
+        given = dict.fromkeys(self.parameters, 1.0), dict.fromkeys(self.initial, 0.0)
+        return Changes(*given).of(self.system)
+
+    @cached_property
+    def _is_plain(self) -> bool:
+        if self.system.impact is not None:
+            return False
+        try:
+            return is_plain(self._mechanism)
+        except MultibodyError:  # which is told of each run by itself
+            return False
+
+    @cached_property
+    def _mechanism(self) -> Mechanism:
+        return mechanism(self._changed)
+
+    @cached_property
+    def _layout(self) -> Layout:
+        resolved = self._mechanism
+        name, form = formalism_name(self.formalism, resolved), form_of(self.system.simulation, constrained=False)
+        programs = compiled(resolved, name, form, native=self.native, backend=self.backend)
+        looked = {"quick_look": quick_look(self._changed, resolved)}
+        look = loading.load(looked, native=self.native, backend=self.backend)
+        return Layout(resolved, name, programs, look, self.parameters, self.initial)
+
+    @cached_property
+    def _settled(self) -> bool:
+        """Whether the settings of all runs are the same."""
+        settings = self.system.simulation
+        given = (getattr(settings, name) for name in ("t_end", "step", "rtol", "atol", "samples"))
+        return all(node is None or node.shadow is not None for node in given)
+
+    def _problem(self, ready: Runnable) -> Problem:
+        """Return the problem of a run; all but its numbers is that of the first, unless settings name parameters."""
+        if not self._settled:
+            return problem_of(ready, settings_of(ready))
+        if not self._first:
+            self._first.append(problem_of(ready, settings_of(ready)))
+        return self._first[0].with_numbers(ready.parameters, ready.q0, ready.u0)
+
+
+def _begun(
+    system: System, own: Numbers, base: Mechanism, parameters: tuple[str, ...], initial: tuple[str, ...]
+) -> tuple[System, StartState]:
+    """Return how a run of a family started: its system, and the state that was cleared."""
+    places = {each.name: x for each, x in zip(base.coordinates, own.q0.tolist(), strict=True)}
+    places |= {each.name: x for each, x in zip(base.speeds, own.u0.tolist(), strict=True)}
+    values = {name: own.parameters[base.parameters.places[name]].item() for name in parameters}
+    changed = Changes(values, {name: places[name] for name in initial}).of(system)
+    resolved = mechanism(changed)
+    begin = Start(tuple(own.parameters.tolist()), tuple(own.q0.tolist()), tuple(own.u0.tolist()), (), (), {}, 0)
+    return changed, StartState(resolved, begin, (Mode({}),))

@@ -1,0 +1,133 @@
+"""Runs that differ in numbers alone have the bits, and the errors, of runs that are made one by one."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.errors import MultibodyError
+from multibody_sym.simulation import simulate as simulating
+from multibody_sym.simulation.families.family import Family
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+ODD = """
+multibody_sym: 1
+name: odd
+gravity: [0, -g, 0]
+parameters:
+  m: {value: 1 kg, positive: true}
+  m2: 2
+  k: 3
+  r: 2*k^3 + sin(k)
+  g: 9.81
+  a: 0.1
+bodies:
+  ground: {points: {p: [0, a, 0]}}
+  one: {mass: m, com: [0, -r/40, 0], inertia: {Izz: 0.1*k}}
+  two: {mass: m2, com: [0, -0.2, 0], inertia: {Ixx: 0.2, Iyy: 0.3, Izz: 4*a, Ixy: 0.01}, points: {e: [0, a, 0]}}
+joints:
+  A: {type: revolute, parent: ground, child: one, axis: z, q: phi, initial: {q: k/10, u: 0.3}}
+  B: {type: spherical, parent: ground, child: two, initial: {q: [1, 0.1, 0.2, 0.3], u: [0.1, 0.2, 3]}}
+forces:
+  s: {type: spring_damper, between: [ground.p, two.e], stiffness: 3, length: 0.1}
+  t: {type: torque, joint: A, value: 'F + min(1, 1/k)'}
+inputs: {F: 0.1*sin(t/a)}
+outputs: {e: total_energy(), l: log(m2 + 3), w: phi/(k - 5)}
+simulation: {t_end: 0.2, samples: 5, rtol: 1e-6}
+"""
+VALUES = (1.0, 0.5, 0.0, -1.0, -4.0, 5.0, 1e-9, 1e200, 1e-200, float("inf"), float("nan"))
+
+
+def outcome(run: Any) -> Any:
+    """Return the bits of a run, or its error."""
+    try:
+        done = run()
+    except MultibodyError as error:
+        return type(error).__name__, str(error)
+    outputs = tuple(values.tobytes() for values in done.outputs.values())
+    return done.t.tobytes(), done.q.tobytes(), done.u.tobytes(), outputs, tuple(map(repr, done.events))
+
+
+@pytest.fixture(scope="module")
+def odd() -> tuple[mbs.System, mbs.Prepared]:
+    system = mbs.loads(ODD)
+    return system, mbs.prepare(system)
+
+
+@pytest.mark.parametrize("name", ["m", "m2", "k", "a", "g"])
+def test_any_number_gives_the_bits_or_the_error_of_a_run_alone(odd: tuple[mbs.System, mbs.Prepared], name: str) -> None:
+    system, prepared = odd
+    runs = list(prepared.runs({name: VALUES}, {}))
+    for value, run in zip(VALUES, runs, strict=True):
+        alone = outcome(lambda value=value: mbs.simulate(system, parameters={name: value}))
+        assert outcome(run) == alone
+        assert outcome(lambda value=value: prepared.run(parameters={name: value})) == alone
+
+
+@pytest.mark.parametrize("given", [{"phi": 0.7}, {"u_phi": -2.0, "phi": 0}, {"B_w": 0.3}, {"u_B_x": 1e300}])
+def test_other_starts_give_the_bits_of_a_run_alone(odd: tuple[mbs.System, mbs.Prepared], given: dict[str, Any]) -> None:
+    system, prepared = odd
+    assert outcome(lambda: prepared.run(initial=given)) == outcome(lambda: mbs.simulate(system, initial=given))
+
+
+def test_most_of_them_are_examined_at_a_glance(
+    odd: tuple[mbs.System, mbs.Prepared], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, prepared = odd
+    list(prepared.runs({"m": [1.0, 2.0]}, {"phi": [0.1, 0.2]}))
+
+    def never(*_: Any, **__: Any) -> Any:
+        raise AssertionError("again")
+
+    for name in ("runnable", "problem_of", "Changes"):
+        monkeypatch.setattr(simulating, name, never)
+    runs = [run() for run in prepared.runs({"m": [1.0, 1.5, 2.0]}, {"phi": [0.1, 0.2, 0.3]})]
+    assert [run["phi"][0] for run in runs] == [0.1, 0.2, 0.3]
+    monkeypatch.undo()
+    assert runs[1].ready.start.q[0] == 0.2
+    assert runs[1].statistics["steps"] > 0
+
+
+def test_a_run_of_a_family_tells_its_own_system(odd: tuple[mbs.System, mbs.Prepared]) -> None:
+    system, prepared = odd
+    run, alone = prepared.run(parameters={"m": 2.5}), mbs.simulate(system, parameters={"m": 2.5})
+    assert run.ready.system == alone.ready.system
+    assert run.ready.start == alone.ready.start
+    assert run.as_json() == alone.as_json()
+
+
+PLAIN = ("double_pendulum", "elastic_pendulum", "spinning_top", "furuta")
+OTHERS = ("four_bar", "lift", "shaken_rotor")
+
+
+@pytest.mark.parametrize("name", [*PLAIN, *OTHERS])
+def test_examples_run_in_families(name: str) -> None:
+    system = mbs.load(EXAMPLES / f"{name}.yaml")
+    prepared = mbs.prepare(system, t_end=0.3, samples=3)
+    chance = random.Random(name)
+    for key in chance.sample(sorted(system.parameters), min(2, len(system.parameters))):
+        node = system.parameters[key].value
+        if node.shadow is None:
+            continue
+        value = node.shadow * chance.uniform(0.9, 1.1)
+        alone = outcome(lambda v=value, k=key: mbs.simulate(system, t_end=0.3, samples=3, parameters={k: v}))
+        assert outcome(lambda v=value, k=key: prepared.run(parameters={k: v})) == alone
+        family = Family(prepared.system, (key,), ())
+        (member,) = family.members({key: [value]}, {})
+        assert (member is not None) == (name in PLAIN)
+
+
+def test_threads_find_the_same_bits(odd: tuple[mbs.System, mbs.Prepared]) -> None:
+    from concurrent.futures import ThreadPoolExecutor
+
+    _, prepared = odd
+    values = np.linspace(0.5, 2, 24).tolist()
+    runs = list(prepared.runs({"m": values}, {}))
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(lambda run: run().q.tobytes(), runs))
+    assert together == [run().q.tobytes() for run in runs]
