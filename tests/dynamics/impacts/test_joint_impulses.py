@@ -188,13 +188,28 @@ def told(found: Found) -> Floats:
     return np.concatenate([found.jumps, *twists, *wrenches, found.multipliers])
 
 
+def sizes(found: Found, x: Floats) -> Floats:
+    """Return the absolute terms of which unknowns are made: of a twist those of its own jumps and of its parent's.
+
+    A heavy body may stand nearly still on a light one that is kicked away fast: its twist is what rounding leaves.
+    """
+    n, motion, made = len(found.jumps), found.motion, np.abs(x)
+    for k, (body, moved) in enumerate(zip(motion.mechanism.bodies, motion.bodies, strict=True)):
+        free = np.array([(*v, *w) for v, w in zip(moved.linear, moved.angular, strict=True)], float).reshape(-1, 6)
+        terms = np.abs(free).T @ made[list(body.u)]
+        if body.parent >= 0:
+            terms = terms + np.abs(moving(moved)) @ made[n + 6 * body.parent : n + 6 * body.parent + 6]
+        made[n + 6 * k : n + 6 * k + 6] = terms
+    return made
+
+
 def largest_ratio(found: Found, K: Floats, b: Floats) -> float:
     """Return how well jumps and impulses fulfil the equations: those of all bodies beside their terms, and as measured.
 
     The agreement measure takes M, Q and rows of the mechanism at rest from d'Alembert's route.
     """
     x, count = told(found), len(found.motion.bodies)
-    missed, terms = np.abs(K @ x - b), np.abs(K) @ np.abs(x) + np.abs(b)
+    missed, terms = np.abs(K @ x - b), np.abs(K) @ sizes(found, x) + np.abs(b)
     each = (y[: 12 * count].reshape(2, count, 2, 3).max(axis=(1, 3)) for y in (missed, terms))  # motions and momenta
     miss, size = each
     of_bodies = np.divide(miss, size, out=np.zeros((2, 2)), where=size > 0.0) / (EPSILON * len(K))
