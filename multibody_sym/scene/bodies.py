@@ -75,7 +75,7 @@ def _forms(stage: Stage, name: str, body: Body, places: Sequence[Vector], *, sol
     if len(places) == 1 or body.inertia is None:
         yield from _with_bob(stage, name, body, places, centre)
         return
-    yield link(places)
+    yield link([*places, centre] if body.com is not None else places)
 
 
 def _arms(form: Form, places: Sequence[Vector]) -> Iterator[Polyline]:

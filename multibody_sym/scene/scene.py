@@ -102,15 +102,19 @@ class Scene:
 
 
 def scene_of(
-    system: System, parameters: Mapping[str, float] | None = None, *, begin: Start | None = None
+    system: System,
+    parameters: Mapping[str, float] | None = None,
+    *,
+    begin: Start | None = None,
+    mechanism: Mechanism | None = None,
 ) -> Scene:
     """Return what there is to see of a system, with other values of `parameters` by name where they are given.
 
-    `begin` is the start of its mechanism where that is known; it is found else. Raises what resolving and starting
+    `mechanism` and `begin` are what the system resolves to and its start where they are known. Raises what resolving and starting
     raise (ModelError, NoSolutionError).
     """
     verify_system(system)
-    mechanism = resolved(system)
+    mechanism = resolved(system) if mechanism is None else mechanism
     if begin is None:
         begin = drawn_start(mechanism, parameters, project=system.simulation.project)
     stage = Stage(system, mechanism, begin)

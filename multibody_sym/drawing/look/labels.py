@@ -79,6 +79,8 @@ def dimension_marks(sheet: Sheet) -> Iterator[Mark]:
     """Yield the lengths that the model names, and the coordinates of sliders."""
     for each in sheet.scene.dimensions:
         a, b = sheet.at(each.a.body, each.a.point), sheet.at(each.b.body, each.b.point)
+        if each.coordinate and each.a.body in sheet.ground:  # it is measured beside what is displaced, straight
+            a = a + sheet.settled.bodies.get(each.b.body, np.zeros(2))
         length = float(np.linalg.norm(b - a))
         role = "coordinate" if each.coordinate else "dimension"
         if each.radius:

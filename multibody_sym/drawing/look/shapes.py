@@ -186,6 +186,8 @@ def _face(sheet: Sheet, item: Item, form: Face) -> Iterator[Mark]:
         named = sheet.named(item, LAYER_BODY)
         yield Stroke(wedge(sheet, item, form), sheet.pen(item), closed=True, fill=BODY, **named)
         return
+    if item.on_ground and form.ends is None and _is_bare(sheet, item):
+        return
     points = face_ends(sheet, item, form)
     side = -1 if float(left(points[1] - points[0]) @ normal) > 0.0 else 1
     yield Hatch(points, sheet.pen(item, BOLD), side=side, **sheet.named(item, LAYER_GROUND))
@@ -193,6 +195,12 @@ def _face(sheet: Sheet, item: Item, form: Face) -> Iterator[Mark]:
         near = min(points, key=lambda end: float(np.linalg.norm(end - centre)))
         outline_points = capsule(near, centre, 3.0)
         yield Stroke(outline_points, sheet.pen(item), closed=True, fill=BODY, **sheet.named(item, LAYER_GROUND))
+
+
+def _is_bare(sheet: Sheet, item: Item) -> bool:
+    """Return whether nothing can touch a face of ground, while what stands there shows its own rail."""
+    touched = any(i.role == "contact" and item.body in i.bodies for i in sheet.scene.items)
+    return not touched and any(i.role == "guide" and i.on_ground for i in sheet.scene.items)
 
 
 def face_ends(sheet: Sheet, item: Item, form: Face) -> Floats:
