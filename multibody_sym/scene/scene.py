@@ -110,19 +110,23 @@ def scene_of(
 ) -> Scene:
     """Return what there is to see of a system, with other values of `parameters` by name where they are given.
 
-    `mechanism` and `begin` are what the system resolves to and its start where they are known. Raises what resolving and starting
-    raise (ModelError, NoSolutionError).
+    `mechanism` and `begin` are what the system resolves to and its start where they are known. Raises what resolving
+    and starting raise (ModelError, NoSolutionError).
     """
     verify_system(system)
     mechanism = resolved(system) if mechanism is None else mechanism
     if begin is None:
         begin = drawn_start(mechanism, parameters, project=system.simulation.project)
-    stage = Stage(system, mechanism, begin)
+    return _scene(Stage(system, mechanism, begin))
+
+
+def _scene(stage: Stage) -> Scene:
+    """Return what there is to see on a stage."""
     found = places(stage)
     wires = [item for item in joint_items(stage) if item.role == "guide" and _is_once_around(stage, item)]
     stage.lengths["size"] = size = _size(stage, [*body_items(stage, found), *wires], found)
     bodies = list(body_items(stage, found))  # curves without ends reach as far as the rest
-    ropes, pairs = ropes_of(mechanism), list(arrow_items(stage))
+    ropes, pairs = ropes_of(stage.mechanism), list(arrow_items(stage))
     items = (
         *surface_items(stage, "ground"),
         *bodies,
@@ -134,7 +138,7 @@ def scene_of(
         *marker_items(stage),
     )
     return Scene(
-        name=system.name,
+        name=stage.system.name,
         plane=is_plane(stage),
         view=natural_view(stage),
         size=size,
@@ -143,8 +147,8 @@ def scene_of(
         dimensions=(*dimensions(stage, found), *ways(stage)),
         angles=tuple(angles(stage, found)),
         arrows=tuple(arrow for arrow, _ in pairs),
-        mechanism=mechanism,
-        begin=begin,
+        mechanism=stage.mechanism,
+        begin=stage.begin,
         ropes=tuple(ropes.values()),
         laws=tuple(law for _, law in pairs),
     )

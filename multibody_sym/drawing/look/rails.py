@@ -12,7 +12,7 @@ from multibody_sym.drawing.look.settle import MASS, WHEEL
 from multibody_sym.drawing.look.shapes import capsule, wedge
 from multibody_sym.drawing.look.sheet import Sheet, left, unit2
 from multibody_sym.drawing.picture import Hatch, Mark, Stroke
-from multibody_sym.drawing.style import AXIS, BLOCK, BODY, BOLD, INK, LAYER_GROUND, THIN
+from multibody_sym.drawing.style import AXIS, BLOCK, BODY, BOLD, INK, LAYER_GROUND
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scene.forms import Barrel, Block, Disc, Face, Polyline, Rail, Symbol
 from multibody_sym.scene.items import Item
@@ -49,8 +49,11 @@ def rail_marks(sheet: Sheet, item: Item, rail: Rail) -> Iterator[Mark]:
     named, points = sheet.named(item, LAYER_GROUND, rail.at), rail_ends(sheet, item, rail)
     named["role"] = "joint"
     if rail.light or not sheet.flat or not item.on_ground:
-        pen = AXIS if rail.light else THIN if item.on_ground else INK
-        yield Stroke(points, sheet.pen(item, pen), **named)
+        if item.on_ground and not rail.light:
+            side = 1 if float(left(points[1] - points[0]) @ sheet.down) > 0.0 else -1
+            yield Hatch(points, sheet.pen(item, BOLD), side=side, **named)
+            return
+        yield Stroke(points, sheet.pen(item, AXIS if rail.light else INK), **named)
         return
     for side, offset in _sides(sheet, item, along):
         shifted = points + offset * side
