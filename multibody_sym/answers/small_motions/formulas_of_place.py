@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -36,7 +37,7 @@ def formulas_of(mechanism: Mechanism, begin: Start, *, found: bool, places: Sequ
     part of a turn, and then as a root of what balances.
     """
     if not found:
-        return declared_state(mechanism, begin)
+        return _with_round_numbers(mechanism, begin, declared_state(mechanism, begin))
     tried = _Balance(_at_rest(mechanism, begin), begin, tuple(places))
     given = tried.state()
     for _ in range(_MOST_TRIED):
@@ -45,7 +46,7 @@ def formulas_of(mechanism: Mechanism, begin: Start, *, found: bool, places: Sequ
             break
         tried = replace(tried, mechanism=_with_initial(tried.mechanism, formula))
         given = tried.state()
-    return tried.with_speeds(given)
+    return tried.with_speeds(tried.with_distances(given))
 
 
 def _at_rest(mechanism: Mechanism, begin: Start) -> Mechanism:
@@ -60,6 +61,18 @@ def _at_rest(mechanism: Mechanism, begin: Start) -> Mechanism:
             formulas |= {mechanism.coordinates[k].name: as_node(round(begin.q[k])) for k in places}
     kept = {name: node for name, node in formulas.items() if node is not None}
     return _with_initial(replace(mechanism, speeds=speeds), kept)
+
+
+def _with_round_numbers(mechanism: Mechanism, begin: Start, given: SymbolicState) -> SymbolicState:
+    """Return a declared state with round numbers for coordinates that were found to close it, as where curves touch."""
+    pairs = zip(mechanism.coordinates, begin.q, strict=True)
+    rounded = {c.name: _round(x) for c, x in pairs if symbol(c.name) in given.letters}
+    kept = {name: node for name, node in rounded.items() if node is not None}
+    if not kept:
+        return given
+    pairs = zip(mechanism.coordinates, begin.q, strict=True)
+    exactly = tuple(round(2.0 * x / math.pi) * math.pi / 2 if c.name in kept else x for c, x in pairs)
+    return declared_state(_with_initial(mechanism, kept), replace(begin, q=exactly))
 
 
 def _round(x: float) -> Node | None:
@@ -122,6 +135,38 @@ class _Balance:
                     yield {str(unknown): self._in_slots(root)}
         except (NoClosedFormError, ExpressionError):
             return
+
+    def with_distances(self, given: SymbolicState) -> SymbolicState:
+        """Return the state with one of two coordinates of one kind by the other where a balance tells them apart.
+
+        As two bodies that move off together: x2 = x1 + s.
+        """
+        names = [symbol(c.name) for c in self.mechanism.coordinates if symbol(c.name) in given.letters]
+        if len(names) < 2 or any(symbol(speed.name) in given.letters for speed in self.mechanism.speeds):
+            return given
+        sample = {node: float(letter.sample) for node, letter in given.letters.items()}
+        try:
+            equations = self._left(given)
+        except (NoClosedFormError, ExpressionError):
+            return given
+        for equation in equations:
+            named = [x for x in names if x in equation.symbols]
+            if len(named) != 2:
+                continue
+            known = {node: x for node, x in sample.items() if node is not named[1]}
+            with suppress(NoClosedFormError, ExpressionError):
+                root = next((r for r in roots(equation, named[1]) if fits(r, named[1], sample[named[1]], known)), None)
+                if root is not None:
+                    return self._put(given, named[1], root)
+        return given
+
+    def _put(self, given: SymbolicState, coordinate: Node, formula: Node) -> SymbolicState:
+        """Return a state with a formula in the place of a coordinate."""
+        names = [symbol(c.name) for c in self.mechanism.coordinates]
+        q = [formula if x is coordinate else y for x, y in zip(names, given.state.q, strict=True)]
+        parameters = [given.state.slots[slot("parameters", j)] for j in range(len(self.mechanism.parameters))]
+        state = state_of(self.mechanism, Node, ZERO, q, given.state.u, parameters)
+        return SymbolicState(state, {node: x for node, x in given.letters.items() if node is not coordinate})
 
     def with_speeds(self, given: SymbolicState) -> SymbolicState:
         """Return the state with formulas for speeds without one, each from a balance in which it is."""
