@@ -50,8 +50,8 @@ def rail_marks(sheet: Sheet, item: Item, rail: Rail) -> Iterator[Mark]:
     named["role"] = "joint"
     if rail.light or not sheet.flat or not item.on_ground:
         if item.on_ground and not rail.light:
-            side = 1 if float(left(points[1] - points[0]) @ sheet.down) > 0.0 else -1
-            yield Hatch(points, sheet.pen(item, BOLD), side=side, **named)
+            below = 1 if float(left(points[1] - points[0]) @ sheet.down) > 0.0 else -1
+            yield Hatch(points, sheet.pen(item, BOLD), side=below, **named)
             return
         yield Stroke(points, sheet.pen(item, AXIS if rail.light else INK), **named)
         return
