@@ -48,6 +48,15 @@ def test_hinge_at_the_origin_exerts_no_moment() -> None:
     assert found["Conserved"][0].startswith("total_energy(): time")
 
 
+def test_joints_that_exert_nothing_have_no_letters() -> None:
+    """A planet's polar coordinates are no guide, and a massless string turns no particle about itself."""
+    planet, string = lines_of("kepler"), lines_of("spherical_pendulum")
+    assert planet["Theorem of momentum"][2::3] == ["dp_x/dt = F_sun_x", "dp_y/dt = F_sun_y"]
+    assert planet["Theorem of angular momentum about the origin"][-1] == "dL_z/dt = 0"
+    told = string["Theorem of angular momentum about the origin"]
+    assert [line for line in told if "/dt" in line] == ["dL_x/dt = M_weight_x", "dL_y/dt = M_weight_y", "dL_z/dt = 0"]
+
+
 def test_forces_of_rows_without_a_place_are_their_joints() -> None:
     found = lines_of("chaplygin_sleigh")
     assert found["Theorem of momentum"][1::2] == ["dp_x/dt = R_table_x", "dp_y/dt = R_table_y"]

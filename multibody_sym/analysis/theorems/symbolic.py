@@ -19,6 +19,7 @@ from multibody_sym.algebra.readable import Readable
 from multibody_sym.algebra.subexpressions import WrittenOut, value_of
 from multibody_sym.analysis.derivations import derive
 from multibody_sym.analysis.theorems.conserved import Conserved, conserved_quantities
+from multibody_sym.analysis.theorems.idle_joints import idle_reactions
 from multibody_sym.dynamics.derivation.canonical import CanonicalEquations
 from multibody_sym.dynamics.derivation.lagrange import known_nodes
 from multibody_sym.dynamics.derivation.record import Derivation, Equation, Label, Step
@@ -107,6 +108,7 @@ class _Theorems:
         self._motion: Motion = motion_of(self._mechanism, slot_state(self._mechanism))
         self._known = known_nodes(self._mechanism, equations.symbols)
         self._rows = row_motions(self._motion)
+        self._idle = idle_reactions(self._mechanism)
         symbols = equations.symbols
         circles = (q for body in self._mechanism.bodies for q in body.quaternions)
         readable = Readable(frozenset(symbols.speeds), tuple(tuple(symbols.coordinates[k] for k in q) for q in circles))
@@ -214,6 +216,8 @@ class _Theorems:
 
     def _exerts(self, body: TreeBody, k: int, *, turning: bool) -> bool:
         """Return whether a joint on ground may exert a force along an axis, or a moment about it through the origin."""
+        if (body.joint_name, k + 3 * turning) in self._idle:
+            return False
         acting = [load for load in self._mechanism.loads if getattr(load, "joint", None) == body.joint_name]
         rubs = any(each.joint == body.joint_name for each in self._mechanism.one_way)
         if acting or rubs or body.driven or self._driven_by_rows(body):
