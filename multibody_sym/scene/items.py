@@ -124,15 +124,21 @@ class Bow:
 
 @dataclass(frozen=True)
 class PlacedStrand:
-    """A strand in the world: straight pieces (n, 2, 3) and bows on wheels, in order from end to end.
+    """A strand in the world: straight pieces (n, 2, 3), and a bow between each two, from end to end.
 
-    `wound` are bows of what is wound on drums, which do not count to the rope's length.
+    Where it bends at a point the bow's radius and angle are zero; `turns` are those that have one. `wound` are bows of
+    what is wound on drums, which do not count to the rope's length.
     """
 
     strand: Strand
     pieces: Floats
     bows: tuple[Bow, ...] = ()
     wound: tuple[Bow, ...] = ()
+
+    @property
+    def turns(self) -> tuple[Bow, ...]:
+        """The bows on wheels with a radius."""
+        return tuple(bow for bow in self.bows if bow.radius > 0.0)
 
     @property
     def length(self) -> float:

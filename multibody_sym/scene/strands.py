@@ -151,7 +151,7 @@ def placed_rope(strand: Strand, runs: Runs, motion: Motion, ends: Sequence[Float
         for first, second in pairwise(bends)
         if first.after is not None
     ]
-    bows = [_bow(bend) for bend in bends if bend.wheel is not None and bend.before and bend.after]
+    bows = [_bow(bend) for bend in bends if bend.before and bend.after]
     wound = [_coil(bend) for bend in (bends[0], bends[-1]) if bend.wheel is not None]
     return PlacedStrand(strand, np.array(pieces), tuple(bows), tuple(wound))
 
@@ -174,10 +174,11 @@ def _meetings(runs: Runs, motion: Motion) -> list[_Meeting]:
 
 
 def _bow(bend: _Meeting) -> Bow:
-    """Return the part of the rope on a wheel between two pieces."""
-    assert bend.wheel is not None
+    """Return the part of the rope on a wheel between two pieces, of no length at a point."""
     assert bend.before is not None
     assert bend.after is not None
+    if bend.wheel is None:
+        return Bow(vector(bend.centre), (0.0, 0.0, 1.0), 0.0, vector(bend.centre), 0.0)
     a, b = np.array(bend.before.direction, dtype=float), np.array(bend.after.direction, dtype=float)
     axis = np.array(bend.wheel.axis, dtype=float)
     angle = np.pi / 2.0 + np.arctan2(-float(a @ b), float(axis @ np.cross(a, b))) + 2.0 * np.pi * bend.turns

@@ -114,3 +114,32 @@ def test_joints_in_space_have_their_signs(joint: Any, kinds: set[str]) -> None:
     body = mbs.Body(mass=1, inertia={"Ixx": 1, "Iyy": 1, "Izz": 1})
     drawn = scene({"J": joint}, gravity=(0, 0, -9.81), bodies={"body": body})
     assert {i.form.kind for i in drawn.items if i.role == "joint" and isinstance(i.form, Symbol)} == kinds
+
+
+def test_a_rope_has_a_bow_between_each_two_pieces_of_no_length_at_a_point() -> None:
+    drawn = scene(
+        {
+            "A": mbs.Prismatic("ground", "left", axis="y"),
+            "B": mbs.Prismatic("ground.right", "load", axis="y"),
+        },
+        bodies={
+            "ground": mbs.Body(points={"up": [0, 2, 0], "axle": [1, 2, 0], "right": [1.1, 0, 0]}),
+            "left": mbs.Body(mass=1),
+            "load": mbs.Body(mass=2),
+        },
+        pulleys={"P": mbs.Pulley(at="ground.up"), "Q": mbs.Pulley(at="ground.axle", radius=0.1)},
+        constraints={"rope": mbs.Rope(["left", "P", "Q", "load"])},
+    )
+    (rope,) = drawn.at().strands
+    assert [bow.radius for bow in rope.bows] == [0.0, 0.1]
+    assert rope.turns == rope.bows[1:]
+    slope = np.arcsin(0.1 / 1.0)  # the tangent from the point to the wheel, which it leaves plumb
+    assert rope.length == pytest.approx(2 + np.cos(slope) + 0.1 * (np.pi / 2 + slope) + 2)
+
+
+def test_a_system_without_gravity_joints_or_sizes_is_a_scene_too() -> None:
+    alone = scene({"free": mbs.PointJoint("ground", "a")}, gravity=(0, 0, 0), bodies={"a": mbs.Body(mass=1)})
+    assert alone.size == 1.0
+    assert np.all(np.isfinite(alone.at().poses))
+    empty = scene({}, bodies={})
+    assert empty.at().poses.shape == (1, 3, 4)

@@ -85,9 +85,9 @@ def drawn_pieces(sheet: Sheet, placed: PlacedStrand) -> Floats:
     shifts = [moved.bodies.get(anchor.body, np.zeros(2)) for anchor in placed.strand.anchors]
     if not any(np.any(shift) for shift in shifts) or not len(pieces):
         return pieces
-    if len(pieces) > 1 and not placed.bows and sheet.flat:
+    if len(pieces) > 1 and not placed.turns and sheet.flat:
         _shift_along(pieces, shifts)
-    elif not placed.bows:
+    elif not placed.turns:
         if len(pieces) == 1:
             _shift_beside(pieces[0], shifts)
         pieces[0][0] += shifts[0]

@@ -139,7 +139,7 @@ def _lift(made: _Settling, body: int, carrier: int, normal: Floats, height: floa
 
 def _fold(made: _Settling, rope: PlacedStrand) -> None:
     """Let the pieces of a rope that runs straight back over wheels without a radius hang beside each other."""
-    if rope.strand.kind != "rope" or rope.bows or not np.all(np.isfinite(rope.pieces)):
+    if rope.strand.kind != "rope" or rope.turns or not np.all(np.isfinite(rope.pieces)):
         return
     pieces = made.scale * (rope.pieces @ made.axes.T)
     folds = [_is_fold(*pair) for pair in pairwise(pieces)]

@@ -118,7 +118,7 @@ def _rod(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, An
 def _rope(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
     """Yield a rope: straight pieces with the bows between them; round a small wheel where it bends at a point."""
     pen, points = sheet.pen(placed.strand, ROPE), [pieces[0][0]]
-    bows = [sheet.projection.page(bow.points()) for bow in placed.bows]
+    bows = [sheet.projection.page(bow.points()) for bow in placed.turns]
     for first, second in pairwise(pieces):
         between = [bow for bow in bows if _joins(bow, first[1], second[0])]
         centre = fillet(first[0], first[1], second[1], WHEEL) if not between else None
