@@ -137,6 +137,8 @@ if TYPE_CHECKING:
     from multibody_sym.studies.study import Study as Study
     from multibody_sym.writing.animation.animate import Animation as Animation
     from multibody_sym.writing.animation.animate import animate as animate
+    from multibody_sym.writing.report.report import Report as Report
+    from multibody_sym.writing.report.report import report as report
 
 _NAMES = {
     "analysis.derivations": "derive",
@@ -191,6 +193,7 @@ _NAMES = {
     "studies.run": "sweep",
     "studies.study": "Study",
     "writing.animation.animate": "Animation animate",
+    "writing.report.report": "Report report",
 }
 _MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}
 

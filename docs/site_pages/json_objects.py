@@ -163,6 +163,7 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "description": "what it shows, in a sentence",
         "size_mm": "width and height in mm",
     },
+    "report": {"written": "the files that were written"},
     "sweep": {
         "runs": "number of runs",
         "computed": "how many of them were computed in this call",

@@ -20,6 +20,7 @@ from multibody_sym.cli.commands import (
     linearize,
     modes,
     new,
+    report,
     schema,
     simulate,
     solve,
@@ -31,7 +32,7 @@ from multibody_sym.errors import Where
 
 COMMANDS: Final = (
     *(new, import_, check, draw, derive, solve, equilibrium, linearize, modes, simulate, animate, sweep, export),
-    *(schema, explain),
+    *(report, schema, explain),
 )
 _AS_JSON: Final = "print one JSON object, also for an error"
 _PURPOSE: Final = "Equations of motion of multibody systems, derived and run."

@@ -87,6 +87,14 @@ def _result(equations: Equations) -> list[Step]:
     return [step for step in steps if step.title not in _ON_THE_WAY]
 
 
+def result_steps(equations: Equations, *, whole: bool = False) -> list[Step]:
+    """Return the steps that are told, the names of sub-expressions last; `whole` all of them."""
+    shown = [*_withheld(equations), *(equations.steps if whole else _result(equations))]
+    if equations.definitions:
+        shown.append(Step("Names", tuple(Equation(name, e) for name, e in equations.definitions)))
+    return shown
+
+
 def _step_text(equations: Equations, step: Step) -> str:
     lines = [f"    {line}" for e in step.equations for line in _equation_text(equations, e)]
     notes = [f"    {line}" for line in step.note.splitlines()]
@@ -128,9 +136,7 @@ def derivation_latex(equations: Equations, *, steps: bool = False) -> str:
     r"""Return the same as LaTeX for a document with amsmath: a \paragraph for each step."""
     if equations.operations > LONGEST:
         return rf"\paragraph{{{escaped(_headline(equations))}}} {escaped(advice(equations))}."
-    shown = [*_withheld(equations), *(equations.steps if steps else _result(equations))]
-    if equations.definitions:
-        shown.append(Step("Names", tuple(Equation(name, e) for name, e in equations.definitions)))
+    shown = result_steps(equations, whole=steps)
     return "\n".join([f"% {_headline(equations)}", *(_step_latex(equations, step) for step in shown)]) + "\n"
 
 
@@ -152,13 +158,16 @@ def derivation_document(equations: Equations, *, steps: bool = False) -> str:
 
 def derivation_html(equations: Equations, *, steps: bool = False) -> str:
     """Return the same as a page of HTML that needs nothing beside it."""
+    return html_document(_headline(equations), derivation_body(equations, steps=steps))
+
+
+def derivation_body(equations: Equations, *, steps: bool = False) -> str:
+    """Return the same as a part of a page of HTML."""
     if equations.operations > LONGEST:
-        return html_document(_headline(equations), f"<p>{escape(advice(equations))}</p>\n")
-    shown = [*_withheld(equations), *(equations.steps if steps else _result(equations))]
-    if equations.definitions:
-        shown.append(Step("Names", tuple(Equation(name, e) for name, e in equations.definitions)))
+        return f"<p>{escape(advice(equations))}</p>\n"
+    shown = result_steps(equations, whole=steps)
     script = mathml_script(equations.notation)
-    return html_document(_headline(equations), "\n".join(_step_html(script, step) for step in shown) + "\n")
+    return "\n".join(_step_html(script, step) for step in shown) + "\n"
 
 
 def _step_html(script: MathmlScript, step: Step) -> str:

@@ -11,13 +11,17 @@ _PREAMBLE: Final = r"""\documentclass{article}
 \usepackage[T1]{fontenc}
 \usepackage[utf8]{inputenc}
 \usepackage{amsmath}
+\usepackage{graphicx}
 \usepackage[margin=2cm]{geometry}
 \allowdisplaybreaks
 \setcounter{secnumdepth}{0}
 \setcounter{MaxMatrixCols}{99}
 \setlength{\parindent}{0pt}
-\begin{document}
 """
+FIT: Final = (
+    r"\newcommand{\fit}[1]{\resizebox{\ifdim\width>0.93\linewidth 0.93\linewidth\else\width\fi}{!}{$\displaystyle #1$}}"
+)
+"""A line of mathematics, set smaller where it is too wide for the page."""
 _PAGE: Final = (
     "body{max-width:60em;margin:2em auto;padding:0 1em;font-family:serif}.n{float:right}"
     "p{overflow-x:auto;overflow-y:hidden}"
@@ -25,8 +29,9 @@ _PAGE: Final = (
 
 
 def latex_document(title: str, body: str) -> str:
-    """Return a LaTeX document around a body that needs amsmath only."""
-    return f"{_PREAMBLE}\\section*{{{escaped(title)}}}\n{body.rstrip()}\n\\end{{document}}\n"
+    r"""Return a LaTeX document around a body that needs amsmath and `\fit` only."""
+    head = f"{_PREAMBLE}{FIT}\n\\begin{{document}}\n\\section*{{{escaped(title)}}}"
+    return f"{head}\n{body.rstrip()}\n\\end{{document}}\n"
 
 
 def html_document(title: str, body: str) -> str:

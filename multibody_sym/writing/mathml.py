@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Final
 import sympy
 
 from multibody_sym.algebra.script import ATOM, POWER, PRODUCT, SUM, Piece, Script
-from multibody_sym.dynamics.derivation.notation import GREEK, Notation
+from multibody_sym.dynamics.derivation.notation import GREEK, Notation, read_parts
 
 _SPACE: Final = '<mspace width="0.17em"/>'
 _DOTS: Final = {1: "&#x2D9;", 2: "&#xA8;"}
@@ -99,13 +99,13 @@ def mathml_name(name: str) -> str:
     if not _NAME.fullmatch(name):
         return f"<mtext>{escape(name)}</mtext>"
     spelt = name.rstrip("'")
-    letter, rest = re.match(r"([A-Za-z]*)_*(.*)", spelt).groups()  # type: ignore[union-attr]
-    head = _part(letter)
+    first, *parts = read_parts(spelt)
+    head = _part(first)
     primes = len(name) - len(spelt)
     if primes in _DOTS:
         head = f'<mover accent="true">{head}<mo>{_DOTS[primes]}</mo></mover>'
-    parts = [_part(part) for part in rest.split("_") if part]
-    return f"<msub>{head}<mrow>{'<mo>,</mo>'.join(parts)}</mrow></msub>" if parts else head
+    below = "<mo>,</mo>".join(map(_part, parts))
+    return f"<msub>{head}<mrow>{below}</mrow></msub>" if parts else head
 
 
 def _part(word: str) -> str:

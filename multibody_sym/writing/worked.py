@@ -27,6 +27,12 @@ def worked_text(worked: Worked, units: Units = SI) -> str:
     return _Text(worked.notation, units).document(worked)
 
 
+def worked_parts(worked: Worked, form: str, units: Units = SI) -> list[str]:
+    """Return the steps one by one as parts of a larger document, in the form `latex` or `html`."""
+    writer = {"latex": _Latex, "html": _Html}[form](worked.notation, units)
+    return [writer.step(step) for step in worked.steps]
+
+
 def worked_latex(worked: Worked, units: Units = SI) -> str:
     """Return the steps as a LaTeX document, with numbers in chosen units."""
     return _Latex(worked.notation, units).document(worked)
@@ -173,7 +179,7 @@ class _Latex(_Writer):
         head = rf"\text{{{self.words(line.before)}: }}" if line.before else ""
         tag = "" if line.tag is None else rf" \tag{{{line.tag}}}"
         first, *others = self.lines(line, _WIDTH)
-        body = " \\\\\n".join([f"& {head}{first}", *(rf"& \quad {other}" for other in others)])
+        body = " \\\\\n".join([rf"& \fit{{{head}{first}}}", *(rf"& \quad \fit{{{other}}}" for other in others)])
         return f"\\begin{{align*}}\n{body}{tag}\n\\end{{align*}}"
 
     def plain(self, words: str) -> str:

@@ -29,11 +29,12 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], ...]] = {
     "simulate": (mbs.simulate,),
     "sweep": (mbs.sweep,),
     "animate": (mbs.simulate, mbs.animate),
+    "report": (mbs.simulate, mbs.report),
     "export": (mbs.export,),
     "import": (mbs.load_urdf,),
     "schema": (mbs.schema,),
 }
-OF_MODELS = [name for name in FUNCTIONS if name not in ("import", "schema", "animate")]
+OF_MODELS = [name for name in FUNCTIONS if name not in ("import", "schema", "animate", "report")]
 """Commands whose functions take a system; those that show a run take the options of `simulate` with theirs."""
 SHARED = {"parameters", "initial", "inputs", "coordinates", "project", "formalism"}
 SUBJECT = {"system", "model", "path"}
@@ -49,6 +50,7 @@ PRINTED = {
     ("modes", "format"): "how the answer is printed: it is text, LaTeX and data at once",
     ("solve", "format"): "how the steps are printed: they are text, LaTeX and HTML at once",
     ("simulate", "output"): "the file for the table that run.table() is",
+    ("report", "output"): "the file that report(system, file) writes",
     ("animate", "output"): "the file that animate(run, file) writes",
     ("simulate", "show"): "what plot(run, show=..) draws",
     ("simulate", "x"): "over what plot(run, x=..) draws it",
@@ -62,6 +64,10 @@ PRINTED = {
 }
 NOT_TYPED = {
     ("simulate", "on_progress"): "a function; the command shows its progress itself",
+    ("report", "on_progress"): "a function; a report is written at its end",
+    ("report", "command"): "the words that were typed",
+    ("report", "settings"): "the settings of the run by their names",
+    ("report", "units"): "how numbers are printed",
     ("animate", "on_progress"): "a function; the command shows its progress itself",
     ("animate", "run"): "the run of the model, which the command makes itself",
     ("animate", "units"): "how the plots beside it are printed",

@@ -5,12 +5,12 @@ from __future__ import annotations
 import base64
 import json
 import re
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from writing_pages import Page
 
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
@@ -19,22 +19,6 @@ from multibody_sym.writing.animation.packing import packed
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 HOSTILE = "</script><script>alert(1)</script>\" onload='x' ]]> <!--"
-
-
-class Page(HTMLParser):
-    """The attributes that could ask for something, and the texts of scripts."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.asked: list[str] = []
-        self.tags: list[str] = []
-        self.feed(text)
-        self.close()
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append(tag)
-        self.asked += [str(value) for name, value in attrs if name in ("src", "href", "srcset", "data", "action")]
-        assert not any(name.startswith("on") for name, _ in attrs)
 
 
 def data_of(page: str) -> dict[str, Any]:

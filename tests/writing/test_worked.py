@@ -110,8 +110,8 @@ def test_wrong_latex_is_seen() -> None:
 
 def test_latex_of_an_equation() -> None:
     latex = worked_latex(steps(ATWOOD))
-    assert r"& \text{along $y_{1}$: }m_{1} \ddot{y}_{1} = T - m_{1} g \tag{1}" in latex
-    assert r"T = \frac{2 m_{1} m_{2} g}{m_{1} + m_{2}} = \ensuremath{13.33333333}\ \text{N}" in latex
+    assert r"& \fit{\text{along $y_{1}$: }m_{1} \ddot{y}_{1} = T - m_{1} g} \tag{1}" in latex
+    assert r"T = \frac{2 m_{1} m_{2} g}{m_{1} + m_{2}} = \ensuremath{13.33333333}\ \text{N}}" in latex
 
 
 @pytest.mark.long

@@ -129,19 +129,29 @@ def _dotted(latex: str, accent: str) -> str:
 
 def latex_name(name: str) -> str:
     r"""Return a name in LaTeX: theta_1 and theta1 as \theta_{1}, words upright, everything else harmless."""
+    head, *parts = (_latex_part(part) for part in read_parts(name))
+    return f"{head}_{{{','.join(parts)}}}" if parts else head
+
+
+def read_parts(name: str) -> list[str]:
+    """Return the letter or words of a name and what stands below it, theta1 as theta and 1.
+
+    Words that follow each other are read as one, crank_angle_2 as crank angle and 2.
+    """
     letter, rest = re.match(r"([A-Za-z]*)_*(.*)", name, re.DOTALL).groups()  # type: ignore[union-attr]
-    words, parts = [letter or name], [part for part in rest.split("_") if part] if letter else []
+    if not letter:
+        return [name]
+    words, parts = [letter], [part for part in rest.split("_") if part]
     while _is_word(letter) and parts and _is_word(parts[0]):
         words.append(parts.pop(0))
-    head = f"\\{letter}" if letter in GREEK else letter if len(letter) == 1 else upright(" ".join(words))
-    return f"{head}_{{{_subscript(parts)}}}" if parts else head
-
-
-def _subscript(parts: Sequence[str]) -> str:
-    """Return what stands below a letter; words that follow each other are read as one."""
     runs = [(word, list(run)) for word, run in groupby(parts, _is_word)]
-    joined = [part for word, run in runs for part in ([" ".join(run)] if word else run)]
-    return ",".join(f"\\{p}" if p in GREEK else p if p.isdigit() or len(p) == 1 else upright(p) for p in joined)
+    return [" ".join(words), *(part for word, run in runs for part in ([" ".join(run)] if word else run))]
+
+
+def _latex_part(part: str) -> str:
+    if part in GREEK:
+        return f"\\{part}"
+    return part if part.isdigit() or (len(part) == 1 and part.isalpha() and part.isascii()) else upright(part)
 
 
 def _is_word(part: str) -> bool:

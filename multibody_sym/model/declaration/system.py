@@ -104,6 +104,11 @@ class System(Element):
         Record(Settings), None, says="how it is simulated, unless a command says otherwise", such="{t_end: 2 s}"
     )
 
+    description: str | None = holds(
+        Text(), None, keyword=True, says="what the system is and what is asked: the statement of a problem",
+        such="A block slides down a rough incline.",
+    )
+
     def __post_init__(self) -> None:
         for name in _MAPS:
             if getattr(self, name) is None:
