@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from site_pages import commands, gallery, json_objects, language, model_file
+from site_pages import commands, gallery, json_objects, language, model_file, pictures
 from site_pages.generated import generated
 from site_pages.markdown import anchor
 
@@ -86,10 +86,17 @@ def test_a_page_of_the_gallery_has_all_its_parts() -> None:
     assert len(gallery.theories()) > 40
 
 
+def test_pictures_are_drawn_of_what_stands_in_the_page() -> None:
+    drawn = {address: make() for address, make in pictures.pictures().items()}
+    assert all(svg.lstrip().startswith("<?xml") and "<svg" in svg for svg in drawn.values())
+    assert "block" in drawn["tutorials/incline.svg"]
+    assert "rod" in drawn["tutorials/slider_crank.svg"]
+
+
 def test_links_lead_somewhere(reference: Mapping[str, str]) -> None:
     written = {path.relative_to(DOCS).as_posix(): path.read_text(encoding="utf-8") for path in DOCS.rglob("*.md")}
     texts = {**written, **reference}
-    known = {*texts, *gallery.pages()}
+    known = {*texts, *gallery.pages(), *pictures.pictures()}
     for address, text in texts.items():
         prose = re.sub(r"```.*?```|`[^`]*`", "", text, flags=re.DOTALL)
         for target in re.findall(r"\]\(([^)\s]+)\)", prose):

@@ -11,7 +11,7 @@ from site_pages.markdown import block, cell, code, plain, table
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
 _LONGEST = 60
-_BUDGET = 10.0
+_BUDGET = 60.0
 _TITLES = {
     "": "Mechanisms",
     "textbook": "Textbook problems with friction, contacts and ropes",

@@ -8,14 +8,15 @@ from typing import Any
 
 
 def on_files(files: Any, *, config: Any) -> Any:
-    """Add the generated pages."""
+    """Add the generated pages and pictures."""
     folder = str(Path(__file__).parents[1])
     if folder not in sys.path:
         sys.path.insert(0, folder)
     from mkdocs.structure.files import File
 
     from site_pages.generated import generated
+    from site_pages.pictures import pictures
 
-    for address, make in generated().items():
+    for address, make in (*generated().items(), *pictures().items()):
         files.append(File.generated(config, address, content=make()))
     return files
