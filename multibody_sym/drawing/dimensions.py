@@ -66,7 +66,7 @@ def _cheapest(room: Room, one: Measure) -> _Line:
             if offset + _OFF_MIDDLE * abs(part - 0.5) > best.cost:
                 break
             for side in (1, -1):
-                best = min(best, _Line(room, one, offset * side, part), key=lambda line: line.cost)
+                best = min(best, _Line(room, one, offset * side, part, best.cost), key=lambda line: line.cost)
     return best
 
 
@@ -77,7 +77,7 @@ def _named(one: Measure | Bend, layer: int = LAYER_ARROW) -> dict[str, Any]:
 class _Line:
     """A dimension line at an offset to the left of the direction from a to b, its letters at a part of its length."""
 
-    def __init__(self, room: Room, one: Measure, offset: float, part: float) -> None:
+    def __init__(self, room: Room, one: Measure, offset: float, part: float, limit: float = np.inf) -> None:
         self.one = one
         self.feet = np.array([one.a, one.b], dtype=float)
         self.length = float(np.hypot(*(self.feet[1] - self.feet[0])))
@@ -89,7 +89,7 @@ class _Line:
         self.inside = self.length * 2 * min(part, 1 - part) >= self.gap + 2 * _HEAD + 4.0
         self.centre = self.ends[0] + part * self.length * self.along if self.inside else self._beyond(part)
         self.box = box_at(self.centre[None], wide, high)
-        self.cost = self._cost(room, offset, part)
+        self.cost = self._cost(room, offset, part, limit)
 
     def _beyond(self, part: float) -> Floats:
         """Return the middle of letters that do not fit between the arrows: in the line, beyond one of its ends."""
@@ -102,15 +102,21 @@ class _Line:
         """Whether the arrows stand outside."""
         return self.length < 2 * _HEAD + 4.0
 
-    def _cost(self, room: Room, offset: float, part: float) -> float:
-        """Return what this place costs: distance, lines that it crosses, letters that it does not leave alone."""
+    def _cost(self, room: Room, offset: float, part: float, limit: float) -> float:
+        """Return what this place costs: distance, letters that it does not leave alone, lines that it crosses.
+
+        Nothing is looked at any more once it costs more than the limit.
+        """
         cost = abs(offset) + _OFF_MIDDLE * abs(part - 0.5)
         cost += 0.3 * float(self.away[1] > 1e-9) + 0.2 * float(self.away[0] < -1e-9)
-        for line in self._extensions():
-            cost += 1.5 * room.crowded(line[0] + 3.0 * self.away, line[1])
         wide = float(np.ptp(self.box[0, 0::2]) + np.ptp(self.box[0, 1::2]))
-        touched = float(room.touched(self.box, room.near(self.centre[None], wide))[0])
-        return cost + 2.0 * room.crowded(*self.ends) + 60.0 * touched
+        cost += 60.0 * float(room.touched(self.box, room.near(self.centre[None], wide))[0])
+        if cost < limit:
+            cost += 2.0 * room.crowded(*self.ends)
+        for line in self._extensions():
+            if cost < limit:
+                cost += 1.5 * room.crowded(line[0] + 3.0 * self.away, line[1])
+        return cost
 
     def _extensions(self) -> list[Floats]:
         return [

@@ -36,6 +36,7 @@ _ITALIC: Final = (
     "611 556 556 389 278 389 422 500 333 500 500 444 500 444 278 500 500 278 278 444 278 722 500 500 500 500 389 389 "
     "278 500 444 667 444 444 389 400 275 400 541"
 )
+_SYMBOL: Final = re.compile(r"([A-Za-z]+)_*([A-Za-z0-9_]*)")
 _WIDTHS: Final = {
     style: {chr(32 + i): int(w) / 1000 for i, w in enumerate(table.split())}
     for style, table in (("roman", _ROMAN), ("italic", _ITALIC), ("subscript", _ROMAN))
@@ -49,6 +50,9 @@ GREEK: Final = dict(
     ).split()
 )
 """The Greek letters by their names."""
+_SHORT: Final = rf"(?:{'|'.join(GREEK)}|[A-Za-z]{{1,2}})(?:_?[0-9]+)?"
+_FORMULA: Final = re.compile(rf"-?(?:{_SHORT}|[0-9.]+)(?: ?[-+*/] ?(?:{_SHORT}|[0-9.]+))+")
+"""Sums and quotients of symbols of a letter or two; names with a hyphen are longer words."""
 
 
 def width_of(runs: Sequence[Run], size: float) -> float:
@@ -73,13 +77,26 @@ def _unlisted(letter: str) -> float:
 def letters(name: str) -> tuple[Run, ...]:
     """Return a symbol as a book writes it: theta_1 and theta1 as θ with the index 1, l as an italic l, words upright.
 
-    Words that follow each other are read as such (crank_angle). What is no symbol stands as it is.
+    Words that follow each other are read as such (crank_angle), and so are symbols in a formula, such as R - r or l/2.
+    What is neither stands as it is.
     """
     shown = printable(name)
-    found = re.fullmatch(r"([A-Za-z]+)_*([A-Za-z0-9_]*)", shown)
+    found = _SYMBOL.fullmatch(shown)
     if found is None:
-        return words(shown)
-    letter, rest = found.groups()
+        return _formula(shown) if _FORMULA.fullmatch(shown) else words(shown)
+    return _symbol(*found.groups())
+
+
+def _formula(text: str) -> tuple[Run, ...]:
+    """Return the runs of a formula of short symbols, with signs as they are set."""
+    runs: list[Run] = []
+    for part in re.findall(r"[A-Za-z]\w*|[^A-Za-z]+", text, re.ASCII):
+        found = _SYMBOL.fullmatch(part)
+        runs += _symbol(*found.groups()) if found else [(part.replace("-", "−").replace("*", "\u2009"), "roman")]
+    return tuple(runs)
+
+
+def _symbol(letter: str, rest: str) -> tuple[Run, ...]:
     named, parts = [letter], [part for part in rest.split("_") if part]
     while _is_word(letter) and parts and _is_word(parts[0]):
         named.append(parts.pop(0))

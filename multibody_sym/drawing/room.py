@@ -41,7 +41,8 @@ def crossings(boxes: Floats, segments: Floats) -> Floats:
     centre, half = (boxes[:, :2] + boxes[:, 2:]) / 2, (boxes[:, 2:] - boxes[:, :2]) / 2
     middle, reach = (segments[:, :2] + segments[:, 2:]) / 2, (segments[:, 2:] - segments[:, :2]) / 2
     d = middle[None] - centre[:, None]
-    apart = (np.abs(d) > half[:, None] + np.abs(reach)[None]).any(-1)
+    wide = np.abs(d) > half[:, None] + np.abs(reach)[None]
+    apart = wide[..., 0] | wide[..., 1]
     turn = np.abs(reach[None, :, 0] * d[..., 1] - reach[None, :, 1] * d[..., 0])
     apart |= turn > half[:, None, 0] * np.abs(reach)[None, :, 1] + half[:, None, 1] * np.abs(reach)[None, :, 0]
     found: Floats = (~apart).sum(1).astype(float)
@@ -52,7 +53,8 @@ def overlaps(boxes: Floats, others: Floats) -> Floats:
     """Return how many of the others (n, 4) each of the boxes (m, 4) meets: (m,)."""
     if not len(boxes) or not len(others):
         return np.zeros(len(boxes))
-    apart = (boxes[:, None, :2] >= others[None, :, 2:]).any(-1) | (boxes[:, None, 2:] <= others[None, :, :2]).any(-1)
+    beyond = (boxes[:, None, :2] >= others[None, :, 2:]) | (boxes[:, None, 2:] <= others[None, :, :2])
+    apart = beyond[..., 0] | beyond[..., 1]
     found: Floats = (~apart).sum(1).astype(float)
     return found
 
@@ -64,6 +66,7 @@ class Room:
         self._segments: list[Floats] = []
         self._letters: list[tuple[float, ...]] = []
         self._areas: list[Floats] = []
+        self._reaches = np.zeros((0, 4))
         for mark in marks:
             self.take(mark)
 
@@ -96,10 +99,11 @@ class Room:
     def near(self, about: Floats, reach: float) -> Floats:
         """Return the lines within a distance of points (n, 2)."""
         lines = self.segments
+        if len(self._reaches) != len(lines):
+            ends = lines[:, :2], lines[:, 2:]
+            self._reaches = np.hstack((np.maximum(*ends), -np.minimum(*ends)))
         low, high = about.min(0) - reach, about.max(0) + reach
-        x, y = lines[:, 0::2], lines[:, 1::2]
-        inside = (x.max(1) >= low[0]) & (x.min(1) <= high[0]) & (y.max(1) >= low[1]) & (y.min(1) <= high[1])
-        found: Floats = lines[inside]
+        found: Floats = lines[(self._reaches >= np.array([*low, *-high])).all(1)]
         return found
 
     def touched(self, boxes: Floats, lines: Floats) -> Floats:

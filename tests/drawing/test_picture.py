@@ -83,6 +83,10 @@ def test_nearer_marks_come_later() -> None:
         ("crank_angle", (("crank angle", "roman"),)),
         ("link_3", (("link", "roman"), ("3", "subscript"))),
         ("x_left_end", (("x", "italic"), ("left end", "subscript"))),
+        ("l/2", (("l", "italic"), ("/2", "roman"))),
+        ("R - r_1", (("R", "italic"), (" − ", "roman"), ("r", "italic"), ("1", "subscript"))),
+        ("theta + pi", (("θ", "italic"), (" + ", "roman"), ("π", "italic"))),
+        ("front-wheel", (("front-wheel", "roman"),)),
         ("no symbol!", (("no symbol!", "roman"),)),
     ],
 )
