@@ -49,7 +49,7 @@ class Anchor:
 
 @dataclass(frozen=True)
 class Strand:
-    """What runs between bodies: `kind` is spring, damper, spring_damper, rope, rod, pull, attraction, repulsion, belt.
+    """What runs between bodies: `kind` is spring, damper, spring_damper, rope, rod, pull, potential, attraction, tie.
 
     From end to end of `anchors` in a straight line, or for a rope by its `rope`, a number among those of the scene.
     """

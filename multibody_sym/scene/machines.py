@@ -10,7 +10,6 @@ import numpy as np
 
 from multibody_sym.errors import ModelError
 from multibody_sym.model.declaration.constraints import (
-    Coupler,
     Expression,
     Gear,
     OnCurve,
@@ -108,13 +107,15 @@ def _gear(stage: Stage, name: str, gear: Gear) -> Iterator[Item]:
         yield Item("gear", name, name, path, each.child.body, form or Symbol("gear", each.child.point, axis))
 
 
-def _on_joints(stage: Stage, name: str, element: Coupler | PrescribedMotion) -> Iterator[Item]:
-    """Yield a sign without ink at the joints that an expression ties, so that marks have a place."""
-    joints = tuple(element.joints) if isinstance(element, Coupler) else (element.joint,)
-    for joint in joints:
-        each = held(stage, joint)
-        sign = Symbol("drive" if isinstance(element, PrescribedMotion) else "tie", each.child.point)
-        yield Item("limit", name, name, ("constraints", name), each.child.body, sign)
+def _driven(stage: Stage, name: str, element: PrescribedMotion) -> Iterator[Item]:
+    """Yield the direction in which a joint is driven."""
+    each = held(stage, element.joint)
+    turns, slides = _turns(each), [axis for step in each.joint.steps for axis in step.slides]
+    axes = turns or slides
+    axis = each.parent.turned(unit(stage.vector(axes[0]))) if axes else (0.0, 0.0, 1.0)
+    sign = Symbol("drive_about" if turns else "drive_along", each.parent.point, axis)
+    body, path = each.parent.body, ("constraints", name)
+    yield Item("limit", name, name, path, body, sign, each.bodies, each.on_ground)
 
 
 def _tie(stage: Stage, name: str, element: Any) -> Iterator[Item]:
@@ -164,8 +165,7 @@ def _rolling(stage: Stage, name: str, element: Rolling) -> Iterator[Item]:
 
 _CONSTRAINTS: Final[Mapping[type[Any], Callable[[Stage, str, Any], Iterator[Item]]]] = {
     Gear: _gear,
-    Coupler: _on_joints,
-    PrescribedMotion: _on_joints,
+    PrescribedMotion: _driven,
     PointOnLine: _on_line,
     PointInPlane: _in_plane,
     OnCurve: _on_curve,

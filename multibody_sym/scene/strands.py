@@ -12,7 +12,7 @@ import numpy as np
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.ropes import Segment, Wheel, segments, wheel_at
-from multibody_sym.model.declaration.constraints import Distance, Rope
+from multibody_sym.model.declaration.constraints import Coupler, Distance, Rope
 from multibody_sym.model.declaration.fields import Element
 from multibody_sym.model.declaration.forces import (
     Coulomb,
@@ -67,6 +67,7 @@ _STRANDS: Final[Mapping[type[Any], Callable[[Stage, Any], str | None]]] = {
     Coulomb: lambda stage, element: "attraction",
     Distance: lambda stage, element: "rod",
     Rope: lambda stage, element: "rope",
+    Coupler: lambda stage, element: "tie",
 }
 """The kind of strand that an element is; None for what runs between no points."""
 
@@ -76,6 +77,9 @@ def _anchors(stage: Stage, element: Any, kind: str) -> tuple[Anchor, ...]:
     if isinstance(element, Rope):
         ends = [name for name in element.path if name not in stage.system.pulleys]
         return tuple(_anchor(stage, end) for end in ends)
+    if isinstance(element, Coupler):
+        places = [held(stage, name).child for name in element.joints]
+        return tuple(Anchor(place.body, place.point) for place in places) if len(places) > 1 else ()
     if getattr(element, "between", None) is not None:
         central = kind == "attraction"
         return tuple(_anchor(stage, end, central=central) for end in element.between)

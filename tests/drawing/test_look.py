@@ -11,7 +11,7 @@ import multibody_sym as mbs
 from multibody_sym.drawing.look.scene_marks import scene_marks
 from multibody_sym.drawing.look.sheet import extent
 from multibody_sym.drawing.look.strands import zigzag
-from multibody_sym.drawing.picture import Arc, Bend, Hatch, Mark, Measure, Stroke, Wish
+from multibody_sym.drawing.picture import Arc, Arrow, Bend, Hatch, Mark, Measure, Stroke, Wish
 from multibody_sym.drawing.projection import Projection
 from multibody_sym.scene.scene import scene_of
 
@@ -82,3 +82,12 @@ def test_two_loads_on_a_rope_over_a_point_hang_beside_each_other() -> None:
     (rope,) = [m for m in marks if isinstance(m, Stroke) and m.role == "rope"]
     assert rope.points[0, 0] == pytest.approx(blocks["left"].mean())
     assert rope.points[-1, 0] == pytest.approx(blocks["right"].mean())
+
+
+def test_a_centre_of_force_a_drive_and_joints_that_are_tied_are_seen() -> None:
+    marks, _ = look("kepler")
+    assert any(isinstance(m, Arc) and m.name == "sun" and np.allclose(m.centre, 0.0) for m in marks)
+    marks, _ = look("variable_mass/hopper")
+    assert any(isinstance(m, Arrow) and m.name == "drive" for m in marks)
+    marks, _ = look("oscillations/governor")
+    assert ("constraint", "sleeve") in {(m.role, m.name) for m in marks}

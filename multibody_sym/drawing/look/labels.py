@@ -22,8 +22,8 @@ from multibody_sym.scene.items import AngleMark, Dimension, Item
 _SHORTEST: Final = 9.0
 """The shortest length (pt) that gets a dimension line."""
 _COORDINATE: Final = 24.0
-_NAMED: Final = ("body", "joint", "pulley", "guide", "contact", "force")
-_SILENT: Final = ("tie", "point", "used_point", "frame", "drive")
+_NAMED: Final = ("body", "joint", "pulley", "guide", "contact", "force", "limit")
+_SILENT: Final = ("tie", "point", "used_point", "frame")
 """Symbols without a name on the figure."""
 
 

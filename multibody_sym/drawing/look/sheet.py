@@ -19,7 +19,7 @@ from multibody_sym.scene.items import Item, Path, Placed
 from multibody_sym.scene.scene import Scene
 
 Values = Sequence[float] | Floats
-UNSEEN: Final = ("tie", "free", "contact", "point", "used_point", "frame", "drive", "friction")
+UNSEEN: Final = ("tie", "free", "contact", "point", "used_point", "frame", "drive_about", "drive_along", "friction")
 """Symbols whose place does not say how far a figure reaches."""
 
 

@@ -13,7 +13,19 @@ from multibody_sym.drawing.look.settle import WHEEL
 from multibody_sym.drawing.look.shapes import capsule
 from multibody_sym.drawing.look.sheet import Sheet, left, unit2
 from multibody_sym.drawing.picture import Arc, Hatch, Mark, Pen, Stroke
-from multibody_sym.drawing.style import AXIS, BODY, HIDDEN, LAYER_BODY, LAYER_GROUND, PAPER, PIN, ROPE, SPRING
+from multibody_sym.drawing.style import (
+    AXIS,
+    BODY,
+    DARK,
+    DOT,
+    HIDDEN,
+    LAYER_BODY,
+    LAYER_GROUND,
+    PAPER,
+    PIN,
+    ROPE,
+    SPRING,
+)
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scene.forms import Symbol
 from multibody_sym.scene.items import Item, PlacedStrand
@@ -163,10 +175,19 @@ def _around(first: Floats, second: Floats, centre: Floats) -> Floats:
 
 def _attraction(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
     yield Stroke(pieces[0], sheet.pen(placed.strand, HIDDEN), **named)
+    for anchor, end in zip(placed.strand.anchors, pieces[0], strict=True):
+        if anchor.body in sheet.ground:  # a centre of force
+            yield Arc(end, 2.0 * DOT, sheet.pen(placed.strand), fill=DARK, **named)
 
 
 def _pull(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
     yield Stroke(pieces[0], sheet.pen(placed.strand, AXIS), **named)
+
+
+def _tie(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+    """Yield a dashed line from joint to joint whose coordinates are tied."""
+    for piece in pieces:
+        yield Stroke(piece, sheet.pen(placed.strand, HIDDEN), **{**named, "role": "constraint"})
 
 
 STRANDS: Final[Mapping[str, Look]] = {
@@ -174,11 +195,10 @@ STRANDS: Final[Mapping[str, Look]] = {
     "damper": _damper,
     "spring_damper": _both,
     "rope": _rope,
-    "belt": _rope,
     "rod": _rod,
     "pull": _pull,
     "potential": _pull,
     "attraction": _attraction,
-    "repulsion": _attraction,
+    "tie": _tie,
 }
 """How each kind of strand looks."""

@@ -22,6 +22,7 @@ from multibody_sym.drawing.style import (
     BOLD,
     DARK,
     INK,
+    LAYER_ARROW,
     LAYER_BODY,
     LAYER_GROUND,
     LAYER_JOINT,
@@ -31,7 +32,7 @@ from multibody_sym.drawing.style import (
     THIN,
 )
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Barrel, Block, Disc, Rail, Symbol, unit
+from multibody_sym.scene.forms import Barrel, Block, Disc, Rail, Symbol, across, unit
 from multibody_sym.scene.items import Item
 
 _UNIT: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -312,6 +313,21 @@ def _gear(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
         yield Stroke(np.array([at + 10.0 * way, at + 14.0 * way]), INK, **named)
 
 
+def _driven(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield an arrow along the axis of what is driven, or most of a circle about it."""
+    at, named = sheet.at(item.body, symbol.at), sheet.named(item, LAYER_ARROW)
+    if symbol.kind == "drive_along":
+        way = unit2(sheet.way(item.body, symbol.axis), (0.0, 1.0))
+        start = at - 16.0 * left(way)
+        yield Arrow(np.array([start, start + 24.0 * way]), MOTION, **named)
+        return
+    e1 = np.array(across(symbol.axis))
+    e2 = np.cross(symbol.axis, e1)
+    angles = np.linspace(0.3, 4.6, 32)[:, None]
+    rim = [sheet.way(item.body, point) for point in np.cos(angles) * e1 + np.sin(angles) * e2]
+    yield Arrow(at + 12.0 * np.array(rim), MOTION, head=5.0, **named)
+
+
 def _nothing(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     """Yield ink only where the item is marked: a ring about its place."""
     if sheet.is_marked(item.path):
@@ -353,7 +369,8 @@ SYMBOLS: Final[Mapping[str, Look]] = {
     "motor": _motor,
     "rack": _rack,
     "gear": _gear,
-    "drive": _nothing,
+    "drive_about": _driven,
+    "drive_along": _driven,
     "tie": _nothing,
     "free": _nothing,
     "contact": _contact,
