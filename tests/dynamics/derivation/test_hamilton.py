@@ -386,7 +386,7 @@ def test_command_writes_all_formats(tmp_path: Path, capsys: pytest.CaptureFixtur
         for form in ("text", "latex", "html"):
             assert main(["derive", file, "--method", method, "--format", form, "--steps"]) == 0
             out = capsys.readouterr().out
-            assert "p_phi" in out or r"p_{\phi}" in out or "<sub>" in out
+            assert "p_phi" in out or r"p_{\phi}" in out or "<msub>" in out
         assert main(["derive", file, "--method", method, "--json"]) == 0
         data = json.loads(capsys.readouterr().out)
         assert data["method"] == method
