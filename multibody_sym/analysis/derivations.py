@@ -9,7 +9,7 @@ from multibody_sym.algebra.budget import Budget
 from multibody_sym.dynamics.derivation.canonical import CanonicalEquations
 from multibody_sym.dynamics.derivation.prepared import Prepared, budget_of, prepared, shortest
 from multibody_sym.dynamics.derivation.symbolic_equations import SymbolicEquations
-from multibody_sym.dynamics.derive import derive as derived
+from multibody_sym.dynamics.derive import equations_by
 from multibody_sym.errors import InputError, shown
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
@@ -90,17 +90,7 @@ def derive(
     changes = Changes(parameters, initial, inputs, coordinates, project)
     asked = formalism if method is None else method
     if not isinstance(asked, str) or asked not in CANONICAL:
-        return derived(
-            model,
-            method,
-            formalism=formalism,
-            parameters=parameters,
-            initial=initial,
-            inputs=inputs,
-            coordinates=coordinates,
-            project=project,
-            budget=budget,
-        )
+        return equations_by(prepared(model, changes), method, formalism, budget)
     if formalism is not None and formalism != asked:
         raise InputError(
             f"method {asked!r} and formalism {shown(formalism)} are two routes: give one of them", number="M120"

@@ -77,6 +77,13 @@ def derive(
     InputError for an unknown method, ModelError where "lagrange" does not apply, NoSolutionError past the budget.
     """
     ready = prepared(model, Changes(parameters, initial, inputs, coordinates, project))
+    return equations_by(ready, method, formalism, budget)
+
+
+def equations_by(
+    ready: Prepared, method: str | None, formalism: str | None, budget: Budget | float | None
+) -> SymbolicEquations:
+    """Return the equations of a prepared mechanism by a method; arguments and errors as for `derive`."""
     limits, chosen = budget_of(budget), _method(method, formalism, ready.mechanism)
     return shortest(ready, limits, lambda names, given: _derived(ready, chosen, names, given))
 

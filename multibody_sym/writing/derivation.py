@@ -11,9 +11,9 @@ import sympy
 from multibody_sym.analysis.theorems.symbolic import CONSERVED
 from multibody_sym.dynamics.derivation.canonical import CanonicalEquations
 from multibody_sym.dynamics.derivation.constants import SIDES
-from multibody_sym.dynamics.derivation.notation import escaped
+from multibody_sym.dynamics.derivation.notation import READABLE, escaped
 from multibody_sym.dynamics.derivation.record import Equation, Label, Step
-from multibody_sym.dynamics.derivation.symbolic_equations import READABLE, SymbolicEquations
+from multibody_sym.dynamics.derivation.symbolic_equations import SymbolicEquations
 from multibody_sym.expressions.printer import text as in_model_language
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.units import MechanismUnits

@@ -23,7 +23,8 @@ from textbook import (
 )
 
 from multibody_sym.algebra.budget import Budget
-from multibody_sym.dynamics.derivation.symbolic_equations import READABLE, SymbolicEquations
+from multibody_sym.dynamics.derivation.notation import READABLE
+from multibody_sym.dynamics.derivation.symbolic_equations import SymbolicEquations
 from multibody_sym.dynamics.derive import METHODS, derive
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.forward_dynamics import forward_dynamics

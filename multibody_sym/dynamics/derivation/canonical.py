@@ -9,15 +9,12 @@ from typing import Any
 import numpy as np
 import sympy
 
-from multibody_sym.algebra.budget import Budget
-from multibody_sym.algebra.subexpressions import Subexpressions, needed, value_of
-from multibody_sym.dynamics.derivation.notation import Notation
-from multibody_sym.dynamics.derivation.numpy_function import numpy_function
+from multibody_sym.dynamics.derivation.notation import Notation, ReadableEquations
+from multibody_sym.dynamics.derivation.numpy_function import declared_inputs, numpy_function
 from multibody_sym.dynamics.derivation.record import Derivation, Equation
-from multibody_sym.dynamics.derivation.symbolic_equations import READABLE
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.errors import ArgumentError, ModelError, shown
+from multibody_sym.errors import ModelError
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.numbers import number, vector
@@ -33,8 +30,8 @@ class FirstIntegral:
     symmetry: str
 
 
-@dataclass(frozen=True)
-class CanonicalEquations:
+@dataclass(frozen=True, repr=False)
+class CanonicalEquations(ReadableEquations):
     """Equations of motion in momenta, derived by `method` "hamilton" or "routh".
 
         hamilton:  H(q, p, t) = p . u - L        q' = dH/dp        p' = -dH/dq + Q + H^T lambda
@@ -73,18 +70,7 @@ class CanonicalEquations:
     def operations(self) -> int:
         """The number of operations in the function and the equations, each shared sub-expression counted once."""
         parts = [self.function, *(x for e in self.equations for x in (e.left, e.right) if isinstance(x, sympy.Basic))]
-        definitions = dict(self.definitions)
-        return sum(int(e.count_ops()) for e in (*parts, *(definitions[s] for s in needed(definitions, parts))))
-
-    def explicit(self, expression: Any) -> Any:
-        """Return an expression in q, p and the speeds that are kept, with what every name stands for in its place."""
-        if not isinstance(expression, (sympy.Basic, sympy.MatrixBase)):
-            raise ArgumentError(f"expected an expression or matrix of sympy, got {shown(expression)}")
-        known = dict(self.numbers)
-        definitions = dict(self._ordered())
-        for name in needed(definitions, [expression]):
-            known[name] = definitions[name].xreplace(known)
-        return expression.xreplace(known)
+        return self._counted(parts)
 
     def lambdify(self) -> Callable[..., tuple[Floats, Floats]]:
         """Return a NumPy function of (q, p, t=0, parameters=None): qdot (nq,) and pdot (nu,) of Hamilton's equations.
@@ -106,31 +92,10 @@ class CanonicalEquations:
 
     def _compiled(self) -> Callable[..., Any]:
         s = self.symbols
-        declared = Subexpressions("input ", Budget())
-        inputs = declared.translated(list(self.mechanism.inputs.values()), s.slots)
-        given_inputs = dict(zip(s.inputs, inputs, strict=True))
-        numbers = {**self.numbers, **{symbol: value_of(node) for symbol, node in declared.numbers.items()}}
-        definitions = in_order({**declared.definitions, **given_inputs, **dict(self.definitions), **self.speeds})
-        return numpy_function(s.time, (s.coordinates, self.momenta, s.parameters), definitions, numbers, self.rates)
-
-    def __repr__(self) -> str:
-        return f"<CanonicalEquations of {self.mechanism.name} by {self.method}: {self.operations} operations>"
-
-    def __str__(self) -> str:
-        """Return the equations as text, one a line; names first."""
-        write = self.notation.text
-        named = [f"{write(name)} = {write(e)}" for name, e in self.definitions]
-        return "\n".join([*named, *(f"{write(e.left)} = {write(e.right)}" for e in self.equations)])
-
-    def _repr_latex_(self) -> str:
-        """Return what a notebook shows: the equations, or their size where nobody would read them."""
-        if self.operations > READABLE:
-            size = rf"\text{{{self.operations} operations in {len(self.definitions)} named sub-expressions}}"
-            return rf"$\displaystyle {size}$"
-        write = self.notation.latex
-        lines = [rf"{write(name)} &= {write(e)}" for name, e in self.definitions]
-        lines += [rf"{write(e.left)} &= {write(e.right)}" for e in self.equations]
-        return r"$\displaystyle \begin{aligned}" + r" \\ ".join(lines) + r"\end{aligned}$"
+        inputs, numbers = declared_inputs(self.mechanism, s)
+        definitions = in_order({**dict(inputs), **dict(self.definitions), **self.speeds})
+        groups = (s.coordinates, self.momenta, s.parameters)
+        return numpy_function(s.time, groups, definitions, {**self.numbers, **numbers}, self.rates)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -68,24 +68,31 @@ def hamilton(ready: Prepared, names: Subexpressions, given: Energies) -> Canonic
     equations = _equations(mechanism, symbols, momenta, parts, notation)
     return CanonicalEquations(
         "hamilton",
-        mechanism,
-        symbols,
-        momenta,
-        shown.kinetic,
-        sympy.Add(*shown.potential),
-        tuple(totals(shown.forces, len(symbols.speeds))),
-        parts.function,
-        dict(zip(symbols.speeds, parts.speeds, strict=True)),
-        (tuple(parts.qdot), tuple(parts.pdot)),
-        tuple(row.phidot if row.phi is None else row.phi for row in parts.rows),
-        equations,
-        book.definitions,
-        {symbol: value_of(node) for symbol, node in names.numbers.items()},
-        _steps(ready, names, shown, parts, left, book, momenta, notation, equations),
-        notation,
-        ready.told.constants,
-        None if left.moves else parts.function,
+        **common_parts(ready, names, shown, book),
+        momenta=momenta,
+        function=parts.function,
+        speeds=dict(zip(symbols.speeds, parts.speeds, strict=True)),
+        rates=(tuple(parts.qdot), tuple(parts.pdot)),
+        constraints=tuple(row.phidot if row.phi is None else row.phi for row in parts.rows),
+        equations=equations,
+        steps=_steps(ready, names, shown, parts, left, book, momenta, notation, equations),
+        notation=notation,
+        energy=None if left.moves else parts.function,
     )
+
+
+def common_parts(ready: Prepared, names: Subexpressions, shown: Energies, named: Named) -> dict[str, Any]:
+    """Return those fields of equations in momenta that all methods fill alike."""
+    return {
+        "mechanism": ready.mechanism,
+        "symbols": ready.symbols,
+        "kinetic_energy": shown.kinetic,
+        "potential_energy": sympy.Add(*shown.potential),
+        "generalized_forces": tuple(totals(shown.forces, len(ready.symbols.speeds))),
+        "definitions": named.definitions,
+        "numbers": {symbol: value_of(node) for symbol, node in names.numbers.items()},
+        "constants": ready.told.constants,
+    }
 
 
 def verify_rows(mechanism: Mechanism) -> None:

@@ -15,8 +15,10 @@ from typing import Any, Final
 import sympy
 
 from multibody_sym.algebra.script import LatexScript, TextScript, decimal
-from multibody_sym.dynamics.derivation.record import Label
+from multibody_sym.algebra.subexpressions import needed
+from multibody_sym.dynamics.derivation.record import Equation, Label
 from multibody_sym.dynamics.derivation.symbols import Symbols
+from multibody_sym.errors import ArgumentError, shown
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.traversal import leaves
@@ -30,6 +32,8 @@ _LETTERS: Final = (
 )
 GREEK: Final = frozenset(_LETTERS.split())
 """The names of Greek letters."""
+READABLE: Final = 2_000
+"""Operations up to which a person reads equations."""
 
 
 @dataclass(frozen=True)
@@ -199,3 +203,59 @@ def _places(mechanism: Mechanism, symbols: Symbols) -> dict[Any, tuple[int, int]
     for kind, group in kinds.items():
         places.update((s, (kind, len(symbols.parameters) + i)) for i, s in enumerate(group))
     return places
+
+
+class ReadableEquations:
+    """How derived equations are counted, put in their names, and shown: what all their kinds share."""
+
+    method: str
+    mechanism: Mechanism
+    equations: tuple[Equation, ...]
+    definitions: tuple[tuple[Any, Any], ...]
+    numbers: Mapping[Any, Any]
+    notation: Notation
+
+    @property
+    def operations(self) -> int:
+        """The number of operations, each shared sub-expression counted once."""
+        raise NotImplementedError
+
+    def _counted(self, parts: Sequence[Any]) -> int:
+        definitions = dict(self.definitions)
+        return sum(int(e.count_ops()) for e in (*parts, *(definitions[s] for s in needed(definitions, parts))))
+
+    def _ordered(self) -> list[tuple[Any, Any]]:
+        """Return what has a name, each after what it names."""
+        return list(self.definitions)
+
+    def explicit(self, expression: Any) -> Any:
+        """Return an expression or matrix with what every name and number symbol stands for in its place.
+
+        Of equations in momenta that is one in q, p and the speeds that are kept.
+        """
+        if not isinstance(expression, (sympy.Basic, sympy.MatrixBase)):
+            raise ArgumentError(f"expected an expression or matrix of sympy, got {shown(expression)}")
+        known = dict(self.numbers)
+        definitions = dict(self._ordered())
+        for name in needed(definitions, [expression]):
+            known[name] = definitions[name].xreplace(known)
+        return expression.xreplace(known)
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {self.mechanism.name} by {self.method}: {self.operations} operations>"
+
+    def __str__(self) -> str:
+        """Return the equations as text, one a line; names first."""
+        write = self.notation.text
+        named = [f"{write(name)} = {write(e)}" for name, e in self.definitions]
+        return "\n".join([*named, *(f"{write(e.left)} = {write(e.right)}" for e in self.equations)])
+
+    def _repr_latex_(self) -> str:
+        """Return what a notebook shows: the equations, or their size where nobody would read them."""
+        if self.operations > READABLE:
+            size = rf"\text{{{self.operations} operations in {len(self.definitions)} named sub-expressions}}"
+            return rf"$\displaystyle {size}$"
+        write = self.notation.latex
+        lines = [rf"{write(name)} &= {write(e)}" for name, e in self.definitions]
+        lines += [rf"{write(e.left)} &= {write(e.right)}" for e in self.equations]
+        return r"$\displaystyle \begin{aligned}" + r" \\ ".join(lines) + r"\end{aligned}$"

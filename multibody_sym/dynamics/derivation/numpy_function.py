@@ -7,6 +7,19 @@ from typing import Any
 
 import sympy
 
+from multibody_sym.algebra.budget import Budget
+from multibody_sym.algebra.subexpressions import Subexpressions, value_of
+from multibody_sym.dynamics.derivation.symbols import Symbols
+from multibody_sym.model.mechanism.mechanism import Mechanism
+
+
+def declared_inputs(mechanism: Mechanism, symbols: Symbols) -> tuple[list[tuple[Any, Any]], dict[Any, Any]]:
+    """Return the inputs of a mechanism as definitions, each after those that it names, and the numbers in them."""
+    declared = Subexpressions("input ", Budget())
+    inputs = declared.translated(list(mechanism.inputs.values()), symbols.slots)
+    definitions = [*declared.definitions.items(), *zip(symbols.inputs, inputs, strict=True)]
+    return definitions, {symbol: value_of(node) for symbol, node in declared.numbers.items()}
+
 
 def numpy_function(
     time: Any,

@@ -12,7 +12,7 @@ from multibody_sym.algebra.readable import LARGEST_SUM, Readable
 from multibody_sym.algebra.subexpressions import Subexpressions, WrittenOut
 from multibody_sym.dynamics.derivation.constants import measured_start, measured_values, without_zero_angles
 from multibody_sym.dynamics.derivation.lagrange import Energies, energies, energy_nodes
-from multibody_sym.dynamics.derivation.symbolic_equations import READABLE
+from multibody_sym.dynamics.derivation.notation import READABLE
 from multibody_sym.dynamics.derivation.symbols import Symbols, symbols_of
 from multibody_sym.dynamics.start.examined import examined
 from multibody_sym.dynamics.start.state import state_at

@@ -13,13 +13,14 @@ from typing import Any, Final
 
 import sympy
 
-from multibody_sym.algebra.subexpressions import Subexpressions, WrittenOut, value_of
+from multibody_sym.algebra.subexpressions import Subexpressions, WrittenOut
 from multibody_sym.dynamics.derivation.canonical import CanonicalEquations
 from multibody_sym.dynamics.derivation.constants import constants_step
 from multibody_sym.dynamics.derivation.hamilton import (
     MOMENTA,
     Named,
     Plain,
+    common_parts,
     momentum_notation,
     named_parts,
     rubbing,
@@ -74,24 +75,17 @@ def routh(ready: Prepared, names: Subexpressions, given: Energies) -> CanonicalE
     )
     return CanonicalEquations(
         "routh",
-        mechanism,
-        symbols,
-        momenta,
-        shown.kinetic,
-        sympy.Add(*shown.potential),
-        tuple(totals(shown.forces, len(symbols.speeds))),
-        parts.function,
-        speeds,
-        ((), ()),
-        (),
-        equations,
-        named.definitions,
-        {symbol: value_of(node) for symbol, node in names.numbers.items()},
-        _steps(ready, names, shown, parts, named, momenta, notation, equations),
-        notation,
-        ready.told.constants,
-        None if reduced.moves else parts.energy,
-        parts.potential,
+        **common_parts(ready, names, shown, named),
+        momenta=momenta,
+        function=parts.function,
+        speeds=speeds,
+        rates=((), ()),
+        constraints=(),
+        equations=equations,
+        steps=_steps(ready, names, shown, parts, named, momenta, notation, equations),
+        notation=notation,
+        energy=None if reduced.moves else parts.energy,
+        effective_potential=parts.potential,
     )
 
 

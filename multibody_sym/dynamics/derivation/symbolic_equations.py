@@ -4,34 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
-import sympy
 
-from multibody_sym.algebra.budget import Budget
-from multibody_sym.algebra.subexpressions import Subexpressions, needed, value_of
-from multibody_sym.dynamics.derivation.notation import Notation
-from multibody_sym.dynamics.derivation.numpy_function import numpy_function
+from multibody_sym.dynamics.derivation.notation import Notation, ReadableEquations
+from multibody_sym.dynamics.derivation.numpy_function import declared_inputs, numpy_function
 from multibody_sym.dynamics.derivation.record import Derivation, Equation
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.dynamics.formalisms.constrained import constrained
 from multibody_sym.dynamics.formalisms.equations import Friction
 from multibody_sym.dynamics.formalisms.forward_dynamics import in_floats
 from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.errors import ArgumentError, InputError, shown
+from multibody_sym.errors import InputError, shown
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.numbers import number, vector
 from multibody_sym.numerics.rank import exact, rank
 from multibody_sym.scalars.ldl import factorized
 
-READABLE: Final = 2_000
-"""Operations up to which a person reads equations."""
 
-
-@dataclass(frozen=True)
-class SymbolicEquations:
+@dataclass(frozen=True, repr=False)
+class SymbolicEquations(ReadableEquations):
     """Equations of motion of a system with n speeds and s rows, derived by `method`.
 
         M udot = f + H^T lambda        H udot = gamma        f = Q - c
@@ -79,18 +73,7 @@ class SymbolicEquations:
         upper = [self.mass_matrix[i, j] for i in range(self.mass_matrix.rows) for j in range(i + 1)]
         parts = [*upper, *self.forcing, *self.constraint_jacobian, *self.constraint_forcing]
         parts += [] if self.exerted is None else [*self.exerted, *self.coupling]
-        definitions = dict(self.definitions)
-        return sum(int(e.count_ops()) for e in (*parts, *(definitions[s] for s in needed(definitions, parts))))
-
-    def explicit(self, expression: Any) -> Any:
-        """Return an expression or matrix with every name and number symbol replaced by what it stands for."""
-        if not isinstance(expression, (sympy.Basic, sympy.MatrixBase)):
-            raise ArgumentError(f"expected an expression or matrix of sympy, got {shown(expression)}")
-        known = dict(self.numbers)
-        definitions = dict(self.definitions)
-        for name in needed(definitions, [expression]):
-            known[name] = definitions[name].xreplace(known)
-        return expression.xreplace(known)
+        return self._counted(parts)
 
     def lambdify(self, result: str = "accelerations") -> Callable[..., Any]:
         """Return a NumPy function of (q, u, t=0, parameters=None): arrays (nq,), (nu,), a number, (np,).
@@ -114,33 +97,12 @@ class SymbolicEquations:
     def _compiled(self) -> Callable[..., Any]:
         """Return the compiled function of (t, q, u, parameters); every symbol becomes a Dummy, whatever its name."""
         s = self.symbols
-        declared = Subexpressions("input ", Budget())
-        inputs = declared.translated(list(self.mechanism.inputs.values()), s.slots)
-        definitions = [*declared.definitions.items(), *zip(s.inputs, inputs, strict=True), *self.definitions]
-        numbers = {**self.numbers, **{symbol: value_of(node) for symbol, node in declared.numbers.items()}}
+        inputs, numbers = declared_inputs(self.mechanism, s)
         parts = (self.mass_matrix, self.forcing, self.constraint_jacobian, self.constraint_forcing)
         parts += () if self.exerted is None else (self.exerted, self.coupling)
         groups = (s.coordinates, s.speeds, s.parameters)
-        return numpy_function(s.time, groups, definitions, numbers, [list(part) for part in parts])
-
-    def __repr__(self) -> str:
-        return f"<SymbolicEquations of {self.mechanism.name} by {self.method}: {self.operations} operations>"
-
-    def __str__(self) -> str:
-        """Return the equations as text, one a line; names first."""
-        write = self.notation.text
-        named = [f"{write(name)} = {write(e)}" for name, e in self.definitions]
-        return "\n".join([*named, *(f"{write(e.left)} = {write(e.right)}" for e in self.equations)])
-
-    def _repr_latex_(self) -> str:
-        """Return what a notebook shows: the equations, or their size where nobody would read them."""
-        if self.operations > READABLE:
-            size = rf"\text{{{self.operations} operations in {len(self.definitions)} named sub-expressions}}"
-            return rf"$\displaystyle {size}$"
-        write = self.notation.latex
-        lines = [rf"{write(name)} &= {write(e)}" for name, e in self.definitions]
-        lines += [rf"{write(e.left)} &= {write(e.right)}" for e in self.equations]
-        return r"$\displaystyle \begin{aligned}" + r" \\ ".join(lines) + r"\end{aligned}$"
+        lists = [list(part) for part in parts]
+        return numpy_function(s.time, groups, [*inputs, *self.definitions], {**self.numbers, **numbers}, lists)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
