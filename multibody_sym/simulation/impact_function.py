@@ -140,8 +140,7 @@ class Modes:
         if key not in self.known:
             compiled = _compiled(mode, impact_program(mode), native=self.native, backend=self.backend)
             arguments = Arguments(blow.mechanism, compiled, np.array(self.posed.begin.parameters))
-            judged = bool(mode.needed) and mode.scanned is None
-            modes = replace(self, needed=mode.needed) if judged else None
+            modes = replace(self, needed=mode.needed) if mode.needed else None
             self.known[key] = ImpactFunction(arguments, mode.told, modes)
         function = self.known[key]
         given = np.array([blow.state.slots[slot("parameters", k)] for k in range(len(self.posed.begin.parameters))])

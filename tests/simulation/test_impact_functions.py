@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import multibody_sym as mbs
 from multibody_sym.analysis.struck import outcome, posed_impact
-from multibody_sym.dynamics.impacts.impulsive import struck_rows
+from multibody_sym.dynamics.impacts.impulsive import pose, struck_rows
 from multibody_sym.dynamics.impacts.program import StruckMode, impact_program
+from multibody_sym.dynamics.impacts.strike import strike
 from multibody_sym.dynamics.laws.assemble import accelerations_of
+from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.scalars.node import slot
 
 CHAIN = """
 multibody_sym: 1
@@ -94,6 +99,32 @@ def test_many_bodies_are_scanned_not_written_out() -> None:
         program = impact_program(StruckMode(posed.blow, struck_rows(posed.blow, outcome(posed))))
         sizes.append(len(program.statements))
     assert sizes[0] == sizes[1] < 10
+
+
+@pytest.mark.parametrize("section", [BETWEEN, BOTH.replace("restitution: e},", "restitution: e, kinetic: mu},", 1)])
+def test_a_scanned_chain_finds_the_mode_of_each_state(section: str) -> None:
+    """At other states it slides the other way, sticks on the way, or is not struck: as the laws have it in numbers."""
+    posed = posed_impact(chain(12, section))
+    function = mbs.compile(mbs.impact(posed.system), backend="python")
+    rng, modes = np.random.default_rng(4), set[tuple[object, ...]]()
+    for _ in range(8):
+        q, u = rng.normal(size=12) * 0.3, rng.normal(size=12)
+        given = [posed.blow.state.slots[slot("parameters", k)] for k in range(len(posed.begin.parameters))]
+        state = state_of(posed.blow.mechanism, float, 0.0, q.tolist(), u.tolist(), given)
+        blow = replace(posed.blow, state=state)
+        there = strike(pose(blow, posed.law, posed.order, posed.coefficients))
+        if there.impacts > 1:
+            continue
+        rows = struck_rows(blow, there)
+        if len(posed.blow.elements) > 1 and any(len(there.course(k)) > 1 for k in range(len(rows.slips))):
+            with pytest.raises(mbs.NoSolutionError, match="slip stops or turns round"):
+                function(0.0, q, u)
+            continue
+        found = function(0.0, q, u).u
+        modes.add((tuple(x.name for x in rows.acting), tuple(rows.slips.values())))
+        after = u + accelerations_of(blow.dynamics, there.x)
+        assert found == pytest.approx(after, abs=1e-10 * np.abs(after).max()), there.phases
+    assert len(modes) > 2
 
 
 def test_what_has_no_one_mode_is_refused() -> None:

@@ -62,19 +62,28 @@ class StruckMode:
     @cached_property
     def scanned(self) -> Program | None:
         """The Program for a tree of like bodies, None for others."""
-        return scanned_impact(self.blow, self.rows)
+        return scanned_impact(self.blow, self.rows, self._judged)
 
     @cached_property
     def needed(self) -> tuple[tuple[str, str], ...]:
         """What is positive where the mode holds, in the order of the output `holds`: of what kind, and in words."""
-        return tuple((kind, words) for kind, words, _ in self._needed({}, {}, None))
+        first = None if self.scanned is None else dict[str, S]()
+        return tuple((kind, words) for kind, words, _ in self._needed({}, {}, None, first))
+
+    def _judged(self, impulses: Mapping[str, S], first: Mapping[str, S], after: Mapping[str, S]) -> list[Node]:
+        """Return what is positive where the mode holds, of a tree that is scanned; `first` are speeds as it strikes."""
+        return [as_node(x) for _, _, x in self._needed(impulses, after, None, first)]
 
     def _needed(
-        self, impulses: Mapping[str, S], after: Mapping[str, S], motion: Motion | None
+        self,
+        impulses: Mapping[str, S],
+        after: Mapping[str, S],
+        motion: Motion | None,
+        first: Mapping[str, S] | None = None,
     ) -> Iterator[tuple[str, str, S]]:
         for element in self.blow.elements:
             normal = element.normals[0].name
-            if self.goes_all_ways:
+            if first is None and self.goes_all_ways:
                 if element.tangential_restitution is not ZERO:
                     yield "speed", f"{element.name} is struck once", after.get(normal, ZERO)
                 continue
@@ -82,19 +91,29 @@ class StruckMode:
                 yield "speed", f"{element.name} is not struck", after.get(normal, ZERO)
                 continue
             yield "impulse", f"{element.name} is struck", impulses.get(normal, ZERO)
-            yield from self._slipping(element, impulses, after, motion)
+            yield from self._slipping(element, impulses, after, motion, first)
         for element in self.rows.rough:
             yield from self._slipping(element, impulses, after, motion)
 
     def _slipping(
-        self, element: OneWay, impulses: Mapping[str, S], after: Mapping[str, S], motion: Motion | None
+        self,
+        element: OneWay,
+        impulses: Mapping[str, S],
+        after: Mapping[str, S],
+        motion: Motion | None,
+        first: Mapping[str, S] | None = None,
     ) -> Iterator[tuple[str, str, S]]:
         for part in rubbing(element):
             slip, names = self.rows.slips.get(part.name, 0), [row.name for row in part.rows]
             if slip:
                 yield "speed", f"{part.name} slips as at the start", slip * after.get(names[0], ZERO)
+                if first is not None:
+                    yield "speed", f"{part.name} slips so at first", slip * first.get(names[0], ZERO)
+            elif element.unilateral and not set(names) & set(self.acting):  # it does not slip, though nothing holds it
+                after_all = [after.get(name, ZERO) for name in names]
+                yield "speed", f"{part.name} rests", -sum((absolute(x) for x in after_all), ZERO)
             elif not part.enough and element.unilateral and part.normals == (0,):
-                static = coefficients(motion, part.rows, [part.static])[0] if motion else ZERO
+                static: S = coefficients(motion, part.rows, [part.static])[0] if motion else part.static
                 along = [impulses.get(name, ZERO) for name in names]
                 size = sqrt(sum(x * x for x in along)) if len(along) > 1 else absolute(along[0])
                 yield "impulse", f"{part.name} sticks", static * impulses.get(element.normals[0].name, ZERO) - size

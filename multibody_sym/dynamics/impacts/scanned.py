@@ -7,12 +7,12 @@ strikes is solved for at the end, from the power of each row's impulse in all co
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 from multibody_sym.dynamics.formalisms.block_ldl import eliminated, inward, outward
-from multibody_sym.dynamics.impacts.impulsive import Blow, StruckRows
+from multibody_sym.dynamics.impacts.impulsive import Blow, StruckRows, rubbing
 from multibody_sym.dynamics.inertia.articulated import articulated
 from multibody_sym.dynamics.inertia.rigid import about_origin
 from multibody_sym.dynamics.programs.like_bodies import Kind
@@ -61,29 +61,52 @@ from multibody_sym.scalars.vectors import (
 
 @dataclass(frozen=True)
 class _Push:
-    """A wrench of a column on one body: a `force` at a `point` (body axes) or a moment, along ground's axes."""
+    """A wrench of a column on one body: a `force` at a `point` (body axes) or a moment, along ground's axes.
 
-    column: int
+    Without a column it does not act, and its power alone is asked for.
+    """
+
+    column: int | None
     row: int | None
     vector: Point
     point: Point | None
     factor: Node = ONE
 
 
-def scanned_impact(blow: Blow, struck: StruckRows) -> Program | None:
-    """Return the Program, None for what is not a tree of like bodies that meets points, or is pushed at them."""
+Speeds = Mapping[str, S]
+Judge = Callable[[Speeds, Speeds, Speeds], Sequence[Node]]
+"""From the impulses of rows and their speeds as they strike and afterwards, by name, to what is positive in a mode."""
+
+
+def scanned_impact(blow: Blow, struck: StruckRows, judge: Judge) -> Program | None:
+    """Return the Program, None for what is not a tree of like bodies that meets points, or is pushed at them.
+
+    Its output `holds` is what `judge` says, of the rows that strike and of those of `watched`.
+    """
     if blow.mechanism.rows or blow.impact.jumps or struck.joints or struck.given:
         return None
     like = worth_scanning(replace(at_rest(blow.mechanism, ()), bodies=blow.mechanism.bodies))
     rows = [row.row for row in struck.mechanism.rows if isinstance(row, JumpRow)]
-    pushes = _pushes(blow, rows) if like is not None else None
+    seen = watched(blow, struck)
+    pushes = _pushes(blow, rows, seen) if like is not None else None
     if like is None or pushes is None:
         return None
-    return _Scan(blow, struck, like.kinds, like.bodies, pushes, len(rows)).program()
+    return _Scan(blow, struck, like.kinds, like.bodies, pushes, len(rows), tuple(seen), judge).program()
 
 
-def _pushes(blow: Blow, rows: Sequence[Row]) -> dict[int, list[_Push]] | None:
-    """Return what acts on each body: given impulses in column 0, then the rows; None where one has another form."""
+def watched(blow: Blow, struck: StruckRows) -> dict[str, Row]:
+    """Return the rows without an impulse of their own whose speeds decide whether a mode holds, by name."""
+    resting = {x.normals[0].name: x.normals[0] for x in blow.elements if x not in struck.acting}
+    own = {row.name for row in struck.mechanism.rows}
+    along = (row for x in struck.acting for part in rubbing(x) for row in part.rows)
+    return resting | {row.name: row for row in along if row.name not in own}
+
+
+def _pushes(blow: Blow, rows: Sequence[Row], seen: Mapping[str, Row]) -> dict[int, list[_Push]] | None:
+    """Return what acts on each body: given impulses in column 0, then the rows; None where one has another form.
+
+    Those that are only `seen` have no column.
+    """
     found: dict[int, list[_Push]] = {}
     for load in blow.impact.loads:
         if isinstance(load, PointForce) and load.axes < 0:
@@ -92,7 +115,7 @@ def _pushes(blow: Blow, rows: Sequence[Row]) -> dict[int, list[_Push]] | None:
             found.setdefault(load.body, []).append(_Push(0, None, load.value, None))
         else:
             return None
-    for k, row in enumerate(rows):
+    for k, row in enumerate((*rows, *seen.values())):
         sliding = row.frictions if isinstance(row, SlidingRow) else ()
         parts: list[tuple[Row, Node, int | None]] = [(row.normal if isinstance(row, SlidingRow) else row, ONE, k)]
         for friction in sliding:
@@ -104,7 +127,8 @@ def _pushes(blow: Blow, rows: Sequence[Row]) -> dict[int, list[_Push]] | None:
                 return None
             for end, sense in zip(part.ends, (ONE, as_node(-1)), strict=True):
                 if end.body >= 0:
-                    push = _Push(k + 1, measured, part.axis, end.pose.position, as_node(sense * factor))
+                    column, point = k + 1 if k < len(rows) else None, end.pose.position
+                    push = _Push(column, measured, part.axis, point, as_node(sense * factor))
                     found.setdefault(end.body, []).append(push)
     return found
 
@@ -117,6 +141,13 @@ class _Scan:
     bodies: Bodies
     pushes: Mapping[int, list[_Push]]
     rows: int
+    seen: tuple[str, ...]
+    judge: Judge
+
+    @property
+    def measured(self) -> int:
+        """How many rows' speeds are told."""
+        return self.rows + len(self.seen)
 
     @property
     def columns(self) -> int:
@@ -140,17 +171,31 @@ class _Scan:
         once = (0,) * count
         results = [Result(_called("jump", j), len(base.speeds), first) for j in range(c)]
         results += [Result(_called("told", j), 6 * count, tuple(range(0, 6 * count, 6))) for j in range(c)]
-        results += [Result(_called("power", k), c + 1, once, adds=True) for k in range(self.rows)]
+        results += [Result(_called("power", k), c + 1, once, adds=True) for k in range(self.measured)]
         found = scan_tree(trace, given, bodies, passes, results, partial(self._step, kinds, pushed))
-        impulses = self._impulses(trace, [found[_called("power", k)] for k in range(self.rows)])
+        powers = [found[_called("power", k)] for k in range(self.measured)]
+        impulses = self._impulses(trace, powers[: self.rows])
         after, joints = self._added(trace, found, impulses, first)
+        holds = self._holds(impulses, powers)
         return trace.finish(
             {
                 "after": ((len(after),), after),
                 "impulses": ((self.rows,), impulses),
                 "joints": ((count, len(COMPONENTS)), joints),
+                "holds": ((len(holds),), holds),
             }
         )
+
+    def _holds(self, impulses: Sequence[Node], powers: Sequence[Sequence[Node]]) -> list[Node]:
+        """Return what is positive where the mode holds."""
+        names = [row.name for row in self.struck.mechanism.rows]
+        first: list[S] = [power[self.columns] + power[0] for power in powers]
+        after: list[S] = [
+            sum((p * x for p, x in zip(impulses, power[1 : self.columns], strict=True)), v)
+            for v, power in zip(first, powers, strict=True)
+        ]
+        speeds = [dict(zip((*names, *self.seen), each, strict=True)) for each in (first, after)]
+        return list(self.judge(dict(zip(names, impulses, strict=True)), *speeds))
 
     def _struck_kinds(self) -> tuple[list[Kind], dict[int, list[_Push]], Bodies]:
         """Return the kinds with one more for each body that is struck, what pushes those, and the bodies."""
@@ -178,7 +223,7 @@ class _Scan:
         w, v, x, y, z, p = vectors(read["motion"])
         moved = body_motion(body, moving_parent(w, v, ZERO_VECTOR), state)
         R_WB, p_WB = body_pose(moved, ((x, y, z), p))
-        own, measured = _wrenches(pushed.get(number, []), R_WB, c, self.rows)
+        own, measured = _wrenches(pushed.get(number, []), R_WB, c, self.measured)
         inertia = articulated(about_origin(body_mass(body, state))).plus(unpacked(read["carried"][6 * c :]))
         freedoms, left = eliminated(body.u, moved, inertia)
         handed, jumps, told, here = list[Node](), {}, {}, list[Wrench]()
@@ -202,7 +247,7 @@ class _Scan:
             "reached": [x for a, alpha in here for x in (*a, *alpha)],
             **jumps,
             **told,
-            **{_called("power", k): [_power(measured[k], twist) for twist in twists] for k in range(self.rows)},
+            **{_called("power", k): [_power(measured[k], twist) for twist in twists] for k in range(self.measured)},
         }
 
     def _impulses(self, trace: Trace, powers: Sequence[Sequence[Node]]) -> list[Node]:
@@ -284,7 +329,8 @@ def _wrenches(pushes: Sequence[_Push], R_WB: Mat, columns: int, rows: int) -> tu
     for push in pushes:
         vector = scale(push.factor, apply_transposed(R_WB, push.vector))
         wrench = (ZERO_VECTOR, vector) if push.point is None else (vector, cross(push.point, vector))
-        own[push.column] = add(own[push.column][0], wrench[0]), add(own[push.column][1], wrench[1])
+        if push.column is not None:
+            own[push.column] = add(own[push.column][0], wrench[0]), add(own[push.column][1], wrench[1])
         if push.row is not None:
             k = push.row
             measured[k] = add(measured[k][0], wrench[0]), add(measured[k][1], wrench[1])
