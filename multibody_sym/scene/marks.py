@@ -25,7 +25,7 @@ from multibody_sym.scene.places import same
 from multibody_sym.scene.stage import Stage
 
 _LONGEST: Final = 9
-"""The longest expression (characters) that is written at a length; longer ones are read in the model."""
+"""The longest expression (characters) that is written at a length; longer ones, unless names, are read in the model."""
 _SIZES: Final[Mapping[str, tuple[tuple[Vector, Vector], ...]]] = {
     "rod": (((-0.5, 0.0, 0.0), (0.5, 0.0, 0.0)),),
     "box": tuple(
@@ -59,6 +59,8 @@ def letters(node: Node) -> str:
     if not leaves([node], "symbol"):
         return ""
     found = text(node).removeprefix("-")
+    if found.isidentifier():
+        return found
     return found if len(found) <= _LONGEST and "(" not in found else ""
 
 

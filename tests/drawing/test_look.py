@@ -13,6 +13,7 @@ from multibody_sym.drawing.look.sheet import extent
 from multibody_sym.drawing.look.strands import zigzag
 from multibody_sym.drawing.picture import Arc, Arrow, Bend, Hatch, Mark, Measure, Stroke, Wish
 from multibody_sym.drawing.projection import Projection
+from multibody_sym.drawing.style import MARKED
 from multibody_sym.scene.scene import scene_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -91,3 +92,12 @@ def test_a_centre_of_force_a_drive_and_joints_that_are_tied_are_seen() -> None:
     assert any(isinstance(m, Arrow) and m.name == "drive" for m in marks)
     marks, _ = look("oscillations/governor")
     assert ("constraint", "sleeve") in {(m.role, m.name) for m in marks}
+
+
+def test_a_marked_body_is_drawn_in_another_colour_and_nothing_else_is() -> None:
+    scene = scene_of(mbs.load(EXAMPLES / "four_bar.yaml"))
+    seen = Projection(scene.view.right, scene.view.up, 100.0, scene.plane)
+    marks = scene_marks(scene, scene.at(), seen, marked={("bodies", "crank"): "here"})
+    coloured = [m for m in marks if isinstance(m, (Arc, Stroke)) and m.pen == MARKED]
+    assert {(m.role, m.name) for m in coloured} == {("body", "crank")}
+    assert [m.runs[0][0] for m in marks if isinstance(m, Wish) and m.role == "mark"] == ["here"]

@@ -143,3 +143,10 @@ def test_a_system_without_gravity_joints_or_sizes_is_a_scene_too() -> None:
     assert np.all(np.isfinite(alone.at().poses))
     empty = scene({}, bodies={})
     assert empty.at().poses.shape == (1, 3, 4)
+
+
+def test_a_length_that_is_a_long_name_is_named_and_a_long_expression_is_not() -> None:
+    (length,) = mbs.parameters("length_of_the_whole_arm", [1.0])
+    arm = mbs.Body(mass=1, com=[length, 0, 0], points={"p": [0, length * 2 + length**2, 0]})
+    drawn = scene({"A": mbs.Revolute("ground", "arm")}, bodies={"arm": arm})
+    assert [dimension.label for dimension in drawn.dimensions] == ["length_of_the_whole_arm"]

@@ -342,6 +342,11 @@ def _contact(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     yield from _nothing(sheet, item, symbol)
 
 
+def _shown_by_others(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield nothing for a point that a joint or what is fixed there shows."""
+    yield from ()
+
+
 SYMBOLS: Final[Mapping[str, Look]] = {
     "pin": _pin,
     "pivot": _bearing,
@@ -363,7 +368,7 @@ SYMBOLS: Final[Mapping[str, Look]] = {
     "frame": _frame,
     "point": _point,
     "place": _point,
-    "used_point": _nothing,
+    "used_point": _shown_by_others,
     "torsion_spring": _torsion,
     "torsion_damper": _damped,
     "motor": _motor,
