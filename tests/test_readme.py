@@ -1,4 +1,4 @@
-"""Every code block of the README and of docs runs as it is printed."""
+"""Every code block of the README, the guide and other pages runs as it is printed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ import pytest
 from multibody_sym.cli.main import main
 
 ROOT = Path(__file__).parent.parent
-PAGES = ["README.md", *(f"docs/{page.name}" for page in sorted((ROOT / "docs").glob("*.md")))]
+GUIDE = [f"docs/guide/{page.name}" for page in sorted((ROOT / "docs" / "guide").glob("*.md"))]
+PAGES = ["README.md", *(f"docs/{page.name}" for page in sorted((ROOT / "docs").glob("*.md"))), *GUIDE]
+MODELS = {"README.md": "incline.yaml", "docs/guide/first_model.md": "pendulum.yaml"}
+"""The model files that pages print; those of the guide use that of its first page."""
 
 
 def blocks(page: str, language: str) -> list[str]:
@@ -52,13 +55,14 @@ def test_commands_in_processes_of_their_own(tmp_path: Path) -> None:
 
 
 def printed_commands(tmp_path: Path) -> list[list[str]]:
-    """Write the files that the README prints, and return its commands."""
-    (model,) = blocks("README.md", "yaml")
-    (tmp_path / "pendulum.yaml").write_text(model)
-    (robot,) = blocks("README.md", "xml")
+    """Write the files that the README and the guide print, and return their commands."""
+    for page, name in MODELS.items():
+        (model,) = blocks(page, "yaml")
+        (tmp_path / name).write_text(model)
+    (robot,) = blocks("docs/guide/robots.md", "xml")
     (tmp_path / "robot.urdf").write_text(robot)
     (tmp_path / "examples").symlink_to(ROOT / "examples")
-    lines = [line for block in blocks("README.md", "sh") for line in block.splitlines()]
+    lines = [line for page in ("README.md", *GUIDE) for block in blocks(page, "sh") for line in block.splitlines()]
     commands = [line for line in lines if line.startswith("multibody-sym ")]
     assert len(commands) > 3
     return [shlex.split(command, comments=True)[1:] for command in commands]

@@ -118,6 +118,10 @@ class Problem:
         """Return the problem with the same numbers, and all that was made of it."""
         return self.with_numbers(self.parameters, self.q0, self.u0)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what a copy in another process has: nothing of what was made here for those that are like it."""
+        return {name: value for name, value in vars(self).items() if name != "kept"} | {"like": None}
+
     @cached_property
     def kept(self) -> dict[str, Any]:
         """What was made of this problem for all that are like it."""
