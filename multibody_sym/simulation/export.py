@@ -60,7 +60,7 @@ def export(
     fold, folder = flag("fold", fold), path_name(directory, "a folder")
     if text_of("to", to) not in LANGUAGES:
         with at("to"):
-            raise InputError(f"there is no language {shown(to)}{suggestion(to, LANGUAGES)}", number="M106")
+            raise InputError(f"there is no language {shown(to)}{suggestion(to, LANGUAGES)}", number="M104")
     asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
     verify_formalism(formalism)
     placed = examined_state(asked)

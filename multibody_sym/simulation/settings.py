@@ -103,7 +103,7 @@ def _method(settings: Settings) -> Method:
     with at("method"):
         if settings.method not in METHODS:
             raise ModelError(
-                f"there is no method {settings.method!r}{suggestion(settings.method, METHODS)}", number="M106"
+                f"there is no method {settings.method!r}{suggestion(settings.method, METHODS)}", number="M104"
             )
         method = METHODS[settings.method]
         if settings.step is None and method.error_order == 0:
