@@ -236,19 +236,24 @@ def _has_roots(a: Quotient) -> bool:
 
 
 def _cubic(d: Quotient, c: Quotient, b: Quotient, a: Quotient) -> Iterator[Node]:
-    """Yield the three real roots of a x^3 + b x^2 + c x + d by the cosine of a third of an angle (Vieta)."""
-    p = (3 * (a * c) - b * b) / (3 * (a * a))
-    q = (2 * (b * b * b) - 9 * (a * b * c) + 27 * (a * a * d)) / (27 * (a * a * a))
-    inside = -4 * (p * p * p) - 27 * (q * q)
-    if inside.sample < 0 or p.sample >= 0:
+    """Yield the three real roots of a x^3 + b x^2 + c x + d by the cosine of a third of an angle (Vieta).
+
+    x = (2 sqrt(P) cos((acos(Q/sqrt(P)^3) - 2 pi k)/3) - b)/(3 a)
+    P = b^2 - 3 a c,    Q = (9 a b c - 2 b^3 - 27 a^2 d)/2
+    """
+    if a.sample < 0:
+        a, b, c, d = -a, -b, -c, -d
+    P = b * b - 3 * (a * c)
+    Q = (9 * (a * b * c) - 2 * (b * b * b) - 27 * (a * a * d)) / 2
+    inside = P * P * P - Q * Q
+    if inside.sample < 0 or P.sample <= 0:
         return
-    size = multiply(as_node(2), BUILD["sqrt"](book_form(-p / 3)))
-    cosine = divide(multiply(as_node(3), book_form(q)), multiply(book_form(p), size))
-    third = divide(BUILD["acos"](cosine), as_node(3))
-    middle = book_form(-b / (3 * a))
+    root = sqrt(P)
+    size, middle = (book_form(doubled(x)) for x in (2 * root / (3 * a), -b / (3 * a)))
+    angle = BUILD["acos"](book_form(doubled(Q / (P * root))))
     for k in (1, 2, 0):
-        turned = third if not k else add(third, divide(multiply(as_node(-2 * k), PI), as_node(3)))
-        yield add(middle, multiply(size, BUILD["cos"](turned)))
+        turned = angle if not k else add(angle, multiply(as_node(-2 * k), PI))
+        yield add(middle, multiply(size, BUILD["cos"](divide(turned, as_node(3)))))
 
 
 def _biquadratic(powers: Sequence[Quotient]) -> Iterator[Quotient]:
