@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.model.declaration.bodies import Body
+from multibody_sym.model.declaration.contacts import Contact
 from multibody_sym.model.declaration.joints import Prismatic
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.numerics.arrays import Floats
@@ -92,8 +93,8 @@ def _particle(stage: Stage, name: str, body: Body) -> str:
     """Return the symbol of what has one place only: a block on a slider, a rotor on a hinge, else a bob."""
     joint = stage.carrying(name)
     touching = [contact for contact in stage.system.contacts.values() if name in contact.between]
-    if isinstance(joint, Prismatic) and (not touching or _touches_face(stage, name)):
-        return "block"
+    if isinstance(joint, Prismatic):
+        return "bob" if touching and all(map(_bounces, touching)) else "block"
     if body.inertia is not None and joint is not None and any(step.is_hinge for step in joint.steps):
         return "rotor"
     return "bob" if not _touches_face(stage, name) else "block"
@@ -103,10 +104,14 @@ def _touches_face(stage: Stage, name: str) -> bool:
     """Return whether a particle lies on something, as a block does; what bounces without rubbing is a ball."""
     for contact in stage.system.contacts.values():
         others = [end for end in contact.between if end != name]
-        bounces = contact.restitution.shadow != 0 and contact.static is None and contact.kinetic is None
-        if name in contact.between and not bounces and any(_is_flat(stage, other) for other in others):
+        if name in contact.between and not _bounces(contact) and any(_is_flat(stage, other) for other in others):
             return True
     return False
+
+
+def _bounces(contact: Contact) -> bool:
+    """Return whether what touches bounces without rubbing, as a ball does."""
+    return contact.restitution.shadow != 0 and contact.static is None and contact.kinetic is None
 
 
 def _is_flat(stage: Stage, reference: str) -> bool:

@@ -101,3 +101,12 @@ def test_a_marked_body_is_drawn_in_another_colour_and_nothing_else_is() -> None:
     coloured = [m for m in marks if isinstance(m, (Arc, Stroke)) and m.pen == MARKED]
     assert {(m.role, m.name) for m in coloured} == {("body", "crank")}
     assert [m.runs[0][0] for m in marks if isinstance(m, Wish) and m.role == "mark"] == ["here"]
+
+
+def test_a_dot_stands_where_bodies_touch_and_none_where_they_are_apart() -> None:
+    apart, _ = look("impacts/bouncing_ball")
+    assert not [m for m in apart if isinstance(m, Arc) and m.role == "contact"]
+    box, _ = look("textbook/pulled_box")
+    (dot,) = [m for m in box if isinstance(m, Arc) and m.role == "contact"]
+    (outline,) = [m for m in box if isinstance(m, Stroke) and m.role == "body"]
+    assert dot.centre == pytest.approx([outline.points[:, 0].mean(), outline.points[:, 1].min()])

@@ -150,3 +150,17 @@ def test_a_length_that_is_a_long_name_is_named_and_a_long_expression_is_not() ->
     arm = mbs.Body(mass=1, com=[length, 0, 0], points={"p": [0, length * 2 + length**2, 0]})
     drawn = scene({"A": mbs.Revolute("ground", "arm")}, bodies={"arm": arm})
     assert [dimension.label for dimension in drawn.dimensions] == ["length_of_the_whole_arm"]
+
+
+@pytest.mark.parametrize(("friction", "kind"), [({"kinetic": 0.3}, "block"), ({"restitution": 0.8}, "bob")])
+def test_what_rubs_is_a_block_and_what_bounces_a_ball(friction: dict[str, float], kind: str) -> None:
+    drum = mbs.Body(mass=1, inertia={"Izz": 1}, surfaces={"rim": mbs.Surface(disc=0.4)})
+    drawn = scene(
+        {
+            "axle": mbs.Revolute("ground", "drum"),
+            "guide": mbs.Prismatic("ground", "shoe", axis="y", initial={"q": 0.4}),
+        },
+        bodies={"drum": drum, "shoe": mbs.Body(mass=1)},
+        contacts={"c": mbs.Contact(["shoe", "drum.rim"], **friction)},
+    )
+    assert [i.form.kind for i in drawn.items if i.role == "body" and isinstance(i.form, Symbol)] == [kind]

@@ -6,7 +6,7 @@ import numpy as np
 
 from multibody_sym.drawing.look.sheet import Sheet, unit2
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Disc, Face, Polyline, Sphere, Symbol
+from multibody_sym.scene.forms import Block, Disc, Face, Polyline, Sphere, Symbol
 from multibody_sym.scene.items import Item
 
 _NEAR = 4.0
@@ -24,7 +24,17 @@ def touching_place(sheet: Sheet, item: Item, symbol: Symbol) -> Floats | None:
                 if found is not None:
                     return found
     at = sheet.at(item.body, symbol.at) - sheet.settled.bodies.get(item.body, np.zeros(2))
+    faces = [i for i in second if isinstance(i.form, Face)]
+    if faces and not any(_is_on(sheet, face, at) for face in faces):
+        return None
     return at if any(symbol.at) or any(isinstance(i.form, (Face, Polyline)) for i in (*first, *second)) else None
+
+
+def _is_on(sheet: Sheet, item: Item, at: Floats) -> bool:
+    """Return whether a place of the page lies on a face."""
+    assert isinstance(item.form, Face)
+    normal = sheet.way(item.body, item.form.normal)
+    return abs(float((at - sheet.at(item.body, item.form.through)) @ normal)) < _NEAR
 
 
 def _parts(sheet: Sheet, item: Item, end: int) -> list[Item]:
@@ -37,6 +47,8 @@ def _parts(sheet: Sheet, item: Item, end: int) -> list[Item]:
 
 def _nearest(sheet: Sheet, a: Item, b: Item) -> Floats | None:
     """Return where something round touches a face or something round."""
+    if isinstance(a.form, Block) and isinstance(b.form, Face):
+        return _lowest(sheet, a, a.form, b, b.form)
     if not isinstance(a.form, (Disc, Sphere)):
         return None
     centre, radius = sheet.at(a.body, a.form.centre), a.form.radius * sheet.projection.scale
@@ -53,3 +65,11 @@ def _nearest(sheet: Sheet, a: Item, b: Item) -> Floats | None:
         if apart > 1.0 and abs(apart - abs(radius - size)) < _NEAR:
             return centre - radius * way if size > radius else centre + radius * way
     return None
+
+
+def _lowest(sheet: Sheet, a: Item, box: Block, b: Item, face: Face) -> Floats | None:
+    """Return the middle of what of a box is nearest to a face, None if it is not near."""
+    normal, corners = sheet.way(b.body, face.normal), sheet.page(a.body, box.bounds)
+    heights = (corners - sheet.at(b.body, face.through)) @ normal
+    low = float(heights.min())
+    return np.asarray(corners[heights < low + 1.0].mean(axis=0)) if abs(low) < _NEAR else None

@@ -80,7 +80,10 @@ def dimension_marks(sheet: Sheet) -> Iterator[Mark]:
     for each in sheet.scene.dimensions:
         a, b = sheet.at(each.a.body, each.a.point), sheet.at(each.b.body, each.b.point)
         if each.coordinate and each.a.body in sheet.ground:  # it is measured beside what is displaced, straight
-            a = a + sheet.settled.bodies.get(each.b.body, np.zeros(2))
+            shift = sheet.settled.bodies.get(each.b.body, np.zeros(2))
+            along = unit2(b - shift - a)
+            aside = shift - float(shift @ along) * along
+            a, b = a + aside, b - shift + aside
         length = float(np.linalg.norm(b - a))
         role = "coordinate" if each.coordinate else "dimension"
         if each.radius:

@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Face, Rail, Symbol
+from multibody_sym.scene.forms import Disc, Face, Rail, Symbol
 from multibody_sym.scene.items import Item, Placed, PlacedStrand
 from multibody_sym.scene.scene import Scene
 
@@ -101,10 +101,9 @@ def _stand(made: _Settling, item: Item) -> None:
     """Let a mass that touches a plane, or slides on another body, stand on it."""
     if item.role == "contact" and len(item.bodies) == 2 and isinstance(item.form, Symbol):
         mass, other = made.mass(item.body), next((b for b in item.bodies if b != item.body), item.body)
-        face = next(_faces(made, other, made.page(item.body, item.form.at)), None)
-        if mass is not None and face is not None:
-            assert isinstance(face.form, Face)
-            _lift(made, item.body, other, made.way(face.body, face.form.normal), half_size(mass))
+        normal = next(_normals(made, other, made.page(item.body, item.form.at)), None)
+        if mass is not None and normal is not None:
+            _lift(made, item.body, other, normal, half_size(mass))
     elif item.role == "guide" and isinstance(item.form, Rail) and len(item.bodies) == 2 and not item.on_ground:
         parent, child = item.bodies
         mass, below = made.mass(child), made.mass(parent)
@@ -119,13 +118,18 @@ def _stand(made: _Settling, item: Item) -> None:
         _lift(made, child, parent, normal, half_size(mass) + (MASS[1] / 2 if level else 0.0))
 
 
-def _faces(made: _Settling, body: int, at: Floats) -> Iterator[Item]:
-    """Yield the faces of a body on which a place of the page lies."""
+def _normals(made: _Settling, body: int, at: Floats) -> Iterator[Floats]:
+    """Yield the directions away from the faces and rims of a body on which a place of the page lies."""
     for item in made.scene.items:
         if item.body == body and isinstance(item.form, Face):
             normal = made.way(body, item.form.normal)
             if abs(float((at - made.page(body, item.form.through)) @ normal)) < _SAME:
-                yield item
+                yield normal
+        elif item.body == body and isinstance(item.form, Disc):
+            way = at - made.page(body, item.form.centre)
+            apart = float(np.linalg.norm(way))
+            if abs(apart - made.scale * item.form.radius) < _SAME < apart:
+                yield (-way if item.form.hollow else way) / apart
 
 
 def _lift(made: _Settling, body: int, carrier: int, normal: Floats, height: float) -> None:
