@@ -31,10 +31,15 @@ class Integration:
     t_final: float
     q_final: Floats
     u_final: Floats
-    statistics: Statistics
+    taken: Statistics | Callable[[], Statistics]
     failure: RunFailure | None
     events: tuple[Event, ...] = ()
     singular: tuple[float, ...] = ()
+
+    @property
+    def statistics(self) -> Statistics:
+        """What the run took, which is `taken` from where it is when somebody asks."""
+        return self.taken if isinstance(self.taken, Statistics) else self.taken()
 
     @property
     def status(self) -> Status:
@@ -97,7 +102,7 @@ def _integration(problem: Problem, times: Floats, samples: Floats, progress: Pro
         t_final=progress.time,
         q_final=progress.x[:nq],
         u_final=progress.x[nq:],
-        statistics=progress.statistics,
+        taken=progress.statistics,
         failure=progress.failure,
         events=progress.events,
         singular=progress.singular,

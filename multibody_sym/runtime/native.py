@@ -164,6 +164,7 @@ def open_library(path: Path, signatures: Sequence[Signature]) -> Mapping[str, Na
     library.mbs_start.restype = None
     library.mbs_work.restype = ctypes.c_longlong
     library.mbs_integrate.restype = ctypes.c_longlong
+    library.mbs_integrate_each.restype = None
     library.mbs_follow.restype = ctypes.c_longlong
     library.mbs_room.restype = ctypes.c_longlong
     count = ctypes.c_int.in_dll(library, "mbs_program_count").value

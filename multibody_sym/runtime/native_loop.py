@@ -31,7 +31,7 @@ def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     course = NativeCourse.of(problem)
     now = NativeProblem(problem) if course is None else course.now
     x0 = problem.x0
-    state, steps, done = StateStruct(), max(_FIRST_PIECE, _SMALL // len(x0)), False
+    state, steps, done = StateStruct(), piece_of(problem), False
     events: list[Event] = []
     singular: list[float] = []
     library, at = now.library, ctypes.byref(state)
@@ -68,6 +68,11 @@ def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
         yield _progress(problem, state, work[: len(x0)], tuple(events), tuple(singular))
 
 
+def piece_of(problem: Problem) -> int:
+    """Return how many steps of a problem take no time that anybody waits for."""
+    return max(_FIRST_PIECE, _SMALL // len(problem.x0))
+
+
 def _go_on(problem: Problem, begun: Begun, state: StateStruct) -> None:
     state.t = state.t_new = state.pace_time = begun.time
     state.sample = begun.written
@@ -95,11 +100,12 @@ def _jumped(now: NativeProblem, state: StateStruct, work: Floats) -> bool:
 def _progress(
     problem: Problem, state: StateStruct, x: Floats, events: tuple[Event, ...], singular: tuple[float, ...]
 ) -> Progress:
-    statistics = _statistics(problem, state)
+    statistics = statistics_of(problem, state)
     return Progress(state.sample, state.t, x.copy(), statistics, _failure(state), events, singular)
 
 
-def _statistics(problem: Problem, state: StateStruct) -> Statistics:
+def statistics_of(problem: Problem, state: StateStruct) -> Statistics:
+    """Return what a run took until now."""
     rows, steps = math.isfinite(state.least_rank), state.steps
     return Statistics(  # in their order: with names it takes twice as long, once a run
         steps,

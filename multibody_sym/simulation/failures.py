@@ -238,7 +238,7 @@ def _component(mechanism: Mechanism, failure: RunFailure) -> str:
 
 def until_departure(mechanism: Mechanism, problem: Problem, done: Integration) -> Integration:
     """Return a run that kept its constraints, or one as failed at the first sample at which it had left them."""
-    if done.failure is not None or done.statistics.drift_position <= problem.closure:
+    if not mechanism.rows or done.failure is not None or done.statistics.drift_position <= problem.closure:
         return done
     rows = Rows(mechanism, problem.parameters.tolist(), range(len(mechanism.rows))).holonomic()
     allowed = _LEFT * _sizes(rows, done)

@@ -66,12 +66,12 @@ class Samples:
         """What began to stick, slide, open or close in a run; samples alone tell of none."""
         return []
 
-    @property
+    @cached_property
     def coordinates(self) -> Mapping[str, Floats]:
         """Each coordinate (m,) by name."""
         return dict(zip((c.name for c in self.ready.mechanism.coordinates), self.q.T, strict=True))
 
-    @property
+    @cached_property
     def speeds(self) -> Mapping[str, Floats]:
         """Each speed (m,) by name."""
         return dict(zip((s.name for s in self.ready.mechanism.speeds), self.u.T, strict=True))

@@ -20,7 +20,7 @@ from multibody_sym.runtime.integration import Integration, integrate
 from multibody_sym.runtime.loading import Backend
 from multibody_sym.runtime.problem import Chunk, Event, Problem, Progress, Statistics
 from multibody_sym.simulation.failures import FailedRunError, failure_message, mass_used_up, until_departure
-from multibody_sym.simulation.families.family import Family
+from multibody_sym.simulation.families.family import Family, Member
 from multibody_sym.simulation.one_way.chained import OneWayRun
 from multibody_sym.simulation.one_way.made import one_way_run
 from multibody_sym.simulation.problem import problem_of, settings_of
@@ -166,7 +166,7 @@ class Prepared:
 
     def _run_of(
         self,
-        member: tuple[Runnable, Problem] | None,
+        member: Member | None,
         parameters: Mapping[str, float],
         initial: Mapping[str, float],
         on_progress: Progressed = None,
@@ -174,7 +174,9 @@ class Prepared:
         """Return the run of a member of a family; of none, and of one that fails, all is examined."""
         if member is not None:
             try:
-                return _run(*member, None, on_progress, ())
+                if member.done is not None:
+                    return _trajectory(member.ready, member.problem, member.done, None, ())
+                return _run(member.ready, member.problem, None, on_progress, ())
             except FailedRunError as error:
                 failed = error
         alone = replace(self, system=Changes(parameters, initial).of(self.system))

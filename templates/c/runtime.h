@@ -203,6 +203,12 @@ void mbs_start(const mbs_problem *problem, const double *x0, mbs_state *state, d
 long long mbs_integrate(const mbs_problem *problem, mbs_state *state, double *work, long long steps, long long rows,
                         double *samples);
 
+/* Begin runs that differ in `count` parameters and x0 alone, which stand one after the other, and go on with each for at
+   most `steps` steps: a state, problem->samples rows and the state (q, u) it reached of each. `system` is the problem's. */
+void mbs_integrate_each(const mbs_problem *problem, mbs_system *system, long long runs, const double *parameters,
+                        long long count, const double *x0, mbs_state *states, double *work, long long steps,
+                        double *samples, double *ends);
+
 #ifdef __cplusplus
 }
 #endif

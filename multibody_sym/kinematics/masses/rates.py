@@ -14,7 +14,6 @@ from multibody_sym.model.mechanism.mass import Mass
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism, TreeBody
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.node import ONE, Node, as_node, slot
-from multibody_sym.scalars.traversal import leaves
 from multibody_sym.scalars.vectors import Mat, S, Vec, add, apply, cross, dot, scale, symmetric
 
 Spatial = tuple[Vec, Vec]
@@ -34,17 +33,12 @@ class MassRates:
 
 def varies(body: TreeBody) -> bool:
     """Return whether a body's mass, centre of mass or inertia changes along a motion."""
-    return bool(_moving_leaves(body.mass))
+    return bool(body.mass.moving_leaves)
 
 
 def varies_with_time(body: TreeBody) -> bool:
     """Return whether they change though nothing moves."""
-    return TIME in _moving_leaves(body.mass)
-
-
-@lru_cache(maxsize=4096)
-def _moving_leaves(mass: Mass) -> tuple[Node, ...]:
-    return tuple(leaf for leaf in leaves(_elements(mass), "slot") if leaf.data[0] != "parameters")
+    return TIME in body.mass.moving_leaves
 
 
 def verify_kept(mechanism: Mechanism) -> None:
@@ -75,7 +69,7 @@ def second_rates(motion: Motion, index: int) -> tuple[S, Vec]:
 
 def _along(mechanism: Mechanism, mass: Mass) -> tuple[tuple[Node, Node], ...]:
     """Return the rates of the time and of the coordinates that a mass names, in slots."""
-    named = _moving_leaves(mass)
+    named = mass.moving_leaves
     found: dict[Node, Node] = {TIME: ONE} if TIME in named else {}
     if any(leaf.data[0] == "q" for leaf in named):
         q, u = ([slot(x, k) for k in range(len(of))] for x, of in _sizes(mechanism).items())

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Container
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Final
 
 from multibody_sym.model.declaration.bodies import Body, Frame, Shape, VariableMass
@@ -40,6 +41,12 @@ class Mass:
     mass: Node
     com: Point
     inertia: tuple[Node, ...]
+
+    @cached_property
+    def moving_leaves(self) -> tuple[Node, ...]:
+        """What changes along a motion, of all that it names in slots."""
+        named = leaves((self.mass, *self.com, *self.inertia), "slot")
+        return tuple(leaf for leaf in named if leaf.data[0] != "parameters")
 
 
 NO_MASS: Final = Mass(ZERO, ORIGIN, (ZERO,) * 6)

@@ -6,8 +6,10 @@ look clears is what is declared. Others are none of a family: they are resolved 
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -21,13 +23,26 @@ from multibody_sym.model.mechanism.one_way import Mode
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.runtime import loading
+from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.loading import Backend
+from multibody_sym.runtime.native_runs import integrate_each
 from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.families.layout import Layout, Values
 from multibody_sym.simulation.problem import problem_of, settings_of
 from multibody_sym.simulation.recall import compiled, formalism_name
 from multibody_sym.simulation.runnable import Numbers, Runnable
 from multibody_sym.simulation.settings import form_of
+
+_TOGETHER: Final = 32
+"""Runs that are integrated by one call: so many that what it costs is nothing, so few that they end soon."""
+
+
+class Member(NamedTuple):
+    """A run of a family, ready; `done` is what came of it, if it is."""
+
+    ready: Runnable
+    problem: Problem
+    done: Integration | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,23 +57,34 @@ class Family:
     backend: Backend | None = None
     _first: list[Problem] = field(default_factory=list)
 
-    def members(self, parameters: Values, initial: Values) -> list[tuple[Runnable, Problem] | None]:
-        """Return the runs with these values, ready; None for those that have to be examined."""
+    def members(self, parameters: Values, initial: Values) -> Iterator[Member | None]:
+        """Yield the runs with these values, ready; None for those that have to be examined."""
         count = len(next(iter((*parameters.values(), *initial.values()))))
-        alone: list[tuple[Runnable, Problem] | None] = [None] * count
         if not self._is_plain:
-            return alone
+            yield from [None] * count
+            return
         layout = self._layout
         numbers = layout.numbers(parameters, initial, count)
         with np.errstate(all="ignore"):
             clear = layout.cleared(numbers)
-        names = tuple(parameters), tuple(initial)
-        for k in np.flatnonzero(clear).tolist():
+        for begin in range(0, count, _TOGETHER):
+            here = slice(begin, begin + _TOGETHER)
+            yield from self._ready(Numbers(*(x[here] for x in numbers)), clear[here])
+
+    def _ready(self, numbers: Numbers, clear: Any) -> Iterator[Member | None]:
+        """Yield runs, those integrated already that one call does."""
+        places, layout = np.flatnonzero(clear).tolist(), self._layout
+        ready = {}
+        for k in places:
             own = Numbers(numbers.parameters[k], numbers.q0[k], numbers.u0[k])
-            begin = partial(_begun, self.system, own, layout.mechanism, *names)
-            ready = Runnable(layout.mechanism, layout.formalism, layout.compiled, own, begin)
-            alone[k] = ready, self._problem(ready)
-        return alone
+            begin = partial(_begun, self.system, own, layout.mechanism, self.parameters, self.initial)
+            one = Runnable(layout.mechanism, layout.formalism, layout.compiled, own, begin)
+            ready[k] = one, self._problem(one)
+        done: Sequence[Integration | None] = [None] * len(places)
+        if len(places) > 1 and self._settled:
+            done = integrate_each(self._first[0], *(x[places] for x in numbers))
+        found = {k: Member(*ready[k], each) for k, each in zip(places, done, strict=True)}
+        yield from map(found.get, range(len(clear)))
 
     @cached_property
     def _changed(self) -> System:

@@ -1,0 +1,57 @@
+"""Runs that differ in numbers alone, integrated by one call of the loop in C."""
+
+from __future__ import annotations
+
+import ctypes
+from functools import partial
+
+import numpy as np
+
+from multibody_sym.integrators.flow import Status
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.runtime.integration import Integration, loop_for
+from multibody_sym.runtime.native import StateStruct
+from multibody_sym.runtime.native_loop import native_loop, piece_of, statistics_of
+from multibody_sym.runtime.native_method import address
+from multibody_sym.runtime.native_problem import NativeProblem
+from multibody_sym.runtime.problem import Problem
+
+
+def integrate_each(like: Problem, parameters: Floats, q0: Floats, u0: Floats) -> list[Integration | None]:
+    """Return what `integrate` does of the problem with other numbers: parameters (n, np), q0 (n, nq), u0 (n, nu).
+
+    None of a run that is not done within a few steps, meets an event or fails: it is one for `integrate`.
+    """
+    count = len(parameters)
+    if loop_for(like) is not native_loop or like.begun or like.jump or like.course or any(like.terminal):
+        return [None] * count
+    native, x0 = NativeProblem(like), np.hstack([q0, u0])
+    width = x0.shape[1]
+    samples, ends = np.empty((count, like.samples, width)), np.empty((count, width))
+    states, work = (StateStruct * count)(), np.empty(native.work)
+    given = np.ascontiguousarray(parameters)
+    native.library.mbs_integrate_each(
+        native.handle,
+        native.system,
+        ctypes.c_longlong(count),
+        address(given),
+        ctypes.c_longlong(given.shape[1]),
+        address(x0),
+        ctypes.byref(states),
+        address(work),
+        ctypes.c_longlong(piece_of(like)),
+        address(samples),
+        address(ends),
+    )
+    times = like.times()
+    return [_integration(like, times, samples[k], ends[k], states[k]) for k in range(count)]
+
+
+def _integration(
+    like: Problem, times: Floats, samples: Floats, end: Floats, state: StateStruct
+) -> Integration | None:
+    if state.status != Status.DONE or state.event >= 0 or state.passed or state.sample != len(times):
+        return None
+    nq = len(like.q0)
+    taken = partial(statistics_of, like, state)
+    return Integration(times, samples[:, :nq], samples[:, nq:], state.t, end[:nq], end[nq:], taken, None)
