@@ -161,17 +161,17 @@ class Prepared:
             made = Family(self.system, *key, self.formalism, self.native, self.backend)
             family = self._families.setdefault(key, made)
         for k, member in enumerate(family.members(parameters, initial)):
-            own, begun = ({name: values[k] for name, values in named.items()} for named in (parameters, initial))
-            yield partial(self._run_of, member, own, begun)
+            yield partial(self._run_of, member, k, parameters, initial)
 
     def _run_of(
         self,
         member: Member | None,
-        parameters: Mapping[str, float],
-        initial: Mapping[str, float],
+        k: int,
+        parameters: Columns,
+        initial: Columns,
         on_progress: Progressed = None,
     ) -> Trajectory:
-        """Return the run of a member of a family; of none, and of one that fails, all is examined."""
+        """Return run number k, ready as a member of a family; of none, and of one that fails, all is examined."""
         if member is not None:
             try:
                 if member.done is not None:
@@ -179,7 +179,8 @@ class Prepared:
                 return _run(member.ready, member.problem, None, on_progress, ())
             except FailedRunError as error:
                 failed = error
-        alone = replace(self, system=Changes(parameters, initial).of(self.system))
+        own, begun = ({name: values[k] for name, values in named.items()} for named in (parameters, initial))
+        alone = replace(self, system=Changes(own, begun).of(self.system))
         if member is None:
             return alone.run(on_progress=on_progress)
         alone.verify()  # which tells what is wrong with the start

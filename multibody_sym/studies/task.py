@@ -168,9 +168,9 @@ def _numbers(found: Any) -> dict[str, float]:
     """Return what `reduce` gave as floats by name. Raises ArgumentError."""
     if not isinstance(found, Mapping):
         raise ArgumentError(f"reduce is to return a map from names to numbers, got {shown(found)}")
-    numbers = {}
+    numbers: dict[str, float] = {}
     for name, value in found.items():
-        if not isinstance(name, str) or not name or not name.isprintable():
+        if type(name) is not str or not name or not name.isprintable():
             raise ArgumentError(f"reduce names its numbers by text, not {shown(name)}")
         try:
             numbers[name] = float(value)
