@@ -147,3 +147,15 @@ def test_a_find_takes_few_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(simulated_motion, "simulate", lambda *given, **how: runs.append(1) or simulate(*given, **how))
     solved(BRAKING, "s: {value: x, when: c sticks}", "need: {find: v, so: s == 5}")
     assert len(runs) <= 30
+
+
+def test_what_has_no_value_at_some_time_has_an_extreme_at_others() -> None:
+    solution = solved(SWINGING, "low: {max: log(x/x0)}", "none: {max: log(-1 - x^2/x0^2)}")
+    assert solution.answers["low"].t == pytest.approx(0.3473691381, rel=1e-8)
+    assert "low: it has no value at some of the time, which is left out" in solution.conditions
+    assert solution.answers["none"].value is None
+
+
+def test_an_angle_beside_a_pure_number_has_no_unit() -> None:
+    system = mbs.loads(SWINGING + "ask: {far: {max: x/x0}, f: {find: v0, so: far == 60 deg}}\n")
+    assert "1" not in str(system.ask["f"].so).replace("pi/3", "")

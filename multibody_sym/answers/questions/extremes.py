@@ -28,6 +28,7 @@ _MOST_PEAKS: Final = 200
 _EXACTLY: Final = 3
 """So many of the likely times are compared by runs that end there."""
 _UNTIL: Final = "until"
+_LEFT_OUT: Final = "it has no value at some of the time, which is left out"
 
 
 @dataclass(frozen=True)
@@ -48,10 +49,10 @@ def extreme(motion: Simulated, question: Ask) -> Extreme | None:
     asked = question.max if question.max is not None else negate(_given(question.min))
     begin = 0.0 if question.after is None else motion.number(question.after)
     run = _run(motion, asked, question)
-    inside = run.t >= begin
+    y = run[ASKED]
+    inside = (run.t >= begin) & np.isfinite(y)
     if not inside.any():
         return None
-    y = run[ASKED]
     ends = {float(run.t[0]): float(y[0]), float(run.t[-1]): float(y[-1])}
     found = _first(
         _likely(run, y, inside, begin),
@@ -59,6 +60,7 @@ def extreme(motion: Simulated, question: Ask) -> Extreme | None:
         _SAME * float(np.ptp(y[inside])),
     )
     told = _cut_off(run, question, found.t, "largest" if largest else "least")
+    told += (_LEFT_OUT,) if not np.isfinite(y[run.t >= begin]).all() else ()
     return Extreme(found.value if largest else -found.value, found.t, told)
 
 
@@ -109,6 +111,8 @@ def _likely(run: Trajectory, y: Floats, inside: np.ndarray, begin: float) -> lis
     looked = np.where(inside, y, -np.inf)
     top, last = int(np.argmax(looked)), len(y) - 1
     times = {begin: float(np.interp(begin, run.t, y)), float(run.t[-1]): float(y[-1])}
+    if not np.isfinite(list(times.values())).all():
+        times[float(run.t[top])] = float(y[top])
     changes = [float(change["t"]) for change in run.changes]
     beside = [abs(float(y[top] - y[k])) for k in (max(top - 1, 0), min(top + 1, last)) if inside[k]]
     lowest = float(y[top]) - max(beside, default=0.0)
@@ -117,6 +121,7 @@ def _likely(run: Trajectory, y: Floats, inside: np.ndarray, begin: float) -> lis
         near = [t for t in changes if begin <= t and abs(t - run.t[k]) <= run.t[1] - run.t[0]]
         found.update({t: float(y[k]) for t in near})
         times.update(found or {float(run.t[k]): float(y[k])})
+    times = {t: value for t, value in times.items() if np.isfinite(value)}
     largest = max(times.values())
     little = max(_LIKELY * float(np.ptp(y[inside])), abs(largest - float(y[top])) if changes else 0.0)
     return sorted((t, value) for t, value in times.items() if value >= largest - little)

@@ -37,7 +37,7 @@ class InNumbers:
         if question.max is not None or question.min is not None:
             found = extreme(self.motion, question)
             if found is None:
-                raise NeverError("the motion ends before the time after which it is asked")
+                raise NeverError("the motion ends before the time after which it is asked, or there is no value")
             self.told.extend(found.told)
             return Value(found.value, t=found.t)
         if question.period_of is not None:

@@ -124,7 +124,7 @@ def _side(side: str, extremes: dict[str, Extreme]) -> tuple[Node, str | None]:
         place = found.start()
     written, dimension = parse_scalar(side.strip())
     node: Node = evaluate([written], lambda leaf: known.get(leaf, leaf))[0]
-    return node, None if dimension is None else str(dimension)
+    return node, str(dimension) if dimension is not None and any(dimension) else None
 
 
 def _closing(side: str, begin: int) -> int:
