@@ -37,6 +37,7 @@ SHOWN: Final = (
     Shown("multibody_sym.analysis.linearization", "Linearization", "text/markdown", "linearization_markdown"),
     Shown("multibody_sym.analysis.equilibrium", "Equilibrium", "text/markdown", "equilibrium_markdown"),
     Shown("multibody_sym.dynamics.constraints.redundancy", "Redundancy", "text/html", "redundancy_html"),
+    Shown("multibody_sym.answers.range_of_rest", "RangeOfRest", "text/html", "rest_html"),
     Shown("multibody_sym.checking.check", "CheckReport", "text/html", "check_html"),
 )
 
@@ -99,6 +100,13 @@ def redundancy_html(found: Any) -> str:
     from multibody_sym.writing.redundancy import redundancy_lines
 
     return _text("\n".join(redundancy_lines(found)) or f"no redundant constraints (rank {found.rank})")
+
+
+def rest_html(found: Any) -> str:
+    """Return the values of a parameter at which rest is possible."""
+    from multibody_sym.writing.rest import rest_text
+
+    return _text(rest_text(found))
 
 
 def check_html(found: Any) -> str:

@@ -68,9 +68,9 @@ def test_every_error_comes_back_whole() -> None:
     while kinds:
         kind = kinds.pop()
         kinds += kind.__subclasses__()
-        if list(inspect.signature(kind).parameters) == ["message", "where", "excerpt"]:
+        if list(inspect.signature(kind).parameters) == ["message", "where", "excerpt", "number"]:
             found.append(kind)
-            error = kind("wrong", where=Where("a.yaml", 3, 4, ("joints", "A")), excerpt="x\n^")
+            error = kind("wrong", where=Where("a.yaml", 3, 4, ("joints", "A")), excerpt="x\n^", number="M101")
             back = pickled(error)
             assert (type(back), str(back), back.as_json()) == (kind, str(error), error.as_json())
     assert len(found) > 8
