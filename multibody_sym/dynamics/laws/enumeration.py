@@ -15,6 +15,7 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.dynamics.laws.on_a_line import may_hold
 from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS
 from multibody_sym.dynamics.laws.reduction import Reduced
 from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Places, Scaled
@@ -178,7 +179,7 @@ def candidates(problem: Scaled, small: Reduced, mu: Floats) -> Iterator[tuple[Mo
             yield from ((modes.one(k), True) for k in range(len(modes)))
             continue
         tried = _tried(problem, small, mu, modes)
-        for k in np.flatnonzero(tried.doubtful | (tried.open & tried.moved)):
+        for k in np.flatnonzero(tried.doubtful | (tried.open & tried.moved & ~tried.hopeless)):
             mode = modes.one(int(k))
             name = b"".join(x.tobytes() for x in (mode.sides, mode.slips, np.rint(mode.directions / ALIKE) + 0.0))
             if name not in seen:
@@ -231,7 +232,7 @@ def _by_what_moves(problem: Scaled, mu: Floats, modes: Enumerated, a: Floats) ->
 class _Tried:
     """Of modes (b): which fit loosely, are doubtful, leave forces open, and whether these move things; a (b, m).
 
-    `motion_fits`: the inequalities on a alone hold.
+    `motion_fits`: the inequalities on a alone hold; `hopeless`: no forces that are open make all of them hold.
     """
 
     fits: Flags
@@ -239,6 +240,7 @@ class _Tried:
     open: Flags
     moved: Flags
     motion_fits: Flags
+    hopeless: Flags
     a: Floats
 
 
@@ -266,7 +268,11 @@ def _tried(problem: Scaled, small: Reduced, mu: Floats, modes: Enumerated) -> _T
     moved = np.abs(solved.ways @ small.X.T).max(axis=1, initial=0.0) > STILL * np.maximum(change, 1e-300)
     motion = _motion_fits(problem, mu, modes, z, a, loose)
     fits = solved.consistent & motion & _forces_fit(problem, mu, modes, z, loose)
-    return _Tried(fits, solved.doubtful, open_, open_ & moved, motion, a)
+    hopeless = np.zeros(len(modes), dtype=bool)
+    if not norms and not turning and solved.single.any():
+        way = solved.ways @ small.Z.T, solved.ways @ small.K.T
+        hopeless = solved.single & ~may_hold(problem, mu, (modes.sides, modes.slips), (z, a), way, LOOSE)
+    return _Tried(fits, solved.doubtful, open_, open_ & moved, motion, hopeless, a)
 
 
 def _systems(
@@ -313,12 +319,16 @@ def _ways(part: Part, modes: Enumerated) -> Floats:
 
 @dataclass(frozen=True)
 class _Solved:
-    """Solutions f (b, k), which are doubtful, consistent at all, not the only ones, and a way (b, k) to others."""
+    """Solutions f (b, k), which are doubtful, consistent at all, not the only ones, and a way (b, k) to others.
+
+    `single`: there is no other way.
+    """
 
     f: Floats
     doubtful: Flags
     consistent: Flags
     open: Flags
+    single: Flags
     ways: Floats
 
 
@@ -351,7 +361,8 @@ def _solved(left: Floats, right: Floats) -> _Solved:
     free = np.where(where < 0, np.random.default_rng(1).uniform(1.0, 2.0, size), 0.0)
     ways = np.where(where >= 0, -(T[every[:, None], where, :-1] @ free[:, :, None])[:, :, 0], free)
     open_ = np.asarray((where < 0).any(axis=1), dtype=bool)
-    return _Solved(np.asarray(solution), doubtful, np.asarray(consistent), open_, np.asarray(ways))
+    single = np.asarray((where < 0).sum(axis=1) == 1, dtype=bool)
+    return _Solved(np.asarray(solution), doubtful, np.asarray(consistent), open_, single, np.asarray(ways))
 
 
 def _motion_fits(problem: Scaled, mu: Floats, modes: Enumerated, z: Floats, a: Floats, loose: float) -> Flags:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
+from typing import Any
 
 import numpy as np
 import pytest
 from one_way_brute_force import BruteState, brute_force
 from one_way_problems import Blocks, random_blocks
 
+from multibody_sym.dynamics.laws import states
+from multibody_sym.dynamics.laws.mode_solve import solve_mode
 from multibody_sym.dynamics.laws.problem import Found, LawState
 from multibody_sym.dynamics.laws.search import find
 
@@ -118,6 +121,19 @@ def test_small_forces_beside_large_ones_and_none_at_all_are_one_state(seed: int)
 def test_a_light_block_that_jams_beside_heavy_ones_sticks() -> None:
     """Rounding of 300 kg is no slip of 44 g between two directions that are nearly one."""
     assert compare(range(12927, 12928), most=3, two_state=3) == {"several": 1}
+
+
+def test_modes_that_no_open_force_can_save_are_not_solved_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 1,280 modes of jammed blocks 512 leave one force open that moves them; the states are those of brute force."""
+    solved = list[object]()
+
+    def counted(*given: Any) -> Any:
+        solved.append(given)
+        return solve_mode(*given)
+
+    monkeypatch.setattr(states, "solve_mode", counted)
+    assert compare(range(1010, 1011), most=3, two_state=3) == {"several": 1}
+    assert len(solved) < 60
 
 
 @pytest.mark.parametrize("block", range(5))
