@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 from typing import Any
+
+
+def on_page_markdown(markdown: str, **_named: Any) -> str:
+    """Let links to folders of examples, which are no pages, lead to the gallery."""
+    return re.sub(r"\]\((?:\.\./)+examples/[^)]*\)", "](../gallery/index.md)", markdown)
 
 
 def on_files(files: Any, *, config: Any) -> Any:
