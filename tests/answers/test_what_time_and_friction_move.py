@@ -53,6 +53,12 @@ def test_modes_say_that_a_drive_stands_still_and_how_long_its_period_is() -> Non
     assert any(f"the drive's period is left, {period:.10g} s" in note for note in found.notes)
 
 
+def test_a_table_of_time_stands_still_too() -> None:
+    told = "inputs: {push: {table: [[0, 0], [1, 5], [2, 0]]}}\n"
+    model = DRIVEN.replace("F*cos(w*t)", "push") + told
+    assert any(note.startswith("inputs.push depends on t") for note in mbs.modes(mbs.loads(model)).notes)
+
+
 def test_what_turns_evenly_stands_still_in_its_own_frame() -> None:
     """Nothing about a bead on a hoop that turns evenly about the vertical depends on when it is looked at."""
     model = mbs.loads(
