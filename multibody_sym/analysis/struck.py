@@ -233,11 +233,17 @@ def _verify_strikes(blow: Blow, rows: OneWayRows) -> None:
             number="N108",
         )
     if min(rates.values()) >= 0.0:
-        told = ", ".join(f"{name} opens with {v:.4g} m/s" for name, v in rates.items())
+        words = (f"{name} opens with {v:.4g} m/s" if v else f"{name} touches and rests" for name, v in rates.items())
+        told = ", ".join(words)
         first = next(iter(rates))
+        cure = (
+            "The velocity of the first relative to the second is to lead against the normal, which points from the "
+            "second to the first"
+            if first in (x.name for x in impact.meetings)
+            else "Start with speeds at which it closes"
+        )
         raise NoSolutionError(
-            f"nothing strikes: {told}. The velocity of the first relative to the second is to lead against the normal, "
-            "which points from the second to the first",
+            f"nothing strikes: {told}. {cure}",
             where=Where(path=impact.paths.get(first, ("impact",))),
             number="N108",
         )

@@ -261,3 +261,17 @@ def test_energies_and_centres_that_are_rounding_are_zero() -> None:
     assert lost.value == 0.0
     centres = mbs.solve(mbs.load(examples / "dropped_rod.yaml")).impact.instantaneous_centres
     assert centres["rod"]["centre"][1] == 0.0
+
+
+def test_a_declared_contact_that_rests_is_told_as_such() -> None:
+    system = mbs.loads("""
+multibody_sym: 1
+name: resting
+gravity: [0, -9.81, 0]
+bodies: {ball: {mass: 1}, ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}}
+joints: {P: {type: point, parent: ground, child: ball, axes: xy, initial: {u: [2, 0]}}}
+contacts: {c: {between: [ball, ground.floor], restitution: 0.5}}
+impact: closing
+""")
+    with pytest.raises(mbs.NoSolutionError, match=r"c touches and rests\. Start with speeds at which it closes"):
+        mbs.solve(system)
