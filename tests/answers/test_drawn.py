@@ -123,6 +123,19 @@ def test_redundant_rows_and_places_are_marked() -> None:
         mbs.draw(rod(), mark=["joints.B"])
 
 
+def test_a_hundred_links_have_no_names() -> None:
+    """No page has room for them; the words for screen readers tell the first."""
+    count = 100
+    body = mbs.Body(mass=1, com=[0.5, 0, 0], inertia={"Izz": 0.1}, points={"end": [1, 0, 0]})
+    carriers = ["ground", *(f"link{k}.end" for k in range(count - 1))]
+    joints = {f"J{k}": mbs.Revolute(carriers[k], f"link{k}", axis="z", q=f"q{k}") for k in range(count)}
+    figure = mbs.draw(mbs.System("chain", bodies={f"link{k}": body for k in range(count)}, joints=joints))
+    assert len(figure.picture.boxes()) > 2 * count
+    assert max(figure.size) < 430
+    assert "link7," in figure.description
+    assert "and 70 more" in figure.description
+
+
 def test_an_svg_takes_neither_sympy_nor_matplotlib(tmp_path: Path) -> None:
     code = (
         "import sys, multibody_sym as mbs\n"
