@@ -26,7 +26,6 @@ LONG = (
 )
 COMMANDS = (
     ("solve", "textbook/rod_in_bowl", "--json", "--steps"),
-    ("solve", "questions/driven_oscillator", "--json"),
     ("derive", "rolling_coin"),
     ("modes", "oscillations/nutating_top"),
 )
