@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar
 
 from multibody_sym.analysis.derivations import derive
 from multibody_sym.answers.drawn import draw
@@ -23,6 +23,7 @@ from multibody_sym.writing.derivation import Equations
 from multibody_sym.writing.report.free_bodies import free_bodies
 
 _T = TypeVar("_T")
+_MOST_BODIES: Final = 24
 
 
 @dataclass(frozen=True)
@@ -66,11 +67,18 @@ def findings(system: System, command: str, settings: Mapping[str, Any]) -> Findi
         parameters=parameters_told(system),
         figure=_asked(lambda: draw(system)),
         bodies=_asked(lambda: free_bodies(system)),
-        equations=_asked(lambda: derive(system)),
-        solution=_asked(lambda: solve(system, steps=True)),
+        equations=_in_symbols(system, lambda: derive(system)),
+        solution=_in_symbols(system, lambda: solve(system, steps=True)),
         check=_asked(lambda: check(system)),
         run=_asked(lambda: simulate(system, **settings)),
     )
+
+
+def _in_symbols(system: System, question: Callable[[], _T]) -> _T | Missing:
+    """Return an answer in symbols, none for systems whose equations nobody would read."""
+    if len(system.bodies) > _MOST_BODIES:
+        return Missing(f"{len(system.bodies)} bodies: formulas of so many are longer than a report")
+    return _asked(question)
 
 
 def _asked(question: Callable[[], _T]) -> _T | Missing:

@@ -1,0 +1,84 @@
+"""Pages in Chromium: animations play and reports open without an error in the console and without a request."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import multibody_sym as mbs
+
+pytestmark = pytest.mark.browser
+EXAMPLES = Path(__file__).parents[2] / "examples"
+FILES = sorted(EXAMPLES.rglob("*.yaml"))
+CHAIN = (
+    "{multibody_sym: 1, name: chain, gravity: [0, -9.81, 0], repeat: {count: 100, body: {mass: 0.1, com: [0, -0.2, 0],"
+    " points: {end: [0, -0.2, 0]}}, joint: {type: revolute, parent: end, axis: z, initial: {q: 2 deg}}},"
+    " simulation: {t_end: 30 s, rtol: 1e-6, atol: 1e-6}}"
+)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    selenium = pytest.importorskip("selenium.webdriver")
+    driver = shutil.which("chromedriver")
+    if driver is None:
+        pytest.skip("needs Chromium and its driver")
+    options = selenium.ChromeOptions()
+    for word in ("--headless=new", "--no-sandbox", "--enable-unsafe-swiftshader", "--window-size=1000,1000"):
+        options.add_argument(word)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    found = selenium.Chrome(options=options, service=selenium.ChromeService(driver))
+    yield found
+    found.quit()
+
+
+def opened(browser: Any, page: Path) -> None:
+    """Open a page; fail where the console has a word or anything but the page itself is asked for."""
+    browser.get_log("performance")
+    browser.get(page.as_uri())
+    time.sleep(0.2)
+    assert [entry["message"] for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
+    events = (json.loads(entry["message"])["message"] for entry in browser.get_log("performance"))
+    asked = [event["params"]["request"]["url"] for event in events if event["method"] == "Network.requestWillBeSent"]
+    assert [url for url in asked if not url.startswith("data:")] in ([page.as_uri()], [])
+
+
+def played(browser: Any, seconds: float) -> float:
+    """Play an animation and return how many frames a second it drew; it must have gone on."""
+    browser.execute_script("document.querySelector('.animation button').click()")
+    time.sleep(seconds)
+    told = browser.find_element("css selector", ".animation output").text
+    assert told.startswith("t = ")
+    assert float(told.split()[2]) > 0.0
+    return float(browser.execute_script("return Number(document.querySelector('.animation').dataset.frames)")) / seconds
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda path: path.stem)
+def test_animations_play_and_reports_open(file: Path, browser: Any, tmp_path: Path) -> None:
+    report = mbs.report(mbs.load(file))
+    report.write(tmp_path / "report.html")
+    opened(browser, tmp_path / "report.html")
+    assert browser.find_elements("css selector", "figure svg")
+    run = report.findings.run
+    if isinstance(run, mbs.Trajectory) and len(run) > 1:
+        mbs.animate(run, tmp_path / "motion.html")
+        opened(browser, tmp_path / "motion.html")
+        assert played(browser, 0.4) > 0.0
+
+
+def test_a_chain_of_100_links_is_smooth_and_small(browser: Any, tmp_path: Path) -> None:
+    report = mbs.report(mbs.loads(CHAIN))
+    run = report.findings.run
+    assert isinstance(run, mbs.Trajectory)
+    animation = mbs.animate(run, tmp_path / "chain.html")
+    assert len(animation.html) <= 2_000_000
+    assert len(report.html) <= 6_000_000
+    opened(browser, tmp_path / "chain.html")
+    rate = played(browser, 3.0)
+    print(f"{len(animation.html)} bytes, report {len(report.html)}, {rate:.0f} frames a second")
