@@ -60,6 +60,8 @@ def misses(worked: Worked) -> dict[str, float]:
         ]
         totals = [sum(side) for side in numbers][formula.assumed :]
         size = max(least, *(abs(x) for side in numbers for x in side))
+        if formula.relation == "<=":
+            totals = [max(totals[0], totals[1]), totals[1]]
         if formula.value is not None:
             totals.append(formula.value.number)
         found[" = ".join(map(write, formula.sides))] = (max(totals) - min(totals)) / size

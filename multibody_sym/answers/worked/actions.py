@@ -9,7 +9,8 @@ from typing import Any
 
 import sympy
 
-from multibody_sym.dynamics.derivation.letters import FRICTION, MOMENT, Lettered, force_unit, row_elements
+from multibody_sym.answers.worked.grips import Grip, rubbing, slipping_ratio, tension_wrenches
+from multibody_sym.dynamics.derivation.letters import FRICTION, MOMENT, TENSION, Lettered, force_unit, row_elements
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.kinematics.loads import Applied, applied, exert, span, span_rate
 from multibody_sym.kinematics.motion import Motion, accelerations, pose
@@ -18,7 +19,7 @@ from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench, Wrenches, add_p
 from multibody_sym.model.mechanism.force_rows import ReactionRow
 from multibody_sym.model.mechanism.loads import Load, MassFlow, PointPull, PointSpring, span_leaves
 from multibody_sym.model.mechanism.mechanism import COMPONENTS
-from multibody_sym.model.mechanism.rope_rows import MeanTensionRow
+from multibody_sym.model.mechanism.rope_rows import MeanTensionRow, RopeSlipRow
 from multibody_sym.model.mechanism.rows import RopeRow, Row
 from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
 from multibody_sym.scalars.vectors import (
@@ -78,7 +79,8 @@ class Actions:
 
     `of_body`: by body; `laws` of friction that slides and of springs, `lengths` where a vector's length presses;
     `further` symbols with their letters; `drives`: what rows exert in joints, without wrenches; `of_speed` the same of
-    loads; `contacts` the closed ones with the wrenches of their normal forces.
+    loads; `contacts` the closed ones with the wrenches of their normal forces; `grips` the rough wheels under ropes,
+    and `tensions` what each tension of such a rope is asked by.
     """
 
     def __init__(self, motion: Motion, symbols: Symbols) -> None:
@@ -90,6 +92,9 @@ class Actions:
         self.rows = row_motions(motion)
         self._in_joints: list[tuple[Any, Sequence[S]]] = []
         self.contacts: list[tuple[str, Sequence[Wrench]]] = []
+        self.grips: list[Grip] = []
+        self.tensions: dict[Any, str] = {}
+        self._rubbing_ropes = rubbing(motion.mechanism)
         one_way = motion.mechanism.one_way
         self._elements = row_elements(motion.mechanism)
         self._touching = {row.name for each in one_way if each.kind == "contact" for row in each.normals}
@@ -141,9 +146,9 @@ class Actions:
             return stiffness * (length - rest) + damping * rate
         return state.values([load.value], dict(zip(span_leaves(load.name), (length, rate), strict=True)))[0]
 
-    def _further(self, letter: str, element: str) -> Any:
+    def _further(self, letter: str, element: str, own: str = "") -> Any:
         s = sympy.Dummy(f"{letter}_{element}", real=True)
-        self.further.append(Lettered(s, letter, self.element(element)))
+        self.further.append(Lettered(s, letter, self.element(element), own))
         return s
 
     # --- reactions of joints -------------------------------------------------------------------------------------
@@ -188,11 +193,14 @@ class Actions:
 
     def _add_row(self, row: Row, moved: RowMotion, symbol: Any) -> None:
         normal = without_friction(row)
+        if isinstance(normal, RopeRow) and normal.told[0] in self._rubbing_ropes:
+            self._add_tensions(normal)
+            return
+        if isinstance(normal, (RopeSlipRow, MeanTensionRow)):  # told by the tensions on both sides of the wheel
+            return
         name = normal.told[0] if isinstance(normal, RopeRow) else self.element(row.name)
         if isinstance(normal, ReactionRow):
             self.laws.append(self._pressing(normal, symbol))
-        elif isinstance(normal, MeanTensionRow):
-            self.laws.append(self._defined(normal, symbol))
         else:
             bare = moved if normal is row else row_motion(normal, self.motion, self.bias)
             self._add_unit(symbol, "row", name, bare.of_body, [] if bare.all_told else bare.forces)
@@ -200,6 +208,23 @@ class Actions:
                 self.contacts.append((name, bare.of_body))
         for sliding in row.frictions if isinstance(row, SlidingRow) else ():
             self._add_sliding(sliding, symbol, moved, normal)
+
+    def _add_tensions(self, rope: RopeRow) -> None:
+        """Add each tension of a run of rope that rubs on wheels, or of another run of it, and the laws of belts."""
+        name = rope.told[0]
+        of_each = zip(rope.asked, tension_wrenches(rope, self.motion, self.bias), strict=True)
+        found = []
+        for k, (asked, of_body) in enumerate(of_each):
+            s = self._further(TENSION, name, own=f"{rope.label}{rope.run + k}" if rope.label else "")
+            self.tensions[s] = asked
+            self._add(s, "row", name, of_body)
+            found.append(s)
+        for slip, before, behind in zip(rope.rubs, found, found[1:], strict=False):
+            ratio = slipping_ratio(slip, self.motion, self.bias)
+            self.grips.append(Grip(slip, before, behind, slides=ratio is not None))
+            if ratio is not None:
+                greater, less = (before, behind) if ratio[0] else (behind, before)
+                self.laws.append(Law(self.element(slip), [(greater, 1)], [(less, ratio[1])]))
 
     def _add_unit(self, symbol: Any, kind: str, element: str, of_body: Sequence[Wrench], forces: Sequence[S]) -> None:
         self._add(symbol, kind, element, of_body)

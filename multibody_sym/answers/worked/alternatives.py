@@ -13,6 +13,7 @@ from typing import Final
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.worked.equations import Equations, with_parameters
 from multibody_sym.answers.worked.exactly import Linear, linear
+from multibody_sym.answers.worked.grips import gripping_ratio, is_grip
 from multibody_sym.kinematics.rows import RowMotion, coefficients, row_motion
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import in_mode
@@ -35,7 +36,8 @@ class Refuted:
     """An assumption, the `slips` by part, its `equations`, and what contradicts it where one `part` rubs.
 
     What slides would have the tangential acceleration `left` (over accelerations) = `value`, against the assumption.
-    What sticks would need the friction `value`, more than its `limit`.
+    What sticks would need the friction `value`, more than its `limit`; on a rope that grips it would be the greater
+    tension `left`, more than the less one allows.
     """
 
     slips: Mapping[str, int]
@@ -124,12 +126,19 @@ def _judged(other: Equations, part: Part, slips: Mapping[str, int]) -> Refuted |
         return _too_much(other, part, slips)
     moved = _moved(other, part.friction)
     *factors, gamma = other.exactly.quotients([*moved.jacobian, moved.gamma])
-    left = linear(zip(other.symbols.accelerations, factors, strict=True), -gamma)
+    left = linear(zip(other.symbols.accelerations, factors, strict=True), -gamma).times(
+        2 if is_grip(part.friction) else 1
+    )
     value = other.result(left)
     return Refuted(slips, part, other, left, value) if float(value.sample) * slip < 0 else None
 
 
 def _too_much(other: Equations, part: Part, slips: Mapping[str, int]) -> Refuted | None:
+    if is_grip(part.friction):
+        (ratio,) = other.exactly.quotients([gripping_ratio(part.friction, other.actions.motion)])
+        greater, less = other.grip(part.friction.rows[0].name)
+        size, limit = other.result(greater), other.result(less) * ratio
+        return Refuted(slips, part, other, greater, size, limit) if size.sample > limit.sample else None
     names = [row.name for row in other.mechanism.rows]
     friction = other.symbols.multipliers[names.index(part.friction.rows[0].name)]
     normals = [other.normal(names.index(part.element.normals[k].name)) for k in part.friction.normals]

@@ -18,6 +18,7 @@ from multibody_sym.dynamics.derivation.symbols import symbols_of
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.scalars.node import ZERO, Node, slot
 
 
@@ -88,6 +89,8 @@ class Equations:
                 left = linear(zip(self.symbols.accelerations, factors, strict=True), gamma * 0)
                 about = (self.actions.element(row.name),)
                 found = arranged(Equality(left, Linear({}, gamma), "relation", about), self.symbols.accelerations)
+                if isinstance(row, RopeSlipRow):  # the mean of how fast both sides run
+                    found = found.changed(lambda form: form.times(2))
                 if not found.form.vanishes:
                     yield found
 
@@ -129,9 +132,17 @@ class Equations:
     def unknowns(self) -> list[Any]:
         """The unknowns in the order in which they are told: accelerations, then forces."""
         used = dict.fromkeys(x for e in self.all for x in (*e.left.terms, *e.right.terms))
+        used.update(dict.fromkeys(self.actions.tensions))  # one between drums that stand still acts on no body
         forces = [x for x in (*self.symbols.multipliers, *self.symbols.reactions) if x in used]
         further = [each.symbol for each in self.actions.further if each.symbol in used]
         return [*(x for x in self.symbols.accelerations if x in used), *forces, *further]
+
+    def grip(self, slip: str) -> tuple[Linear, Linear]:
+        """Return the greater and the less tension at a rough wheel on which a rope does not slip."""
+        one = self.exactly.constant(1)
+        (found,) = (each for each in self.actions.grips if each.slip == slip)
+        before, behind = (Linear({s: one}, one * 0) for s in (found.before, found.behind))
+        return (before, behind) if self.result(before.plus(behind, -1)).sample >= 0 else (behind, before)
 
     def normal(self, row: int) -> Linear:
         """Return the multiplier of a row, or the reaction that it is another name of."""

@@ -11,6 +11,7 @@ from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.worked.alternatives import Part, Refuted, parts_at_rest, refuted
 from multibody_sym.answers.worked.equations import Equations
 from multibody_sym.answers.worked.exactly import shown
+from multibody_sym.answers.worked.grips import gripping_ratio, is_grip
 from multibody_sym.answers.worked.record import Formula, Line, Quantity, Sentence, WorkedStep
 from multibody_sym.dynamics.derivation.notation import Notation
 from multibody_sym.kinematics.rows import coefficients, row_motion
@@ -46,12 +47,11 @@ class _Rejected:
             sign = ">" if found.slips[found.part.friction.name] > 0 else "<"
             yield Sentence((f"and not {sign} 0, as was assumed: a contradiction.",))
             return
-        friction, normals = self._symbols(found.part)
-        unit = self.units.get(friction, "")
+        needed, most, unit = self._needed(found)
         yield Sentence((f"Assume that {' and '.join(found.slips)} stick{'s' if len(found.slips) == 1 else ''}. Then",))
-        yield self._formula(found, sympy.Abs(friction), found.value, unit)
+        yield self._formula(found, needed, found.value, unit)
         yield Sentence(("is needed, and no more is there than",))
-        yield self._formula(found, normals, found.limit, unit)
+        yield self._formula(found, most, found.limit, unit)
         yield Sentence(("a contradiction.",))
 
     def _formula(self, found: Refuted, left: Any, value: Quotient, unit: str) -> Formula:
@@ -61,6 +61,19 @@ class _Rejected:
         except NoClosedFormError:
             return Formula((left,), value=number, assumed=True)
         return Formula((left,) if written.is_number else (left, written), value=number, assumed=True)
+
+    def _needed(self, found: Refuted) -> tuple[Any, Any, str]:
+        """Return what would be needed to stick, the most that it can be, and their unit."""
+        part = found.part.friction
+        if not is_grip(part):
+            friction, most = self._symbols(found.part)
+            return sympy.Abs(friction), most, self.units.get(friction, "")
+        (grip,) = (each for each in self.equations.actions.grips if each.slip == part.rows[0].name)
+        (other,) = (each for each in found.equations.actions.grips if each.slip == part.rows[0].name)
+        forward = other.before in found.left.terms
+        greater, less = (grip.before, grip.behind) if forward else (grip.behind, grip.before)
+        (ratio,) = self.equations.exactly.quotients([gripping_ratio(part, self.equations.actions.motion)])
+        return greater, less * self.equations.exactly.written(ratio), self.units.get(greater, "")
 
     def _symbols(self, part: Part) -> tuple[Any, Any]:
         """Return the letter of a part's friction, and the most that it can be, in the letters of the state."""

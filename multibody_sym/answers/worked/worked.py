@@ -21,13 +21,13 @@ from multibody_sym.answers.worked.elimination import Found, arranged
 from multibody_sym.answers.worked.equations import Equations
 from multibody_sym.answers.worked.exactly import Equality, Linear, shown
 from multibody_sym.answers.worked.given import given_lines
+from multibody_sym.answers.worked.grips import gripping_ratio
 from multibody_sym.answers.worked.record import Formula, Line, Quantity, Sentence, Words, Worked, WorkedStep
 from multibody_sym.answers.worked.rejected import rejected
 from multibody_sym.dynamics.derivation.letters import (
     FRICTION,
     MOMENT,
     NORMAL,
-    TENSION,
     force_letters,
     guide_normal,
     row_letter,
@@ -140,6 +140,7 @@ class _Work:
         """Return the accelerations, multipliers and reactions of an instant in floats."""
         found = dict(zip(self.symbols.accelerations, map(float, instant.udot), strict=True))
         found.update(zip(self.symbols.multipliers, map(float, instant.multipliers), strict=True))
+        found.update((s, float(instant.tensions[asked])) for s, asked in self.actions.tensions.items())
         for index, body in enumerate(self.mechanism.bodies):
             reaction = instant.reactions[body.joint_name]
             found.update((s, float(reaction[c])) for s, c in zip(self._own(index), COMPONENTS, strict=True))
@@ -181,7 +182,7 @@ class _Work:
             *(WorkedStep(f"{body.name}, cut free", tuple(self._body(body))) for body in self.cut.bodies),
             WorkedStep("Free directions of joints", tuple(self._formula(e) for e in self.cut.free)),
             WorkedStep("Relations between accelerations", tuple(self._formula(e) for e in self.equations.relations)),
-            WorkedStep("Laws of forces", (*map(self._formula, self.equations.laws), *self._lengths())),
+            WorkedStep("Laws of forces", (*map(self._formula, self.equations.laws), *self._lengths(), *self._grips())),
             WorkedStep("Elimination", tuple(self._elimination())),
             WorkedStep("Result", tuple(self._result())),
             WorkedStep("Conditions", tuple(Sentence((line,)) for line in self._conditions())),
@@ -196,6 +197,23 @@ class _Work:
             (factor,) = self.exactly.quotients([length.factor])
             sides = length.symbol, self.exactly.written(factor) * sympy.sqrt(sympy.Add(*squares))
             yield Formula(sides, before=(length.element,))
+
+    def _grips(self) -> Iterator[Line]:
+        """Yield how far one tension may exceed the other where a rope grips a rough wheel."""
+        places = {each.slip: each for each in self.actions.grips if not each.slides}
+        unsolved = self._unsolved()
+        for part in (part for element in self.mechanism.one_way for part in element.frictions if not part.enough):
+            grip = places.get(part.rows[0].name)
+            if grip is None:
+                continue
+            (most,) = self.exactly.quotients([gripping_ratio(part, self.actions.motion)])
+            less, greater = sorted((grip.before, grip.behind), key=lambda s: self.values[s])
+            ratio, begin = self.exactly.written(most), f"{part.name} grips as long as"
+            if unsolved & {less, greater}:
+                words = f"{begin} neither of ", grip.before, " and ", grip.behind, " is more than ", ratio
+                yield Sentence((*words, " times the other"))
+            else:
+                yield Formula((greater, less * ratio), relation="<=", before=(begin,))
 
     def _conditions(self) -> Iterator[str]:
         """Yield the conditions, with what happens where they fail."""
@@ -257,13 +275,7 @@ class _Work:
         of_symbol = action.kind in ("row", "reaction", "counter") and action.symbol in self._lettered
         letter = self._lettered[action.symbol] if of_symbol else ""
         word = _WORDS.get(letter, _WORDS[action.kind])
-        mean = letter == TENSION and action.element in self._rough
-        return f"{'mean ' if mean else ''}{word} {action.element}".strip()
-
-    @cached_property
-    def _rough(self) -> set[str]:
-        """The ropes that rub on wheels: their tensions differ from the mean by half the friction."""
-        return {each.name for each in self.mechanism.one_way if each.kind == "rope" and each.frictions}
+        return f"{word} {action.element}".strip()
 
     def _short(self, direction: Words, action: Action) -> Words:
         """Return a direction, that of a joint's axis by its name where its components are long."""

@@ -96,7 +96,9 @@ def _numbered(kind: Sequence[Lettered], numbers: Sequence[str], taken: Collectio
     """Return T, or T1, T2 .., or T_string .. for the forces of one kind."""
     letter = kind[0].letter
     if any(letter + number in taken for number in numbers):
-        return {each.symbol: _labelled(letter, each.element) for each in kind}
+        elements = [each.element for each in kind]
+        several = [elements[: k + 1].count(name) if elements.count(name) > 1 else "" for k, name in enumerate(elements)]
+        return {each.symbol: _labelled(letter, each.element, str(k)) for each, k in zip(kind, several, strict=True)}
     subscripts = [f"_{{{number}}}" if number else "" for number in numbers]
     return {
         each.symbol: Label(letter + number, letter + subscript)
