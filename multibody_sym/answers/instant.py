@@ -14,6 +14,7 @@ from multibody_sym.algebra.decimals import with_doubles
 from multibody_sym.algebra.quotient_functions import doubled, exact, sign
 from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
 from multibody_sym.answers.closed_form import WORK, ClosedForms, closed_forms, linear_equations, unknowns
+from multibody_sym.answers.one_way import Acting
 from multibody_sym.answers.symbolic_start import begins_along, declared_state, with_directions
 from multibody_sym.answers.symbolic_state import SymbolicState
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
@@ -100,7 +101,7 @@ class Solved:
     def values(self, ask: Callable[[Instant], Mapping[str, Any]], units: Mapping[str, str]) -> dict[str, Value]:
         """Return what `ask` finds at the instant, as numbers with closed forms where they agree.
 
-        What is not unique has no value, unless multipliers of least norm are asked for.
+        What is not unique has no value, unless multipliers of least norm are asked for and possible.
         """
         numbers, nodes, slots = ask(self.numbers), self._nodes(ask), ask(self.slots)
         others = [ask(other) for other in self.others]
@@ -112,10 +113,15 @@ class Solved:
             rounding = self._rounding(as_node(slots[name]))
             near = 0.0 if abs(number) <= rounding else float(number)
             closed = unique and name in nodes
-            told = unique or self.mechanism.minimum_norm
+            told = unique or (self.mechanism.minimum_norm and not self.beyond)
             known = self.value(as_node(nodes[name]), near, rounding) if closed else Value(near if told else None)
             found[name] = replace(known, unique=unique, unit=units.get(name, ""))
         return found
+
+    @cached_property
+    def beyond(self) -> str:
+        """Why forces of least norm that are asked for cannot be: what they would do against the laws. Else empty."""
+        return Acting.at(self.numbers).beyond if self.mechanism.minimum_norm and self.others else ""
 
     def _nodes(self, ask: Callable[[Instant], Mapping[str, Any]]) -> Mapping[str, Any]:
         """Return what `ask` finds over Nodes; nothing where an expression has no value at the exact start."""

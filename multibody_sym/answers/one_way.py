@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Final
 
-from multibody_sym.dynamics.programs.one_way_forces import OneWayForces, slip_of
+from multibody_sym.dynamics.programs.one_way_forces import OneWayForces, is_active, slip_of
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.kinematics.points import position
+from multibody_sym.kinematics.rows import coefficients
 from multibody_sym.model.mechanism.contact_rows import ContactRow
-from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
+from multibody_sym.model.mechanism.one_way import STICKS, FrictionPart, OneWay
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import S, Vec
+
+_ROUNDING: Final = 1e-10
+"""Part of the largest force by which a force may be beyond its limit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +44,22 @@ class Acting(OneWayForces):
                 if sliding.rows == part.rows and sliding.starts is not None:
                     return self.motion.state.values(sliding.starts)
         return []
+
+    @property
+    def beyond(self) -> str:
+        """What the forces (floats) would do that the mode does not allow, by element; empty where they may be so."""
+        least = _ROUNDING * max((abs(float(x)) for x in self.multipliers), default=0.0)
+        for element in (x for x in self.mechanism.one_way if is_active(self.mechanism, x)):
+            if element.unilateral and float(self.normal(element)) < -least:
+                return f"{element.name} would pull" if element.kind != "rope" else f"{element.name} would push"
+            for part in element.frictions:
+                if part.enough or slip_of(self.mechanism, part) != STICKS:
+                    continue
+                (static,) = coefficients(self.motion, part.rows, [part.static])
+                size = math.hypot(*map(float, self.friction(part)))
+                if size > float(static * self.pressing(element, part)) + least:
+                    return f"{part.name} would need more friction than there is"
+        return ""
 
     # --- motion ---------------------------------------------------------------------------------------------------
 

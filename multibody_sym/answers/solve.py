@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -118,7 +118,7 @@ def solution_of(solved: Solved) -> Solution:
         notes=(
             *slipped_wheels(resolved, begin.parameters),
             *left_out(solved),
-            *(f"numbers only, where no closed form is given: {reason}" for reason in solved.reasons),
+            *_without_values(solved),
         ),
         assembled=_assembled(solved),
         shifts=dict(begin.shifts),
@@ -137,6 +137,13 @@ def solution_of(solved: Solved) -> Solution:
         verdict=solved.decided.verdict,
         searched=solved.decided.searched,
     )
+
+
+def _without_values(solved: Solved) -> Iterator[str]:
+    """Yield why forces of least norm that are asked for have no value, and why something has no closed form."""
+    if solved.beyond:
+        yield f"forces that are not unique have no value: in those of least norm {solved.beyond}"
+    yield from (f"numbers only, where no closed form is given: {reason}" for reason in solved.reasons)
 
 
 def _others(solved: Solved, names: Sequence[str]) -> tuple[OtherState, ...]:

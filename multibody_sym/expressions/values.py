@@ -17,8 +17,8 @@ class Value:
     """A number (SI; None where there is none) and its closed form in the names of the model (None: numbers only).
 
     It is not `unique` where constraints depend on each other and other values would serve as well: then there is none,
-    but for that of least norm where this was asked for. `unit` is empty for pure numbers and where it is not known.
-    `t` is the time in s at which it is reached, where it is that of one moment of a motion.
+    but for that of least norm where this was asked for and is possible. `unit` is empty for pure numbers and where it
+    is not known. `t` is the time in s at which it is reached, where it is that of one moment of a motion.
     """
 
     value: float | None
