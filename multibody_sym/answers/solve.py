@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from multibody_sym.algebra.solving.shared_roots import values_with_shared_roots
 from multibody_sym.analysis.slipped_wheels import slipped_wheels
 from multibody_sym.answers.impact.answer import impact_found
 from multibody_sym.answers.impact.asked import answered_after
@@ -104,9 +105,8 @@ def solution_of(solved: Solved) -> Solution:
     accelerations = solved.values(lambda instant: dict(zip(names, instant.udot, strict=True)), units)
     reactions = reactions_of(solved)
     answers, remarks = answered(solved)
-    valid = validity(solved, reactions)
-    state = state_found(solved)
-    return Solution(
+    valid, state = validity(solved, reactions), state_found(solved)
+    found = Solution(
         name=resolved.name,
         coordinates=dict(zip((c.name for c in resolved.coordinates), begin.q, strict=True)),
         speeds=dict(zip((s.name for s in resolved.speeds), begin.u, strict=True)),
@@ -136,6 +136,21 @@ def solution_of(solved: Solved) -> Solution:
         others=_others(solved, names),
         verdict=solved.decided.verdict,
         searched=solved.decided.searched,
+    )
+    return _with_shared_roots(solved, found)
+
+
+def _with_shared_roots(solved: Solved, found: Solution) -> Solution:
+    """Return a solution with one form of each root in all that it gives formulas for."""
+    told = [found.answers, found.accelerations, *found.reactions.values(), found.assembled]
+    shared = iter(values_with_shared_roots([x for part in told for x in part.values()], solved.symbolic.letters))
+    answers, accelerations, *reactions, assembled = [{name: next(shared) for name in part} for part in told]
+    return replace(
+        found,
+        answers=answers,
+        accelerations=accelerations,
+        reactions=dict(zip(found.reactions, reactions, strict=True)),
+        assembled=assembled,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import cos, pi, radians, sin, sqrt
 
 import pytest
@@ -11,6 +12,9 @@ from twins import from_file
 import multibody_sym as mbs
 
 G = 9.81
+_PERIODS = (
+    "{multibody_sym: 1, name: x, ask: {omega: frequency(1), T: period(1), twice: 2*period(1), other: W/frequency(1)}}"
+)
 
 
 def answers(name: str, **parameters: float) -> dict[str, float | None]:
@@ -28,6 +32,27 @@ def test_coupled_pendulums() -> None:
     half = found["beat"] / 2
     run = mbs.simulate(from_file("coupled_pendulums"), t_end=half, initial={"phi1": 1e-4}, backend="python")
     assert abs(run["phi2"]).max() == pytest.approx(1e-4, rel=0.01)  # after half a beat the other has all the motion
+
+
+def test_frequencies_and_their_beat_have_one_root() -> None:
+    assert formula("coupled_pendulums", "w2") == "sqrt((g*l*m + 2*k*a^2)/m)/l"
+    assert formula("coupled_pendulums", "beat") == "2*l*pi/(sqrt((g*l*m + 2*k*a^2)/m) - sqrt(g*l))"
+
+
+def test_the_nodding_of_a_top_has_one_root_in_its_frequency_and_periods() -> None:
+    """omega^2 = W^2 - 2 m g h cos(theta)/B + (m g h/(B W))^2 with B = A + m h^2, at other values too."""
+    system = replace(from_file("nutating_top"), ask=mbs.loads(_PERIODS).ask)
+    values = {"g": 3.7, "m": 0.21, "h": 0.07, "A": 4.3e-4, "C": 1.9e-4, "W": 11.0}
+    found = mbs.solve(system, parameters=values).answers
+    told = {key: each.as_json()["expression"] for key, each in found.items()}
+    root = told["omega"]
+    assert root.startswith("sqrt(W^2 + ")
+    assert told == {"omega": root, "T": f"2*pi/{root}", "twice": f"4*pi/{root}", "other": f"W/{root}"}
+    g, m, h, A, _, W = values.values()
+    B, weight = A + m * h**2, m * g * h
+    omega = sqrt(W**2 - 2 * weight * cos(radians(30)) / B + (weight / (B * W)) ** 2)
+    wanted = {"omega": omega, "T": 2 * pi / omega, "twice": 4 * pi / omega, "other": W / omega}
+    assert {key: each.value for key, each in found.items()} == pytest.approx(wanted, rel=1e-12)
 
 
 def test_wedge_and_spring() -> None:

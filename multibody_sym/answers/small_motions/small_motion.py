@@ -11,6 +11,7 @@ import numpy as np
 
 from multibody_sym.algebra.conditions import Condition, reduced, under_roots
 from multibody_sym.algebra.quotients import NoClosedFormError
+from multibody_sym.algebra.solving.shared_roots import values_with_shared_roots
 from multibody_sym.analysis.deviations import deviation_names
 from multibody_sym.analysis.linearization import At
 from multibody_sym.answers.small_motions.damped import damped_modes
@@ -222,7 +223,7 @@ class SmallMotion:
             mass=self._values(None if given is None else given.mass),
             rates=self._values(None if given is None else given.rates),
             stiffness=self._values(None if given is None else given.stiffness),
-            modes=self.modes,
+            modes=tuple(self._with_shared_roots()),
             stable=self.stable,
             conditions=tuple(dict.fromkeys(conditions)),
             held=tuple(deviation_names(self.mechanism)[k] for k in self.held),
@@ -230,6 +231,22 @@ class SmallMotion:
             notes=tuple(self._notes()),
             eigenvalues=tuple(complex(x) for x in place.linear.eigenvalues),
         )
+
+    def _with_shared_roots(self) -> list[Mode]:
+        """Return the modes with one form of each root in their frequencies, periods and rates."""
+        if self.matrices is None:
+            return list(self.modes)
+        letters = {x.node: x for x in self.matrices.field.letters if x.node is not None}
+        told = [x for mode in self.modes for x in (mode.frequency, mode.period, mode.rate) if x is not None]
+        shared = dict(zip(told, values_with_shared_roots(told, letters), strict=True))
+
+        def of(value: Value | None) -> Value | None:
+            return None if value is None else shared[value]
+
+        return [
+            replace(mode, frequency=of(mode.frequency), period=of(mode.period), rate=of(mode.rate))
+            for mode in self.modes
+        ]
 
     def _values(self, matrix: Matrix | None) -> Rows:
         return () if matrix is None else tuple(tuple(self.formulas.value(x) for x in row) for row in matrix)
