@@ -94,11 +94,13 @@ class Flow:
     ) -> tuple[npt.ArrayLike, ...]:
         """Return what system programs are called with at a state; time stands still in inputs."""
         values = self.parameters if parameters is None else parameters
-        return (t, q, u, values, self._driven(0.0, q, u, values)[0], [])
+        (inputs, *_) = self._driven(0.0, q, u, values)
+        return (t, q, u, values, inputs, [])
 
     def known_at(self, q: npt.ArrayLike, u: npt.ArrayLike, t: float) -> tuple[npt.ArrayLike, ...]:
         """Return the same at another time, which inputs follow."""
-        return (t, q, u, self.parameters, self._driven(t, q, u, self.parameters)[0], [])
+        (inputs, *_) = self._driven(t, q, u, self.parameters)
+        return (t, q, u, self.parameters, inputs, [])
 
     def accelerations(self, q: npt.ArrayLike, u: npt.ArrayLike) -> Floats:
         """Return udot (nu)."""

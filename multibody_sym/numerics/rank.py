@@ -135,6 +135,15 @@ def least_squares(matrix: Floats, right: Floats, tolerance: float | None = None)
     return np.asarray(np.linalg.lstsq(matrix, right, rcond=tolerance)[0], dtype=float)
 
 
+def principal_axes(points: Floats) -> tuple[Floats, int]:
+    """Return the axes along which points (n, 3) about their middle spread, the longest first, and how many there are.
+
+    What spreads less than TYPED of the longest axis is flat to the eye.
+    """
+    _, sizes, axes = np.linalg.svd(points)
+    return np.asarray(axes, dtype=float), int(np.sum(sizes > TYPED * max(sizes[0], np.finfo(float).tiny)))
+
+
 def leading_columns(matrix: Floats, tolerance: float) -> list[int]:
     """Return as many columns as the matrix (s x n) has rank: the longest first of what those before it leave.
 

@@ -13,6 +13,7 @@ from multibody_sym.model.declaration.contacts import Contact
 from multibody_sym.model.declaration.joints import Prismatic
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import principal_axes
 from multibody_sym.scene.forms import Barrel, Block, Disc, Form, Polyline, Sphere, Symbol, Vector, vector
 from multibody_sym.scene.items import Item
 from multibody_sym.scene.places import same
@@ -137,14 +138,13 @@ def link(places: Sequence[Vector]) -> Polyline:
     """Return a rod through places on a line, or the plate that they bound; in space a frame of bars from the middle."""
     points = np.array(places)
     middle = points.mean(axis=0)
-    _, sizes, axes = np.linalg.svd(points - middle)
-    flat = np.append(sizes, (0.0, 0.0, 0.0))
-    if flat[1] <= 1e-6 * flat[0]:
+    axes, dimensions = principal_axes(points - middle)
+    if dimensions <= 1:
         order = np.argsort(points @ axes[0], kind="stable")
         if np.dot(points[order[0]] - points[0], points[0] - points[order[-1]]) == 0.0 and order[0] != 0:
             order = order[::-1]
         return Polyline(tuple(vector(points[k]) for k in order))
-    if flat[2] <= 1e-6 * flat[0]:
+    if dimensions == 2:
         return Polyline(tuple(vector(points[k]) for k in hull(points @ axes[:2].T)), closed=True)
     bars = [bar for point in points for bar in (vector(middle), vector(point))]
     return Polyline(tuple(bars))

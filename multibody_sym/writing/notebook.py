@@ -11,7 +11,7 @@ from html import escape
 from typing import Any, Final, NamedTuple
 
 from multibody_sym.drawing.svg import svg
-from multibody_sym.dynamics.derivation.notation import latex_name
+from multibody_sym.dynamics.derivation.notation import dotted, latex_name
 from multibody_sym.errors import MultibodyError
 from multibody_sym.expressions.values import Value
 
@@ -125,9 +125,11 @@ def _text(lines: str) -> str:
 
 def solution_markdown(found: Any) -> str:
     """Return accelerations, forces, conditions and answers as formulas with their numbers."""
-    dots = {name: r"\ddot" if name in found.coordinates else r"\dot" for name in found.accelerations}
+    dots = {name: "ddot" if name in found.coordinates else "dot" for name in found.accelerations}
     sections = {
-        "Accelerations": [_equation(_dotted(name, dots[name]), x) for name, x in found.accelerations.items()],
+        "Accelerations": [
+            _equation(dotted(latex_name(name), dots[name]), x) for name, x in found.accelerations.items()
+        ],
         "Forces": [_equation(_force(name, part), x) for name, part, x in _forces(found)],
         "Answers": [_equation(latex_name(name), x) for name, x in found.answers.items()],
     }
@@ -149,11 +151,6 @@ def _forces(found: Any) -> Iterable[tuple[str, str, Value]]:
 
 def _force(name: str, part: str) -> str:
     return rf"\text{{{_plain(name)}}}\ \text{{{_plain(part.replace('_', ' '))}}}"
-
-
-def _dotted(name: str, dots: str) -> str:
-    letter, underscore, rest = latex_name(name).partition("_")
-    return f"{dots}{{{letter}}}{underscore}{rest}"
 
 
 def _equation(left: str, value: Value) -> str:

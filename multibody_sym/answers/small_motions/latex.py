@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import sympy
 
 from multibody_sym.algebra.script import LatexScript
-from multibody_sym.dynamics.derivation.notation import latex_name
+from multibody_sym.dynamics.derivation.notation import dotted, latex_name
 from multibody_sym.expressions.values import Value
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.sympy_bridge import to_sympy
@@ -23,20 +23,16 @@ def lines_latex(
     names = [latex_name(name) for name in coordinates]
     lines = []
     if matrices[0]:
-        terms = zip(matrices, (r"\ddot", r"\dot", ""), strict=True)
+        terms = zip(matrices, ("ddot", "dot", ""), strict=True)
         kept = [(rows, dots) for rows, dots in terms if any(x.value for row in rows for x in row)]
-        written = (f"{_matrix(rows)} {_bracketed([_dotted(name, dots) for name in names])}" for rows, dots in kept)
+        columns = [(rows, [dotted(name, dots) if dots else name for name in names]) for rows, dots in kept]
+        written = (f"{_matrix(rows)} {_bracketed(column)}" for rows, column in columns)
         lines.append(f"{' + '.join(written)} &= 0")
     for k, (omega, duration) in enumerate(swinging, 1):
         place = f"_{{{k}}}" if len(swinging) > 1 else ""
         frequency, period = value_latex(omega, r"\mathrm{rad/s}"), value_latex(duration, r"\mathrm{s}")
         lines.append(rf"\omega{place} &= {frequency}, \quad T{place} = {period}")
     return lines
-
-
-def _dotted(name: str, dots: str) -> str:
-    letter, underscore, rest = name.partition("_")
-    return f"{dots}{{{letter}}}{underscore}{rest}" if dots else name
 
 
 def value_latex(value: Value, unit: str = "") -> str:

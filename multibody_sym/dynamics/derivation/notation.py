@@ -105,9 +105,9 @@ def _rates(mechanism: Mechanism, symbols: Symbols, spelling: Mapping[Any, Label]
     for k, (u, a) in enumerate(zip(symbols.speeds, symbols.accelerations, strict=True)):
         if k in coordinate_of:
             text, latex = spelling[symbols.coordinates[coordinate_of[k]]]
-            found[u], found[a] = Label(text + "'", _dotted(latex, "dot")), Label(text + "''", _dotted(latex, "ddot"))
+            found[u], found[a] = Label(text + "'", dotted(latex, "dot")), Label(text + "''", dotted(latex, "ddot"))
         else:
-            found[a] = Label(u.name + "'", _dotted(spelling[u].latex, "dot"))
+            found[a] = Label(u.name + "'", dotted(spelling[u].latex, "dot"))
     return found
 
 
@@ -125,10 +125,22 @@ def _balls(mechanism: Mechanism, symbols: Symbols) -> dict[Any, Label]:
     return found
 
 
-def _dotted(latex: str, accent: str) -> str:
-    """Return a letter with dots, the subscript left without."""
-    letter, underscore, rest = latex.partition("_")
-    return rf"\{accent}{{{letter}}}{underscore}{rest}"
+def dotted(latex: str, accent: str) -> str:
+    """Return a name in LaTeX with dots over its letter or words, what stands below left without."""
+    end = _end_of_words(latex) if latex.startswith((r"\text{", r"\mathrm{")) else latex.find("_")
+    head, below = (latex, "") if end < 0 else (latex[:end], latex[end:])
+    return rf"\{accent}{{{head}}}{below}"
+
+
+def _end_of_words(latex: str) -> int:
+    """Return where the group of a command ends; braces that a backslash escapes are letters."""
+    depth, escape = 0, False
+    for k, c in enumerate(latex):
+        depth += 0 if escape else (c == "{") - (c == "}")
+        if c == "}" and depth == 0 and not escape:
+            return k + 1
+        escape = c == "\\" and not escape
+    return len(latex)
 
 
 def latex_name(name: str) -> str:

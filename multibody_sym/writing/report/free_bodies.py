@@ -23,6 +23,7 @@ from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.rows import RopeRow, Row
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import least_squares
 from multibody_sym.scalars.vectors import Vec, scale
 from multibody_sym.scene.forms import vector
 from multibody_sym.scene.items import Anchor, ArrowItem, Placed
@@ -197,7 +198,7 @@ class _Cut:
             forces = [(f, m) for f, m in forces if np.linalg.norm(f) > 0.0]
             if forces:
                 matrix = np.vstack([-_crossing(f) for f, _ in forces])
-                found[k] = np.linalg.lstsq(matrix, np.concatenate([m for _, m in forces]), rcond=None)[0]
+                found[k] = least_squares(matrix, np.concatenate([m for _, m in forces]))
         return found
 
     def _unit(self, row: Row) -> Sequence[Wrench]:

@@ -11,7 +11,7 @@ from random_formulas import random_formula
 from textbook import double_pendulum, hanging_mass, top
 
 from multibody_sym.algebra.script import LatexScript, TextScript, decimal
-from multibody_sym.dynamics.derivation.notation import escaped, latex_name, notation_of, upright
+from multibody_sym.dynamics.derivation.notation import dotted, escaped, latex_name, notation_of, upright
 from multibody_sym.dynamics.derivation.symbols import symbols_of
 from multibody_sym.expressions.parser import parse
 from multibody_sym.model.resolution.resolve import mechanism
@@ -110,3 +110,15 @@ def test_angular_velocities_and_multipliers() -> None:
 )
 def test_decimals(value: str, shown: str | None) -> None:
     assert decimal(sympy.Rational(value)) == shown
+
+
+@pytest.mark.parametrize(
+    ("name", "latex"),
+    [
+        ("theta_1", r"\ddot{\theta}_{1}"), ("crank_angle", r"\ddot{\text{crank angle}}"), ("m", r"\ddot{m}"),
+        ("_A", r"\ddot{\text{\_A}}"), ("50%_x", r"\ddot{\text{50\%\_x}}"), ("{_x", r"\ddot{\text{\{\_x}}"),
+        ("crank_angle_2", r"\ddot{\text{crank angle}}_{2}"),
+    ],
+)  # fmt: skip
+def test_dots_stand_over_the_letter_whatever_it_is(name: str, latex: str) -> None:
+    assert dotted(latex_name(name), "ddot") == latex

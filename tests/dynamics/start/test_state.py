@@ -92,11 +92,11 @@ def test_a_block_on_an_incline_sticks_or_slides_by_its_coefficient() -> None:
 @pytest.mark.parametrize(("u", "word"), [("[1, tan(a)]", "slide+"), ("[-1, -tan(a)]", "slide-"), ("[-1, 0]", "open")])
 def test_what_moves_slides_that_way_or_leaves(u: str, word: str) -> None:
     found = at_start(INCLINE, **{"u: [0, 0]": f"u: {u}"})
-    assert (found.words, found.closing) == ({"c": word}, ())
+    assert (found.words, dict(found.closing)) == ({"c": word}, {})
 
 
 def test_what_strikes_as_the_run_begins_is_told() -> None:
-    assert at_start(INCLINE, **{"u: [0, 0]": "u: [0, -1]"}).closing == ("c",)
+    assert at_start(INCLINE, **{"u: [0, 0]": "u: [0, -1]"}).closing == pytest.approx({"c": math.cos(math.pi / 6)})
 
 
 def test_a_contact_that_is_nearly_closed_is_closed_unless_it_is_open() -> None:
