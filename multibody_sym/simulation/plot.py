@@ -146,7 +146,7 @@ def _column(run: Samples, name: str, units: Units) -> _Column:
 
 
 def _marks(run: Samples, units: Units, panels: tuple[Panel, ...], over_time: bool) -> Iterator[Mark]:
-    for event in run.changes:
+    for event in (*getattr(run, "begun", ()), *run.changes):
         text, t = f"{event['element']} {event['kind']}", float(event["t"])
         if over_time:
             yield Mark(t / units.size("s"), text)

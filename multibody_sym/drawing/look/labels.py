@@ -17,7 +17,7 @@ from multibody_sym.drawing.picture import Arrow, Bend, Mark, Measure, Wish
 from multibody_sym.drawing.style import LAYER_ARROW, LAYER_TEXT, MARKED, MOTION, THIN
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scene.forms import Axes, Face, Rail, Symbol
-from multibody_sym.scene.items import AngleMark, Dimension, Item
+from multibody_sym.scene.items import Anchor, AngleMark, Dimension, Item
 
 _SHORTEST: Final = 9.0
 """The shortest length (pt) that gets a dimension line."""
@@ -89,7 +89,7 @@ def dimension_marks(sheet: Sheet) -> Iterator[Mark]:
         if each.radius:
             yield from _radius(sheet, each, a, b)
         elif each.coordinate and length < _COORDINATE:
-            yield from _coordinate(sheet, each, b)
+            yield from _coordinate(sheet, each, _place_of(sheet, each.b))
         else:
             yield Measure(a, b, letters(each.label), role=role, name=each.name, layer=LAYER_TEXT)
 
@@ -99,6 +99,12 @@ def _radius(sheet: Sheet, each: Dimension, a: Floats, b: Floats) -> Iterator[Mar
     if float(np.linalg.norm(b - a)) >= _SHORTEST:
         yield Arrow(np.array([a, b]), THIN, head=4.0, layer=LAYER_ARROW, **named)
     yield Wish(np.array([(a + b) / 2]), letters(each.label), clear=1.5, layer=LAYER_TEXT, **named)
+
+
+def _place_of(sheet: Sheet, anchor: Anchor) -> Floats:
+    """Return where the body of an anchor is seen: at its sign, if it has one, else at the anchor."""
+    signs = (i.form.at for i in sheet.touched.get(anchor.body, ()) if i.role == "body" and isinstance(i.form, Symbol))
+    return sheet.at(anchor.body, next(signs, anchor.point))
 
 
 def _coordinate(sheet: Sheet, each: Dimension, at: Floats) -> Iterator[Mark]:
