@@ -35,6 +35,8 @@ Kind = Literal["least", "more", "within", "circle"]
 """a >= 0; a > 0; |a| <= b; sqrt(a^2 + b^2) <= c."""
 
 _PRESSES: Final = {"contact": ("normal", "opens"), "rope": ("tension", "slackens"), "stop": ("force", "lets go")}
+_ROUGHEST: Final = 1e-17
+"""What stands for 2 - static over floats where exp(mu wrap) is beyond 1e16, and that rounds to 0."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +128,8 @@ def _friction(acting: Acting, element: OneWay, part: FrictionPart, moves: bool) 
 def _gripping(acting: Acting, part: FrictionPart, slip: RopeSlipRow) -> Iterator[Inequality]:
     """Yield that neither tension of a rope over a rough wheel is more than exp(mu wrap) times the other."""
     (static,) = coefficients(acting.motion, part.rows, [part.static])
-    most, wheel = (2 + static) / (2 - static), slip.rope.rubs.index(slip.name)
+    least = _ROUGHEST if isinstance(static, float) and static >= 2.0 else 2 - static
+    most, wheel = (2 + static) / least, slip.rope.rubs.index(slip.name)
     before, behind = slip.rope.asked[wheel : wheel + 2]
     tensions = acting.tensions
     for smaller, larger in ((before, behind), (behind, before)):

@@ -122,10 +122,23 @@ def _why(solved: Solved, acting: Acting, element: OneWay, part: FrictionPart, ne
     told = unit_of(acting.mechanism, part.rows[0])
     unit = f" {told}" if told else ""
     most = f"at most {limit:.6g}{unit}"
+    row = part.rows[0]
+    if isinstance(row, RopeSlipRow) and all(_unique(solved, name) for name in (row.rope.name, *row.rope.rubs)):
+        return _two_tensions(acting, row, float(static))
     if all(_unique(solved, row.name) for row in part.rows):
         return f": friction {size:.6g}{unit} of {most}"
     limited = all(_unique(solved, element.normals[k].name) for k in part.normals)
     return ": friction that is not unique" + (f", {most}" if limited else "")
+
+
+def _two_tensions(acting: Acting, slip: RopeSlipRow, static: float) -> str:
+    """Return the tensions on both sides of a wheel that a rope grips, and how many times the less the other may be."""
+    wheel = slip.rope.rubs.index(slip.name)
+    less, greater = sorted(float(acting.tensions[asked]) for asked in slip.rope.asked[wheel : wheel + 2])
+    pair = f": tension {greater:.6g} N"
+    if static >= 2:  # exp(mu wrap) is beyond 1e16
+        return f"{pair}, {less:.6g} N on its other side"
+    return f"{pair}, at most {(2 + static) / (2 - static):.6g} times the {less:.6g} N on its other side"
 
 
 def _unique(solved: Solved, row: str) -> bool:

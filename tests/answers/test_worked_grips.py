@@ -55,6 +55,7 @@ def test_a_load_on_a_capstan_and_the_hand_have_their_own_tensions() -> None:
     assert formulas(worked, "hand, cut free") == ["m0*y2'' = T2 - m0*g - F"]
     assert sentences(worked, "load, cut free") == ["m*g: weight, down", "T1: tension of rope, up"]
     assert "mean" not in text
+    assert f"post grips: tension 100 N, at most {math.exp(0.3 * math.pi):.6g} times the 51 N on its other side" in text
     assert "F_" not in text
     assert "post grips as long as: T1 <= T2*exp(pi*mu)" in text
     assert [value(worked, x) for x in ("T1", "T2")] == pytest.approx([100.0, 51.0], rel=1e-13)
@@ -114,3 +115,28 @@ def test_a_letter_that_the_model_gives_is_numbered_along_the_rope() -> None:
     taken = steps(mbs.loads(CAPSTAN.replace("m0", "T1")))
     verify(taken)
     assert formulas(taken, "load, cut free") == ["m*y1'' = T_rope_1 - m*g"]
+
+
+@pytest.mark.parametrize("mass", [1.2, 9.0])
+def test_a_wheel_that_grips_and_a_post_that_rubs_part_a_rope_into_three_tensions(mass: float) -> None:
+    """(m1 + J/R^2) a = T2 - m1 g, m2 a = m2 g - T3, T1 = m1 (g + a); a = 0, or T3 = T2 exp(mu pi/2)."""
+    model = WHEEL.replace("top: [0, 2 m, 0]", "top: [0, 2 m, 0], high: [1 m, 2 m, 0]").replace(
+        "[R, 0, 0]", "[1 + R, 0, 0]"
+    )
+    model = model.replace("rough: mu}", "}").replace("R, }}", "R}, post: {at: ground.high, radius: R, rough: mu}}")
+    model = model.replace("drum, b]", "drum, post, b]")
+    found = mbs.solve(mbs.loads(model), parameters={"m2": mass}, steps=True)
+    assert found.steps is not None
+    verify(found.steps)
+    k = math.exp(0.2 * math.pi / 2)
+    a = max(0.0, 10 * (mass - k) / (mass + 2 * k))
+    expected = [10 + a, 10 + 2 * a, mass * (10 - a)]
+    assert [value(found.steps, f"T{n}") for n in (1, 2, 3)] == pytest.approx(expected, rel=1e-12)
+    assert formulas(found.steps, "b, cut free") == ["m2*y2'' = m2*g - T3"]
+
+
+def test_a_rope_around_a_very_rough_post_is_told_without_a_ratio_of_tensions() -> None:
+    """exp(20 pi) = 2e27: doubles cannot tell how much less than all of it the less tension may be."""
+    worked = steps(mbs.loads(CAPSTAN.replace("value: 0.3,", "value: 20,")))
+    verify(worked)
+    assert "post grips: tension 100 N, 51 N on its other side" in worked_text(worked)
