@@ -152,3 +152,24 @@ def test_no_value_and_several_values_are_told() -> None:
     assert solution.answers["far"].value is None
     assert any("far: no value of a was found for which range == 50" in x for x in solution.conditions)
     assert any(f"near: others are {_low_angle():.6f}"[:20] in x for x in solution.conditions)
+
+
+def test_a_time_that_is_a_value_is_in_seconds() -> None:
+    found = answers(THROWN, "down: {value: t, when: y < 0}")["down"]
+    assert (found.value, found.unit) == (pytest.approx(2 * V * sin(A) / G, rel=1e-9), "s")
+
+
+def test_reasons_why_an_extreme_has_no_formula_are_of_mechanics() -> None:
+    model = """
+multibody_sym: 1
+name: forced
+parameters: {m: 2, k: 8, F: 3, W: 1.5}
+bodies: {b: {mass: m}}
+joints: {D: {type: prismatic, parent: ground, child: b, axis: x, q: x}}
+forces: {s: {type: spring, joint: D, stiffness: k}, f: {type: force, on: b, value: [F*cos(W*t), 0, 0]}}
+simulation: {t_end: 3 s}
+ask: {mx: {max: x, until: 3 s}}
+"""
+    said = " ".join(mbs.solve(mbs.loads(model)).notes)
+    assert "root of no known kind" in said
+    assert "unpack" not in said

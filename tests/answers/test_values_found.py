@@ -174,3 +174,38 @@ def test_values_have_the_formulas_of_books(name: str, formula: str | None) -> No
     found = mbs.solve(mbs.loads(PROBLEMS[name][0])).answers["f"].as_json()["expression"]
     assert found is not None
     assert formula is None or found == formula
+
+
+OSCILLATOR = (
+    HEAD
+    + """
+parameters: {g: 9.81, m: {value: 2 kg, positive: true}, k: {value: 8 N/m, positive: true}}
+bodies: {b: {mass: m}}
+joints: {D: {type: prismatic, parent: ground, child: b, axis: x, q: x}}
+forces: {s: {type: spring, joint: D, stiffness: k}}
+ask: {km: {find: k, so: frequency(1) == 3}, mt: {find: m, so: period(1) == 2*pi}}
+"""
+)
+
+
+def test_a_value_is_found_for_which_a_frequency_is_another() -> None:
+    """An equation that names a frequency itself has the root that one has which names its answer: k = 9 m, m = k."""
+    found = mbs.solve(mbs.loads(OSCILLATOR)).answers
+    assert (found["km"].as_json()["expression"], found["mt"].as_json()["expression"]) == ("9*m", "k")
+    assert (found["km"].value, found["mt"].value) == pytest.approx((18, 8), rel=1e-12)
+    assert (found["km"].unit, found["mt"].unit) == ("N/m", "kg")
+
+
+def test_the_value_that_the_model_has_need_not_oscillate() -> None:
+    """An upright bob on a spring of k = 2 falls over; w^2 = k/(m l^2) - g/l is 9 at k = m l^2 (9 + g/l)."""
+    model = """
+multibody_sym: 1
+name: upright
+gravity: [0, -10, 0]
+parameters: {k: {value: 2 N*m, positive: true}}
+bodies: {bob: {mass: 2, com: [0, 0.5, 0], inertia: {Izz: 0}}}
+joints: {P: {type: revolute, parent: ground, child: bob, axis: z, q: th}}
+forces: {s: {type: spring, joint: P, stiffness: k}}
+ask: {km: {find: k, so: frequency(1) == 3, between: [12, 18]}}
+"""
+    assert mbs.solve(mbs.loads(model)).answers["km"].value == pytest.approx(2 * 0.25 * (9 + 20), rel=1e-9)

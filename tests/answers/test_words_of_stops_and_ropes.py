@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 import multibody_sym as mbs
 from multibody_sym.writing.solution import solution_text
 
@@ -45,3 +47,19 @@ constraints: {s: {type: rope, path: [ground, b], slack: true}}
 forces: {lift: {type: force, on: b, value: [0, F, 0]}}
 """
     assert "else s becomes taut" in solution_text(mbs.solve(mbs.loads(model)))
+
+
+def test_a_rope_closes_as_it_becomes_taut_and_opens_as_it_slackens() -> None:
+    model = """
+multibody_sym: 1
+name: falls
+gravity: [0, -10, 0]
+bodies: {b: {mass: 1}}
+joints: {jb: {type: prismatic, parent: ground, child: b, axis: y, q: y, initial: {q: -0.2}}}
+constraints: {s: {type: rope, path: [ground, b], length: 1, slack: true}}
+simulation: {t_end: 0.6}
+ask: {closes: s closes, opens: s opens}
+"""
+    found = mbs.solve(mbs.loads(model)).answers
+    assert found["closes"].value == pytest.approx(0.4, rel=1e-9)  # it falls 0.8 m
+    assert found["opens"].value == 0.0

@@ -54,10 +54,11 @@ def answered(solved: Solved) -> tuple[dict[str, Value], list[str]]:
             question, closed = named
             _verify(solved, question)
             reasons.begin()
-            if modes_named(question):
-                found = motion.of_modes(name, question)
+            if question.so is not None:
+                found = motion.found(name, question, answers)
             else:
-                found = motion.answer(name, question) if question.so is None else motion.found(name, question, answers)
+                asked = motion.of_modes if modes_named(question) else motion.answer
+                found = asked(name, question)
             answers[name] = found if closed else replace(found, expression=None)
             reasons.end(name, needed=found.expression is None)
     reasons.told()
@@ -212,6 +213,8 @@ class _Motion:
         return AskedModes(self.solved.system, self.solved.symbolic.letters)
 
     def _unit_of(self, asked: Node) -> str:
+        if asked == TIME:
+            return "s"
         (unit,) = MechanismUnits(self.solved.mechanism).of([asked])
         return unit
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
+from multibody_sym import errors
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError
 from multibody_sym.algebra.solving.roots import roots
@@ -182,11 +183,16 @@ class Search:
             self.residual(value)
         return list(dict.fromkeys(self._told_at.get(value, ())))
 
+    @property
+    def _asked(self) -> Ask:
+        """What is to vanish, as a question."""
+        return Ask(value=subtract(self.equation.left, self.equation.right))
+
     @cached_property
     def _posed(self) -> System:
         """The system that is asked only what the equation needs."""
         asked = {**self.solved.system.ask, **extremes_of(self.equation)}
-        asked[_LEFT] = Ask(value=subtract(self.equation.left, self.equation.right))
+        asked[_LEFT] = self._asked
         needed = [_LEFT]
         for name in needed:
             needed += sorted(named_by(asked[name], asked, self.solved.mechanism.symbols).difference(needed))
@@ -218,9 +224,16 @@ class Search:
 
     def _formula(self) -> Node | None:
         """Return left - right in the model's symbols, None where an answer has no formula."""
-        difference = subtract(self.equation.left, self.equation.right)
         if any(x.expression is None for x in self.known.values()):
             return None
+        try:
+            asked, closed = AskedModes(self.solved.system, self.solved.symbolic.letters).put_in(self._asked)
+        except errors.NoSolutionError:
+            return None  # the value that the model has need not oscillate where others do
+        if not closed:
+            return None
+        difference = asked.value
+        assert difference is not None
         formulas = {symbol(name): x.expression for name, x in self.known.items() if x.expression is not None}
         node = put_in(difference, formulas)
         letters = self.solved.symbolic.letters

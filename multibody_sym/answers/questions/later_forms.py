@@ -224,8 +224,8 @@ class LaterForms:
         try:
             return course.place(derivative(along, course.variable))
         except NoClosedFormError:
-            if question.until is None:
-                raise
+            if question.until is None or (isinstance(question.until, Node) and not is_condition(question.until)):
+                raise  # an end that is a time is none at which the extreme is, as it was compared before
             return self._place(course, question.until, None)
 
     def _confirmed(self, closed: Quotient, number: float) -> Node | None:

@@ -17,8 +17,8 @@ from multibody_sym.scalars.node import Node
 VERBS: Final[Mapping[str, tuple[str, ...]]] = {
     "sticks": ("stick",),
     "slides": ("slide", "slide+", "slide-"),
-    "opens": ("open",),
-    "closes": ("closed", "stick", "slide", "slide+", "slide-"),
+    "opens": ("open", "slack"),
+    "closes": ("closed", "stick", "slide", "slide+", "slide-", "taut"),
     "tautens": ("taut",),
     "slackens": ("slack",),
     "grips": ("grip",),
@@ -27,7 +27,7 @@ VERBS: Final[Mapping[str, tuple[str, ...]]] = {
     "stops": ("lower", "upper"),
     "frees": ("free",),
 }
-"""What an element begins to do, and the words of the states in which it does."""
+"""What an element begins to do, and the words of the states in which it does: a rope closes as it becomes taut."""
 _STATED: Final = re.compile(rf"\s*(\S.*?)\s+({'|'.join(VERBS)})\s*")
 
 
