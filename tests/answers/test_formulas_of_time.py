@@ -117,3 +117,35 @@ simulation: {t_end: 1 s}
 def test_what_has_no_known_solution_is_told(solution: mbs.Solution) -> None:
     assert solution.answers["bent"].as_json()["expression"] is None
     assert any(each.startswith("bent: no solution of the equation of bent is known") for each in solution.conditions)
+
+
+FLOOR = """
+multibody_sym: 1
+name: floor
+gravity: [0, -10, 0]
+parameters: {v: 3, h: HEIGHT}
+bodies: {b: {mass: 2}, ground: {surfaces: {f: {plane: [0, 0, 0], normal: y}}}}
+joints: {D: {type: point, parent: ground, child: b, q: [x, y], initial: {q: [0, h], u: [v, 0]}}}
+contacts: {c: {between: [b, ground.f], static: 0.4, restitution: 0.5}}
+simulation: {t_end: END}
+ask: {course: {formula: x}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("height", "end", "said"),
+    [
+        ("0", "1", "until the first change of state: c sticks at t = 0.75 s"),  # v/(mu*g)
+        ("0", "0.5", "there is none until t = 0.5 s"),
+        ("0.8", "0.5", "until the first change of state: c strikes at t = 0.4 s"),  # sqrt(2*h/g)
+    ],
+)
+def test_formulas_tell_until_which_change_of_state_they_hold(height: str, end: str, said: str) -> None:
+    solution = mbs.solve(mbs.loads(FLOOR.replace("HEIGHT", height).replace("END", end)))
+    assert solution.answers["course"].expression is not None
+    (told,) = [each for each in solution.conditions if each.startswith("course: ")]
+    assert said in told
+
+
+def test_formulas_of_what_has_one_state_alone_tell_nothing_of_states(solution: mbs.Solution) -> None:
+    assert not [each for each in (*solution.conditions, *solution.notes) if "state" in each]

@@ -14,7 +14,7 @@ from typing import Final
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.questions.coupled import coupled_formula
-from multibody_sym.answers.questions.courses import TIME, confirmed_formulas, formula_of_period
+from multibody_sym.answers.questions.courses import TIME, confirmed_formulas, formula_of_period, held_until
 from multibody_sym.answers.questions.found_values import Search, extremes_of
 from multibody_sym.answers.questions.in_numbers import InNumbers, NeverError
 from multibody_sym.answers.questions.later_forms import LaterForms
@@ -257,6 +257,8 @@ class _Motion:
         if found is None:
             what = f"no solution of the equation of {coordinate} is known{reason}"
             self.remarks.append(f"{name}: {what}; simulate tells numbers")
+        elif mechanism.one_way:
+            self.remarks.append(f"{name}: {held_until(self.simulated)}")
         return Value(None, found, unit=self._unit_of(symbol(coordinate)))
 
     # --- paths, times and speeds ----------------------------------------------------------------------------------

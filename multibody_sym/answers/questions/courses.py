@@ -27,6 +27,7 @@ from multibody_sym.answers.symbolic_state import any_state
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.errors import ExpressionError
 from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.model.declaration.states import VERBS
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.elementary import BUILD
@@ -139,6 +140,24 @@ class Shown:
         t, sample = self.run.t[self.looked], self.solved.sample
         shown = {node: self.run[str(node.data)][self.looked] for node in formulas}
         return {node: formula for node, formula in formulas.items() if _fits(formula, sample, t, shown[node])}
+
+
+def held_until(motion: Simulated) -> str:
+    """Return until when formulas of time are those of a motion in which states may change, as a run shows it."""
+    run = motion.whole
+    if not run.changes:
+        return f"of the motion without a change of state, of which there is none until t = {run.t_final:.6g} s"
+    first = float(run.changes[0]["t"])
+    begun = dict.fromkeys(_begun(each["element"], each["kind"]) for each in run.changes if float(each["t"]) == first)
+    return f"of the motion until the first change of state: {', '.join(begun)} at t = {first:.6g} s"
+
+
+def _begun(element: str, kind: str) -> str:
+    """Return what an element begins to do, for people."""
+    if kind == "impact":
+        return f"{element} strikes"
+    verb = min((verb for verb, words in VERBS.items() if kind in words), key=lambda x: len(VERBS[x]), default=kind)
+    return f"{element} {verb} {kind[-1]}" if kind[-1] in "+-" else f"{element} {verb}"
 
 
 def formula_of_period(solved: Solved, coordinate: str, number: float) -> Node | None:
