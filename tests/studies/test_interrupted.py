@@ -116,15 +116,16 @@ def started(system: mbs.System, out: Path, log: Path) -> int:
 
 def kills(system: mbs.System, folder: Path, count: int, seed: int) -> None:
     """Kill studies at random times; none loses a row or has one twice, and none that was kept is computed again."""
-    chance, done = random.Random(seed), 0
+    chance, done, study = random.Random(seed), 0, 0
     whole = mbs.sweep(system, {"l": (1, 300, 300)}, reduce=lambda run: {"x": run["theta"][-1]})
     while done < count:
-        out, log = folder / f"{done}.csv", folder / f"{done}.log"
+        out, log = folder / f"{study}.csv", folder / f"{study}.log"
+        study += 1  # one that is over before it is killed gives place to another
         journal, kept = Path(f"{out}{ENDING}"), Counter[int]()
         log.touch()
         while not out.exists():
             before, child = log.stat().st_size, started(system, out, log)
-            time.sleep(chance.expovariate(10))
+            time.sleep(chance.expovariate(20))
             os.kill(child, signal.SIGKILL)
             ended = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
             assert ended in (0, -signal.SIGKILL)
