@@ -128,7 +128,7 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
     "Rolling": {"body": "b.s", "on": "ground.p", "static": 0.2, "kinetic": 0.1},
     "Rope": {
         "path": ["a", "P", "b"], "length": 1, "slack": False, "wind": ["P"], "wrap": {"P": "+"}, "turns": {"P": 1},
-        "label": "T",
+        "label": "T", "restitution": 0.5,
     },
     "Screw": {**_STATE, "motion": None, "axis": "x", "pitch": 1},
     "Settings": {
@@ -291,7 +291,7 @@ def _results(system: mbs.System) -> list[Call]:
     records = [mbs.CheckReport, mbs.Equilibrium, mbs.Linearization, mbs.Solution, mbs.SymbolicEquations, mbs.Trajectory]
     records += [mbs.CanonicalEquations, mbs.FirstIntegral]
     records += [mbs.Conserved, mbs.Prepared, mbs.Modes, mbs.Multipliers, mbs.RangeOfRest, mbs.LeastForMotion, mbs.Study]
-    records += [mbs.Figure]
+    records += [mbs.Figure, mbs.Animation, mbs.Report]
     made = [Call(cls.__name__, cls, dict.fromkeys(inspect.signature(cls).parameters, ())) for cls in records]
     run = mbs.simulate(system, t_end=0.02, samples=2, backend="python")
     study = mbs.sweep(system, {"m": [1, 2]}, t_end=0.02, samples=2, backend="python")
@@ -306,6 +306,8 @@ def _results(system: mbs.System) -> list[Call]:
         Call("UrdfNotice", _notice, {"text": "told"}),
         Call("run[name]", run.__getitem__, {"name": "theta"}),
         Call("run.plot", run.plot, {"path": None, "show": "theta", "x": "t"}, slow=True),
+        Call("animate", mbs.animate, {"run": run, "path": None, "trace": None, "view": None, "speed": 1.0}, slow=True),
+        Call("report", mbs.report, {"system": system, "path": None, "units": None}, slow=True),
         Call("plot", mbs.plot, {"runs": run, "path": None, "show": "theta", "x": "t"}, slow=True),
         Call("study[name]", study.__getitem__, {"name": "theta end"}),
         Call("study.plot", study.plot, {"path": None, "show": None}, slow=True),

@@ -154,7 +154,8 @@ class Watch:
             words = {*code.co_names, *map(str, code.co_consts)}
             return code.co_filename == "<string>" and bool({"canary", "system", "Popen", "eval"} & words)
         if event == "open":
-            return isinstance(args[1], str) and bool(set(args[1]) & set("wax+")) and self._is_outside(args[0])
+            writes = isinstance(args[1], str) and bool(set(args[1]) & set("wax+"))
+            return writes and not _is_unnamed(args[0]) and self._is_outside(args[0])
         return event in PLACED and self._is_outside(args[PLACED[event]])
 
     def _is_outside(self, path: Any) -> bool:
@@ -163,6 +164,11 @@ class Watch:
         except (TypeError, ValueError):
             return False
         return not text.startswith(self.places)
+
+
+def _is_unnamed(path: Any) -> bool:
+    """Return whether what is opened is a folder: a file without a name in it, which ends with the process."""
+    return isinstance(path, (str, bytes)) and os.path.isdir(path)
 
 
 class Fuzz:

@@ -14,7 +14,7 @@ from multibody_sym.drawing.shown import Shown
 from multibody_sym.dynamics.constraints.redundancy import redundancy
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.start.examined import numbers_of
-from multibody_sym.errors import InputError, Where, suggestion
+from multibody_sym.errors import ArgumentError, InputError, Where, suggestion
 from multibody_sym.errors import at as within
 from multibody_sym.errors import shown as shown_value
 from multibody_sym.kinematics.motion import motion_of
@@ -112,7 +112,9 @@ def _marked(system: System, marked: Mapping[str, str] | Sequence[str] | None) ->
     """Return paths with words of what is to stand out. Raises InputError for a place that the model does not have."""
     if isinstance(marked, str):
         marked = [marked]
-    words = dict(marked) if isinstance(marked, Mapping) else dict.fromkeys(marked or (), "")
+    if marked is not None and not isinstance(marked, (Mapping, list, tuple)):
+        raise ArgumentError(f"mark: expected places such as joints.A, got {shown_value(marked)}").under("mark")
+    words = dict(marked) if isinstance(marked, Mapping) else {str(place): "" for place in marked or ()}
     known = {".".join(path): path for path in _paths(system)}
     for place in words:
         if place not in known:

@@ -8,7 +8,7 @@ from typing import Final
 
 from multibody_sym.drawing.picture import Picture
 from multibody_sym.drawing.svg import svg
-from multibody_sym.errors import InputError, Where
+from multibody_sym.errors import ArgumentError, InputError, Where, shown
 from multibody_sym.formats.files import path_name, write_whole
 
 ENDINGS: Final = (".svg", ".png", ".pdf", ".tex")
@@ -56,7 +56,9 @@ class Figure:
         write_whole(path, self.content(ending_of(path)))
 
     def content(self, ending: str) -> bytes:
-        """Return the figure as the content of a file with an ending of ENDINGS. Raises OutputError."""
+        """Return the figure as the content of a file with an ending of ENDINGS. Raises InputError, OutputError."""
+        if not isinstance(ending, str) or ending not in ENDINGS:
+            raise ArgumentError(f"ending: expected one of {', '.join(ENDINGS)}, got {shown(ending)}")
         if ending == ".svg":
             return self.svg.encode()
         if ending == ".tex":

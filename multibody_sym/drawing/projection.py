@@ -76,7 +76,7 @@ def view_of(
     """
     if asked is None:
         return usual
-    if asked == "iso" or asked in VIEWS:
+    if isinstance(asked, str) and (asked == "iso" or asked in VIEWS):
         right, up = _turned(*ISO, upward) if asked == "iso" else _named(str(asked), upward)
     else:
         right, up = _turned(*_angles(asked), upward)
@@ -87,10 +87,10 @@ def view_of(
 
 def _angles(asked: str | Sequence[float]) -> tuple[float, float]:
     """Return azimuth and elevation in degrees. Raises InputError."""
-    words = re.split(r"\s*,\s*|\s+", asked.strip()) if isinstance(asked, str) else list(asked)
     try:
+        words = re.split(r"\s*,\s*|\s+", asked.strip()) if isinstance(asked, str) else list(asked)
         azimuth, elevation = (float(word) for word in words)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         near = suggestion(str(asked), [*VIEWS, "iso"])
         message = f"expected a view by name or as AZIMUTH,ELEVATION such as 30,20 (degrees), got {shown(asked)}{near}"
         raise InputError(message, where=Where(path=("view",))) from None

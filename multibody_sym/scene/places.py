@@ -9,7 +9,19 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.errors import ModelError
-from multibody_sym.model.declaration.constraints import Distance, OnCurve, PointInPlane, PointOnLine, Rope
+from multibody_sym.model.declaration.constraints import (
+    Coupler,
+    Distance,
+    Expression,
+    Gear,
+    OnCurve,
+    PointInPlane,
+    PointOnLine,
+    PrescribedMotion,
+    Rolling,
+    Rope,
+    VelocityConstraint,
+)
 from multibody_sym.model.declaration.fields import Element
 from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.scene.forms import Vector
@@ -50,6 +62,16 @@ def references(stage: Stage) -> Iterator[str]:
 @singledispatch
 def ends(element: Element, stage: Stage) -> tuple[str, ...]:
     """Return the points that a constraint holds."""
+    raise TypeError(f"no points are known of {type(element).__name__}")
+
+
+@ends.register(Coupler)
+@ends.register(Expression)
+@ends.register(Gear)
+@ends.register(PrescribedMotion)
+@ends.register(Rolling)
+@ends.register(VelocityConstraint)
+def _(element: Element, stage: Stage) -> tuple[str, ...]:
     return ()
 
 

@@ -110,7 +110,7 @@ def _by_name(runs: Any) -> Mapping[str, Samples]:
 def _words(show: str | Sequence[str] | None) -> list[str]:
     if show is None:
         return []
-    words = show.split(",") if isinstance(show, str) else list(show)
+    words = show.split(",") if isinstance(show, str) else list(show) if isinstance(show, (list, tuple)) else []
     if not words or not all(isinstance(word, str) and word.strip() for word in words):
         raise ArgumentError(f"show: expected names such as 'theta,psi', got {shown(show)}")
     return [word.strip() for word in words]
@@ -124,6 +124,8 @@ def _all_of(run: Samples, x: str) -> list[str]:
 
 
 def _across(run: Samples, x: str, units: Units) -> tuple[_Column, str]:
+    if not isinstance(x, str):
+        raise ArgumentError(f"x: expected a name such as 'theta', got {shown(x)}")
     if x == _TIME:
         return _Column(run.t / units.size("s"), units.of("s")), f"t [{units.of('s')}]"
     column = _column(run, x, units)

@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.errors import InputError, OutputError, suggestion
+from multibody_sym.errors import ArgumentError, InputError, OutputError, shown, suggestion
 from multibody_sym.model.declaration.doors import names
 from multibody_sym.studies import tables
 from multibody_sym.studies.plan import Plan
@@ -43,6 +43,8 @@ class Study:
         return f"<Study of {self.about['system']}: {len(self)} runs over {', '.join(self.varied)}>"
 
     def __getitem__(self, name: str) -> NDArray[Any]:
+        if not isinstance(name, str):
+            raise ArgumentError(f"a study is asked by the name of a column, not by {shown(name)}")
         if name not in self.columns:
             raise InputError(f"no column of this study is called {name!r}{suggestion(name, self.columns)}")
         return self.columns[name]

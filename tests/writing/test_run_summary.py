@@ -135,7 +135,7 @@ def test_the_energy_account_closes_where_a_force_jumps_and_gives_the_work_that_o
     push = f'forces: {{push: {{type: force, on: block, value: ["{force}", 0, 0]}}}}'
     text = THROWN.replace("u: [3, 0]", "u: [0, 0]") + push
     told = "outputs: {given: work(push), taken: work(c1)}"
-    run = mbs.simulate(mbs.loads(f"{text}\n{told}"), t_end=3, rtol=1e-11, atol=1e-12, backend="python")
+    run = mbs.simulate(mbs.loads(f"{text}\n{told}"), t_end=3, rtol=1e-11, atol=1e-12)
     P, rub, m = 15.0, 0.3 * 2 * 9.81, 2.0
     way = 2.0 if "x" in force else (P - rub) / m / 2
     assert run.modes is not None

@@ -11,7 +11,8 @@ from typing import Any, Final
 from multibody_sym.codegen.templates import filled, template_text
 from multibody_sym.drawing.plots.figure import COLOURS
 from multibody_sym.drawing.plots.panels import Plot
-from multibody_sym.errors import ArgumentError, InputError, Where, shown
+from multibody_sym.errors import ArgumentError, InputError, Where
+from multibody_sym.errors import shown as shown_value
 from multibody_sym.expressions.chosen_units import Units, chosen_units
 from multibody_sym.formats.files import path_name, write_whole
 from multibody_sym.simulation.plot import plot_of
@@ -79,7 +80,7 @@ def animate(
     Raises InputError for unknown names and endings, OutputError where a library is missing or a file not written.
     """
     if not isinstance(run, Samples):
-        raise ArgumentError(f"run: expected a Trajectory, got {shown(run)}")
+        raise ArgumentError(f"run: expected a Trajectory, got {shown_value(run)}")
     frames = frames_of(run)
     found = Animation(frames, page(run, frames, trace, view, show, chosen_units(units), _speed(speed)), view)
     if path is not None:
@@ -93,7 +94,7 @@ def _speed(given: float | str) -> float:
     except (TypeError, ValueError):
         speed = 0.0
     if not 0.0 < speed < 1e6:
-        raise ArgumentError(f"speed: expected a positive number, got {shown(given)}")
+        raise ArgumentError(f"speed: expected a positive number, got {shown_value(given)}")
     return speed
 
 
@@ -124,6 +125,8 @@ def player(
     """Return the player as a part of a page: stage, controls, plots, data and scripts."""
     projection = frames.projection(view)
     names = trace.split(",") if isinstance(trace, str) else trace
+    if names is not None and not (isinstance(names, (list, tuple)) and all(isinstance(name, str) for name in names)):
+        raise ArgumentError(f"trace: expected names such as 'bob,rod.tip', got {shown_value(trace)}")
     traces = frames.traced(None if names is None else [name.strip() for name in names])
     stage = plane_stage if projection.flat else space_stage
     drawn, moved = stage(frames, projection, traces)

@@ -95,10 +95,11 @@ def report(
     Raises InputError, OutputError; what cannot be found is told in the report.
     """
     verify_system(system)
+    told = chosen_units(units)
     if path is not None:
         report_ending(path_name(path))
     asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
-    found = Report(findings(asked, command, {**settings, "formalism": formalism}), chosen_units(units))
+    found = Report(findings(asked, command, {**settings, "formalism": formalism}), told)
     if path is not None:
         found.write(path)
     return found
