@@ -82,7 +82,8 @@ def animate(
     if not isinstance(run, Samples):
         raise ArgumentError(f"run: expected a Trajectory, got {shown_value(run)}")
     frames = frames_of(run)
-    found = Animation(frames, page(run, frames, trace, view, show, chosen_units(units), _speed(speed)), view)
+    content = player(run, frames, trace, view, show, chosen_units(units), _speed(speed))
+    found = Animation(frames, page(run.ready.mechanism.name, content), view)
     if path is not None:
         found.write(path)
     return found
@@ -98,19 +99,10 @@ def _speed(given: float | str) -> float:
     return speed
 
 
-def page(
-    run: Samples,
-    frames: Frames,
-    trace: str | Sequence[str] | None,
-    view: str | Sequence[float] | None,
-    show: str | Sequence[str] | None,
-    units: Units,
-    speed: float,
-) -> str:
-    """Return the whole page of an animation."""
-    title = escape(run.ready.mechanism.name)
-    body = f"<main>{player(run, frames, trace, view, show, units, speed)}</main>"
-    return filled("html/page.html.in", title=title, style=template_text("html/animation.css"), body=body)
+def page(name: str, content: str) -> str:
+    """Return the whole page of an animation around its player."""
+    style, body = template_text("html/animation.css"), f"<main>{content}</main>"
+    return filled("html/page.html.in", title=escape(name), style=style, body=body)
 
 
 def player(
