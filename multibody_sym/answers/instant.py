@@ -35,6 +35,7 @@ from multibody_sym.kinematics.state import slot_state, state_of
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
 from multibody_sym.model.mechanism.one_way import Mode
+from multibody_sym.model.resolution.driving_inputs import with_named_outputs
 from multibody_sym.numerics.arrays import UNDEFINED
 from multibody_sym.numerics.rank import ALIKE, idle, least_squares, rank
 from multibody_sym.scalars.functions import evaluate, evaluate_float
@@ -230,6 +231,12 @@ class Solved:
             return {"": evaluate(in_slots, {**state.slots, **found}, state.scalar)[0]}
 
         return ask
+
+
+def with_outputs_put_in(solved: Solved) -> Solved:
+    """Return what was solved of a system whose questions have expressions in the place of names of outputs."""
+    taken = {str(name.data) for name in solved.mechanism.symbols}
+    return replace(solved, system=with_named_outputs(solved.system, taken))
 
 
 def solved_start(system: System, formalism: str | None = None, left: Mapping[str, float] | None = None) -> Solved:

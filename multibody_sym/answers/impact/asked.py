@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from multibody_sym.answers.impact.resting import ImpactInstant
-from multibody_sym.answers.instant import Solved
+from multibody_sym.answers.instant import Solved, with_outputs_put_in
 from multibody_sym.dynamics.programs.quantities import Instant, quantities
 from multibody_sym.errors import ModelError, at
 from multibody_sym.expressions.quantities import QUANTITIES
@@ -23,6 +23,7 @@ _RATES: Final = ("acceleration", "angular_acceleration", "power")
 def answered_after(solved: Solved) -> dict[str, Value]:
     """Return the answers to all questions of a system. Raises ModelError for what an instant cannot tell."""
     found: dict[str, Value] = {}
+    solved = with_outputs_put_in(solved)
     for name, question in solved.system.ask.items():
         with at("ask", name):
             if question.value is None or question.when is not None or question.after is not None:

@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Final
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
-from multibody_sym.answers.instant import Solved
+from multibody_sym.answers.instant import Solved, with_outputs_put_in
 from multibody_sym.answers.questions.coupled import coupled_formula
 from multibody_sym.answers.questions.courses import TIME, confirmed_formulas, formula_of_period, held_until
 from multibody_sym.answers.questions.found_values import Search, extremes_of
@@ -40,6 +40,7 @@ def answered(solved: Solved) -> tuple[dict[str, Value], list[str]]:
 
     Raises ModelError for unknown names, RunError where a simulation that is needed fails.
     """
+    solved = with_outputs_put_in(solved)
     _verify_time(solved)
     answers: dict[str, Value] = {}
     remarks: list[str] = []

@@ -27,6 +27,7 @@ from multibody_sym.answers.questions.courses import TIME, Anywhere, anywhere, co
 from multibody_sym.answers.questions.naming import put_in
 from multibody_sym.answers.questions.simulated_motion import Simulated
 from multibody_sym.errors import ExpressionError
+from multibody_sym.expressions.quantities import of_run
 from multibody_sym.expressions.values import Value
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.model.declaration.settings import Ask
@@ -144,6 +145,8 @@ class LaterForms:
     def of(self, question: Ask, number: Value, time: float) -> Node | None:
         """Return the closed form of an answer, of what happens at a time, None where none has the number's value."""
         if number.value is None or self.motion.changes_before(time * (1.0 - _FOUND)) is not None:
+            return None
+        if any(of_run(node) for node in (question.value, question.max, question.min) if node is not None):
             return None
         if time == 0.0 and number.t is not None:
             return self._at_start(question)

@@ -21,7 +21,12 @@ from multibody_sym.model.mechanism.parameters import ParameterEntry, ParameterVe
 from multibody_sym.model.resolution.absolute import Freed, freed_bodies
 from multibody_sym.model.resolution.bodies import tree_bodies
 from multibody_sym.model.resolution.cuts import has_rows
-from multibody_sym.model.resolution.driving_inputs import driving_inputs, expression_of, with_driving_inputs
+from multibody_sym.model.resolution.driving_inputs import (
+    driving_inputs,
+    expression_of,
+    with_driving_inputs,
+    with_named_outputs,
+)
 from multibody_sym.model.resolution.force_places import with_withheld
 from multibody_sym.model.resolution.guides.feet import with_feet
 from multibody_sym.model.resolution.impacts import struck_impacts
@@ -131,7 +136,7 @@ def _references(
     verify_curves(spanned, names)
     numbers = _body_numbers(tree, system)
     return References(
-        _in_slots(slots, with_driving_inputs(spanned)),
+        _in_slots(slots, with_named_outputs(with_driving_inputs(spanned), names)),
         numbers,
         slots,
         _parameter_vector(system, slots),

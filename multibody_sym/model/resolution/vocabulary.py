@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Final
 
 from multibody_sym.errors import ExpressionError, ModelError, at, suggestion
-from multibody_sym.expressions.quantities import OWN_CENTRE, QUANTITIES, SYSTEM, WEIGHT
+from multibody_sym.expressions.quantities import OWN_CENTRE, QUANTITIES, SYSTEM, WEIGHT, of_run
 from multibody_sym.expressions.units import Dimension, dimension_of
 from multibody_sym.model.declaration.constraints import Distance, Rope, VelocityConstraint, row_names
 from multibody_sym.model.declaration.curves.curve import PARAMETER
@@ -60,14 +60,15 @@ def _verify_name(name: str, what: str) -> None:
 
 _MOTION: Final = "motion"
 _ANSWER: Final = "an answer"
+_OUTPUT: Final = "an output"
 _ONLY_PARAMETERS: Final = ("a parameter",)
 _MAY_NAME: Final[Mapping[str, tuple[str, ...]]] = {
     "forces": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
     "constraints": ("a parameter", "a coordinate", "an input", "the time"),
     "inputs": ("a parameter", "a coordinate", "a speed", "the time"),
-    "outputs": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
-    "stop": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
-    "ask": ("a parameter", "a coordinate", "a speed", "an input", "the time", _ANSWER),
+    "outputs": ("a parameter", "a coordinate", "a speed", "an input", "the time", _OUTPUT),
+    "stop": ("a parameter", "a coordinate", "a speed", "an input", "the time", _OUTPUT),
+    "ask": ("a parameter", "a coordinate", "a speed", "an input", "the time", _OUTPUT, _ANSWER),
     _MOTION: ("a parameter", "an input", "the time"),
 }
 _MAY_ASK: Final = ("outputs", "stop", "ask")
@@ -85,7 +86,7 @@ _KINDS: Final[Mapping[str, str]] = {
 
 def verify_expressions(system: System, names: Mapping[str, str]) -> None:
     dimensions = _dimensions(system)
-    vocabulary = _vocabulary(system)
+    vocabulary, adds_up = _vocabulary(system), _adding_outputs(system).difference(names)
     force_units = {name: _units_of_force(system, element) for name, element in system.forces.items()}
     for name, units in force_units.items():
         with at("forces", name):
@@ -94,13 +95,14 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
     for path, node, field_unit in _declared(system):
         try:
             allowed = _may_name(system, path)
-            known = names if path[0] != "ask" else {**_answers(system, path[1]), **names}
-            own = path[1] if path[0] in ("parameters", "inputs", "ask") else None
+            known = {**_later_names(system, path), **names}
+            own = path[1] if path[0] in ("parameters", "inputs", "outputs", "ask") else None
             _verify_leaves(node, allowed, known, own, _MASS_HINT if _is_of_mass(path) else "")
             if path[0] == "constraints" or _is_driven(path):
                 _verify_driving(system, node, allowed, names)
             for leaf in _asked(node):
                 _verify_quantity(leaf, path[0], vocabulary)
+            _verify_adding(system, path, node, adds_up)
             wanted = field_unit if field_unit is not None else _unit_by_joint(system, path, force_units)
             _verify_dimension(node, wanted, dimensions)
             _verify_curve(node, wanted, dimensions)
@@ -110,10 +112,16 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
             ) from None
 
 
-def _answers(system: System, question: str) -> dict[str, str]:
-    """Return the names of answers that a question may use: those of others, and of the extremes that it asks itself."""
-    equation = system.ask[question].so
-    return dict.fromkeys((*system.ask, *(() if equation is None else equation.extremes)), _ANSWER)
+def _later_names(system: System, path: Sequence[str]) -> dict[str, str]:
+    """Return the names beside those of the motion that an expression at a path may use.
+
+    Those of outputs, and in a question those of answers: to others, and to the extremes that it asks for itself.
+    """
+    outputs = dict.fromkeys(system.outputs, _OUTPUT)
+    if path[0] != "ask":
+        return outputs
+    equation = system.ask[path[1]].so
+    return outputs | dict.fromkeys((*system.ask, *(() if equation is None else equation.extremes)), _ANSWER)
 
 
 def verify_curves(system: System, names: Mapping[str, str]) -> None:
@@ -281,8 +289,6 @@ def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str
     function, arguments = leaf.data
     if section not in _MAY_ASK:
         raise ModelError(f"{leaf} can be asked in outputs, stop and ask only", number="M112")
-    if QUANTITIES[function].of_run and section != "outputs":
-        raise ModelError(f"{leaf} adds up along a run: it can be asked in outputs only", number="M112")
     if QUANTITIES[function].of_mode:
         _verify_mode(leaf, section)
         return
@@ -299,6 +305,34 @@ def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str
             raise ModelError(f"{leaf}: {name!r} is {what}{suggestion(name, vocabulary[kind])}", number="M106")
     if function == "reaction":
         _verify_component(leaf, arguments[0], arguments[1], vocabulary)
+
+
+def _adding_outputs(system: System) -> set[str]:
+    """Return the names of outputs that add up along a run, or name such."""
+    found = {name for name, node in system.outputs.items() if of_run(node)}
+    while more := {
+        name
+        for name, node in system.outputs.items()
+        if name not in found and any(leaf.data in found for leaf in leaves([node], "symbol"))
+    }:
+        found |= more
+    return found
+
+
+def _verify_adding(system: System, path: Sequence[str], node: Node, adds_up: Collection[str]) -> None:
+    """Raise ModelError where what adds up along a run, an output of that kind too, is asked otherwise than of a run."""
+    others = system.ask.keys() - {path[1]} if path[0] == "ask" else ()
+    of_outputs = [x for x in leaves([node], "symbol") if x.data in adds_up and x.data not in others]
+    adding = [*(x for x in _asked(node) if QUANTITIES[x.data[0]].of_run), *of_outputs]
+    if path[0] == "outputs" or not adding:
+        return
+    if path[0] != "ask":
+        raise ModelError(f"{adding[0]} adds up along a run: it can be asked in outputs and ask only", number="M112")
+    question = system.ask[path[1]]
+    later = path[2] == "value" and not (question.after is None and question.when is None)
+    if not (later or path[2] in ("max", "min")):
+        told = f"{{value: {adding[0]}, after: 1 s}}, {{value: {adding[0]}, when: ..}}, max or min"
+        raise ModelError(f"{adding[0]} adds up along a run: ask for it at a later moment, {told}", number="M112")
 
 
 def _verify_mode(leaf: Node, section: str) -> None:
