@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from fractions import Fraction
 from functools import reduce
 from operator import mul
@@ -20,6 +20,7 @@ from multibody_sym.algebra.factors import Poly, factored
 from multibody_sym.algebra.quotients import Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.algebra.sums.grouped import Written, added, multiplied, text
 from multibody_sym.algebra.sums.nested import Nested
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.node import ONE, ZERO, Node, add, divide, multiply, negate, number
 

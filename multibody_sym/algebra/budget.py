@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from multibody_sym.errors import NoSolutionError
+from multibody_sym.records import dataclass
 
 
 @dataclass

@@ -8,7 +8,7 @@ dropped where it then says nothing, and where no values of the parameters break 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import reduce
 from operator import mul
 from typing import Final
@@ -21,6 +21,7 @@ from multibody_sym.algebra.positivity import least_sign, undeclared
 from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
 from multibody_sym.algebra.sums.grouped import multiplied
 from multibody_sym.expressions.printer import text
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import ZERO, Node, add, multiply, negate, sqrt
 from multibody_sym.scalars.traversal import flatten

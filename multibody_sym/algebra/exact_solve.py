@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
+from multibody_sym.records import dataclass
 
 _PIVOT: Final = 1e-8
 """The part of an equation's largest coefficient below which another one may be what vanishes at a double's sample."""

@@ -7,7 +7,7 @@ sin^2 is written as 1 - cos^2, the square of a root as its radicand.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from typing import Any, Final
 
@@ -19,6 +19,7 @@ from sympy.polys.rings import PolyRing
 
 from multibody_sym.algebra.angles.half_angles import shared_degree, turning_degree, with_half, with_whole
 from multibody_sym.algebra.factors import Poly
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import PI, Node, negate
 from multibody_sym.scalars.traversal import leaves
 

@@ -6,7 +6,7 @@ Works on sums of products and only where they stay small; everything larger is l
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import combinations, product
 from typing import Any, Final
 
@@ -25,6 +25,7 @@ from multibody_sym.algebra.terms import (
     replaced,
     terms_of,
 )
+from multibody_sym.records import dataclass
 
 LARGEST_SUM: Final = 600
 """Terms that an expression may have when its products are multiplied out; past it nothing is rewritten."""

@@ -18,7 +18,6 @@ of Constrained Multibody Systems (2015), done in numbers.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence, Set
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
@@ -38,6 +37,7 @@ from multibody_sym.numerics.rank import SLOPES, leading_columns, least_squares
 from multibody_sym.program.forward import jacobian
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
+from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import load
 from multibody_sym.scalars.node import as_node
 

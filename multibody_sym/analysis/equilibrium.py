@@ -3,8 +3,7 @@
 In such a position a system at rest has no acceleration. With the constraints' tangents X (see `deviations`), xi the
 independent deviations, eta the independent speeds, dxi/dt = S eta, and G(xi) the accelerations deta/dt at rest,
 equilibria are the roots of G, and one is stable where all eigenvalues of dG/dxi S are real and negative: for forces
-with a potential V where the Hessian of V is positive definite on the admissible displacements. Friction, which needs a
-speed to act against, is not considered.
+with a potential V where the Hessian of V is positive definite on the admissible displacements. Friction has no part.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import count
 from typing import Any, Final
 
@@ -34,6 +33,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.numerics.arrays import EPSILON, UNDEFINED, Floats
 from multibody_sym.numerics.rank import ALIKE, FLAT, least_squares, null_space
+from multibody_sym.records import dataclass
 
 _GUESSES: Final = 24
 """How many guesses around the start are tried, and how many on end must find nothing before the search ends."""

@@ -8,7 +8,7 @@ tell what eigenvalues cannot (`periodic`).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -32,6 +32,7 @@ from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.changes import Changes, with_settings
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.numerics.rounding import eigenvalues, without_rounding
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.traversal import leaves
 
 At = Literal["equilibrium"] | Mapping[str, Any] | None

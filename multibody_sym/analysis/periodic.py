@@ -7,7 +7,6 @@ multipliers are the eigenvalues of P Z(T) X. The motion is stable where none is 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from sys import float_info
 from typing import Any, Final
 
@@ -18,6 +17,7 @@ from scipy.integrate import DOP853
 from multibody_sym.analysis.deviations import Flow
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
+from multibody_sym.records import dataclass
 
 _RTOL: Final = 1e-10
 _REPEATS: Final = 1e-6

@@ -11,7 +11,6 @@ Source: Wittenburg, Dynamics of Multibody Systems, section 5.2.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from math import hypot
 
 import numpy as np
@@ -24,6 +23,7 @@ from multibody_sym.kinematics.rows import constraint_jacobian, exerted, row_moti
 from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench
 from multibody_sym.model.mechanism.loads import JointSpring, Load, PointSpring
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Final, cast
 
 import numpy as np
@@ -29,6 +29,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.numerics.arrays import EPSILON, Floats
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.traversal import leaves
 
 _MET: Final = 1e-9

@@ -10,7 +10,6 @@ C is H where nothing slides, and D is zero but for rows that define forces.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 from multibody_sym.algebra.exact_solve import exact_solve
@@ -23,6 +22,7 @@ from multibody_sym.kinematics.loads import applied, applied_generalized_forces
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, as_node, slot
 
 WORK: Final = 50_000

@@ -7,7 +7,7 @@ left after these are eliminated vanishes, an equation for the parameter alone. I
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Final
 
@@ -32,6 +32,7 @@ from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.parameters import ParameterVector
 from multibody_sym.numerics.arrays import UNDEFINED
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import ZERO, Node, as_node, symbol
 from multibody_sym.scalars.traversal import leaves

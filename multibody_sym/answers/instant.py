@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Any, Final, TypeVar
 
@@ -38,6 +38,7 @@ from multibody_sym.model.mechanism.one_way import Mode
 from multibody_sym.model.resolution.driving_inputs import with_named_outputs
 from multibody_sym.numerics.arrays import UNDEFINED
 from multibody_sym.numerics.rank import ALIKE, idle, least_squares, rank
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import Node, as_node, symbol
 from multibody_sym.scalars.rounding import EPSILON, Bounded, bounded

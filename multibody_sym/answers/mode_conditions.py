@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
@@ -28,6 +27,7 @@ from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.model.mechanism.sliding_rows import Sliding
 from multibody_sym.numerics.outline import outline
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO, Node, as_node, negate, quantity
 from multibody_sym.scalars.vectors import ZERO_VECTOR, cross, dot, subtract
 

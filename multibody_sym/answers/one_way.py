@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 from multibody_sym.dynamics.programs.one_way_forces import OneWayForces, is_active, slip_of
@@ -14,6 +13,7 @@ from multibody_sym.kinematics.rows import coefficients
 from multibody_sym.model.mechanism.contact_rows import ContactRow
 from multibody_sym.model.mechanism.one_way import STICKS, FrictionPart, OneWay
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import S, Vec
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Final
 
 from multibody_sym.analysis.rest.causes import causes
@@ -22,6 +22,7 @@ from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.parameters import ParameterEntry, Source
 from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 
 

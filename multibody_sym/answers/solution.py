@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Final, Literal
 
 from multibody_sym.answers.impact.record import ImpactFound
 from multibody_sym.answers.worked.record import Worked
 from multibody_sym.expressions.values import Value
+from multibody_sym.records import dataclass
 
 RowKind = Literal["rope", "rod", "force", "multiplier", "contact", "stop", "friction"]
 """What a constraint's multiplier is: a tension of a rope or rod, a force (or moment), or that of an expression.

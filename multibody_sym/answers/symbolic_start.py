@@ -8,7 +8,7 @@ by it whatever the parameters are, takes the closed form that the rows give, or 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations
 from typing import Final
 
@@ -37,6 +37,7 @@ from multibody_sym.model.mechanism.modes import with_coefficients
 from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
 from multibody_sym.model.mechanism.start_constants import TangentAngle, WrapAngle
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate, evaluate_float, sqrt
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Final
 
 from multibody_sym.algebra.conditions import Condition, reduced, under_roots
@@ -18,6 +18,7 @@ from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.mechanism.mechanism import normal_forces
 from multibody_sym.model.mechanism.rows import RopeRow
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, quantity
 
 _ROUNDING: Final = 1e-12

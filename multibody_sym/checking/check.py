@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, Final
 
 import numpy as np
@@ -41,6 +41,7 @@ from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.driving_inputs import with_driving_inputs
 from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.model.resolution.plane import in_plane
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.kinks import switching_functions
 from multibody_sym.scalars.node import ZERO, symbol
 from multibody_sym.scalars.traversal import leaves

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Final
 
 from multibody_sym.codegen.layout import (
@@ -19,6 +19,7 @@ from multibody_sym.codegen.layout import (
 from multibody_sym.codegen.profile import Span, elimination_cost
 from multibody_sym.program.infix import Language, Texts
 from multibody_sym.program.statements import Array, Callee, Output, Statement
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 
 _LONGEST: Final = 400

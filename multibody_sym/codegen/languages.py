@@ -6,8 +6,9 @@ What prints is imported when it is called: the command line needs the names alon
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
+
+from multibody_sym.records import dataclass
 
 if TYPE_CHECKING:
     from multibody_sym.codegen.selftest import Samples

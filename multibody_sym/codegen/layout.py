@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Final
 
 from multibody_sym.program.measures import operation_count, program_hash
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Callee, ProgramError, callees
 from multibody_sym.program.verify import verify_program_name
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 
 _WIDTH: Final = 110

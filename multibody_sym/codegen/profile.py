@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO, Node
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from typing import Final
 
 from multibody_sym.drawing.picture import Picture
 from multibody_sym.drawing.svg import svg
 from multibody_sym.errors import ArgumentError, InputError, Where, shown
 from multibody_sym.formats.files import path_name, write_whole
+from multibody_sym.records import dataclass
 
 ENDINGS: Final = (".svg", ".png", ".pdf", ".tex")
 """The formats by the ending of a file's name; PNG and PDF take matplotlib."""

@@ -8,7 +8,7 @@ later. `Wish`, `Measure` and `Bend` are marks whose place the layout still has t
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import pairwise
 from typing import Any, Final, NamedTuple
 
@@ -16,6 +16,7 @@ import numpy as np
 
 from multibody_sym.drawing.lettering import DESCENT, HEIGHT, Run, width_of
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 ARC_STEP: Final = 7.5
 """Degrees between the points of an arc where it is looked at as a polyline: flat to 0.2 % of its radius."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from multibody_sym.errors import InputError, Where, shown, suggestion
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 WIDTH: Final = 255.0
 HEIGHT: Final = 215.0

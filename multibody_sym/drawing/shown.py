@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from multibody_sym.records import dataclass
 from multibody_sym.scene.items import ArrowItem, Path
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from typing import Any, Final
 
 import sympy
@@ -51,6 +51,7 @@ from multibody_sym.kinematics.state import slot_state
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import as_node
 from multibody_sym.scalars.vectors import S
 

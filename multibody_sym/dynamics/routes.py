@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Final
 
 from multibody_sym.dynamics.formalisms.block_ldl import block_ldl
@@ -16,6 +15,7 @@ from multibody_sym.dynamics.formalisms.sweep import sweep
 from multibody_sym.errors import InputError, at, shown, suggestion
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.records import dataclass
 
 
 def _lagrange(mechanism: Mechanism, state: State) -> TreeDynamics:

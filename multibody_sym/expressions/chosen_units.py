@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
 from typing import Final, NamedTuple
@@ -12,6 +12,7 @@ from typing import Final, NamedTuple
 from multibody_sym.errors import ArgumentError, ExpressionError, InputError, shown
 from multibody_sym.expressions.known_units import PURE, Kind, kind_of
 from multibody_sym.expressions.units import UNITS, parse_unit
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ONE, Node
 
 _PART: Final = re.compile(r"([*/]?)([A-Za-z]+|1)(?:\^\(?([-0-9/]+)\)?)?")

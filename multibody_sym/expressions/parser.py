@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import reduce
 from typing import Final
 
@@ -11,6 +10,7 @@ from multibody_sym.errors import ExpressionError
 from multibody_sym.expressions.quantities import QUANTITIES
 from multibody_sym.expressions.tokens import Token, close_match, exact_number, failure, tokens
 from multibody_sym.expressions.units import Dimension, read_unit
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import BUILD, maximum, minimum
 from multibody_sym.scalars.kinks import is_condition
 from multibody_sym.scalars.node import (

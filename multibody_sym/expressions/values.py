@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.expressions.printer import text
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.traversal import leaves
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -16,6 +15,7 @@ from multibody_sym.formats.yaml_tree import LARGEST_FILE, Place, Tree, read_byte
 from multibody_sym.model.declaration import doors
 from multibody_sym.model.declaration.file_tree import system_from_tree
 from multibody_sym.model.declaration.system import System
+from multibody_sym.records import dataclass
 
 _TEXT_NAME: Final = "<text>"
 _ENDINGS: Final = (".yaml", ".yml")

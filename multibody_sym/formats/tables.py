@@ -8,7 +8,7 @@ import json
 import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import PurePath
 from typing import Any, BinaryIO, Final
 
@@ -29,6 +29,7 @@ from multibody_sym.formats.files import (
     replace_with,
     settle,
 )
+from multibody_sym.records import dataclass
 
 Column = npt.NDArray[np.float64]
 _METADATA: Final = "__metadata__"

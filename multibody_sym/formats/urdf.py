@@ -10,7 +10,6 @@ import os
 import re
 import warnings
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import PurePath
 from typing import Any, Final
 
@@ -39,6 +38,7 @@ from multibody_sym.model.declaration.joint import Joint
 from multibody_sym.model.declaration.joints import JOINTS
 from multibody_sym.model.declaration.system import RESERVED, System
 from multibody_sym.model.mechanism.mass import GROUND, pose_of
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import PI, Node
 
 Matrix = NDArray[np.float64]

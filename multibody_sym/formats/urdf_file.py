@@ -10,12 +10,12 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Final
 
 from multibody_sym.errors import InputError, ModelError, suggestion
 from multibody_sym.formats.xml_tree import XmlElement
 from multibody_sym.model.declaration.values import Text
+from multibody_sym.records import dataclass
 
 Triple = tuple[float, float, float]
 

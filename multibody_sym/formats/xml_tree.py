@@ -6,11 +6,12 @@ Document type declarations are refused, and with them entities, external files a
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Final
 from xml.parsers import expat
 
 from multibody_sym.errors import InputError, Where
+from multibody_sym.records import dataclass
 
 LARGEST_FILE: Final = 1 << 24
 DEEPEST: Final = 100

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Final, NamedTuple
 
 from yaml.error import MarkedYAMLError
@@ -28,6 +28,7 @@ from yaml.reader import Reader
 from yaml.scanner import Scanner
 
 from multibody_sym.errors import InputError, Where
+from multibody_sym.records import dataclass
 
 LARGEST_FILE: Final = 1 << 20
 DEEPEST: Final = 40

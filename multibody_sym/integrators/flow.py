@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import IntEnum
 from sys import float_info
 from typing import Final, Protocol
@@ -16,6 +16,7 @@ from multibody_sym.integrators.methods.methods import Method
 from multibody_sym.integrators.pairing import Pairing
 from multibody_sym.integrators.stage_equations import StageEquations
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 Derivative = Callable[[float, Floats], Floats]
 Settle = Callable[[float, Floats], Floats]

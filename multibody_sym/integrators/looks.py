@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.sign_changes import PROBE, Look
+from multibody_sym.records import dataclass
 
 MOST_CHANGE: Final = (
     0.5  # part of its distance from zero by which a function that keeps steps short changes in one, ...

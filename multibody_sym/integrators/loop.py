@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from sys import float_info
 from typing import Final
 
@@ -34,6 +34,7 @@ from multibody_sym.integrators.singular import Approach, moved_far
 from multibody_sym.integrators.steppers.library import library_steps
 from multibody_sym.integrators.steppers.table import stepper
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 SAFETY: Final = 0.9
 GROWTH: Final = 10.0

@@ -12,12 +12,12 @@ Source: any text on rotation vectors; the series are those of the functions.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 Vector = tuple[float, float, float]
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from functools import singledispatch
 from typing import Any, Final
 
@@ -26,6 +26,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
 from multibody_sym.model.mechanism.rope_path import Bend, Grip
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.mechanism.sliding_rows import Sliding
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import is_exactly
 from multibody_sym.scalars.node import Node, as_node, real
 from multibody_sym.scalars.tensors import turned_symmetric

@@ -12,7 +12,7 @@ n is normal to both, C an end of the first and k leads from there to where it cr
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import singledispatch
 from typing import Final
 
@@ -35,6 +35,7 @@ from multibody_sym.model.mechanism.contact_rows import (
 )
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import IDENTITY
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import apply as operation
 from multibody_sym.scalars.functions import is_exactly, sign, sqrt, where
 from multibody_sym.scalars.vectors import (

@@ -8,7 +8,6 @@ virtual motion in which they move as one rigid body: the joint's point along f, 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 from multibody_sym.kinematics.loads import applied
@@ -17,6 +16,7 @@ from multibody_sym.kinematics.relative import direction
 from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench, generalized_forces
 from multibody_sym.model.mechanism.force_rows import ReactionRow
 from multibody_sym.model.mechanism.rows import CutJoint
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.vectors import (
     S,

@@ -7,8 +7,9 @@ ball if free rotation follows them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.rotations import turned
 from multibody_sym.scalars.vectors import (
     UNIT_MATRIX,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import singledispatch
 from typing import Final
 
@@ -29,6 +28,7 @@ from multibody_sym.model.mechanism.loads import (
     span_leaves,
 )
 from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import gradient
 from multibody_sym.scalars.functions import absolute, sqrt
 from multibody_sym.scalars.node import ZERO, Node

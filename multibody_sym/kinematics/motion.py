@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 from multibody_sym.kinematics.joints import JointMotion, prescribed, seen_from
@@ -12,6 +12,7 @@ from multibody_sym.kinematics.steps import step_rates, stepped
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import IDENTITY, ORIGIN, Pose
 from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.vectors import (
     UNIT_MATRIX,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 from multibody_sym.kinematics.motion import Motion, pose
@@ -11,6 +10,7 @@ from multibody_sym.kinematics.points import acceleration, position, velocity
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.sliding_rows import Sliding
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, apply, cross, negate, scale, subtract
 
 Accelerations = Sequence[tuple[Vec, Vec]]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from multibody_sym.errors import ModelError
 from multibody_sym.kinematics.motion import Motion
@@ -15,6 +14,7 @@ from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.rope_path import Bend
 from multibody_sym.model.mechanism.rows import RopeRow
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import absolute, atan2, cos, is_exactly, sign, sin, sqrt
 from multibody_sym.scalars.node import PI
 from multibody_sym.scalars.vectors import S, Vec, add, apply, cross, dot, scale, subtract

@@ -10,7 +10,6 @@ p leads from the parent's origin to the body's; primes mark what a joint adds (f
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import singledispatch
 from itertools import pairwise
 from math import hypot
@@ -38,6 +37,7 @@ from multibody_sym.model.mechanism.rows import (
     VelocityRow,
 )
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.node import ONE, ZERO, Node, slot
 from multibody_sym.scalars.vectors import cross, dot, scale, subtract

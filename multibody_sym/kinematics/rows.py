@@ -8,7 +8,7 @@ H_j^T is found as the generalised force of the wrenches that a unit multiplier e
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import singledispatch
 from typing import Final
 
@@ -46,6 +46,7 @@ from multibody_sym.model.mechanism.rows import (
 )
 from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import is_exactly, sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, slot

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from multibody_sym.model.mechanism.impacts import INSTANT, JUMPED
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.program.statements import Array
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, slot
 from multibody_sym.scalars.vectors import S

@@ -10,7 +10,6 @@ Source: Cottle, Pang, Stone, The Linear Complementarity Problem (1992), 4.4, 4.9
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.linalg.blas import dger
 
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 TIED: Final = 1e-10
 """Ratios that differ by less than this part of their size are the same but for the rounding of some hundred pivots."""

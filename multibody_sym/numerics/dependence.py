@@ -7,7 +7,6 @@ y^T b is not zero, the rows of the circuit contradict each other, and any of the
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -16,6 +15,7 @@ import numpy.typing as npt
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.least_norm import solve
 from multibody_sym.numerics.rank import least_squares, scaled_rows
+from multibody_sym.records import dataclass
 
 NEGLIGIBLE: Final = 1e-8
 """Part of the largest share in a combination below which a row has none."""

@@ -10,7 +10,6 @@ the weights.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
@@ -18,6 +17,7 @@ import numpy as np
 
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_combination
+from multibody_sym.records import dataclass
 
 POSSIBLE: Final = 1e-9
 """The least v, where rows are scaled to like size and r to 1, up to which conditions are taken to hold together."""

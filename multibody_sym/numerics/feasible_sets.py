@@ -10,13 +10,13 @@ within one step is not, nor a single value where a contradiction vanishes and co
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
 import numpy as np
 
 from multibody_sym.numerics.feasibility import Conditions, Contradiction, contradiction
+from multibody_sym.records import dataclass
 
 _MOST: Final = 60
 """How many contradictions may follow each other in one step of the search."""

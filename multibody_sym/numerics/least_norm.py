@@ -6,12 +6,12 @@ The text of this file stands in exported Python, and imports NumPy and the stand
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import CLEAR, TIE, exact, scaled_rows
+from multibody_sym.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,10 @@ piece of which neither is true is halved.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
+
+from multibody_sym.records import dataclass
 
 PROBE: Final = 2.0**-10  # part of a piece over which rates at its ends are measured
 LEAST_PROBE: Final = 2.0**-18  # part of a step over which rates within it are measured at least, ...

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy.typing as npt
 
 from multibody_sym.program.progressions import Integers, Window
 from multibody_sym.program.statements import Scan
+from multibody_sym.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, MutableMapping
-from dataclasses import dataclass
 from typing import Final
 
 from multibody_sym.program.arithmetic import integer_exponent
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 
 PRODUCTS: Final = (2, 3)

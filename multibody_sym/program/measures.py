@@ -8,12 +8,12 @@ import sys
 from array import array
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, Final, assert_never
 
 from multibody_sym.program.arithmetic import integer_exponent
 from multibody_sym.program.progressions import Progression, Window
 from multibody_sym.program.statements import Assign, Call, Callee, Record, Scan, Solve, Statement, operands, targets
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.node import Node
 

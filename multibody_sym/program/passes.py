@@ -8,7 +8,6 @@ passed, so that the code of a kind is as small as that of a body written out.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
@@ -18,6 +17,7 @@ from multibody_sym.program.program import Program
 from multibody_sym.program.progressions import Integers, Progression, Window, progression, progression_through
 from multibody_sym.program.statements import Array, Kernel, Loop
 from multibody_sym.program.trace import Trace
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot
 from multibody_sym.scalars.traversal import leaves, postorder

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar
 
@@ -17,6 +16,7 @@ from multibody_sym.program.statements import (
 )
 from multibody_sym.program.text import program_text
 from multibody_sym.program.verify import verify
+from multibody_sym.records import dataclass
 
 
 @dataclass(frozen=True, repr=False)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Final, Literal
 
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array, Output, ProgramError, ShapeError
+from multibody_sym.records import dataclass
 
 _INPUTS: Final = ("t", "q", "u", "parameters", "inputs", "modes")
 _FURTHER: Final = {"index_2": ("multipliers",), "index_2_by_state": ("multipliers",)}

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
+
+from multibody_sym.records import dataclass
 
 Integers = npt.NDArray[np.int64]
 _LONGEST_PERIOD: Final = 64

@@ -13,13 +13,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import ClassVar, Final, Protocol, assert_never
 
 import numpy as np
 
 from multibody_sym.errors import MultibodyError
 from multibody_sym.program.progressions import Integers, Progression, Window
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, slot
 
 TARGETS: Final = "z"

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from multibody_sym.program.progressions import Window
 from multibody_sym.program.statements import Array, Assign, Callee, Scan
 from multibody_sym.program.trace import Trace
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO, Node, add, multiply
 
 Vector = tuple[Node, ...]

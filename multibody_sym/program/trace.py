@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
 from multibody_sym.program.arithmetic import integer_exponent
@@ -24,6 +23,7 @@ from multibody_sym.program.statements import (
     operands,
     targets,
 )
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, as_node, slot
 
 _LONGEST: Final = 16

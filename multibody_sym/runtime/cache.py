@@ -22,10 +22,10 @@ import stat
 import tempfile
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from multibody_sym.records import dataclass
 from multibody_sym.runtime.locks import lock, locked
 
 _DIGITS: Final = 24

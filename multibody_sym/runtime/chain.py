@@ -6,7 +6,7 @@ All parts share the samples and the time from which steps are counted; each has 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from sys import float_info
 from typing import Final
@@ -14,6 +14,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.runtime.integration import loop_for
 from multibody_sym.runtime.problem import Begun, Event, Loop, Problem, Progress, RunFailure, Statistics
 

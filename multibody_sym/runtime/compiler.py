@@ -11,11 +11,11 @@ import sys
 import tempfile
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from multibody_sym.errors import OutputError
+from multibody_sym.records import dataclass
 from multibody_sym.runtime import cache
 
 _NAMES: Final = ("cc", "gcc", "clang")

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 Rub = tuple[int, int, int, int, int]
 """The places of a normal and a tangent, the number of a friction part, the way it slides, 1 if from rest."""

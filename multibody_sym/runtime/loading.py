@@ -6,7 +6,7 @@ import contextlib
 import functools
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from multibody_sym.errors import InputError, OutputError, shown
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.runtime import cache
 from multibody_sym.runtime.compiler import CompilerError, build_library, find_compiler
 from multibody_sym.runtime.native import NativeFunction, open_library

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Any, Final
 
@@ -15,6 +15,7 @@ from multibody_sym.integrators.methods.collocation import Collocation
 from multibody_sym.integrators.methods.methods import Method
 from multibody_sym.integrators.pairing import Pairing
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.runtime.course import KnownTurn, Passage, Rule
 from multibody_sym.runtime.loading import Compiled
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Final
 
 import numpy as np
@@ -15,6 +15,7 @@ from multibody_sym.integrators.loop import at_end, reaches, sampled, steps
 from multibody_sym.integrators.singular import strays
 from multibody_sym.integrators.stage_equations import StageEquations, ordinary
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.runtime.problem import Event, Problem, Progress, RunFailure, Statistics, chatters
 
 _SECONDS: Final = 0.1

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.numbers import floats
+from multibody_sym.records import dataclass
 
 if TYPE_CHECKING:
     from multibody_sym.program.program import Program

@@ -6,8 +6,8 @@ Source: Featherstone, Rigid Body Dynamics Algorithms, section 6.5.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import S

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -14,6 +13,7 @@ from multibody_sym.kinematics.points import velocity
 from multibody_sym.model.mechanism.loads import BodyTorque, JointForce, Load, PointDrag, PointForce
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, as_node
 from multibody_sym.scalars.traversal import leaves
 from multibody_sym.scene.forms import ZERO, Vector, unit, vector

@@ -6,12 +6,12 @@ Each form can tell points that bound it; a symbol's size is the page's affair, s
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 ZERO: Final = (0.0, 0.0, 0.0)
 Vector = tuple[float, float, float]

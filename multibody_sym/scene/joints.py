@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -14,6 +13,7 @@ from multibody_sym.model.declaration.joint import Joint, Limits
 from multibody_sym.model.declaration.joints import CurveJoint, Custom
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.resolution.spanning_tree import coordinate_names
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import symbol
 from multibody_sym.scene.forms import Axes, Form, Polyline, Rail, Symbol, Vector, unit, vector
 from multibody_sym.scene.items import Item, Role

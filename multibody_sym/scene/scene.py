@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from multibody_sym.model.declaration.system import System, verify_system
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.resolve import mechanism as resolved
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.scene.arrows import Law, arrow_items
 from multibody_sym.scene.bodies import body_items
 from multibody_sym.scene.forms import Axes, Bowl, Face, Symbol

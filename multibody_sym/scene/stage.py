@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
@@ -23,6 +23,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.references import BARE, References
 from multibody_sym.model.resolution.spanning_tree import body_part
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node
 from multibody_sym.scene.forms import Values, Vector, vector

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Final
 
@@ -25,6 +24,7 @@ from multibody_sym.model.declaration.forces import (
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
+from multibody_sym.records import dataclass
 from multibody_sym.scene.forms import Vector, unit, vector
 from multibody_sym.scene.items import Anchor, Bow, PlacedStrand, Strand
 from multibody_sym.scene.joints import held

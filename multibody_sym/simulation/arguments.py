@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +15,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.parameters import Source
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.numbers import floats, number, vector
+from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Compiled
 
 Values = Mapping[str, float] | ArrayLike | None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import product
 from typing import Any, Final
 
@@ -15,6 +14,7 @@ from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.contact_rows import ContactRow, Face, Flat
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.simulation.samples import Samples
 
 EDGES_CROSS: Final = "edges cross"

@@ -8,7 +8,7 @@ compiled once, and kept.
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 from typing import Final
 
@@ -27,6 +27,7 @@ from multibody_sym.model.declaration.system import System, verify_system
 from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.program.program import Program
+from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Backend, Compiled, load
 from multibody_sym.scalars.node import slot
 from multibody_sym.simulation.arguments import Arguments, Values

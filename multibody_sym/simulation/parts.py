@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +15,7 @@ from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
+from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Backend, Compiled, load
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import get_args, overload
 
 import numpy as np
@@ -14,6 +13,7 @@ from multibody_sym.model.declaration.doors import flag
 from multibody_sym.model.declaration.system import System, verify_system
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.numbers import vector
+from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Backend
 from multibody_sym.simulation.arguments import Arguments, Values
 from multibody_sym.simulation.canonical.function import CanonicalFunction, CanonicalQuestion, canonical_function

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from multibody_sym.errors import ModelError, at, suggestion
@@ -12,6 +11,7 @@ from multibody_sym.integrators.methods.library import IDA, LibraryMethod
 from multibody_sym.integrators.methods.methods import METHODS, Method
 from multibody_sym.integrators.steppers.library import BY_JACOBIAN
 from multibody_sym.model.declaration.settings import Baumgarte, Settings, Stabilisation
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node
 

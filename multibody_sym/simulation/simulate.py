@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -16,6 +16,7 @@ from multibody_sym.model.declaration.settings import Baumgarte
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.changes import Changes, with_settings
 from multibody_sym.model.resolution.spanning_tree import coordinate_names, speed_names
+from multibody_sym.records import dataclass
 from multibody_sym.runtime.integration import Integration, integrate
 from multibody_sym.runtime.loading import Backend
 from multibody_sym.runtime.problem import Chunk, Event, Problem, Progress, Statistics

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -18,6 +17,7 @@ from multibody_sym.model.declaration.values import scalar
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.spanning_tree import coordinate_names, speed_names
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 _HOW: Final = "write low:high:count, values such as .5,1,2, or low:high to draw samples from"
 _NUMBER: Final = re.compile(r"([-+]?\s*(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-z].*)?")

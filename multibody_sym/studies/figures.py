@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -12,6 +11,7 @@ from multibody_sym.drawing.plots.figure import COLOURS, literal
 from multibody_sym.drawing.plots.files import plain_style
 from multibody_sym.errors import InputError, suggestion
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.studies.plan import Plan
 from multibody_sym.studies.tables import results
 

@@ -13,11 +13,11 @@ import struct
 import tempfile
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import BinaryIO, Final, NamedTuple
 
 from multibody_sym.errors import InputError, OutputError, Where
 from multibody_sym.formats.files import leads_to, output_errors
+from multibody_sym.records import dataclass
 from multibody_sym.studies.rows import Rows, Span, missing
 
 try:

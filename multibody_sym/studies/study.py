@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final
 
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from multibody_sym.errors import ArgumentError, InputError, OutputError, shown, suggestion
 from multibody_sym.model.declaration.doors import names
+from multibody_sym.records import dataclass
 from multibody_sym.studies import tables
 from multibody_sym.studies.plan import Plan
 from multibody_sym.studies.rows import FAILURE, TEXTS

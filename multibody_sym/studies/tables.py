@@ -7,7 +7,6 @@ import io
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from tempfile import TemporaryFile
 from typing import Any, BinaryIO, Final
 from zipfile import ZipFile, ZipInfo
@@ -19,6 +18,7 @@ from multibody_sym.errors import OutputError
 from multibody_sym.formats.files import replace_with
 from multibody_sym.formats.tables import table_format
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.studies.journal import Journal
 from multibody_sym.studies.plan import Plan
 from multibody_sym.studies.rows import TEXTS, Rows

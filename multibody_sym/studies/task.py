@@ -6,7 +6,6 @@ import json
 import math
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import PackageNotFoundError, version
 from threading import Event, Lock
@@ -17,6 +16,7 @@ from multibody_sym.formats.writer import dumps
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.runtime.cache import digest
 from multibody_sym.runtime.loading import Backend, verify_backend
 from multibody_sym.simulation.failures import FailedRunError

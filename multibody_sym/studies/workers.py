@@ -6,11 +6,12 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import field
 from threading import Event
 from typing import Final
 
 from multibody_sym.errors import MultibodyError, OutputError
+from multibody_sym.records import dataclass
 from multibody_sym.studies.rows import Rows, Span
 from multibody_sym.studies.task import Task
 

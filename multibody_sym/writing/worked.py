@@ -6,7 +6,7 @@ import math
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from html import escape
 from textwrap import wrap
@@ -15,6 +15,7 @@ from typing import Any, ClassVar, Final
 from multibody_sym.answers.worked.record import Formula, Line, Quantity, Sentence, Words, Worked, WorkedStep
 from multibody_sym.dynamics.derivation.notation import Notation, escaped
 from multibody_sym.expressions.chosen_units import SI, Units
+from multibody_sym.records import dataclass
 from multibody_sym.writing.documents import html_document, latex_document
 from multibody_sym.writing.mathml import MathmlScript, element, mathml_script
 

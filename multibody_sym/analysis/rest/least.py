@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from math import inf
 from typing import Final
 
 from multibody_sym.analysis.rest.position import Position
 from multibody_sym.analysis.rest.ranges import Kind, ranges_of_rest, search_of
 from multibody_sym.analysis.rest.rest_ends import RestEnd
+from multibody_sym.records import dataclass
 
 _SHARP: Final = 1e-10
 _LEVEL: Final = 1e-9

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
 from math import hypot, inf, pi
@@ -17,6 +17,7 @@ from multibody_sym.analysis.rest.statics import Choice, Curve, Direction, Limit
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.feasibility import Conditions, contradiction, extremes, nearest
 from multibody_sym.numerics.feasible_sets import ConditionsAt, End, Interval, feasible_set
+from multibody_sym.records import dataclass
 
 Kind = Literal["none", "coefficient", "load", "angle", "other"]
 """How the conditions depend on the parameter: not; in coefficients alone, which all grow with it; linearly in forces

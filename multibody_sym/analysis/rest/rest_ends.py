@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from math import pi
 from typing import Final
 
 from multibody_sym.analysis.rest.statics import Choice, Limit
+from multibody_sym.records import dataclass
 
 _ONE: Final = 1e-12
 

@@ -9,7 +9,7 @@ friction, mu N -+ t. A limit with the size of a reaction is one for each of its 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import product
 from math import cos, pi, sin
 from typing import Final, Literal
@@ -24,6 +24,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.model.mechanism.rows import Row
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ONE, Node, as_node, multiply, negate
 from multibody_sym.scalars.vectors import S
 

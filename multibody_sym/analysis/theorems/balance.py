@@ -11,7 +11,7 @@ Source: Wittenburg, Dynamics of Multibody Systems, chapter 3.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -30,6 +30,7 @@ from multibody_sym.kinematics.wrenches import Wrench, generalized_forces
 from multibody_sym.model.mechanism.loads import Load, MassFlow
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import derivative, gradient, tangents
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import ONE, Node, as_node, slot

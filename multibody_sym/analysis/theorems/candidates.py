@@ -9,7 +9,7 @@ cyclic coordinates, the energy, Jacobi's integral; and about the centre of mass 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 from multibody_sym.dynamics.programs.exertions import power_of
@@ -29,6 +29,7 @@ from multibody_sym.kinematics.state import slot_state
 from multibody_sym.model.declaration.values import AXES
 from multibody_sym.model.mechanism.loads import Load, PointForce, PointPull, span_leaves
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, quantity, slot
 from multibody_sym.scalars.traversal import leaves

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final
 
@@ -14,6 +13,7 @@ from multibody_sym.errors import UndefinedValueError
 from multibody_sym.kinematics.motion import coordinate_rates
 from multibody_sym.kinematics.state import State, slot_state
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import PI, Node, as_node, slot
 from multibody_sym.scalars.traversal import postorder
 

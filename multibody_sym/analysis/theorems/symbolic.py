@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Final, TypeVar
 
 import sympy
@@ -42,6 +42,7 @@ from multibody_sym.model.mechanism.mass import IDENTITY, ORIGIN
 from multibody_sym.model.mechanism.mechanism import TreeBody
 from multibody_sym.model.mechanism.rows import AngleRow, DistanceRow, PositionRow, RopeRow
 from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node, as_node
 from multibody_sym.scalars.vectors import S, add

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from multibody_sym.algebra.conditions import Condition
 from multibody_sym.algebra.quotients import NoClosedFormError
@@ -16,6 +15,7 @@ from multibody_sym.dynamics.impacts.impulsive import StruckRows, rubbing
 from multibody_sym.errors import ExpressionError
 from multibody_sym.kinematics.rows import coefficients
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO, Node, as_node
 from multibody_sym.scalars.vectors import S
 

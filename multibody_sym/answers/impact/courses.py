@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Final
 
 from multibody_sym.algebra.book_form import book_form
@@ -25,6 +25,7 @@ from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import OneWay
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, as_node
 
 _MOST: Final = 12

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from multibody_sym.algebra.conditions import Condition, within
 from multibody_sym.answers.closed_form import ClosedForms
 from multibody_sym.model.mechanism.one_way import OneWay
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO, Node
 
 

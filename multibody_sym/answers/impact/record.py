@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from multibody_sym.expressions.values import Value
+from multibody_sym.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final
 
@@ -20,6 +19,7 @@ from multibody_sym.dynamics.derivation.notation import Notation, latex_name
 from multibody_sym.dynamics.derivation.record import Label
 from multibody_sym.errors import ExpressionError
 from multibody_sym.expressions.values import Value
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, as_node, symbol
 from multibody_sym.scalars.sympy_bridge import to_sympy
 from multibody_sym.scalars.traversal import leaves

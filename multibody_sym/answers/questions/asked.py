@@ -6,7 +6,7 @@ Where all accelerations are constant along the motion these are closed forms, ot
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from difflib import get_close_matches
 from functools import cached_property
 from typing import Final
@@ -32,6 +32,7 @@ from multibody_sym.model.mechanism.mass import OWN_POINTS
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.force_places import is_undetermined
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, symbol
 
 

@@ -11,7 +11,7 @@ The first includes free fall, linear drag, damped and driven oscillators; the se
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -29,6 +29,7 @@ from multibody_sym.errors import ExpressionError
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.model.declaration.states import VERBS
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import evaluate, evaluate_float

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -13,6 +12,7 @@ from multibody_sym.answers.questions.simulated_motion import ASKED, Simulated
 from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.declaration.settings import Ask
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.kinks import is_condition
 from multibody_sym.scalars.node import Node, negate
 from multibody_sym.simulation.trajectory import Trajectory

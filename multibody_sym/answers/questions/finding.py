@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from itertools import islice, pairwise
 from math import isfinite, nan
 from typing import Final
 
 import numpy as np
 from scipy.optimize import brentq
+
+from multibody_sym.records import dataclass
 
 _FIRST: Final = 0.05
 _GROWTH: Final = 1.6

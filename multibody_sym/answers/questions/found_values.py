@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
@@ -28,6 +27,7 @@ from multibody_sym.model.declaration.system import System
 from multibody_sym.model.declaration.values import dimension_of_unit
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.numerics.arrays import UNDEFINED
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, subtract, symbol
 from multibody_sym.scalars.traversal import leaves

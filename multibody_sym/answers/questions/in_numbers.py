@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.settings import Ask
 from multibody_sym.model.declaration.states import Moment
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 
 

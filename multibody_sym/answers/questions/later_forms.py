@@ -11,7 +11,6 @@ M being the generalised mass. The value of the variable at the moment is a root 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import reduce
 from typing import Final, NoReturn
 
@@ -34,6 +33,7 @@ from multibody_sym.model.declaration.settings import Ask
 from multibody_sym.model.declaration.states import Moment
 from multibody_sym.model.declaration.values import AXES
 from multibody_sym.numerics.arrays import UNDEFINED
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import evaluate_float

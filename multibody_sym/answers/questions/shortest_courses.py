@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import reduce
 from typing import Final
 
@@ -11,6 +11,7 @@ from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.quotient_functions import doubled, exact
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError
 from multibody_sym.algebra.sums.grouped import multiplied, text
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.node import ZERO, Node, add, divide, multiply
 from multibody_sym.scalars.traversal import flatten, postorder

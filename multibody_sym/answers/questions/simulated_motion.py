@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, reduce
 from itertools import pairwise
 from typing import Any, Final
@@ -15,6 +15,7 @@ from multibody_sym.model.declaration.states import Moment, StateCondition
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.declaration.values import AXES
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, add, as_node, multiply, quantity
 from multibody_sym.simulation.simulate import simulate
 from multibody_sym.simulation.trajectory import Trajectory

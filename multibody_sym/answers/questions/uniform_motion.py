@@ -6,7 +6,6 @@ q = q0 + u0 t + a t^2/2        v = v0 + A t
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import reduce
 from typing import Final
 
@@ -27,6 +26,7 @@ from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration.settings import Ask
 from multibody_sym.model.declaration.values import AXES
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, as_node, quantity, symbol
 

@@ -7,7 +7,7 @@ that goes around has advanced by 2 pi. Runs end at the times that were found, wh
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -18,6 +18,7 @@ from multibody_sym.errors import ModelError, suggestion
 from multibody_sym.model.declaration.fields import Names
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.records import dataclass
 from multibody_sym.simulation.simulate import simulate
 from multibody_sym.simulation.trajectory import Trajectory
 

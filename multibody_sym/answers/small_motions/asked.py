@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
 from functools import cached_property
 
 from multibody_sym.answers.small_motions.record import Modes
@@ -13,6 +12,7 @@ from multibody_sym.expressions.quantities import QUANTITIES
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.settings import Ask
 from multibody_sym.model.declaration.system import System, expressions, with_expressions
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, real
 from multibody_sym.scalars.traversal import leaves

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Final
 
 from multibody_sym.algebra.book_form import book_form
@@ -18,6 +18,7 @@ from multibody_sym.expressions.parser import parse
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.values import Value
 from multibody_sym.numerics.arrays import UNDEFINED
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import PI, TWO, Node, divide, multiply, negate

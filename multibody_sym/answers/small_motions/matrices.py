@@ -12,7 +12,6 @@ K = d2(V - T0)/dq2 with the part T0 of T that drives give, and C is gyroscopic b
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
@@ -26,6 +25,7 @@ from multibody_sym.kinematics.motion import coordinate_rates, motion_of
 from multibody_sym.kinematics.rows import RowMotion, row_motions
 from multibody_sym.kinematics.state import State, state_of
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.node import ONE, Node, as_node, slot
 

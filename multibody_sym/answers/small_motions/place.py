@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import time
 from contextlib import suppress
-from dataclasses import dataclass
 from itertools import islice, takewhile
 from typing import Any, Final, Literal
 
@@ -28,6 +27,7 @@ from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration.system import System
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.numerics.rank import ROUNDED, least_squares
+from multibody_sym.records import dataclass
 
 _MISSED: Final = 1e-8
 """How far the numbers of a start may be from a state in which nothing is accelerated, beside 1 (m, rad)."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final
 
 from scipy.optimize import brentq
@@ -21,6 +20,7 @@ from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import UNDEFINED
+from multibody_sym.records import dataclass
 
 _FEWEST: Final = 32
 _MOST: Final = 4096

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Final, Literal
 
 from multibody_sym.expressions.values import Value
+from multibody_sym.records import dataclass
 
 Motion = Literal["oscillates", "free", "grows", "decays"]
 _SHOWN: Final = 5

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Final
 
@@ -38,6 +38,7 @@ from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 _REST: Final = 1e-12
 """The part of the largest omega^2 up to which one is zero."""

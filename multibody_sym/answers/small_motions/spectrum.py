@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import reduce
 from operator import mul
 from typing import Any, Final
@@ -18,6 +18,7 @@ from multibody_sym.algebra.factors import Poly, factored
 from multibody_sym.algebra.quotient_functions import doubled, sqrt
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.answers.small_motions.matrices import Matrices, Matrix
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import PI, Node, add, as_node, divide, multiply, negate, symbol

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Any
 
@@ -22,6 +22,7 @@ from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.model.mechanism.rope_rows import MeanTensionRow, RopeSlipRow
 from multibody_sym.model.mechanism.rows import RopeRow, Row
 from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.vectors import (
     ZERO_VECTOR,
     Mat,

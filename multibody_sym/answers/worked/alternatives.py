@@ -7,7 +7,7 @@ equations, and what contradicts it is told with its number.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
@@ -18,6 +18,7 @@ from multibody_sym.kinematics.rows import RowMotion, coefficients, row_motion
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.modes import in_mode
 from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, OneWay
+from multibody_sym.records import dataclass
 
 _MOST: Final = 4
 _AT_REST: Final = 1e-12

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from multibody_sym.algebra.quotients import Quotient
@@ -14,6 +14,7 @@ from multibody_sym.answers.worked.exactly import Equality, Exactly, Linear, line
 from multibody_sym.answers.worked.record import Words
 from multibody_sym.kinematics.motion import accelerations, spread
 from multibody_sym.kinematics.partial_velocities import partial_velocities
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, as_node
 from multibody_sym.scalars.vectors import UNIT_MATRIX, S, Vec, add, apply, cross, dot, scale, subtract
 

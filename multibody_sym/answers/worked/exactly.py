@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from typing import Any, Final
 
@@ -16,6 +16,7 @@ from multibody_sym.algebra.quotients import Field, Quotient
 from multibody_sym.answers.symbolic_state import SymbolicState
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import as_node, symbol
 from multibody_sym.scalars.sympy_bridge import to_sympy

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, NamedTuple
 
 from multibody_sym.dynamics.derivation.notation import Notation
+from multibody_sym.records import dataclass
 
 Words = tuple[Any, ...]
 """A sentence: texts, and expressions (sympy) and quantities that stand in it."""

@@ -8,13 +8,14 @@ and are those of the start, so that nothing jumps while it moves; what has a siz
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import pairwise
 from typing import Final
 
 import numpy as np
 
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.scene.forms import Disc, Face, Rail, Symbol
 from multibody_sym.scene.items import Item, Placed, PlacedStrand
 from multibody_sym.scene.scene import Scene

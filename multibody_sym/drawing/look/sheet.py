@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Any, Final
 
@@ -14,6 +14,7 @@ from multibody_sym.drawing.picture import Pen
 from multibody_sym.drawing.projection import Projection
 from multibody_sym.drawing.style import INK, LAYER_BODY, LAYER_JOINT, LAYER_STRAND, MARKED
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.scene.forms import Axes, Face, Symbol
 from multibody_sym.scene.items import Item, Path, Placed
 from multibody_sym.scene.scene import Scene

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)

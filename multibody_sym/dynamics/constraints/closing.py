@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -25,6 +25,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import AngleRow, ExpressionRow
 from multibody_sym.numerics.arrays import EPSILON, UNDEFINED, Floats
 from multibody_sym.numerics.rank import DRAWN, damped, rank
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.ldl import factorized
 from multibody_sym.scalars.vectors import dot
 

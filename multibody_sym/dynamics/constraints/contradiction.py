@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -22,6 +21,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.dependence import contradiction
 from multibody_sym.numerics.rank import CLOSED, rank
+from multibody_sym.records import dataclass
 
 _ALLOWED: Final = 1e-8
 _ALLOWED_POSITION: Final = 1e-11

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Final
 
 import numpy as np
@@ -17,6 +17,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.dependence import NEGLIGIBLE, dependence, support
 from multibody_sym.numerics.rank import CLOSED, last_share, scaled_rows
 from multibody_sym.numerics.rank import rank as rank_of
+from multibody_sym.records import dataclass
 
 _SHARE: Final = 0.1
 

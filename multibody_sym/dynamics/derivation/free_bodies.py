@@ -9,7 +9,7 @@ that a ball carries are along the body's own axes, which makes them Euler's equa
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import sympy
@@ -25,6 +25,7 @@ from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import slot_state
 from multibody_sym.kinematics.wrenches import Wrench, generalized_forces
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.vectors import (
     UNIT_MATRIX,
     ZERO_VECTOR,

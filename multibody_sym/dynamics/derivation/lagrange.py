@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import sympy
@@ -30,6 +30,7 @@ from multibody_sym.kinematics.state import State, slot_state
 from multibody_sym.kinematics.steps import turning_momenta
 from multibody_sym.model.mechanism.mass import Mass
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, as_node, quantity, slot
 
 

@@ -7,7 +7,7 @@ book forms; past these over Nodes, whose shared parts get names.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any, Final
 
@@ -25,6 +25,7 @@ from multibody_sym.errors import ExpressionError, ModelError
 from multibody_sym.expressions.printer import text
 from multibody_sym.kinematics.masses.rates import varies
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.ldl import factorized
 from multibody_sym.scalars.node import ZERO, Node, slot, symbol

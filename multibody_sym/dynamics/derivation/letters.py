@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Final
 
 from multibody_sym.dynamics.derivation.notation import latex_name
@@ -16,6 +16,7 @@ from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism, TreeB
 from multibody_sym.model.mechanism.rows import AngleRow, DistanceRow, GearRow, PositionRow, RopeRow, Row
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.model.mechanism.units import MechanismUnits
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO
 
 TENSION, ROD, NORMAL, FRICTION, TOOTH, MOMENT = "T", "S", "N", "F", "Z", "M"

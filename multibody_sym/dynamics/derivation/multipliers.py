@@ -8,7 +8,7 @@ The tree's terms come from `lagrange`; H and gamma from phi(q, t) alone, by diff
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import sympy
@@ -32,6 +32,7 @@ from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import as_node
 from multibody_sym.scalars.vectors import S
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
 from typing import Any, Final
@@ -20,6 +19,7 @@ from multibody_sym.dynamics.derivation.record import Equation, Label
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.errors import ArgumentError, shown
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.traversal import leaves
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, NamedTuple
+
+from multibody_sym.records import dataclass
 
 
 class Label(NamedTuple):

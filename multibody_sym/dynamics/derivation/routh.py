@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from multibody_sym.algebra.quotient_functions import exact, register_angles
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError
@@ -23,6 +22,7 @@ from multibody_sym.kinematics.masses.rates import varies
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.state import slot_state
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import gradient
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.ldl import factorized

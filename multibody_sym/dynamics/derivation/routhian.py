@@ -8,7 +8,6 @@ Source: Goldstein, Classical Mechanics, section 8.3.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
 import sympy
@@ -37,6 +36,7 @@ from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.errors import ModelError
 from multibody_sym.kinematics.motion import coordinate_rates
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.records import dataclass
 
 FUNCTION: Final = "Routh's function"
 POTENTIAL: Final = "Effective potential"

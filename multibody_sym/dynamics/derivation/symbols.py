@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import sympy
 
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, TIME, Mechanism
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, slot
 
 

@@ -10,7 +10,6 @@ Sources: Vereshchagin (1974); Shimanovskii (2017); Featherstone, Rigid Body Dyna
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from multibody_sym.dynamics.formalisms.body_axes import BodyAxes, along_body_axes
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
@@ -23,6 +22,7 @@ from multibody_sym.kinematics.motion import BodyMotion, Motion, from_parent
 from multibody_sym.kinematics.state import State
 from multibody_sym.kinematics.wrenches import Wrench, to_parent
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, dot, scale, subtract
 

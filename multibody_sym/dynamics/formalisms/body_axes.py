@@ -7,10 +7,11 @@ udot = T x, where x is along the body's axes, these are constant: (T^T M T) x = 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.model.mechanism.mechanism import TreeBody
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.vectors import UNIT_MATRIX, Mat, S, apply, apply_transposed
 
 

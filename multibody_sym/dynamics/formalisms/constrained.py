@@ -17,12 +17,12 @@ lambda are found together, which squares nothing either:
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from functools import reduce
 from typing import Final, Protocol
 
 from multibody_sym.dynamics.formalisms.equations import Friction, MassFactors
 from multibody_sym.kinematics.joint_forces import along_reactions
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import maximum, sqrt
 from multibody_sym.scalars.node import ZERO, Node
 from multibody_sym.scalars.vectors import S

@@ -6,7 +6,7 @@ M udot = Q - c + H^T lambda        H udot = gamma        qdot = N u
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Protocol
 
 from multibody_sym.dynamics.formalisms.massless import completed_forces, completed_matrix
@@ -14,6 +14,7 @@ from multibody_sym.kinematics.motion import Motion, coordinate_rates
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.ldl import factorized
 from multibody_sym.scalars.vectors import S
 

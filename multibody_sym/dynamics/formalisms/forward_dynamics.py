@@ -6,7 +6,6 @@ Rows are equalities here. What holds one way only has become such rows in a mode
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from multibody_sym.kinematics.rows import constraint_jacobian, row_motions
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.least_norm import Solution, solve
 from multibody_sym.numerics.rank import PIVOT, vanishes
+from multibody_sym.records import dataclass
 
 
 @dataclass(frozen=True)

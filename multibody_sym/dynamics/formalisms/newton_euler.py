@@ -10,7 +10,6 @@ reactions are eliminated first, from the leaves inward, as linear functions of u
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from multibody_sym.dynamics.formalisms.equations import EquationsOfMotion, equations
 from multibody_sym.dynamics.formalisms.inverse_dynamics import inertia_wrenches
@@ -22,6 +21,7 @@ from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.state import State
 from multibody_sym.kinematics.wrenches import Wrench, to_parent
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.vectors import S, add, dot
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 from multibody_sym.dynamics.formalisms.equations import MassFactors, TreeDynamics, tree_dynamics
@@ -12,6 +11,7 @@ from multibody_sym.kinematics.loads import applied
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.kinematics.wrenches import Wrench, generalized_forces
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.vectors import S, negate
 
 

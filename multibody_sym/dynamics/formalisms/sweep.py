@@ -18,7 +18,6 @@ Sources: Vereshchagin (1974); Featherstone, Rigid Body Dynamics Algorithms, chap
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
@@ -32,6 +31,7 @@ from multibody_sym.kinematics.motion import Motion, from_parent
 from multibody_sym.kinematics.state import State
 from multibody_sym.kinematics.wrenches import Wrench, joint_projection, to_parent
 from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.ldl import Factors, factorized
 from multibody_sym.scalars.vectors import ZERO_VECTOR, Mat, S, Vec, add, combination, dot, subtract, symmetric
 

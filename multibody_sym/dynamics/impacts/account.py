@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from multibody_sym.dynamics.impacts.problem import CLOSING, GAIN, ImpactProblem,
 from multibody_sym.dynamics.laws.problem import STICKS, Equality, Friction, LawProblem, Unilateral
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import ROUNDED
+from multibody_sym.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ by K = B^T B, and 1/K_nn is its apparent mass. Rows of Q R that depend on others
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from multibody_sym.errors import NoSolutionError
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.pivoted_qr import pivoted_qr
 from multibody_sym.numerics.rank import DRAWN, exact, idle, scaled_rows
+from multibody_sym.records import dataclass
 
 
 @dataclass(frozen=True)

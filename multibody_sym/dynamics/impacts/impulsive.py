@@ -8,7 +8,7 @@ mechanism like any other, whose accelerations, multipliers and reactions are jum
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Final
 
@@ -30,6 +30,7 @@ from multibody_sym.model.mechanism.one_way import FrictionPart, Mode, OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO, Node
 
 _ALIKE: Final = 1e-12

@@ -10,7 +10,6 @@ Impact Mechanics, 4.)
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -18,6 +17,7 @@ import numpy as np
 from multibody_sym.dynamics.impacts.restitution import Goal, Normal
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 EXACT: Final = 1e-13
 """Relative error of a step."""

@@ -8,7 +8,7 @@ a row that defines its multiplier.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from multibody_sym.dynamics.laws.search import find
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_squares
+from multibody_sym.records import dataclass
 
 AT_REST = 1e-12
 """Part of the largest speed below which v_t is rounding."""

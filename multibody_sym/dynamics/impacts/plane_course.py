@@ -9,7 +9,7 @@ to `Choose`: floats take one way, Programs both, closed forms the one that numbe
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Protocol
 
 from multibody_sym.dynamics.impacts.impulsive import Blow, rubbing
@@ -22,6 +22,7 @@ from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.numerics.rank import ROUNDING
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import where
 from multibody_sym.scalars.functions import absolute, minimum, sign, sqrt
 from multibody_sym.scalars.node import ZERO, as_node, less

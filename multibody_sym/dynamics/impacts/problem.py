@@ -13,11 +13,11 @@ prescribed speed. Given impulses have acted: r = -v- after them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final, Literal
 
 from multibody_sym.dynamics.laws.problem import LawProblem
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 ImpactLaw = Literal["newton", "poisson", "stronge"]
 """What a coefficient of restitution is: a ratio of speeds, of impulses, or its square one of works."""

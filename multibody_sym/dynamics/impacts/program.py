@@ -9,7 +9,6 @@ all others are written out.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
@@ -30,6 +29,7 @@ from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Solve
 from multibody_sym.program.trace import Trace
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import where
 from multibody_sym.scalars.functions import absolute, sqrt
 from multibody_sym.scalars.node import ZERO, Node, as_node, less

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Literal
 
 from multibody_sym.dynamics.impacts.problem import ImpactLaw
+from multibody_sym.records import dataclass
 
 
 @dataclass(frozen=True)

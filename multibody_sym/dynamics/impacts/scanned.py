@@ -8,7 +8,7 @@ strikes is solved for at the end, from the power of each row's impulse in all co
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 from multibody_sym.dynamics.formalisms.block_ldl import eliminated, inward, outward
@@ -38,6 +38,7 @@ from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.program.passes import Bodies, Pass, Result, Values, scan_tree
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, slot
 from multibody_sym.scalars.traversal import leaves

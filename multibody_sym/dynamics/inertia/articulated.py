@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from multibody_sym.dynamics.inertia.rigid import RigidInertia, about_origin
 from multibody_sym.kinematics.motion import BodyMass
 from multibody_sym.kinematics.wrenches import Wrench
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.tensors import lower_triangle, turned_symmetric, turned_tensor
 from multibody_sym.scalars.vectors import (
     Mat,

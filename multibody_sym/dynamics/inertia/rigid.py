@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from multibody_sym.kinematics.motion import BodyMass
 from multibody_sym.kinematics.wrenches import Wrench
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.tensors import lower_triangle, turned_symmetric
 from multibody_sym.scalars.vectors import (
     ZERO_VECTOR,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
@@ -12,6 +11,7 @@ from multibody_sym.dynamics.laws.mode_solve import Trial, across_slip, active_ro
 from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS
 from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Scaled
 from multibody_sym.numerics.arrays import EPSILON, Floats
+from multibody_sym.records import dataclass
 
 ACCEPTED: Final = 1e-10
 """Inequalities hold to this part of the terms of their row, and of the largest force."""

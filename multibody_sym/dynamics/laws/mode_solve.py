@@ -10,7 +10,6 @@ found by Newton's method around that solve.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
@@ -22,6 +21,7 @@ from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Places, Scale
 from multibody_sym.numerics.arrays import EPSILON, Floats
 from multibody_sym.numerics.pivoted_qr import pivoted_qr
 from multibody_sym.numerics.rank import exact, least_squares
+from multibody_sym.records import dataclass
 
 SETTLED: Final = 1e-13
 PASSES: Final = 30

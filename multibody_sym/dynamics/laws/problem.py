@@ -17,10 +17,10 @@ impulse D = -1 and no terms of velocity. Corrections of positions are the same w
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final, Literal
 
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 INACTIVE: Final = 0
 STICKS: Final = 0

@@ -8,7 +8,6 @@ N = N+ + N-, N+ - N- = z: w = N+ = z + N- beside N- >= 0. What slides already ex
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import product
 from typing import Final
 
@@ -20,6 +19,7 @@ from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Scaled
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.complementarity import Complementary, lemke
 from multibody_sym.numerics.rank import least_squares
+from multibody_sym.records import dataclass
 
 EDGES: Final = 8
 LINE: Final = np.array([[1.0], [-1.0]])

@@ -5,7 +5,6 @@ K = A X + D.. of these rows is formed, which squares the condition of A: it prop
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -14,6 +13,7 @@ from multibody_sym.dynamics.laws.mode_solve import restricted
 from multibody_sym.dynamics.laws.scaled import Places, Scaled
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import ROUNDED, least_squares, null_space
+from multibody_sym.records import dataclass
 
 LEFT: Final = 1e-14
 """What equalities leave of rows of unit length that depend on them: rounding, which must not look like a row."""

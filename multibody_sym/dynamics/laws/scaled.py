@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from multibody_sym.dynamics.laws.problem import Equality, FrictionLaw, LawProblem, Unilateral
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 Places = NDArray[np.intp]
 Flags = NDArray[np.bool_]

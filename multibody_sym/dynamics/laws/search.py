@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from multibody_sym.dynamics.laws.ties import Ties, rate_problem, tied, with_rate
 from multibody_sym.dynamics.laws.uniqueness import undetermined
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 
 def find(

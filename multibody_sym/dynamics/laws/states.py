@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import product
 from typing import Final
@@ -19,6 +19,7 @@ from multibody_sym.dynamics.laws.reduction import Reduced, reduced
 from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Scaled
 from multibody_sym.dynamics.laws.uniqueness import SEEN, admissible
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 FLIPS: Final = 10
 SAME: Final = 1e-8

@@ -14,7 +14,7 @@ Where exact numbers tell what is left at a limit, too little for floats, the sam
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from multibody_sym.dynamics.laws.problem import IN_SPACE, STICKS
 from multibody_sym.dynamics.laws.scaled import Flags, Modes, Part, Places, Scaled
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import ROUNDED, null_space
+from multibody_sym.records import dataclass
 
 
 @dataclass(frozen=True)

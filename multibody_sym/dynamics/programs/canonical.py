@@ -10,7 +10,6 @@ M is never formed. Q holds all loads and the weight; the multipliers are those o
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from multibody_sym.dynamics.formalisms.block_ldl import block_ldl, tree_factors
 from multibody_sym.dynamics.formalisms.massless import verify_massive
@@ -29,6 +28,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import gradient
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot

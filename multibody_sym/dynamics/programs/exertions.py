@@ -9,7 +9,7 @@ them too.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 from multibody_sym.dynamics.formalisms.inverse_dynamics import joint_wrenches
@@ -22,6 +22,7 @@ from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.rows import RowMotion
 from multibody_sym.kinematics.wrenches import NO_WRENCH, Wrench, generalized_forces, to_parent
 from multibody_sym.model.mechanism.loads import MassFlow
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, apply, cross, dot, negate, scale
 
 SECTIONS: Final = ("gravity", "forces", "constraints", "contacts", "bodies", "joints")

@@ -15,7 +15,6 @@ Source: C. W. Gear, B. Leimkuhler, G. K. Gupta, Automatic integration of Euler-L
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
@@ -27,6 +26,7 @@ from multibody_sym.program.forward import total_jacobian
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO, Node, as_node
 
 

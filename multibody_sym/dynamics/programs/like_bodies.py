@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 from multibody_sym.kinematics.state import State
 from multibody_sym.model.mechanism.loads import JointForce, JointSpring, Load
 from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
 from multibody_sym.program.passes import Bodies
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, slot
 

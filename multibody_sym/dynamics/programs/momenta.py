@@ -8,11 +8,11 @@ L_A about any point A has the velocities that the world sees, whether A moves or
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 from multibody_sym.kinematics.energy import kinetic_energy, potential_energy
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.wrenches import Wrench, generalized_forces
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, apply, cross, scale, subtract
 
 

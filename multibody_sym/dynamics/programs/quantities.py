@@ -7,7 +7,6 @@ forces and inputs.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
@@ -49,6 +48,7 @@ from multibody_sym.model.mechanism.mass import COM, Pose
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate, sqrt
 from multibody_sym.scalars.node import Node, as_node, symbol
 from multibody_sym.scalars.traversal import leaves

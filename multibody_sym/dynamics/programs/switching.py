@@ -16,7 +16,6 @@ to rest where its friction has no direction, so that they keep steps short.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property, reduce
 from typing import Final, Literal
 
@@ -29,6 +28,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import absolute, minimum, sqrt
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import S, Vec

@@ -12,7 +12,7 @@ that change nothing are out.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -33,6 +33,7 @@ from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.kinematics.row_sizes import power_terms
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 NEAR: Final = 1e-6
 """Values that are all given change as little as possible where rows are missed by less than this part of their size."""

@@ -11,7 +11,6 @@ leaves the others open, and judged is what it does about axes normal to theirs.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -25,6 +24,7 @@ from multibody_sym.model.mechanism.mass import GROUND
 from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import TYPED, null_space
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO, slot
 from multibody_sym.scalars.vectors import ZERO_VECTOR
 

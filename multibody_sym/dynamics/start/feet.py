@@ -7,7 +7,6 @@ Rows are closed from the nearest of many places along it.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -26,6 +25,7 @@ from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import PositionRow
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
+from multibody_sym.records import dataclass
 
 _PLACES: Final = 360
 """How many places are looked at along a curve: a degree of an outline apart."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Final
 
 from multibody_sym.dynamics.start.smooth_motions import Jump, first_jump
 from multibody_sym.errors import ModelError, at
 from multibody_sym.model.declaration.system import System, expressions
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.kinks import switching_functions
 from multibody_sym.scalars.node import Node, number, symbol

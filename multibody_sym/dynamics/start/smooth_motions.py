@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Set
-from dataclasses import dataclass
 from itertools import islice
 from typing import Final
 
@@ -17,6 +16,7 @@ from multibody_sym.model.declaration.constraints import VelocityConstraint
 from multibody_sym.model.declaration.system import System, expressions
 from multibody_sym.model.resolution.driving_inputs import with_driving_inputs
 from multibody_sym.numerics.sign_changes import PIECES, Function, zeros
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.branches import Branch, branches, poles
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.functions import evaluate_float

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final, TypeVar
 
 from multibody_sym.errors import MultibodyError
@@ -25,6 +25,7 @@ from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.model.mechanism.rows import DistanceRow, RopeRow, Row
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.numerics.arrays import UNDEFINED
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import evaluate_float, sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node

@@ -12,7 +12,6 @@ theorem 5.1 of Butcher) and IV.8 (the transformed Newton equations, the error es
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
 from typing import Final
@@ -21,6 +20,7 @@ import numpy as np
 
 from multibody_sym.integrators.methods.surd import Surd, surd
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,12 @@ Nothing of these is imported here: `steppers` does when a run asks for a step.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
 from typing import Final
 
 from multibody_sym.errors import OutputError
+from multibody_sym.records import dataclass
 
 SCIPY: Final = "scipy"
 SUNDIALS: Final = "scikit-sundae"

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import count
@@ -19,6 +18,7 @@ import numpy as np
 from multibody_sym.integrators.methods.dormand_prince_8 import dormand_prince_8
 from multibody_sym.integrators.methods.runge_kutta import Tableau
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 Weights = tuple[Fraction, ...]
 

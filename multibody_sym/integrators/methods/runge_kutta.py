@@ -8,7 +8,6 @@ extension may need stages beyond the end point; they are evaluated only in steps
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, Final
@@ -17,6 +16,7 @@ import numpy as np
 
 from multibody_sym.integrators.methods.order_conditions import reached_dense_order, reached_order, stage_weights
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 Weights = tuple[Fraction, ...]
 

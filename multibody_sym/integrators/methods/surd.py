@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from math import isqrt
 from typing import Final
+
+from multibody_sym.records import dataclass
 
 _SCALE: Final = 10**40
 

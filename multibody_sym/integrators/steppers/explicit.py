@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from multibody_sym.integrators.flow import Flow, Step, Trial, combination, require_finite
 from multibody_sym.integrators.methods.runge_kutta import Tableau
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Final
 
 import numpy as np
@@ -11,6 +11,7 @@ from multibody_sym.integrators.flow import Flow, Step, Trial, combination, hermi
 from multibody_sym.integrators.methods.multistep import AdamsBashforthMoulton, Stoermer, StoermerVerlet
 from multibody_sym.integrators.steppers.explicit import ExplicitStepper
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 
 SAME_LENGTH: Final = 1e-9  # by which steps may differ and count as equal
 FARTHEST_TURN: Final = 2.0  # of a ball since the oldest point that is used, in radians

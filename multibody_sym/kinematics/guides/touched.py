@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from math import hypot
 from typing import Final
 
@@ -17,6 +16,7 @@ from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.contact_rows import Bent, ContactRow, Round
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ONE, ZERO, negate
 from multibody_sym.scalars.vectors import Vec, cross, subtract
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
 
@@ -12,6 +11,7 @@ from multibody_sym.kinematics.motion import Motion, coordinate_rates
 from multibody_sym.model.mechanism.loads import Load, MassFlow
 from multibody_sym.model.mechanism.mass import Mass
 from multibody_sym.model.mechanism.mechanism import TIME, Mechanism, TreeBody
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.node import ONE, Node, as_node, slot
 from multibody_sym.scalars.vectors import Mat, S, Vec, add, apply, cross, dot, scale, symmetric

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any, ClassVar, Final, cast
 
 from multibody_sym.errors import ModelError, at, suggestion
@@ -29,6 +28,7 @@ from multibody_sym.model.declaration.values import (
     described,
     scalar,
 )
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 
 _INERTIA: Final = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, ClassVar, Final
 
 from multibody_sym.errors import ModelError
@@ -18,6 +17,7 @@ from multibody_sym.model.declaration.contacts import (
 from multibody_sym.model.declaration.curves.curve import Curve, CurveField
 from multibody_sym.model.declaration.fields import Element, ListOf, MapOf, Names, OneOf, OneOrMap, Record, holds
 from multibody_sym.model.declaration.values import AXES, Choice, Count, Direction, Flag, Point, Scalar, Text
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 
 _ACTS: Final = Choice(("in_joints",))

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Final
 
 from multibody_sym.errors import ModelError
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.fields import Element, ListOf, holds
 from multibody_sym.model.declaration.values import Count, Direction, Flag, Point, Scalar, Text, is_text, scalar
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 
 ENOUGH: Final = "enough"

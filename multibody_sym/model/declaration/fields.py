@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, fields
 from functools import cache
 from types import MappingProxyType
 from typing import Any, ClassVar, Final, Self
@@ -25,6 +25,7 @@ from multibody_sym.model.declaration.values import (
     is_gap,
     scalar,
 )
+from multibody_sym.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, Final
 
 from multibody_sym.errors import ModelError, at, suggestion
@@ -12,6 +11,7 @@ from multibody_sym.model.declaration.fields import Element, Record, fields_of, f
 from multibody_sym.model.declaration.joints import JOINTS
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.declaration.values import Count, Text, described, is_text
+from multibody_sym.records import dataclass
 
 VERSION: Final = "1"
 VERSION_KEY: Final = "multibody_sym"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar, Final
 
 from multibody_sym.errors import ModelError
@@ -17,6 +16,7 @@ from multibody_sym.model.declaration.values import (
     Text,
     Vector,
 )
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 
 

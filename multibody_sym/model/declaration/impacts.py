@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any, Final
 
 from multibody_sym.errors import ModelError, at
@@ -16,6 +15,7 @@ from multibody_sym.model.declaration.contacts import (
 )
 from multibody_sym.model.declaration.fields import Element, ListOf, MapOf, Names, Record, fields_of, fields_tree, holds
 from multibody_sym.model.declaration.values import Choice, Direction, Point, Scalar, Text, Vector, described, is_text
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 
 ONLY: Final = "impact"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
@@ -12,6 +11,7 @@ from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.fields import Element, ListOf, Record, holds
 from multibody_sym.model.declaration.steps import FreeStep, Step, free_steps
 from multibody_sym.model.declaration.values import Flag, Flags, OptionalScalars, Scalar, Text
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 
 

@@ -7,7 +7,6 @@ translates along, rotates about, or screws along an axis that the steps before i
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any, ClassVar, Final
 
 from multibody_sym.errors import ModelError
@@ -18,6 +17,7 @@ from multibody_sym.model.declaration.joint import Joint, MovingJoint
 from multibody_sym.model.declaration.steps import Ball, Rotate, Step, Translate
 from multibody_sym.model.declaration.steps import Screw as ScrewStep
 from multibody_sym.model.declaration.values import Choice, Direction, Point, Scalar, Text
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import PI, ZERO, Node
 
 _AXES: Final = {letter: Direction().accept(letter) for letter in "xyz"}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, Final
 
 from multibody_sym.errors import ModelError
@@ -12,6 +11,7 @@ from multibody_sym.expressions.parser import parse_scalar
 from multibody_sym.expressions.units import DIMENSIONLESS, Dimension, parse_unit
 from multibody_sym.model.declaration.fields import Element, fields_tree, from_fields, holds
 from multibody_sym.model.declaration.values import Flag, Scalar, Text, is_text
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, Final
 
 from multibody_sym.errors import ModelError, at
@@ -13,6 +12,7 @@ from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.fields import Element, ListOf, MapOf, Names, Record, fields_of, holds
 from multibody_sym.model.declaration.states import Moment, MomentField, TimeOrMoment, state_condition
 from multibody_sym.model.declaration.values import Choice, Direction, Field, Flag, Point, Scalar, Text, described
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.kinks import is_condition
 from multibody_sym.scalars.node import Node, symbol

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any, Final
 
 from multibody_sym.errors import ModelError, suggestion
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.fields import MapOf
 from multibody_sym.model.declaration.values import Condition, Scalar, described
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.kinks import is_condition
 from multibody_sym.scalars.node import Node
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Final
 
 from multibody_sym.errors import ModelError
@@ -10,6 +9,7 @@ from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.curves.curve import Curve, CurveField
 from multibody_sym.model.declaration.fields import Element, ListOf, holds
 from multibody_sym.model.declaration.values import Choice, Direction, Flag, Point, Scalar, Vector, scalar
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node, quantity, symbol
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from typing import Any, Final, NamedTuple
 
 from multibody_sym.errors import ModelError, at
@@ -22,6 +22,7 @@ from multibody_sym.model.declaration.settings import Ask, AskField, Settings
 from multibody_sym.model.declaration.states import StateCondition, StopCondition
 from multibody_sym.model.declaration.tables import Constant, InputField, Table
 from multibody_sym.model.declaration.values import Point, Scalar, Text, Vector, described, listed
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, symbol, symbol_with
 from multibody_sym.scalars.traversal import leaves

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
 from multibody_sym.errors import ModelError, at
@@ -13,6 +12,7 @@ from multibody_sym.expressions.units import Dimension
 from multibody_sym.model.declaration.fields import Element, fields_tree, from_fields, holds
 from multibody_sym.model.declaration.parameters import DimensionField, with_unit
 from multibody_sym.model.declaration.values import Choice, Scalar, content_of, described, scalar
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import where
 from multibody_sym.scalars.node import Node, as_node, less, symbol
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 from multibody_sym.errors import ArgumentError, ModelError, at, shown, suggestion
 from multibody_sym.expressions.parser import parse_scalar
 from multibody_sym.expressions.printer import text
 from multibody_sym.expressions.units import DIMENSIONLESS, Dimension, parse_unit
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import node_of
 from multibody_sym.scalars.kinks import is_condition
 from multibody_sym.scalars.node import ONE, ZERO, Node, negate

@@ -8,13 +8,13 @@ cross; or of a curve in a plane model with a plane, a centre with a radius or an
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar, Final, Literal
 
 from multibody_sym.model.declaration.steps import is_upright
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.rows import Multiplier, WithoutLine
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO, Node, slot
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.rows import Multiplier, Row, VelocityRow
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ONE, ZERO, Node
 
 

@@ -8,7 +8,7 @@ impulses in the joints. `dynamics/impacts/impulsive.py` makes that mechanism.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar, Final
 
 from multibody_sym.model.declaration.steps import is_upright
@@ -17,6 +17,7 @@ from multibody_sym.model.mechanism.loads import Load
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.rows import Multiplier, Row, WithoutLine
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, slot
 
 MEETING: Final = "meeting"

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 from multibody_sym.model.mechanism.mass import Pose
+from multibody_sym.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Container
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Final
 
 from multibody_sym.model.declaration.bodies import Body, Frame, Shape, VariableMass
 from multibody_sym.model.declaration.values import Point
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node
 from multibody_sym.scalars.rotations import turned

@@ -6,7 +6,7 @@ Every expression in it is written in slots: `t[0]`, `q[i]`, `u[i]`, `parameters[
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Final
 
@@ -22,6 +22,7 @@ from multibody_sym.model.mechanism.mass import GROUND, Mass, Pose
 from multibody_sym.model.mechanism.one_way import Mode, OneWay
 from multibody_sym.model.mechanism.parameters import ParameterVector
 from multibody_sym.model.mechanism.rows import AngleRow, CutJoint, PositionRow, Row
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.node import ZERO, Node, slot
 

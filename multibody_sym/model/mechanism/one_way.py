@@ -8,10 +8,11 @@ force along t, at most `static` times the normal force N while it sticks, -`kine
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Final, Literal
 
 from multibody_sym.model.mechanism.rows import Row
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ONE, ZERO, Node
 
 INACTIVE: Final = 0

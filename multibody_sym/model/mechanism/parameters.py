@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 from typing import Final
 
 from multibody_sym.expressions.units import Dimension
 from multibody_sym.model.mechanism.start_constants import Measure, RopeLength, TangentAngle
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, as_node, slot
 
 ARRAY: Final = "parameters"

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.rows import Multiplier, RopeRow, Row
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 
 

@@ -6,7 +6,6 @@ Each kind has the `unit` of its multiplier in SI; None where its expression, `ze
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from multibody_sym.model.declaration.steps import is_flat, is_upright
@@ -14,6 +13,7 @@ from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.markers import NOWHERE, Marker
 from multibody_sym.model.mechanism.mass import ORIGIN
 from multibody_sym.model.mechanism.rope_path import Bend
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO, Node
 
 Multiplier = Literal["rope", "rod", "force", "multiplier"]

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.records import dataclass
 
 
 @dataclass(frozen=True)

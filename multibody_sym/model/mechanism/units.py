@@ -7,7 +7,6 @@ were declared with. A row's multiplier times the derivative of the row by a coor
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
@@ -17,6 +16,7 @@ from multibody_sym.expressions.units import DIMENSIONLESS, ENERGY, MASS, TIME, D
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, NORMAL, Mechanism
 from multibody_sym.model.mechanism.parameters import ParameterEntry
 from multibody_sym.model.mechanism.rows import ExpressionRow, Row, VelocityRow
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.node import ONE, Node
 from multibody_sym.scalars.traversal import leaves

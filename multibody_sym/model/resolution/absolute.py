@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Container, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 from multibody_sym.errors import ModelError, suggestion
@@ -26,6 +26,7 @@ from multibody_sym.model.resolution.cuts import has_rows
 from multibody_sym.model.resolution.measured import has_formula
 from multibody_sym.model.resolution.plane import in_plane
 from multibody_sym.model.resolution.spanning_tree import coordinate_names, speed_names
+from multibody_sym.records import dataclass
 
 _CENTRE: Final = "centre of mass"
 _MOST: Final = 8

@@ -6,7 +6,7 @@ The one place where what is declared is changed: functions take these options by
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from multibody_sym.errors import ModelError, at, suggestion
@@ -20,6 +20,7 @@ from multibody_sym.model.declaration.tables import InputField
 from multibody_sym.model.declaration.values import is_gap, scalar
 from multibody_sym.model.resolution.absolute import unknown_coordinate
 from multibody_sym.model.resolution.spanning_tree import coordinate_names, speed_names
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 
 

@@ -14,7 +14,7 @@ they name which have this power; what the joints transmit on their account is th
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 from multibody_sym.errors import ModelError, at
@@ -26,6 +26,7 @@ from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism, TreeB
 from multibody_sym.model.mechanism.rows import ExpressionRow, VelocityRow
 from multibody_sym.model.resolution.plane import in_plane
 from multibody_sym.model.resolution.spanning_tree import body_part
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.traversal import leaves
 

@@ -15,7 +15,6 @@ does no work and is left out.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from math import hypot, isfinite
 from typing import Final
@@ -28,6 +27,7 @@ from multibody_sym.model.mechanism.mass import Pose, unit_vector
 from multibody_sym.model.mechanism.rows import GearRow
 from multibody_sym.model.resolution.references import References
 from multibody_sym.model.resolution.spanning_tree import body_part
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float, sqrt
 from multibody_sym.scalars.node import Node, as_node, slot
 from multibody_sym.scalars.traversal import leaves

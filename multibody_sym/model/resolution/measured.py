@@ -7,7 +7,6 @@ ball's quaternion that of M's axes from F's. Rates are exact derivatives, and a 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 from multibody_sym.model.declaration.bodies import Turn
@@ -18,6 +17,7 @@ from multibody_sym.model.mechanism.mass import unit_vector
 from multibody_sym.model.mechanism.mechanism import TreeBody
 from multibody_sym.model.resolution.references import BARE, References
 from multibody_sym.model.resolution.spanning_tree import body_part, coordinate_names, speed_names
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import cos, sin
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, slot, symbol

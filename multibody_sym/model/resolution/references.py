@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Final
 
 from multibody_sym.errors import ModelError, at, suggestion
@@ -17,6 +17,7 @@ from multibody_sym.model.mechanism.rope_path import Bend
 from multibody_sym.model.mechanism.rows import Drive, ExpressionRow, Row, VelocityRow
 from multibody_sym.model.mechanism.start_constants import Measure
 from multibody_sym.model.resolution.spanning_tree import body_part, coordinate_names, speed_names
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.node import ZERO, Node, symbol
 

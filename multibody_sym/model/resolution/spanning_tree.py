@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 from multibody_sym.errors import ModelError, at, suggestion
@@ -12,6 +11,7 @@ from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.joint import Joint, MovingJoint
 from multibody_sym.model.declaration.system import System, expressions
 from multibody_sym.model.mechanism.mass import GROUND
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.traversal import leaves
 
 MOST_BODIES: Final = 20_000

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
+from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import load
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, as_node

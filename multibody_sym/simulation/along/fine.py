@@ -7,7 +7,7 @@ polynomial through five places is integrated (Boole's rule at their ends).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.program.program import Program
+from multibody_sym.records import dataclass
 from multibody_sym.runtime.integration import Integration, integrate
 from multibody_sym.runtime.loading import Backend, Compiled, load
 from multibody_sym.runtime.problem import Problem

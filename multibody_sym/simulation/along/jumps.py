@@ -10,7 +10,7 @@ does work too: with b = dT/du at u = 0, the momenta that it gives, and the rates
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import ROUNDED, least_squares
+from multibody_sym.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Final
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from multibody_sym.analysis.theorems.program import INTEGRAL, THEOREMS, theorems_program
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Backend, Compiled
 from multibody_sym.simulation.along.fine import MOST_PIECES, Stretch, integral, with_program
 from multibody_sym.simulation.along.jumps import Passed

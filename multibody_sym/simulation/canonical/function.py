@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -15,6 +15,7 @@ from multibody_sym.model.declaration.system import System, verify_system
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.numbers import vector
+from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Backend, Compiled, load
 from multibody_sym.simulation.arguments import Arguments, Values
 

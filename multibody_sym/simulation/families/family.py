@@ -7,7 +7,7 @@ look clears is what is declared. Others are none of a family: they are resolved 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property, partial
 from typing import Any, Final, NamedTuple
 
@@ -22,6 +22,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import Mode
 from multibody_sym.model.resolution.changes import Changes
 from multibody_sym.model.resolution.resolve import mechanism
+from multibody_sym.records import dataclass
 from multibody_sym.runtime import loading
 from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.loading import Backend

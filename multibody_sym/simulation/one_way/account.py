@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from multibody_sym.dynamics.programs.friction_power import friction_power_program
 from multibody_sym.dynamics.programs.law_rows import friction_parts
@@ -11,6 +11,7 @@ from multibody_sym.kinematics.energy import split
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import STICKS
 from multibody_sym.model.mechanism.rows import VelocityRow
+from multibody_sym.records import dataclass
 from multibody_sym.simulation.along.fine import Stretch, integral, with_program
 
 

@@ -8,7 +8,7 @@ is another.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 from typing import Final
 
@@ -18,6 +18,7 @@ from multibody_sym.dynamics.laws.assemble import PosedLaws
 from multibody_sym.dynamics.laws.problem import LawState
 from multibody_sym.model.mechanism.one_way import STICKS, FrictionPart, Mode, OneWay
 from multibody_sym.numerics.rank import SWITCHED, least_squares, rank
+from multibody_sym.records import dataclass
 
 _ALLOWED: Final = 1e-9
 """The part of the largest force by which bounds may be missed."""

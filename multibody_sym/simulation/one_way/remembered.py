@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from multibody_sym.records import dataclass
 from multibody_sym.simulation.one_way.decision import Decided
 from multibody_sym.simulation.one_way.modes import Key
 from multibody_sym.simulation.one_way.stretches import Stretch

@@ -8,7 +8,7 @@ then on. A run is looked at sample by sample, too: one in which a point has come
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 from multibody_sym.errors import ModelError, at
@@ -17,6 +17,7 @@ from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.simulation.one_way.decision import Decided
 from multibody_sym.simulation.one_way.facts import Facts

@@ -10,7 +10,6 @@ to the search. `turns.c` does the same.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -19,6 +18,7 @@ from multibody_sym.dynamics.programs.switching import Switching
 from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, Mode, OneWay
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_worth
+from multibody_sym.records import dataclass
 from multibody_sym.simulation.one_way import settling
 from multibody_sym.simulation.one_way.decision import SOON, Decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws

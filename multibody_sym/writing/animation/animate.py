@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from html import escape
 from typing import Any, Final
 
@@ -15,6 +14,7 @@ from multibody_sym.errors import ArgumentError, InputError, Where
 from multibody_sym.errors import shown as shown_value
 from multibody_sym.expressions.chosen_units import Units, chosen_units
 from multibody_sym.formats.files import path_name, write_whole
+from multibody_sym.records import dataclass
 from multibody_sym.simulation.plot import plot_of
 from multibody_sym.simulation.samples import Samples
 from multibody_sym.writing.animation.frames import MOST, Frames, frames_of

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
@@ -13,6 +12,7 @@ from multibody_sym.drawing.look.sheet import extent
 from multibody_sym.drawing.projection import Projection, view_of
 from multibody_sym.errors import InputError, suggestion
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.scene.forms import ZERO, Symbol, vector
 from multibody_sym.scene.items import Anchor, Placed, PlacedStrand
 from multibody_sym.scene.scene import Scene, scene_of

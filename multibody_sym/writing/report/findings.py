@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any, Final, TypeVar
 
 from multibody_sym.analysis.derivations import derive
@@ -15,6 +14,7 @@ from multibody_sym.drawing.figure import Figure
 from multibody_sym.errors import MultibodyError
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.system import System
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
 from multibody_sym.simulation.simulate import simulate

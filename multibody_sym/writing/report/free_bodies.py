@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Final
 
@@ -24,6 +24,7 @@ from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.model.mechanism.rows import RopeRow, Row
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import least_squares
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.vectors import Vec, scale
 from multibody_sym.scene.forms import vector
 from multibody_sym.scene.items import Anchor, ArrowItem, Placed

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final
 
@@ -13,6 +12,7 @@ from multibody_sym.expressions.chosen_units import SI, Units, chosen_units
 from multibody_sym.formats.files import path_name, write_whole
 from multibody_sym.model.declaration.system import System, verify_system
 from multibody_sym.model.resolution.changes import Changes
+from multibody_sym.records import dataclass
 from multibody_sym.writing.report.findings import Findings, Missing, findings
 
 ENDINGS: Final = (".html", ".tex")

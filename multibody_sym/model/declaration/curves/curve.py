@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final
 
@@ -10,6 +9,7 @@ from multibody_sym.errors import ModelError
 from multibody_sym.expressions.printer import text
 from multibody_sym.model.declaration.fields import Element, Record, holds
 from multibody_sym.model.declaration.values import AXES, Choice, Point, Scalar, Text
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.kinks import switching_functions
 from multibody_sym.scalars.node import ZERO, Node, as_node, quantity, symbol

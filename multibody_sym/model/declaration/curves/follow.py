@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import NamedTuple, Self
 
@@ -11,6 +11,7 @@ from multibody_sym.model.declaration.curves.curve import Curve
 from multibody_sym.model.declaration.joint import Joint
 from multibody_sym.model.declaration.steps import Apart, OneCoordinate, is_flat, is_upright
 from multibody_sym.model.declaration.values import Point
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import atan2, evaluate, sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, slot

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from multibody_sym.model.declaration.fields import ListOf, holds
 from multibody_sym.model.declaration.joints import CurveJoint
 from multibody_sym.model.declaration.values import Count, Text
+from multibody_sym.records import dataclass
 
 
 @dataclass(frozen=True, kw_only=True)

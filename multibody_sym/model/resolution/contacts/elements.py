@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 from typing import Final
 
@@ -38,6 +38,7 @@ from multibody_sym.model.resolution.plane import in_plane, moves_in_plane
 from multibody_sym.model.resolution.references import References
 from multibody_sym.model.resolution.spanning_tree import body_part
 from multibody_sym.model.resolution.surface_tangents import surface_tangents, turned_tangents
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO, Node
 from multibody_sym.scalars.vectors import dot, negate, scale, subtract
 

@@ -7,7 +7,6 @@ space bars touch balls and other bars with their sides; edges of boxes are bars 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import permutations, product
 from typing import Final
 
@@ -21,6 +20,7 @@ from multibody_sym.model.mechanism.markers import NOWHERE, Marker
 from multibody_sym.model.mechanism.mass import GROUND, ORIGIN, OWN_POINTS, Pose, unit_vector
 from multibody_sym.model.resolution.references import BARE, References
 from multibody_sym.model.resolution.spanning_tree import body_part
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.functions import evaluate, sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, negate

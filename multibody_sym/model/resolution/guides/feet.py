@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 from multibody_sym.errors import ModelError, at, suggestion
 from multibody_sym.model.declaration.bodies import Body
@@ -23,6 +23,7 @@ from multibody_sym.model.mechanism.mass import GROUND, OWN_POINTS
 from multibody_sym.model.resolution.contacts.elements import copies
 from multibody_sym.model.resolution.references import BARE
 from multibody_sym.model.resolution.spanning_tree import body_part, coordinate_names, speed_names
+from multibody_sym.records import dataclass
 
 
 def with_feet(system: System) -> System:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 from multibody_sym.errors import ModelError
@@ -16,6 +15,7 @@ from multibody_sym.model.mechanism.one_way import FrictionPart
 from multibody_sym.model.mechanism.rows import Row
 from multibody_sym.model.resolution.cuts import normals_of
 from multibody_sym.model.resolution.references import Freedom
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node
 from multibody_sym.scalars.vectors import Vec, cross
 

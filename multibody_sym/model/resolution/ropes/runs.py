@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 from multibody_sym.errors import ModelError, at, suggestion
@@ -14,6 +14,7 @@ from multibody_sym.model.mechanism.rope_rows import RopeSlipRow
 from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.model.mechanism.start_constants import Measure, RopeLength, TangentDirection, WrapAngle
 from multibody_sym.model.resolution.references import References
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ONE, ZERO, Node, negate
 
 

@@ -1,0 +1,62 @@
+"""`dataclass`, completed when a class is first used: a command uses a third of the classes that it imports.
+
+The standard library compiles half a dozen methods for each class while its module is imported, which took half of the
+time in which a command starts. The same methods are made here, by the standard library; only the moment differs.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from threading import RLock
+from typing import TYPE_CHECKING, Any, Final
+
+_LOCK: Final = RLock()
+_LOOKED_AT: Final = ("__dataclass_fields__", "__signature__")
+"""What is read of a class before it has an instance: by `fields`, `replace` and subclasses; by `help`."""
+
+if TYPE_CHECKING:
+    from dataclasses import dataclass
+else:
+
+    def dataclass(cls: type | None = None, /, **options: Any) -> Any:
+        """Return the class as `dataclasses.dataclass` makes it (same options), once it is first used."""
+        return _later(cls, options) if cls is not None else lambda made: _later(made, options)
+
+
+def _later(cls: Any, options: dict[str, Any]) -> Any:
+    """Give a class what completes it at its first instance, called or unpickled, or where it is looked at."""
+    declared = vars(cls)
+    if "__init__" in declared or not declared.get("__annotations__") or options.get("slots"):
+        return dataclasses.dataclass(**options)(cls)
+
+    def complete() -> None:
+        with _LOCK:
+            if declared.get("__init__") is begin:
+                for name in ("__init__", "__setstate__", *_LOOKED_AT):
+                    delattr(cls, name)
+                dataclasses.dataclass(**options)(cls)
+
+    def begin(self: Any, *values: Any, **named: Any) -> None:
+        complete()
+        cls.__init__(self, *values, **named)
+
+    def restore(self: Any, state: dict[str, Any]) -> None:
+        complete()
+        self.__dict__.update(state)
+
+    cls.__init__, cls.__setstate__ = begin, restore
+    for name in _LOOKED_AT:
+        setattr(cls, name, _Opened(name, complete))
+    return cls
+
+
+class _Opened:
+    """An attribute of a class that is completed when it is read."""
+
+    def __init__(self, name: str, complete: Callable[[], None]) -> None:
+        self._name, self._complete = name, complete
+
+    def __get__(self, _instance: object, owner: type) -> Any:
+        self._complete()
+        return getattr(owner, self._name)
