@@ -65,12 +65,20 @@ class Arguments:
 
     def _changed(self, given: Mapping[str, float] | ArrayLike) -> Floats:
         if not isinstance(given, Mapping):
-            return _whole("parameters", [p.name for p in self.mechanism.parameters], given)
+            return self._whole_vector(given)
         real = {name: number(f"parameters[{name!r}]", value) for name, value in given.items()}
         values = np.array(parameter_values(self.mechanism, real))
         undeclared = self.mechanism.parameters.places_from(Source.MEASURED, Source.CHOSEN)
         values[undeclared] = self.parameters[undeclared]
         return values
+
+    def _whole_vector(self, given: ArrayLike) -> Floats:
+        """Return all parameters from those that have names, or from these with the constant part behind them."""
+        entries = self.mechanism.parameters
+        names = [p.name for p in entries if p.source is not Source.LITERAL]
+        if len(names) == len(entries) or np.shape(given) == (len(entries),):
+            return _whole("parameters", [p.name for p in entries], given)
+        return np.concatenate([_whole("parameters", names, given), self.parameters[len(names) :]])
 
     def _input_vector(self, given: Values, state: tuple[float, Floats, Floats, Floats]) -> Floats:
         names = list(self.mechanism.inputs)

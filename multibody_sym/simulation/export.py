@@ -15,7 +15,7 @@ from multibody_sym.codegen.selftest import Samples, spread_samples
 from multibody_sym.dynamics.programs.switching import switchings
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.routes import FORMALISMS, verify_formalism
-from multibody_sym.dynamics.start.state import examined_state
+from multibody_sym.dynamics.start.state import examined_state, with_numbers_as_data
 from multibody_sym.errors import InputError, at, shown, suggestion
 from multibody_sym.formats.files import path_name
 from multibody_sym.model.declaration.doors import flag
@@ -63,7 +63,7 @@ def export(
             raise InputError(f"there is no language {shown(to)}{suggestion(to, LANGUAGES)}", number="M104")
     asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
     verify_formalism(formalism)
-    placed = examined_state(asked)
+    placed = with_numbers_as_data(examined_state(asked))
     resolved, begin = placed.mechanism, placed.start
     name = formalism_name(formalism, resolved)
     made = programs(resolved, FORMALISMS[name]).as_mapping()

@@ -11,7 +11,7 @@ import numpy as np
 from multibody_sym.dynamics.routes import verify_formalism
 from multibody_sym.dynamics.start.examined import on_numbers
 from multibody_sym.dynamics.start.start import Start
-from multibody_sym.dynamics.start.state import StartState, examined_state
+from multibody_sym.dynamics.start.state import StartState, examined_state, with_numbers_as_data
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.parameters import ALPHA, BETA
@@ -100,7 +100,7 @@ def runnable(
     free direction has no inertia.
     """
     verify_formalism(formalism)
-    state = examined_state(system)
+    state = with_numbers_as_data(examined_state(system))
     name = formalism_name(formalism, state.mechanism)
     rows = any(row.restricts for row in state.mechanism.rows)
     form = form_of(system.simulation, constrained=rows, varies=bool(state.declared.one_way))

@@ -14,6 +14,7 @@ from typing import Final
 
 from multibody_sym.dynamics.laws.assemble import TOUCHING, OneWayRows, Posed, one_way_rows, posed
 from multibody_sym.dynamics.laws.problem import Found, LawProblem
+from multibody_sym.dynamics.programs.literals import with_constants
 from multibody_sym.dynamics.start.contact_starts import verify_contact_values, verify_outside
 from multibody_sym.dynamics.start.examined import examined
 from multibody_sym.dynamics.start.start import Start, in_absolute_coordinates, ranked, start
@@ -156,6 +157,15 @@ def examined_state(
     """
     search = None if left is None else partial(_found, left=left)
     return state_at(examined(system), project=system.simulation.project, overrides=overrides, search=search)
+
+
+def with_numbers_as_data(state: StartState) -> StartState:
+    """Return a start whose mechanism has its literal numbers in the parameter vector, if that suits it."""
+    declared = with_constants(state.declared)
+    if declared is state.declared:
+        return state
+    values = [evaluate_float([node], {})[0] for node in declared.parameters.constants]
+    return replace(state, declared=declared, begin=replace(state.begin, parameters=(*state.begin.parameters, *values)))
 
 
 def rows_at(base: Mechanism, begin: Start) -> OneWayRows:

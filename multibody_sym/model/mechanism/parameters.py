@@ -1,4 +1,4 @@
-"""The parameter vector by name: what the model declares, what the start measures, what a run chooses."""
+"""The parameter vector by name: what the model declares, the start measures, a run chooses; numbers of many bodies."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ class Source(Enum):
     DECLARED = "the model"
     MEASURED = "the start"
     CHOSEN = "the run"
+    LITERAL = "a number in the model"
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,16 @@ class ParameterVector:
             ParameterEntry(measured_name(name, what), None, _is_positive(what), Source.MEASURED, what)
             for name, what in measures.items()
         )
+        return ParameterVector((*self.entries, *added))
+
+    @property
+    def constants(self) -> list[Node]:
+        """The values of the constant part, which is the last of the vector."""
+        return [entry.value for entry in self.entries if entry.source is Source.LITERAL and entry.value is not None]
+
+    def with_constants(self, values: Mapping[str, Node]) -> ParameterVector:
+        """Return the vector with a constant part: numbers that the model writes and never names, last of all."""
+        added = (ParameterEntry(name, value, source=Source.LITERAL) for name, value in values.items())
         return ParameterVector((*self.entries, *added))
 
     def with_rows(self, count: int) -> ParameterVector:

@@ -13,6 +13,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from multibody_sym.dynamics.programs.literals import with_constants
 from multibody_sym.dynamics.start.quick import is_plain, quick_look
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.dynamics.start.state import StartState
@@ -104,7 +105,7 @@ class Family:
 
     @cached_property
     def _mechanism(self) -> Mechanism:
-        return mechanism(self._changed)
+        return with_constants(mechanism(self._changed))
 
     @cached_property
     def _layout(self) -> Layout:
@@ -139,6 +140,6 @@ def _begun(
     places |= {each.name: x for each, x in zip(base.speeds, own.u0.tolist(), strict=True)}
     values = {name: own.parameters[base.parameters.places[name]].item() for name in parameters}
     changed = Changes(values, {name: places[name] for name in initial}).of(system)
-    resolved = mechanism(changed)
+    resolved = with_constants(mechanism(changed))
     begin = Start(tuple(own.parameters.tolist()), tuple(own.q0.tolist()), tuple(own.u0.tolist()), (), (), {}, 0)
     return changed, StartState(resolved, begin, (Mode({}),))

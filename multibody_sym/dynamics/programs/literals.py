@@ -1,0 +1,157 @@
+"""Literal numbers of many bodies as the constant part of the parameter vector: bodies alike in kind share one loop.
+
+A number written in a model folds into the code, which suits few bodies: it is short, and its compiler sees the number.
+With many bodies the code of each body would be written out, and every changed number would be compiled anew. Where
+bodies are many and of few kinds but for their numbers, these are handed over as data, behind what the model names:
+masses, centres, inertias, frames, axes, springs, dampers and forces of joints, gravity. Zero, one and minus one stay in
+the text, since they tell kinds apart and save operations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields, is_dataclass, replace
+from typing import Any, Final
+
+from multibody_sym.dynamics.formalisms.massless import massless_speeds
+from multibody_sym.model.mechanism.loads import JointForce, JointSpring, Load
+from multibody_sym.model.mechanism.mass import IDENTITY, ORIGIN
+from multibody_sym.model.mechanism.mechanism import Mechanism, TreeBody
+from multibody_sym.model.mechanism.parameters import ARRAY
+from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.node import Node, slot
+from multibody_sym.scalars.traversal import postorder
+
+MANY_BODIES: Final = 48
+"""From how many bodies on numbers are data (benchmarks/kinds.py): fewer compile in seconds, and are faster written out.
+
+Robots have fewer.
+"""
+_BODIES_OF_A_KIND: Final = 8
+"""Mean number of bodies of a kind from which on numbers are data."""
+_IN_TEXT: Final = (0.0, 1.0, -1.0)
+_FACTORS: Final = frozenset({"add", "mul", "div"})
+"""Operations whose constant operands are data; others, powers above all, have other rules for each constant."""
+
+
+def with_constants(mechanism: Mechanism) -> Mechanism:
+    """Return the mechanism with literal numbers as constants where its bodies are many, of few kinds, and in no loops.
+
+    The constants follow all other parameters, with their values.
+    """
+    special = (mechanism.rows, mechanism.one_way, mechanism.relative, mechanism.cuts, mechanism.impact)
+    if len(mechanism.bodies) < MANY_BODIES or any(special) or massless_speeds(mechanism):
+        return mechanism
+    loads = _loads_of_bodies(mechanism)
+    if loads is None:
+        return mechanism
+    found, kinds = _Constants(len(mechanism.parameters)), set[Any]()
+    gravity = found.of("gravity", mechanism.gravity)
+    bodies: list[TreeBody] = []
+    pulling: dict[int, Load] = {}
+    for body, own in zip(mechanism.bodies, loads, strict=True):
+        found.kind = [len(body.q)]
+        bodies.append(found.of(body.name, body))
+        for place in own:
+            pulling[place] = found.of(f"{body.name} load {place}", mechanism.loads[place])
+        kinds.add(tuple(found.kind))
+    if len(bodies) < _BODIES_OF_A_KIND * len(kinds) or not found.values:
+        return mechanism
+    return replace(
+        mechanism,
+        gravity=gravity,
+        bodies=tuple(bodies),
+        loads=tuple(pulling[place] for place in range(len(mechanism.loads))),
+        markers={name: found.of(name, marker) for name, marker in mechanism.markers.items()},
+        parameters=mechanism.parameters.with_constants(found.values),
+    )
+
+
+def _loads_of_bodies(mechanism: Mechanism) -> list[list[int]] | None:
+    """Return the places of the loads on each body's joint; None where one acts on more than a joint's own speed."""
+    carried = {speed: index for index, body in enumerate(mechanism.bodies) for speed in body.u}
+    found: list[list[int]] = [[] for _ in mechanism.bodies]
+    for place, load in enumerate(mechanism.loads):
+        if not isinstance(load, (JointForce, JointSpring)) or load.rate.op != "slot":
+            return None
+        found[carried[load.rate.data[1]]].append(place)
+    return found
+
+
+class _Constants:
+    """Replaces literal numbers by slots behind the first `count` parameters, one after the other as they are met.
+
+    `values` are theirs by name; `kind` gathers what tells the kind of a body, its numbers and own places left aside.
+    """
+
+    def __init__(self, count: int) -> None:
+        self.values: dict[str, Node] = {}
+        self.kind: list[Any] = []
+        self._first = count
+        self._fields: dict[type, tuple[str, ...]] = {}
+
+    def of(self, name: str, part: Any) -> Any:
+        """Return a part of a mechanism with constants in place of its numbers, named by the way to each from `name`."""
+        if isinstance(part, Node):
+            return self._node(name, part)
+        if part is ORIGIN or part is IDENTITY:
+            self.kind.append(part)
+            return part
+        if type(part) is tuple:
+            items = tuple([self.of(f"{name} {k}", x) for k, x in enumerate(part, 1)])
+            return items if any(new is not old for new, old in zip(items, part, strict=True)) else part
+        if is_dataclass(part) and not isinstance(part, type):
+            self.kind.append(type(part))
+            return self._record(name, part)
+        self.kind.append(part)
+        return part
+
+    def _record(self, name: str, part: Any) -> Any:
+        kind = type(part)
+        if kind not in self._fields:
+            self._fields[kind] = tuple(field.name for field in fields(kind) if field.name not in _NAMES)
+        changed = {}
+        for field in self._fields[kind]:
+            old = getattr(part, field)
+            if (new := self.of(f"{name} {field}", old)) is not old:
+                changed[field] = new
+        return replace(part, **changed) if changed else part
+
+    def _node(self, name: str, node: Node) -> Node:
+        if node.shadow is not None:
+            if node.shadow in _IN_TEXT:
+                self.kind.append(node.shadow)
+                return node
+            self.kind.append(None)
+            return self._constant(name, node)
+        if not node.args:
+            self.kind.append(node.data[0])
+            return node
+        return self._factors(name, node)
+
+    def _factors(self, name: str, node: Node) -> Node:
+        """Return an expression with constants in place of the numbers that it adds, multiplies or divides."""
+        values: dict[Node, Node] = {}
+        for n in postorder([node]):
+            if n.shadow is not None:
+                continue
+            self.kind.append(n.op if n.args else n.data[0])
+            operands = [self._operand(name, n.op, a) if a.shadow is not None else values[a] for a in n.args]
+            values[n] = BUILD[n.op](*operands) if operands else n
+        return values[node]
+
+    def _operand(self, name: str, op: str, constant: Node) -> Node:
+        if op in _FACTORS:
+            return self._node(name, constant)
+        self.kind.append(constant.shadow)
+        return constant
+
+    def _constant(self, name: str, node: Node) -> Node:
+        place = self._first + len(self.values)
+        while name in self.values:
+            name += "'"
+        self.values[name] = node
+        return slot(ARRAY, place)
+
+
+_NAMES: Final = frozenset({"name", "joint", "joint_name", "parent", "q", "u"})
+"""Fields that tell bodies of a kind apart, or where a body stands."""
