@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cached_property
-from sys import float_info
 from typing import Final
 
 import numpy as np
@@ -60,9 +59,6 @@ class Switch:
 _AT_SAMPLE: Final = 1e-9
 """The part of the time between samples within which a run stops at the one before."""
 
-_LEAST_LEFT: Final = 16.0 * float_info.epsilon
-"""The part of a time that no step leads on by: a switch so near the end is the end."""
-
 Onward = Callable[[Problem, Switch], "Problem | RunFailure | Event"]
 """Returns how a run goes on after a switch, which must be a problem begun there; why it cannot; or the stop it met."""
 
@@ -84,8 +80,9 @@ def chain(onward: Onward, legs: list[Leg]) -> Loop:
             index = _switched(progress, problem)
             if index is None or latest.failure is not None:
                 return
-            if latest.time >= problem.t_end - _LEAST_LEFT * abs(latest.time) or latest.written == len(samples):
+            if problem.is_over(latest.time) or latest.written == len(samples):
                 samples[latest.written :] = latest.x
+                legs[-1] = replace(legs[-1], end=len(samples))
                 yield replace(latest, written=len(samples))
                 return
             following = onward(problem, Switch(Begun(latest.time, latest.written), latest.x, index))

@@ -86,7 +86,7 @@ def _jumped(now: NativeProblem, state: StateStruct, work: Floats) -> bool:
     index, size = state.event - problem.switches, len(problem.x0)
     after = (
         None
-        if problem.jump is None or not state.t < problem.t_end
+        if problem.jump is None or problem.is_over(state.t)
         else problem.jump(state.t, work[:size].copy(), index)
     )
     if after is None:

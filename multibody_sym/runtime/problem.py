@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import field
 from functools import cached_property
+from sys import float_info
 from typing import Any, Final
 
 import numpy as np
@@ -22,6 +23,8 @@ from multibody_sym.runtime.loading import Compiled
 _CROSSINGS: Final = 300
 """Kinks crossed one after the other in a part `_NO_TIME` of a run that are too many."""
 _NO_TIME: Final = 1e-6
+_LEAST_LEFT: Final = 16.0 * float_info.epsilon
+"""The part of a time that no step leads on by."""
 
 
 @dataclass(frozen=True)
@@ -137,6 +140,10 @@ class Problem:
     def x0(self) -> Floats:
         """The state (nq + nu,) at the start, which nobody writes."""
         return np.concatenate([self.q0, self.u0]).astype(float)
+
+    def is_over(self, time: float) -> bool:
+        """Return whether no step leads on from a time: a switch so near the end is the end."""
+        return time >= self.t_end - _LEAST_LEFT * abs(time)
 
     @property
     def switches(self) -> int:

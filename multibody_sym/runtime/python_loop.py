@@ -137,7 +137,7 @@ class _Run:
     def _jumped(self, flow: Flow, done: Step) -> Flow | None:
         """Return how a run goes on that stands at a switch from which a jump of speeds leads on, None elsewhere."""
         p, index = self.problem, -1 if done.event is None else done.event - self.problem.switches
-        if flow.events is None or p.jump is None or index < 0 or not done.t_new < p.t_end:
+        if flow.events is None or p.jump is None or index < 0 or p.is_over(done.t_new):
             return None
         after = p.jump(done.t_new, done.x_new.copy(), index)
         if after is None:

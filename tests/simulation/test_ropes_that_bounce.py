@@ -136,3 +136,30 @@ def test_a_rope_whose_ends_are_at_one_place_has_no_direction():
     with pytest.raises(mbs.ModelError, match=r"ground\.hook and load are at one place") as caught:
         mbs.simulate(load(0.5), parameters={"h": 0}, t_end=0.1)
     assert caught.value.where.path == ("constraints", "cord")
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_a_load_that_strikes_at_the_very_end_of_a_run_ends_it(backend):
+    """With g = 10 m/s^2 it falls 0.8 m in 0.4 s to 4 m/s; with e = 1/2 it is back at 0.8 s and at 1 s, but for 1e-15 s."""
+    model = mbs.loads(_EVEN + "outputs: {twice: 2*s}\n")
+    struck = mbs.simulate(model, t_end=1, samples=3, backend=backend)
+    assert struck.outputs["twice"].tolist() == (2 * struck["s"]).tolist()
+    assert struck["s"][-1] == pytest.approx(1.0, rel=1e-12)
+    assert [event["t"] for event in struck.events] == pytest.approx([0.4, 0.8, 1.0][: len(struck.events)], rel=1e-12)
+
+
+@pytest.mark.parametrize("end", [0.4, 1.0, 1.6])
+def test_the_largest_speed_of_a_load_is_that_at_which_it_strikes(end):
+    text = _EVEN + f"ask: {{fastest: {{max: u_s}}}}\nsimulation: {{t_end: {end}}}\n"
+    answer = mbs.solve(mbs.loads(text)).answers["fastest"]
+    assert answer.value == pytest.approx(4.0, rel=1e-12)
+
+
+_EVEN = """
+multibody_sym: 1
+name: even
+gravity: [0, -10, 0]
+bodies: {ground: {points: {hook: [0, 0, 0]}}, load: {mass: 2}}
+joints: {fall: {type: prismatic, parent: ground, child: load, axis: -y, q: s, initial: {q: 0.2}}}
+constraints: {cord: {type: rope, path: [ground.hook, load], length: 1, slack: true, restitution: 0.5}}
+"""
