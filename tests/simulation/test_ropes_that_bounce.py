@@ -140,7 +140,7 @@ def test_a_rope_whose_ends_are_at_one_place_has_no_direction():
 
 @pytest.mark.parametrize("backend", ["c", "python"])
 def test_a_load_that_strikes_at_the_very_end_of_a_run_ends_it(backend):
-    """With g = 10 m/s^2 it falls 0.8 m in 0.4 s to 4 m/s; with e = 1/2 it is back at 0.8 s and at 1 s, but for 1e-15 s."""
+    """With g = 10 m/s^2 it falls 0.8 m in 0.4 s to 4 m/s; with e = 1/2 it is back at 0.8 s and 1 s, but for 1e-15."""
     model = mbs.loads(_EVEN + "outputs: {twice: 2*s}\n")
     struck = mbs.simulate(model, t_end=1, samples=3, backend=backend)
     assert struck.outputs["twice"].tolist() == (2 * struck["s"]).tolist()
