@@ -11,6 +11,8 @@ from collections.abc import Callable
 from threading import RLock
 from typing import TYPE_CHECKING, Any, Final
 
+__all__ = ["dataclass"]
+
 _LOCK: Final = RLock()
 _LOOKED_AT: Final = ("__dataclass_fields__", "__signature__")
 """What is read of a class before it has an instance: by `fields`, `replace` and subclasses; by `help`."""
