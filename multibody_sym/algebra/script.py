@@ -247,7 +247,12 @@ class TextScript(Script):
 
 
 _BACKSLASHED: Final = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "log", "exp", "min", "max", "asin", "acos", "atan")
+_UPRIGHT: Final = (r"\mathrm{", r"\text{", r"\dot{\mathrm{", r"\dot{\text{")
 _LATEX_WORDS: Final = {"asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan"}
+
+
+def _is_words(symbol: str) -> bool:
+    return symbol.startswith(_UPRIGHT)
 
 
 class LatexScript(Script):
@@ -291,9 +296,10 @@ class LatexScript(Script):
         return Piece(f"{name} {self._argument(e)}", POWER)
 
     def _argument(self, e: Any) -> str:
-        if len(e.args) == 1 and e.args[0].is_Symbol:
-            return self.piece(e.args[0]).text
-        return self.brackets(", ".join(self.piece(a).text for a in e.args))
+        """Return what a function is of: a letter stands alone, words and sums in parentheses."""
+        written = ", ".join(self.piece(a).text for a in e.args)
+        is_letter = len(e.args) == 1 and e.args[0].is_Symbol and not _is_words(written)
+        return written if is_letter else self.brackets(written)
 
     def _case(self, value: Any, condition: Any) -> str:
         when = r"\text{otherwise}" if condition == sympy.true else self.piece(condition).text

@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Sequence
-from itertools import groupby
 from typing import Final
+
+from multibody_sym.expressions.letters import GREEK, SYMBOL, read_parts
 
 Run = tuple[str, str]
 """Some letters and their style: roman, italic, or subscript (roman, smaller, lower)."""
@@ -36,20 +37,10 @@ _ITALIC: Final = (
     "611 556 556 389 278 389 422 500 333 500 500 444 500 444 278 500 500 278 278 444 278 722 500 500 500 500 389 389 "
     "278 500 444 667 444 444 389 400 275 400 541"
 )
-_SYMBOL: Final = re.compile(r"([A-Za-z]+)_*([A-Za-z0-9_]*)")
 _WIDTHS: Final = {
     style: {chr(32 + i): int(w) / 1000 for i, w in enumerate(table.split())}
     for style, table in (("roman", _ROMAN), ("italic", _ITALIC), ("subscript", _ROMAN))
 }
-GREEK: Final = dict(
-    pair.split("=")
-    for pair in (
-        "alpha=α beta=β gamma=γ delta=δ epsilon=ε zeta=ζ eta=η theta=θ iota=ι kappa=κ lambda=λ mu=μ nu=ν xi=ξ pi=π "
-        "rho=ρ sigma=σ tau=τ upsilon=υ phi=φ chi=χ psi=ψ omega=ω Gamma=Γ Delta=Δ Theta=Θ Lambda=Λ Xi=Ξ Pi=Π Sigma=Σ "
-        "Upsilon=Υ Phi=Φ Psi=Ψ Omega=Ω"
-    ).split()
-)
-"""The Greek letters by their names."""
 _SHORT: Final = rf"(?:{'|'.join(GREEK)}|[A-Za-z]{{1,2}})(?:_?[0-9]+)?"
 _FORMULA: Final = re.compile(rf"-?(?:{_SHORT}|[0-9.]+)(?: ?[-+*/] ?(?:{_SHORT}|[0-9.]+))+")
 """Sums and quotients of symbols of a letter or two; names with a hyphen are longer words."""
@@ -81,37 +72,23 @@ def letters(name: str) -> tuple[Run, ...]:
     What is neither stands as it is.
     """
     shown = printable(name)
-    found = _SYMBOL.fullmatch(shown)
-    if found is None:
-        return _formula(shown) if _FORMULA.fullmatch(shown) else words(shown)
-    return _symbol(*found.groups())
+    if SYMBOL.fullmatch(shown):
+        return _symbol(shown)
+    return _formula(shown) if _FORMULA.fullmatch(shown) else words(shown)
 
 
 def _formula(text: str) -> tuple[Run, ...]:
     """Return the runs of a formula of short symbols, with signs as they are set."""
     runs: list[Run] = []
     for part in re.findall(r"[A-Za-z]\w*|[^A-Za-z]+", text, re.ASCII):
-        found = _SYMBOL.fullmatch(part)
-        runs += _symbol(*found.groups()) if found else [(part.replace("-", "−").replace("*", "\u2009"), "roman")]
+        runs += _symbol(part) if SYMBOL.fullmatch(part) else [(part.replace("-", "−").replace("*", "\u2009"), "roman")]
     return tuple(runs)
 
 
-def _symbol(letter: str, rest: str) -> tuple[Run, ...]:
-    named, parts = [letter], [part for part in rest.split("_") if part]
-    while _is_word(letter) and parts and _is_word(parts[0]):
-        named.append(parts.pop(0))
-    style = "italic" if letter in GREEK or len(letter) == 1 else "roman"
-    head: Run = (GREEK.get(letter) or " ".join(named), style)
-    below = [" ".join(run) if word else ",".join(GREEK.get(p, p) for p in run) for word, run in _grouped(parts)]
-    return (head, (",".join(below), "subscript")) if below else (head,)
-
-
-def _grouped(parts: Sequence[str]) -> list[tuple[bool, list[str]]]:
-    return [(word, list(run)) for word, run in groupby(parts, _is_word)]
-
-
-def _is_word(part: str) -> bool:
-    return len(part) > 1 and part.isalpha() and part not in GREEK
+def _symbol(name: str) -> tuple[Run, ...]:
+    letter, *below = read_parts(name)
+    head: Run = (GREEK.get(letter, letter), "italic" if letter in GREEK or len(letter) == 1 else "roman")
+    return (head, (",".join(GREEK.get(part, part) for part in below), "subscript")) if below else (head,)
 
 
 def words(text: str) -> tuple[Run, ...]:

@@ -8,9 +8,10 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.drawing.lettering import DROP, GREEK, SUBSCRIPT, run_width
+from multibody_sym.drawing.lettering import DROP, SUBSCRIPT, run_width
 from multibody_sym.drawing.picture import Arc, Picture, Simple, Stroke, Text
 from multibody_sym.drawing.svg import number
+from multibody_sym.expressions.letters import GREEK
 
 _SPECIAL: Final = {
     "\\": r"\textbackslash{}", "^": r"\textasciicircum{}", "~": r"\textasciitilde{}", "<": r"\textless{}",

@@ -20,7 +20,8 @@ from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.scalars.sympy_bridge import from_sympy
 from multibody_sym.writing.documents import html_document, latex_document
-from multibody_sym.writing.mathml import MathmlScript, element, mathml_name, mathml_script
+from multibody_sym.writing.latex_in_mathml import latex_in_mathml
+from multibody_sym.writing.mathml import MathmlScript, element, mathml_script
 from multibody_sym.writing.withheld import withheld_lines
 
 Equations = SymbolicEquations | CanonicalEquations
@@ -178,7 +179,7 @@ def _step_html(script: MathmlScript, step: Step) -> str:
 
 
 def _side_html(script: MathmlScript, side: Any) -> str:
-    return mathml_name(side.text) if isinstance(side, Label) else script.shown(side)
+    return latex_in_mathml(side.latex) if isinstance(side, Label) else script.shown(side)
 
 
 # --- data ----------------------------------------------------------------------------------------------------------

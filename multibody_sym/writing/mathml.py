@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import re
 from html import escape
 from typing import Any, ClassVar, Final
 
 import sympy
 
 from multibody_sym.algebra.script import ATOM, POWER, PRODUCT, SUM, Piece, Script
-from multibody_sym.dynamics.derivation.notation import GREEK, Notation, read_parts
+from multibody_sym.dynamics.derivation.notation import Notation, dotted, latex_name
+from multibody_sym.expressions.letters import SYMBOL
+from multibody_sym.writing.latex_in_mathml import SPACE, latex_in_mathml
 
-_SPACE: Final = '<mspace width="0.17em"/>'
-_DOTS: Final = {1: "&#x2D9;", 2: "&#xA8;"}
+_ACCENTS: Final = ("dot", "ddot")
 _COMPARISONS: Final = {
     sympy.StrictLessThan: "&lt;", sympy.LessThan: "&#x2264;", sympy.StrictGreaterThan: "&gt;",
     sympy.GreaterThan: "&#x2265;",
 }  # fmt: skip
-_NAME: Final = re.compile("[A-Za-z][A-Za-z0-9_]*'{0,2}")
 _WORDS: Final = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "Min": "min", "Max": "max"}
 
 
@@ -39,7 +38,7 @@ class MathmlScript(Script):
 
     def _side(self, numbers: list[str], factors: list[Any]) -> str:
         alone = len(numbers) + len(factors) == 1
-        return _SPACE.join([*numbers, *(self.within(f, SUM if alone else POWER) for f in factors)])
+        return SPACE.join([*numbers, *(self.within(f, SUM if alone else POWER) for f in factors)])
 
     def power(self, base: Any, exponent: Any) -> Piece:
         raised = f"<mrow>{self.piece(exponent).text}</mrow>"
@@ -86,7 +85,7 @@ class MathmlScript(Script):
 
 def mathml_script(notation: Notation) -> MathmlScript:
     """Return the writer of expressions in the letters and the order of a notation."""
-    return MathmlScript({s: mathml_name(label.text) for s, label in notation.spelling.items()}, notation.places)
+    return MathmlScript({s: latex_in_mathml(label.latex) for s, label in notation.spelling.items()}, notation.places)
 
 
 def element(content: str) -> str:
@@ -96,22 +95,9 @@ def element(content: str) -> str:
 
 def mathml_name(name: str) -> str:
     """Return a name: theta_1'' as a Greek letter with two dots and an index, words upright; other text as it is."""
-    if not _NAME.fullmatch(name):
-        return f"<mtext>{escape(name)}</mtext>"
     spelt = name.rstrip("'")
-    first, *parts = read_parts(spelt)
-    head = _part(first)
     primes = len(name) - len(spelt)
-    if primes in _DOTS:
-        head = f'<mover accent="true">{head}<mo>{_DOTS[primes]}</mo></mover>'
-    below = "<mo>,</mo>".join(map(_part, parts))
-    return f"<msub>{head}<mrow>{below}</mrow></msub>" if parts else head
-
-
-def _part(word: str) -> str:
-    """Return a letter, a number or a word."""
-    if word in GREEK:
-        return f"<mi>&{word};</mi>"
-    if word.isdigit():
-        return f"<mn>{word}</mn>"
-    return f"<mi>{escape(word)}</mi>" if len(word) == 1 else f"<mtext>{escape(word)}</mtext>"
+    if primes > len(_ACCENTS) or not SYMBOL.fullmatch(spelt):
+        return f"<mtext>{escape(name)}</mtext>"
+    letter = latex_name(spelt)
+    return latex_in_mathml(dotted(letter, _ACCENTS[primes - 1]) if primes else letter)

@@ -13,10 +13,11 @@ import pytest
 from hostile_labels import LABELS
 
 from multibody_sym.drawing.layout import laid_out
-from multibody_sym.drawing.lettering import GREEK, letters, words
+from multibody_sym.drawing.lettering import letters, words
 from multibody_sym.drawing.picture import Arc, Arrow, Hatch, Measure, Pen, Picture, Stroke, Text, Wish
 from multibody_sym.drawing.raster import DOTS, raster
 from multibody_sym.drawing.tikz import escaped, tikz
+from multibody_sym.expressions.letters import GREEK
 
 PEN = Pen(0.8, "#102030", (3.0, 2.0))
 

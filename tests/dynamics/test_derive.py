@@ -96,17 +96,18 @@ def test_nothing_is_left_to_simplify(system: Callable[[], System], method: str) 
         assert len(sympy.Add.make_args(sympy.expand(e))) <= len(sympy.Add.make_args(sympy.expand(sympy.fu(e)))) + 1
 
 
-def test_labels_are_the_books_letters_in_latex_only() -> None:
+def test_labels_of_parameters_are_the_books_letters_where_formulas_are_typeset() -> None:
+    """The label of a joint is the letter of the joint in pictures: its coordinate keeps its own name."""
     system = System(
         "labels",
         gravity=DOWN,
         parameters={**positive("l"), "mass": Parameter(value=1, label="m_A")},
         bodies={"bob": Body(mass="mass", com=[0, "-l", 0])},
-        joints={"hinge": Revolute("ground", "bob", q="angle", label="phi")},
+        joints={"hinge": Revolute("ground", "bob", q="angle", label="A")},
     )
     equations = derive(system)
     assert str(equations) == "mass*l^2*angle'' + mass*g*l*sin(angle) = 0"
-    assert r"m_{A} l^{2} \ddot{\phi}" in equations._repr_latex_()
+    assert r"m_{A} l^{2} \ddot{\mathrm{angle}}" in equations._repr_latex_()
 
 
 # --- the methods ---------------------------------------------------------------------------------------------------

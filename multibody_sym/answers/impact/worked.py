@@ -15,10 +15,11 @@ from multibody_sym.answers.impact.record import ImpactFound
 from multibody_sym.answers.impact.resting import ImpactInstant
 from multibody_sym.answers.instant import Solved
 from multibody_sym.answers.worked.record import Formula, Line, Quantity, Sentence, Worked, WorkedStep
-from multibody_sym.dynamics.derivation.notation import Notation, latex_name
+from multibody_sym.dynamics.derivation.notation import Notation, latex_name, upright
 from multibody_sym.dynamics.derivation.record import Label
 from multibody_sym.errors import ExpressionError
 from multibody_sym.expressions.values import Value
+from multibody_sym.model.declaration.parameters import letters_of
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, as_node, symbol
 from multibody_sym.scalars.sympy_bridge import to_sympy
@@ -62,13 +63,15 @@ class _Work:
         alone = len(self.impulses) == 1
         for s, row in zip(self.impulses, self.solved.mechanism.rows, strict=True):
             told = row.name.removesuffix(".normal")
-            found[s] = Label("p", "p") if alone else Label(f"p({told})", rf"p_{{\mathrm{{{told.replace('_', ' ')}}}}}")
+            found[s] = Label("p", "p") if alone else Label(f"p({told})", f"p_{{{upright(told.replace('_', ' '))}}}")
         return found
 
     def notation(self) -> Notation:
         """Return how all symbols are spelt."""
         named = [*self.solved.symbolic.letters, *(symbol(speed.name) for speed in self.solved.mechanism.speeds)]
-        plain = {sympy.Symbol(n.data): Label(n.data, latex_name(n.data)) for n in named if isinstance(n.data, str)}
+        book = letters_of(self.solved.system.parameters)
+        names = [n.data for n in named if isinstance(n.data, str)]
+        plain = {sympy.Symbol(name): Label(name, latex_name(book.get(name, name))) for name in names}
         spelling = {**plain, **self._called}
         return Notation(spelling, {s: (0, k) for k, s in enumerate(spelling)})
 

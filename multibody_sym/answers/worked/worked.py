@@ -33,12 +33,12 @@ from multibody_sym.dynamics.derivation.letters import (
     row_letter,
 )
 from multibody_sym.dynamics.derivation.notation import MULTIPLIER, Notation, notation_of
-from multibody_sym.dynamics.derivation.prepared import labels_of
 from multibody_sym.dynamics.derivation.record import Label
 from multibody_sym.dynamics.derivation.symbols import symbols_of
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.errors import ExpressionError
 from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.declaration.parameters import letters_of
 from multibody_sym.model.mechanism.mechanism import COMPONENTS
 from multibody_sym.model.mechanism.modes import is_direction
 from multibody_sym.model.mechanism.units import REACTION_UNITS, MechanismUnits
@@ -107,7 +107,7 @@ class _Work:
     @cached_property
     def notation(self) -> Notation:
         """How everything is spelt."""
-        plain = notation_of(self.mechanism, self.symbols, labels=labels_of(self.solved.system))
+        plain = notation_of(self.mechanism, self.symbols, labels=letters_of(self.solved.system.parameters))
         letters = force_letters(self.mechanism, self.symbols, self.unknowns, self.actions.further)
         places = {each.symbol: (MULTIPLIER, 10_000 + k) for k, each in enumerate(self.actions.further)}
         spelling = {**plain.spelling, **letters, **self._directions}

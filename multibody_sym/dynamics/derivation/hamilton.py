@@ -22,7 +22,7 @@ from multibody_sym.dynamics.derivation.constants import constants_step
 from multibody_sym.dynamics.derivation.lagrange import Energies, projected, totals, turning
 from multibody_sym.dynamics.derivation.legendre import Transformed, momentum_symbols, transformed
 from multibody_sym.dynamics.derivation.multipliers import RowTerms, rows_terms
-from multibody_sym.dynamics.derivation.notation import Notation, latex_name, notation_of
+from multibody_sym.dynamics.derivation.notation import Notation, dotted, latex_name, notation_of
 from multibody_sym.dynamics.derivation.prepared import Prepared
 from multibody_sym.dynamics.derivation.record import Equation, Label, Step
 from multibody_sym.dynamics.derivation.steps import coordinate_step, energy_steps, position_steps
@@ -220,8 +220,7 @@ def momentum_notation(ready: Prepared, named: Named, momenta: Sequence[Any], nam
 
 def rate_label(notation: Notation, symbol: Any) -> Label:
     """Return a quantity's rate: with a prime in text, a dot in LaTeX."""
-    letter, underscore, rest = notation.latex(symbol).partition("_")
-    return Label(f"{notation.text(symbol)}'", rf"\dot{{{letter}}}{underscore}{rest}")
+    return Label(f"{notation.text(symbol)}'", dotted(notation.latex(symbol), "dot"))
 
 
 def _equations(

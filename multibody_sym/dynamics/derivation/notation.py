@@ -5,10 +5,8 @@ Rates of coordinates carry primes in text and dots in LaTeX.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from itertools import groupby
 from typing import Any, Final
 
 import sympy
@@ -18,6 +16,7 @@ from multibody_sym.algebra.subexpressions import needed
 from multibody_sym.dynamics.derivation.record import Equation, Label
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.errors import ArgumentError, shown
+from multibody_sym.expressions.letters import GREEK, read_parts
 from multibody_sym.model.mechanism.mechanism import COMPONENTS, Mechanism
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
@@ -26,12 +25,6 @@ from multibody_sym.scalars.traversal import leaves
 MASS, GRAVITY, PARAMETER, COORDINATE, NAME, SPEED, ACCELERATION, MULTIPLIER = range(8)
 """Kinds of symbols in the order in which a product names them; functions of them come last."""
 
-_LETTERS: Final = (
-    "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi "
-    "omega Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega"
-)
-GREEK: Final = frozenset(_LETTERS.split())
-"""The names of Greek letters."""
 READABLE: Final = 2_000
 """Operations up to which a person reads equations."""
 
@@ -73,7 +66,7 @@ def notation_of(
 ) -> Notation:
     """Return the notation of a mechanism's symbols, of named sub-expressions, and of symbols that stand for numbers.
 
-    `labels` gives the book's letters of parameters and coordinates where they differ from the model's names.
+    `labels` gives the book's letters of parameters where they differ from the model's names; text keeps the names.
     """
     book = labels or {}
     spelling: dict[Any, Label] = {}
@@ -149,29 +142,10 @@ def latex_name(name: str) -> str:
     return f"{head}_{{{','.join(parts)}}}" if parts else head
 
 
-def read_parts(name: str) -> list[str]:
-    """Return the letter or words of a name and what stands below it, theta1 as theta and 1.
-
-    Words that follow each other are read as one, crank_angle_2 as crank angle and 2.
-    """
-    letter, rest = re.match(r"([A-Za-z]*)_*(.*)", name, re.DOTALL).groups()  # type: ignore[union-attr]
-    if not letter:
-        return [name]
-    words, parts = [letter], [part for part in rest.split("_") if part]
-    while _is_word(letter) and parts and _is_word(parts[0]):
-        words.append(parts.pop(0))
-    runs = [(word, list(run)) for word, run in groupby(parts, _is_word)]
-    return [" ".join(words), *(part for word, run in runs for part in ([" ".join(run)] if word else run))]
-
-
 def _latex_part(part: str) -> str:
     if part in GREEK:
         return f"\\{part}"
     return part if part.isdigit() or (len(part) == 1 and part.isalpha() and part.isascii()) else upright(part)
-
-
-def _is_word(part: str) -> bool:
-    return len(part) > 1 and part.isalpha() and part not in GREEK
 
 
 _SPECIAL: Final = {

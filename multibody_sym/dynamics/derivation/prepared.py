@@ -17,6 +17,7 @@ from multibody_sym.dynamics.start.examined import examined
 from multibody_sym.dynamics.start.state import state_at
 from multibody_sym.dynamics.start.straight import Side, straightened
 from multibody_sym.errors import ArgumentError, shown
+from multibody_sym.model.declaration.parameters import letters_of
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.changes import Changes
@@ -78,7 +79,7 @@ def prepared(model: System | Mechanism, changes: Changes) -> Prepared:
     mechanism, sides = without_zero_angles(resolved, begin), tuple[Side, ...]()
     if begin is not None:
         mechanism, sides = straightened(mechanism, begin.q, begin.u, begin.parameters)
-    labels = labels_of(model) if isinstance(model, System) else {}
+    labels = letters_of(model.parameters) if isinstance(model, System) else {}
     symbols = symbols_of(mechanism)
     return Prepared(mechanism, symbols, Told(labels, measured_values(symbols, mechanism, begin), sides))
 
@@ -105,16 +106,6 @@ def budget_of(value: object) -> Budget:
     if not seconds > 0.0:
         raise ArgumentError(f"budget is a time in seconds, got {shown(value)}")
     return Budget(seconds=seconds)
-
-
-def labels_of(system: System) -> dict[str, str]:
-    """Return the book's letters that a system declares, by the names of its parameters and coordinates."""
-    found = {name: parameter.label for name, parameter in system.parameters.items()}
-    for name, joint in system.joints.items():
-        coordinates = getattr(joint, "q", None) or (name,)
-        if len(coordinates) == 1:
-            found[coordinates[0]] = getattr(joint, "label", None)
-    return {name: label for name, label in found.items() if label}
 
 
 def written_out_size(parts: Sequence[Sequence[Node]]) -> int:

@@ -249,7 +249,7 @@ class Body(Element):
         MapOf(Record(Surface)), None, such="{rim: {disc: r}}",
         says="named surfaces, where the body touches others or rolls",
     )
-    label: str | None = holds(Text(), None, says="the letter or name that formulas and pictures show", such="wheel")
+    label: str | None = holds(Text(), None, says="the letter or name that pictures show", such="wheel")
 
     def __post_init__(self) -> None:
         for name in ("points", "frames", "surfaces"):

@@ -39,7 +39,12 @@ class Parameter(Element):
     positive: bool = holds(
         Flag(), False, says="whether it is positive, so that roots and signs come out simpler", such="true"
     )
-    label: str | None = holds(Text(), None, says="the letter that formulas and pictures show", such="mu_0")
+    label: str | None = holds(Text(), None, says="the letter that typeset formulas and pictures show", such="mu_0")
+
+
+def letters_of(parameters: Mapping[str, Parameter]) -> dict[str, str]:
+    """Return the book's letters of the parameters that have one, by their names."""
+    return {name: parameter.label for name, parameter in parameters.items() if parameter.label}
 
 
 @dataclass(frozen=True)
