@@ -20,8 +20,8 @@ from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.scalars.sympy_bridge import from_sympy
 from multibody_sym.writing.documents import html_document, latex_document
-from multibody_sym.writing.latex_in_mathml import latex_in_mathml
-from multibody_sym.writing.mathml import MathmlScript, element, mathml_script
+from multibody_sym.writing.formulas.latex_in_mathml import latex_in_mathml
+from multibody_sym.writing.formulas.mathml import MathmlScript, element, mathml_script
 from multibody_sym.writing.withheld import withheld_lines
 
 Equations = SymbolicEquations | CanonicalEquations

@@ -17,7 +17,7 @@ from multibody_sym.dynamics.derivation.notation import Notation, escaped
 from multibody_sym.expressions.chosen_units import SI, Units
 from multibody_sym.records import dataclass
 from multibody_sym.writing.documents import html_document, latex_document
-from multibody_sym.writing.mathml import MathmlScript, element, mathml_script
+from multibody_sym.writing.formulas.mathml import MathmlScript, element, mathml_script
 
 _WIDTH: Final = 110
 _DEGREES: Final = 180 / math.pi

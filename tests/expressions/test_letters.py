@@ -12,8 +12,8 @@ from multibody_sym.drawing.lettering import letters
 from multibody_sym.dynamics.derivation.notation import latex_name
 from multibody_sym.expressions.letters import GREEK, read_parts
 from multibody_sym.writing.derivation import derivation_html, derivation_latex
-from multibody_sym.writing.latex_in_mathml import latex_in_mathml
-from multibody_sym.writing.mathml import mathml_name
+from multibody_sym.writing.formulas.latex_in_mathml import latex_in_mathml
+from multibody_sym.writing.formulas.mathml import mathml_name
 from multibody_sym.writing.worked import worked_html, worked_latex
 
 

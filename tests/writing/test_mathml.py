@@ -12,7 +12,7 @@ import pytest
 import sympy
 from random_formulas import random_formula
 
-from multibody_sym.writing.mathml import MathmlScript, mathml_name
+from multibody_sym.writing.formulas.mathml import MathmlScript, mathml_name
 
 
 def tree(content: str) -> ElementTree.Element:

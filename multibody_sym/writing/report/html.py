@@ -18,7 +18,7 @@ from multibody_sym.writing.animation.animate import player
 from multibody_sym.writing.animation.frames import frames_of
 from multibody_sym.writing.check import check_text
 from multibody_sym.writing.derivation import derivation_body
-from multibody_sym.writing.mathml import element, mathml_name
+from multibody_sym.writing.formulas.mathml import element, mathml_name
 from multibody_sym.writing.report.findings import Findings, Missing, ParameterTold
 from multibody_sym.writing.run_summary import run_summary
 from multibody_sym.writing.solution import solution_text

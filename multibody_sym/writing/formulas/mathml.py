@@ -10,7 +10,7 @@ import sympy
 from multibody_sym.algebra.script import ATOM, POWER, PRODUCT, SUM, Piece, Script
 from multibody_sym.dynamics.derivation.notation import Notation, dotted, latex_name
 from multibody_sym.expressions.letters import SYMBOL
-from multibody_sym.writing.latex_in_mathml import SPACE, latex_in_mathml
+from multibody_sym.writing.formulas.latex_in_mathml import SPACE, latex_in_mathml
 
 _ACCENTS: Final = ("dot", "ddot")
 _COMPARISONS: Final = {
