@@ -34,10 +34,11 @@ def _later(cls: Any, options: dict[str, Any]) -> Any:
 
     def complete() -> None:
         with _LOCK:
-            if declared.get("__init__") is begin:
-                for name in ("__init__", "__setstate__", *_LOOKED_AT):
-                    delattr(cls, name)
-                dataclasses.dataclass(**options)(cls)
+            if declared["__init__"] is begin:
+                dataclasses.dataclass(**options, init=False)(cls)
+                delattr(cls, "__signature__")
+                delattr(cls, "__setstate__")
+                cls.__init__ = _init(cls, options)
 
     def begin(self: Any, *values: Any, **named: Any) -> None:
         complete()
@@ -51,6 +52,14 @@ def _later(cls: Any, options: dict[str, Any]) -> Any:
     for name in _LOOKED_AT:
         setattr(cls, name, _Opened(name, complete))
     return cls
+
+
+def _init(cls: Any, options: dict[str, Any]) -> Any:
+    """Return a class's `__init__`, made for a class that inherits it: at no moment may another thread find none."""
+    heir = dataclasses.dataclass(eq=False, repr=False, frozen=options.get("frozen", False))
+    made = vars(heir(type(cls.__name__, (cls,), {})))["__init__"]
+    made.__qualname__ = f"{cls.__qualname__}.__init__"
+    return made
 
 
 class _Opened:
