@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
-from multibody_sym.answers.drawn_reactions import reaction_arrows
 from multibody_sym.drawing.draw import draw as draw_scene
 from multibody_sym.drawing.figure import Figure, ending_of
 from multibody_sym.drawing.shown import Shown
@@ -17,13 +16,13 @@ from multibody_sym.dynamics.start.examined import numbers_of
 from multibody_sym.errors import ArgumentError, InputError, Where, suggestion
 from multibody_sym.errors import at as within
 from multibody_sym.errors import shown as shown_value
-from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration.doors import flag
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.declaration.values import scalar
 from multibody_sym.model.resolution.changes import Changes
-from multibody_sym.scene.items import Path, Placed
+from multibody_sym.scene.items import ArrowItem, Path
 from multibody_sym.scene.scene import Scene, scene_of
 
 if TYPE_CHECKING:  # a figure at the start needs no run
@@ -56,7 +55,8 @@ def draw(
 
     Arguments: `at`, a time (s, or text such as `0.5 s`) to which the system is simulated; `view`: front, back, top,
     right, left, iso, or azimuth and elevation in degrees, else the plane of motion or a look from in front and above;
-    `forces` and `reactions` add what is applied and what joints exert on their children; `names` are letters of
+    `forces` add what is applied, pulls of springs and weights, `reactions` what joints exert on their
+    children, contacts, ropes and rods, by the letters of `solve`'s steps; `names` are letters of
     bodies, joints and lengths; `redundant` marks joints and constraints with rows that follow from others; `mark`
     what stands at places of the model such as `joints.A`, with a word each if it is a mapping;
     `parameters` .. `project`, what the call changes of the system (`Changes`); `formalism` for a run.
@@ -70,13 +70,13 @@ def draw(
     with numbers_of(asked):
         scene = scene_of(asked)
         run = _run(asked, at, formalism, reactions=wanted["reactions"])
-        placed = scene.at() if run is None else _reached(scene, run)
+        motion = scene.motion() if run is None else _reached(scene, run)
         shown = Shown(names=wanted["names"], forces=wanted["forces"], marked=_marked(asked, mark))
-        if run is not None and wanted["reactions"]:
-            shown = replace(shown, reactions=reaction_arrows(asked, scene, placed, run))
+        if wanted["forces"] or wanted["reactions"]:
+            shown = replace(shown, reactions=_acting(asked, scene, motion, run, wanted))
         if wanted["redundant"]:
             shown = replace(shown, marked={**_redundant(asked, scene), **shown.marked})
-        figure = Figure(draw_scene(scene, placed, view=view, shown=shown))
+        figure = Figure(draw_scene(scene, scene.placed(motion), view=view, shown=shown))
     if path is not None:
         figure.write(path)
     return figure
@@ -102,10 +102,24 @@ def _run(system: System, at: Any, formalism: str | None, *, reactions: bool) -> 
     return run
 
 
-def _reached(scene: Scene, run: Trajectory) -> Placed:
-    """Return the scene where a run has led, which for a moment after the start is where it began."""
+def _acting(
+    system: System, scene: Scene, motion: Motion, run: Trajectory | None, wanted: Mapping[str, bool]
+) -> tuple[ArrowItem, ...]:
+    """Return what acts on the bodies beside declared forces: weights and springs, and the reactions at a run's end."""
+    from multibody_sym.answers.cut_free.arrows import applied_arrows, reaction_arrows
+    from multibody_sym.answers.cut_free.pulls import CutFree
+    from multibody_sym.answers.cut_free.values import at_end
+
+    if run is None or not wanted["reactions"]:
+        return applied_arrows(CutFree(system, scene, motion, {}))
+    cut = CutFree(system, scene, motion, *at_end(run))
+    return (*(applied_arrows(cut) if wanted["forces"] else ()), *reaction_arrows(cut))
+
+
+def _reached(scene: Scene, run: Trajectory) -> Motion:
+    """Return the motion where a run has led, which for a moment after the start is where it began."""
     k = 0 if run.t[-1] <= _MOMENT else -1
-    return scene.at(run.q[k], run.u[k], float(run.t[k]))
+    return scene.motion(run.q[k], run.u[k], float(run.t[k]))
 
 
 def _marked(system: System, marked: Mapping[str, str] | Sequence[str] | None) -> dict[Path, str]:

@@ -41,6 +41,7 @@ _WIDTHS: Final = {
     style: {chr(32 + i): int(w) / 1000 for i, w in enumerate(table.split())}
     for style, table in (("roman", _ROMAN), ("italic", _ITALIC), ("subscript", _ROMAN))
 }
+_THIN_SPACE: Final = "\u2009"
 _SHORT: Final = rf"(?:{'|'.join(GREEK)}|[A-Za-z]{{1,2}})(?:_?[0-9]+)?"
 _FORMULA: Final = re.compile(rf"-?(?:{_SHORT}|[0-9.]+)(?: ?[-+*/] ?(?:{_SHORT}|[0-9.]+))+")
 """Sums and quotients of symbols of a letter or two; names with a hyphen are longer words."""
@@ -62,6 +63,8 @@ def run_width(run: Run, size: float) -> float:
 def _unlisted(letter: str) -> float:
     if unicodedata.combining(letter):
         return 0.0
+    if letter == _THIN_SPACE:
+        return 1.0 / 6.0
     return _WIDE if unicodedata.east_asian_width(letter) in "WF" else _OTHER
 
 
@@ -81,7 +84,8 @@ def _formula(text: str) -> tuple[Run, ...]:
     """Return the runs of a formula of short symbols, with signs as they are set."""
     runs: list[Run] = []
     for part in re.findall(r"[A-Za-z]\w*|[^A-Za-z]+", text, re.ASCII):
-        runs += _symbol(part) if SYMBOL.fullmatch(part) else [(part.replace("-", "−").replace("*", "\u2009"), "roman")]
+        signs: Run = (part.replace("-", "−").replace("*", _THIN_SPACE), "roman")
+        runs += _symbol(part) if SYMBOL.fullmatch(part) else [signs]
     return tuple(runs)
 
 

@@ -67,7 +67,7 @@ def _item(
     return ArrowItem(role, name, label, path, at, vector(law.vector(stage.motion))), law
 
 
-def _label(name: str, declared: Any) -> str:
+def letter_of(name: str, declared: Any) -> str:
     """Return the letter of a force: its value where that is short, else its name."""
     nodes = [node for node in (declared if isinstance(declared, tuple) else (declared,)) if node.shadow != 0]
     if len(nodes) == 1 and leaves(nodes, "symbol"):
@@ -83,13 +83,13 @@ def _anchor(stage: Stage, marker: Marker) -> Anchor:
 
 
 def _force(stage: Stage, load: PointForce) -> Iterator[Arrow]:
-    label = _label(load.name, getattr(stage.system.forces.get(load.name), "value", ()))
+    label = letter_of(load.name, getattr(stage.system.forces.get(load.name), "value", ()))
     law = Law(tuple(load.value), load.axes)
     yield _item(stage, "force", load.name, label, load.path, _anchor(stage, load.at), law)
 
 
 def _torque(stage: Stage, load: BodyTorque) -> Iterator[Arrow]:
-    label = _label(load.name, getattr(stage.system.forces.get(load.name), "value", ()))
+    label = letter_of(load.name, getattr(stage.system.forces.get(load.name), "value", ()))
     name = stage.mechanism.bodies[load.body].name if load.body >= 0 else "ground"
     centre = Anchor(load.body, stage.centre(name) if name in stage.system.bodies else ZERO)
     yield _item(stage, "torque", load.name, label, load.path, centre, Law(tuple(load.value), load.axes))
@@ -110,7 +110,7 @@ def _in_joint(stage: Stage, load: JointForce) -> Iterator[Arrow]:
     if not axes:
         return
     axis = made.parent.turned(unit(stage.vector(axes[0])))
-    label = _label(load.name, getattr(element, "value", ()))
+    label = letter_of(load.name, getattr(element, "value", ()))
     role = "torque" if step.turns else "force"
     at = Anchor(made.child.body, made.child.point)
     yield _item(stage, role, load.name, label, load.path, at, Law((load.value,), made.parent.body, axis))
@@ -139,7 +139,7 @@ def _impulses(stage: Stage) -> Iterator[Arrow]:
             axes = stage.number_of(impact.frame) if impact.frame is not None else GROUND
             own = stage.turned(axes, stage.vector(impact.impulse))
             at, path = Anchor(place.body, place.point), stage.system.impact.path(name)
-            yield ArrowItem("impulse", name, _label(name, impact.impulse), path, at, vector(own)), _constant(own)
+            yield ArrowItem("impulse", name, letter_of(name, impact.impulse), path, at, vector(own)), _constant(own)
 
 
 def _constant(value: Floats) -> Law:

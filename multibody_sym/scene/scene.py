@@ -75,6 +75,16 @@ class Scene:
         parameters: Sequence[float] | Floats | None = None,
     ) -> Placed:
         """Return the scene at a state: coordinates q (nq), speeds u (nu), parameters (np); those of the start else."""
+        return self.placed(self.motion(q, u, t, parameters))
+
+    def motion(
+        self,
+        q: Sequence[float] | Floats | None = None,
+        u: Sequence[float] | Floats | None = None,
+        t: float = 0.0,
+        parameters: Sequence[float] | Floats | None = None,
+    ) -> Motion:
+        """Return the motion of the mechanism at a state; what is not given is that of the start."""
         begin = self.begin
         state = state_of(
             self.mechanism,
@@ -84,7 +94,7 @@ class Scene:
             begin.u if u is None else [float(x) for x in u],
             begin.parameters if parameters is None else [float(x) for x in parameters],
         )
-        return self.placed(motion_of(self.mechanism, state))
+        return motion_of(self.mechanism, state)
 
     def placed(self, motion: Motion) -> Placed:
         """Return the scene where a motion of its mechanism has led it."""

@@ -190,3 +190,8 @@ class Samples:
 
     def _evaluated(self, name: str) -> tuple[Floats, ...]:
         return tuple(map(np.concatenate, zip(*(part.evaluated(name) for part in self._parts), strict=True)))
+
+
+def last_part(samples: Samples) -> Part:
+    """Return the last part of a motion: the mechanism in the mode in which it ends."""
+    return samples._parts[-1]

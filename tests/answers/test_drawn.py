@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -12,8 +13,12 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.answers.drawn_reactions import reaction_arrows
+from multibody_sym.answers.cut_free.arrows import all_arrows, reaction_arrows
+from multibody_sym.answers.cut_free.pulls import CutFree
+from multibody_sym.answers.cut_free.values import at_end, sliding_of, values_of
 from multibody_sym.drawing.picture import Arrow
+from multibody_sym.scene.forms import unit
+from multibody_sym.scene.items import ArrowItem
 from multibody_sym.scene.scene import scene_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -86,30 +91,81 @@ def test_other_formats_and_views_are_refused(tmp_path: Path) -> None:
         mbs.draw(rod(), forces="yes")
 
 
+def cut_free(system: mbs.System) -> CutFree:
+    scene = scene_of(system)
+    return CutFree(system, scene, scene.motion(), *at_end(mbs.simulate(system, t_end=1e-9, samples=2)))
+
+
 def test_reactions_are_those_of_the_hinge_turned_into_the_world() -> None:
     """A rod that is released at theta: m g cos(theta) along it towards the hinge, m g sin(theta) / 4 across it."""
-    system = rod()
-    scene = scene_of(system)
-    placed = scene.at()
-    (arrow,) = reaction_arrows(system, scene, placed, mbs.simulate(system, t_end=1e-9, samples=2))
+    arrows = reaction_arrows(cut_free(rod()))
     weight, theta = 2 * 9.81, 0.5
     along = np.array([-math.sin(theta), math.cos(theta), 0])
     across = np.array([math.cos(theta), math.sin(theta), 0])
     expected = weight * math.cos(theta) * along + weight * math.sin(theta) / 4 * across
-    assert (arrow.role, arrow.name, arrow.label) == ("reaction", "A", "F_A")
-    assert arrow.vector == pytest.approx(expected, abs=1e-5)
+    assert [(arrow.role, arrow.name, arrow.label) for arrow in arrows] == [
+        ("reaction", "A", "A_x"),
+        ("reaction", "A", "A_y"),
+    ]
+    assert np.sum([arrow.vector for arrow in arrows], axis=0) == pytest.approx(expected, abs=1e-5)
 
 
-def test_forces_and_reactions_are_drawn_where_they_are_asked_for() -> None:
+def told(arrows: Iterable[ArrowItem]) -> set[tuple[str, str]]:
+    return {(arrow.label, str(np.round(unit(arrow.vector), 6) + 0.0)) for arrow in arrows}
+
+
+def test_a_block_on_an_incline_shows_what_presses_rubs_and_pulls() -> None:
+    """It slides down at 45 degrees: N across, friction and the string up the plane; the load hangs on the string."""
+    found = told(reaction_arrows(cut_free(mbs.load(EXAMPLES / "textbook/t5_incline.yaml"))))
+    up, across = np.array([1, 1, 0]) / math.sqrt(2), np.array([-1, 1, 0]) / math.sqrt(2)
+    ways = [("N", across), ("F", up), ("T", up), ("T", np.array([0.0, 1.0, 0.0]))]
+    assert found == {(letter, str(np.round(way, 6) + 0.0)) for letter, way in ways}
+
+
+def test_a_ladder_later_on_shows_the_forces_of_both_contacts() -> None:
+    """Rough foot and smooth wall: N1 and F at the foot, N2 at the wall, the last from it."""
+    description = mbs.draw(mbs.load(EXAMPLES / "textbook/ladder.yaml"), at=0.01, reactions=True).description
+    assert "Reactions: foot, top." in description
+
+
+def test_forces_are_drawn_where_they_are_asked_for() -> None:
     system = rod(forces={"F": mbs.Force(on="rod.tip", value=[5, 0, 0])})
 
     def arrows(**options: bool) -> set[str]:
         return {m.name for m in mbs.draw(system, **options).picture.marks if isinstance(m, Arrow) and m.role != "angle"}
 
     bare = arrows()
-    assert "F" not in bare
-    assert arrows(forces=True) - bare == {"F"}
+    assert not bare & {"F", "rod"}
+    assert arrows(forces=True) - bare == {"F", "rod"}
     assert arrows(reactions=True) - bare == {"A"}
+
+
+SEVERAL = ["four_bar", "slider_crank", "cart_pole", "textbook/t5_incline", "textbook/capstan", "textbook/spool"]
+
+
+@pytest.mark.parametrize("name", SEVERAL)
+def test_letters_of_bodies_cut_free_are_those_of_the_steps(name: str) -> None:
+    """The steps tell below each body what acts on it, letter first."""
+    verify_letters(mbs.load(EXAMPLES / f"{name}.yaml"))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("file", sorted(EXAMPLES.rglob("*.yaml")), ids=lambda path: path.stem)
+def test_letters_of_all_examples_are_those_of_the_steps(file: Path) -> None:
+    system = mbs.load(file)
+    if system.impact is None:
+        verify_letters(system)
+
+
+def verify_letters(system: mbs.System) -> None:
+    solution = mbs.solve(system, steps=True)
+    scene = scene_of(system)
+    arrows = all_arrows(CutFree(system, scene, scene.motion(), values_of(solution), sliding_of(solution)))
+    assert solution.steps is not None
+    spelt = {label.text for label in solution.steps.notation.spelling.values()}
+    for arrow in arrows:
+        if arrow.role in ("reaction", "couple"):
+            assert arrow.label in spelt, arrow
 
 
 def test_redundant_rows_and_places_are_marked() -> None:

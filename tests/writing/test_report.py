@@ -12,9 +12,10 @@ import pytest
 from writing_pages import Page
 
 import multibody_sym as mbs
+from multibody_sym.answers.cut_free.pulls import CutFree
+from multibody_sym.answers.cut_free.values import values_of
 from multibody_sym.cli.main import main
 from multibody_sym.scene.scene import scene_of
-from multibody_sym.writing.report import free_bodies as cut
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 HOSTILE = "</script><b onload=alert(1)>\\input{x} $a$ #1 %&_^~ \u03b1\u4e2d"
@@ -48,14 +49,14 @@ def test_forces_on_bodies_cut_free_are_their_masses_times_accelerations(name: st
     """By a second route: a_C from the accelerations of a run, which no reaction enters."""
     system = mbs.load(EXAMPLES / f"{name}.yaml")
     scene = scene_of(system)
-    free = cut._Cut(system, scene, scene.at(), mbs.solve(system))
-    arrows = [arrow for arrow in free.arrows() if arrow.at.body >= 0]
+    free = CutFree(system, scene, scene.motion(), values_of(mbs.solve(system)))
+    pulls = [pull for pull in free.pulls() if pull.at.body >= 0]
     for k, body in enumerate(scene.mechanism.bodies):
-        forces = sum(np.array(a.vector) for a in arrows if a.at.body == k and a.role != "couple")
+        forces = sum(pull.vector for pull in pulls if pull.at.body == k and not pull.turns)
         run = mbs.simulate(with_places(system, body.name), t_end=1e-4, samples=2, backend="python", rtol=1e-12)
         rates = np.array([(run[f"v{x}"][1] - run[f"v{x}"][0]) / 1e-4 for x in "xyz"])
         mass = float(free.motion.masses[k].mass)
-        scale = max(np.linalg.norm(a.vector) for a in arrows)
+        scale = max(pull.size for pull in pulls)
         assert np.allclose((forces - mass * rates)[:2] / scale, 0, atol=2e-3), (body.name, forces, mass * rates)
 
 

@@ -10,7 +10,15 @@ from typing import Any
 import sympy
 
 from multibody_sym.answers.worked.grips import Grip, rubbing, slipping_ratio, tension_wrenches
-from multibody_sym.dynamics.derivation.letters import FRICTION, MOMENT, TENSION, Lettered, force_unit, row_elements
+from multibody_sym.dynamics.derivation.letters import (
+    FRICTION,
+    MOMENT,
+    SPRING,
+    TENSION,
+    Lettered,
+    force_unit,
+    row_elements,
+)
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.kinematics.loads import Applied, applied, exert, span, span_rate
 from multibody_sym.kinematics.motion import Motion, accelerations, pose
@@ -37,8 +45,6 @@ from multibody_sym.scalars.vectors import (
     subtract,
     transpose,
 )
-
-SPRING = "P"
 
 
 @dataclass(frozen=True)

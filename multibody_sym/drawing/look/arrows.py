@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import field
 from typing import Any, Final
 
 import numpy as np
@@ -12,26 +13,60 @@ from multibody_sym.drawing.look.sheet import Sheet, left, unit2
 from multibody_sym.drawing.picture import Arrow, Mark, Wish
 from multibody_sym.drawing.style import FORCE, LAYER_ARROW, LAYER_TEXT, REACTION, THIN
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
 from multibody_sym.scene.forms import across, unit
 from multibody_sym.scene.items import ArrowItem
 
 _FORCE: Final = 34.0
 _TORQUE: Final = 15.0
 _GRAVITY: Final = 30.0
+_BESIDE: Final = 6.0
+"""How far arrows of the same place and way are apart (pt)."""
+_SAME_WAY: Final = 0.98
 
 
 def arrow_marks(sheet: Sheet, corner: Floats) -> Iterator[Mark]:
     """Yield all arrows of a scene with their letters; gravity stands beside the `corner` of what is drawn."""
+    taken = _Taken()
     for item, vector in zip(sheet.scene.arrows, sheet.placed.vectors, strict=True):
         named = {"role": item.role, "name": item.name, "layer": LAYER_ARROW}
+        at = sheet.at(item.at.body, item.at.point)
         if item.role == "gravity":
             yield from _gravity(sheet, item, vector, named, corner)
         elif item.role in ("torque", "couple"):
             pen = REACTION if item.role == "couple" else FORCE
-            yield from torque_marks(sheet, sheet.at(item.at.body, item.at.point), vector, item.label, named, pen)
+            yield from torque_marks(sheet, at, vector, item.label, named, pen, taken.radius(at))
         elif item.role != "drag":
             pen = REACTION if item.role == "reaction" else FORCE
-            yield from force_marks(sheet, sheet.at(item.at.body, item.at.point), vector, item.label, named, pen)
+            at = at + taken.aside(at, sheet.projection.page(vector))
+            yield from force_marks(sheet, at, vector, item.label, named, pen)
+
+
+@dataclass
+class _Taken:
+    """Where arrows are: one that would lie on another stands beside it, a bow about another."""
+
+    forces: list[tuple[Floats, Floats]] = field(default_factory=list)
+    torques: list[Floats] = field(default_factory=list)
+
+    def aside(self, at: Floats, way: Floats) -> Floats:
+        """Return how far (2) a force that starts at a place moves across its way."""
+        along = unit2(way)
+        same = [1 for other, ahead in self.forces if _near(at, other) and float(along @ ahead) > _SAME_WAY]
+        self.forces.append((at, along))
+        side = (len(same) + 1) // 2 * (1 if len(same) % 2 else -1)
+        found: Floats = _BESIDE * side * left(along)
+        return found
+
+    def radius(self, at: Floats) -> float:
+        """Return the radius of the bow of a torque about a place."""
+        same = sum(_near(at, other) for other in self.torques)
+        self.torques.append(at)
+        return _TORQUE + _BESIDE * same
+
+
+def _near(a: Floats, b: Floats) -> bool:
+    return float(np.linalg.norm(a - b)) < 2.0
 
 
 def _gravity(
@@ -63,8 +98,9 @@ def force_marks(
 
 
 def torque_marks(
-    sheet: Sheet, at: Floats, vector: Floats, label: str, named: dict[str, Any], pen: Any = FORCE
-) -> Iterator[Mark]:
+    sheet: Sheet, at: Floats, vector: Floats, label: str, named: dict[str, Any], pen: Any = FORCE,
+    radius: float = _TORQUE,
+) -> Iterator[Mark]:  # fmt: skip
     """Yield a torque about a place of the page: most of a circle around its axis, as it turns."""
     size = float(np.linalg.norm(vector))
     if size == 0.0:
@@ -74,6 +110,6 @@ def torque_marks(
     e2 = np.cross(axis, e1)
     angles = np.linspace(-0.5, 4.0, 36)[:, None]
     rim = np.cos(angles) * e1 + np.sin(angles) * e2
-    points = at + _TORQUE * sheet.projection.page(rim) / sheet.projection.scale
+    points = at + radius * sheet.projection.page(rim) / sheet.projection.scale
     yield Arrow(points, pen, head=5.0, **named)
     yield Wish(points, letters(label), colour=pen.colour, **{**named, "layer": LAYER_TEXT})

@@ -19,7 +19,7 @@ from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO
 
-TENSION, ROD, NORMAL, FRICTION, TOOTH, MOMENT = "T", "S", "N", "F", "Z", "M"
+TENSION, ROD, NORMAL, FRICTION, TOOTH, MOMENT, SPRING = "T", "S", "N", "F", "Z", "M", "P"
 _SHORT: Final = 2
 _AXES: Final = "xyz"
 
@@ -45,11 +45,19 @@ def force_letters(
     One force of a kind has the letter alone, several have it with numbers in the order of the model, friction that of
     its normal force; where the model itself uses such a name, all of the kind have the letter with the element's name.
     """
+    lettered = [*_of_rows(mechanism, symbols), *_of_guides(mechanism, symbols), *further]
+    joints = {s: label for s, label in _of_joints(mechanism, symbols).items() if s in used}
+    return spelt(mechanism, [each for each in lettered if each.symbol in used], joints)
+
+
+def spelt(mechanism: Mechanism, lettered: Sequence[Lettered], joints: Mapping[Any, Label]) -> dict[Any, Label]:
+    """Return how forces are spelt by their symbols, which may be anything: the one place that numbers their letters.
+
+    `joints` are components of joints' reactions with their labels, which those have that have no letter of their own.
+    """
     declared = (*mechanism.coordinates, *mechanism.speeds, *mechanism.parameters)
     taken = {"t", *mechanism.inputs, *(each.name for each in declared)}
     found: dict[Any, Label] = {}
-    lettered = [*_of_rows(mechanism, symbols), *_of_guides(mechanism, symbols), *further]
-    lettered = [each for each in lettered if each.symbol in used]
     found.update((each.symbol, Label(each.own, latex_name(each.own))) for each in lettered if each.own)
     lettered = [each for each in lettered if not each.own]
     order = {each.name: k for k, each in enumerate(mechanism.one_way)}
@@ -62,7 +70,7 @@ def force_letters(
         if letter == NORMAL:
             elements = [each.element for each in kind]
             pressing = {name: k for name, k in zip(elements, numbers, strict=True) if elements.count(name) == 1}
-    found.update((s, label) for s, label in _of_joints(mechanism, symbols).items() if s in used and s not in found)
+    found.update((s, label) for s, label in joints.items() if s not in found)
     return _apart(found, taken)
 
 
@@ -195,15 +203,17 @@ def _of_joints(mechanism: Mechanism, symbols: Symbols) -> dict[Any, Label]:
     found = {}
     for index, body in enumerate(mechanism.bodies):
         for k, component in enumerate(COMPONENTS):
-            found[symbols.reactions[6 * index + k]] = _component(body.joint_name, component[0] == "m", component[1])
+            found[symbols.reactions[6 * index + k]] = component_label(body.joint_name, component)
     for row, s in zip(mechanism.rows, symbols.multipliers, strict=True):
         joint, dot, rest = row.name.rpartition(".")
         if isinstance(row, (PositionRow, AngleRow)) and dot and rest[-1:] in _AXES:
-            found[s] = _component(joint, isinstance(row, AngleRow), rest[-1])
+            found[s] = component_label(joint, ("m" if isinstance(row, AngleRow) else "f") + rest[-1])
     return found
 
 
-def _component(joint: str, turns: bool, axis: str) -> Label:
+def component_label(joint: str, component: str) -> Label:
+    """Return A_x for fx of a joint A, M_A for mz and M_A_x for mx; R_hinge_x where the joint has a longer name."""
+    turns, axis = component[0] == "m", component[1]
     if turns:
         return _labelled("M", joint, "" if axis == "z" else axis)
     return _labelled(joint, "", axis) if len(joint) <= _SHORT and joint.isalnum() else _labelled("R", joint, axis)
