@@ -21,8 +21,8 @@ RODS = range(1, 12)
 SIDES = {"outside": 1, "inside": -1}
 LONGEST, SAMPLES = 60.0, 6001
 """For how long a chain is followed until it meets itself, in s, and at how many times it is looked at."""
-TOGETHER, CAP = 1e-9, 0.01
-"""How exactly ends meet that meet each other, by symmetry, and how far what they meet goes on beyond them, in m."""
+TOGETHER = 1e-9
+"""How exactly ends meet that meet each other, by symmetry, in m."""
 HEAD = (
     "| rod | side | turn | impulse N*s | apparent mass kg | meets itself at s | with | impulse N*s | "
     "momentum | angular momentum | energy |\n|---|---|---|---|---|---|---|---|---|---|---|"
@@ -142,37 +142,31 @@ def met(system: mbs.System) -> tuple[Sequence[Motion], Meeting]:
     free = Motion.of(flight)
     passed, corner, side, k = min(meetings(free), key=lambda each: (round(each[0], 6), *each[1:]))
     sample = int(passed)
-    surface, other = faced(free, sample, corner, side, k)
-    point = named(corner)
+    point, end = named(corner), end_met(free, sample, corner, k)
+    surface = mbs.Surface(segment=[[0, 0, 0], [1, 0, 0]], normal=[0, side, 0])
     closing = replace(
         system,
         bodies={**system.bodies, f"rod{k}": rod(surface)},
-        contacts={"meet": mbs.Contact([point, f"rod{k}.side"], restitution=1, open=True)},
+        contacts={"meet": mbs.Contact([point, end or f"rod{k}.side"], restitution=1, open=True)},
         impact=None,
     )
     state = {name: float(flight[name][sample]) for name in (*flight.coordinates, *flight.speeds)}
     begun = float(flight.t[sample])
     run = mbs.simulate(closing, t_end=0.1 * begun, samples=301, initial=state)
     event = next(event for event in run.events if event["kind"] == "impact")
-    return (free.until(sample + 1), Motion.of(run)), Meeting(begun + event["t"], point, other, event["impulse"])
+    meeting = Meeting(begun + event["t"], point, end or f"rod{k}", event["impulse"])
+    return (free.until(sample + 1), Motion.of(run)), meeting
 
 
-def faced(motion: Motion, sample: int, corner: int, side: int, k: int) -> tuple[mbs.Surface, str]:
-    """Return the surface of the k-th rod that the corner meets, and its name: its side, or where ends meet its end.
-
-    There the normal is the direction in which the corners come together.
-    """
-    along = motion.along[k - 1][:, sample]
-    for end in (0, 1):
-        apart = motion.corners[corner] - motion.corners[k - 1 + end]
+def end_met(motion: Motion, sample: int, corner: int, k: int) -> str | None:
+    """Return the end of the k-th rod that the corner meets, for which there is no normal; None for its side."""
+    for end in (k - 1, k):
+        apart = motion.corners[corner] - motion.corners[end]
         way = apart[:, sample] - apart[:, sample + 1]
         n = way / np.hypot(*way)
         if abs(n[0] * apart[1, sample] - n[1] * apart[0, sample]) < TOGETHER:
-            nx, ny = float(n @ along), float(along[0] * n[1] - along[1] * n[0])
-            ends = [[end + s * ny, -s * nx, 0] for s in (-CAP, CAP)]
-            return mbs.Surface(segment=ends, normal=[nx, ny, 0]), named(k - 1 + end)
-    beyond = CAP if corner in (k - 2, k + 1) else 0.0  # a rod that folds onto its neighbour meets the very end of it
-    return mbs.Surface(segment=[[-beyond, 0, 0], [1 + beyond, 0, 0]], normal=[0, side, 0]), f"rod{k}"
+            return named(end)
+    return None
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from multibody_sym.errors import ModelError
 from multibody_sym.kinematics.guides.touched import bent_normal, to_foot
 from multibody_sym.kinematics.motion import Motion
 from multibody_sym.kinematics.points import acceleration, position, velocity
-from multibody_sym.kinematics.relative import Direction, angular_acceleration, angular_velocity, direction
+from multibody_sym.kinematics.relative import Direction, angular_acceleration, angular_velocity, direction, separation
 from multibody_sym.model.mechanism.contact_rows import (
     LOCAL,
     Bent,
@@ -351,10 +351,13 @@ def reach(row: ContactRow, motion: Motion) -> list[S]:
     """Return functions that are >= 0 where a contact with a face that ends may hold; beyond it, it does not.
 
     What is round is above the face, from end to end; a point is nearer to it than to the faces beside it; and the body
-    whose corner touches is above the face.
+    whose corner touches is above the face. Points meet where they are at one place, and nowhere else.
     """
     if any(isinstance(skin, Edge) for skin in row.skins):
         return _reach_along(row.skins, motion)
+    if row.tip is not None:
+        away, _ = separation(motion, *(skin.place for skin in row.skins))
+        return [-sqrt(dot(away, away))]
     face = next((skin for skin in row.skins if isinstance(skin, Flat)), None)
     if face is None:
         return []

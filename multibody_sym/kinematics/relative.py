@@ -61,6 +61,12 @@ class Seen:
     acceleration: Vec
 
 
+def separation(motion: Motion, first: Marker, second: Marker) -> tuple[Vec, Vec]:
+    """Return how far one marker is from another one (m), and the rate of that, in world axes."""
+    away = subtract(position(motion, first), position(motion, second))
+    return away, subtract(velocity(motion, first), velocity(motion, second))
+
+
 def seen(motion: Motion, frame: Marker, point: Marker, bodies: Accelerations) -> Seen:
     """Return the motion of a marker relative to the body of a frame: v' = v - v_F - w x d, a' = a - a_F - ...."""
     w, alpha = angular_velocity(motion, frame.body), angular_acceleration(motion, frame.body, bodies)

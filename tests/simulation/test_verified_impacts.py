@@ -25,7 +25,7 @@ def worst(run: mbs.Trajectory, jumps: list[Jump] | None = None) -> dict[str, flo
     """Return by how much each theorem is missed at impacts, relative to its terms."""
     assert run.modes is not None
     laws = run.modes.laws
-    each = [passed(laws.mechanism, laws.parameters.tolist(), jump) for jump in jumps or run.modes.blows]
+    each = [passed(laws.mechanism, jump) for jump in jumps or run.modes.blows]
     missed = np.array([np.abs(x.changed - x.expected) / np.maximum(x.size, 1e-300) for x in each])
     return {name: float(missed[:, own].max()) for name, own in zip(JUMPS, THEOREMS.values(), strict=True)}
 

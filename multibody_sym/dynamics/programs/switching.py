@@ -2,6 +2,7 @@
 
     what ends                                    function
     an open contact, a slack rope closes         -gap, over a face that ends
+    two points are nearest, and perhaps meet     r . v, of one from the other
     a closed contact, a taut rope opens          -(normal force, tension)
     a reaction that presses changes its side     -side * reaction, from no side |reaction|
     a closed contact gets past an edge           -(way to the edge)
@@ -21,9 +22,9 @@ from typing import Final, Literal
 
 from multibody_sym.kinematics.contacts import reach
 from multibody_sym.kinematics.motion import Motion, accelerations
-from multibody_sym.kinematics.relative import slip_velocity
+from multibody_sym.kinematics.relative import separation, slip_velocity
 from multibody_sym.kinematics.rows import RowMotion, coefficients, row_motion
-from multibody_sym.model.mechanism.contact_rows import ContactRow, Edge, Flat, Skin
+from multibody_sym.model.mechanism.contact_rows import ContactRow, Edge, Flat, Skin, Tip
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.one_way import INACTIVE, STICKS, FrictionPart, OneWay
 from multibody_sym.model.mechanism.rows import Row
@@ -31,7 +32,7 @@ from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import absolute, minimum, sqrt
 from multibody_sym.scalars.node import ZERO
-from multibody_sym.scalars.vectors import S, Vec
+from multibody_sym.scalars.vectors import S, Vec, dot
 
 Ends = Literal["closes", "opens", "leaves", "turns", "slips", "stops", "stops in space"]
 
@@ -98,7 +99,7 @@ def _of(mechanism: Mechanism, element: OneWay) -> Iterator[Switching]:
 
 
 def _ends(skin: Skin) -> bool:
-    return isinstance(skin, Edge) or (isinstance(skin, Flat) and skin.ends is not None)
+    return isinstance(skin, (Edge, Tip)) or (isinstance(skin, Flat) and skin.ends is not None)
 
 
 def side_of(mechanism: Mechanism, element: OneWay, normal: Row) -> int:
@@ -135,6 +136,9 @@ class SwitchingValues:
     def _value(self, one: Switching) -> S:
         mechanism, element, normal = self.motion.mechanism, one.element, one.element.normals
         assert mechanism.mode is not None
+        row = normal[0] if normal else None
+        if one.ends == "closes" and isinstance(row, ContactRow) and row.tip is not None:
+            return dot(*separation(self.motion, row.skins[0].place, row.skins[1].place))
         if one.ends == "closes":
             return reduce(minimum, self._reach(normal[0]), -self.row(normal[0]).phi)
         if one.ends == "leaves":

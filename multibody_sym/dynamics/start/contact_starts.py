@@ -10,7 +10,7 @@ from multibody_sym.kinematics.contacts import reach, touch
 from multibody_sym.kinematics.motion import Motion, accelerations
 from multibody_sym.kinematics.relative import direction
 from multibody_sym.model.declaration.contacts import verify_coefficients
-from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Rim
+from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Rim, is_point
 from multibody_sym.model.mechanism.one_way import FrictionPart, OneWay
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.vectors import cross, dot
@@ -75,6 +75,15 @@ def verify_outside(motion: Motion, tolerance: float) -> None:
                 raise ModelError(
                     f"{first} starts {-gap:.6g} m inside {second}{part}; move it out along the normal "
                     "(initial: {q: ..}), or correct the surface: its normal points out of its body",
+                    number="M114",
+                )
+        if gap <= tolerance and all(is_point(skin) for skin in row.skins):
+            first, second = (skin.place.name for skin in row.skins)
+            with at(*element.path):
+                raise ModelError(
+                    f"{first} and {second} are points and start at one place, where nothing says which way they push "
+                    "each other: start them apart, give one of them a surface (surfaces: {face: {plane: [0, 0, 0], "
+                    "normal: y}}) and name it, or let them strike there (impact: {between: [..]})",
                     number="M114",
                 )
         if gap <= tolerance and not element.open and _lies_flat(row, motion):

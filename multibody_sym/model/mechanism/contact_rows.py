@@ -62,6 +62,14 @@ class Flat(Skin):
 
 
 @dataclass(frozen=True)
+class Tip(Flat):
+    """A point that another point meets: a plane through it across the direction in which they came together.
+
+    Nothing but a run knows that, so that the components of its normal are parameters of runs.
+    """
+
+
+@dataclass(frozen=True)
 class Edge(Skin):
     """A segment in space, of a thin bar or an edge, from its place to a `tip`.
 
@@ -148,6 +156,12 @@ class ContactRow(WithoutLine):
         return ()
 
     @property
+    def tip(self) -> Tip | None:
+        """The second skin where two points meet, which has no normal of its own."""
+        second = self.skins[1]
+        return second if isinstance(second, Tip) else None
+
+    @property
     def radii(self) -> tuple[Node, ...]:
         return tuple(s.radius for s in self.skins if isinstance(s, (Round, Rim)) and s.radius is not ZERO)
 
@@ -162,3 +176,8 @@ class TurningRow(ContactRow):
 def is_curved(skin: Skin) -> bool:
     """Return whether a skin is a centre with a radius that is not zero."""
     return isinstance(skin, Round) and skin.radius is not ZERO
+
+
+def is_point(skin: Skin) -> bool:
+    """Return whether a skin is a point."""
+    return isinstance(skin, Round) and skin.radius is ZERO

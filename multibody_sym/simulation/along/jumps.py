@@ -9,7 +9,7 @@ does work too: with b = dT/du at u = 0, the momenta that it gives, and the rates
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -31,7 +31,7 @@ from multibody_sym.records import dataclass
 class Jump:
     """An impact at time t and coordinates q (nq,), from speeds u (nu,) on by a `change` (nu,).
 
-    `impulses` by row (N s), and the energy that was `lost` (J).
+    `impulses` by row (N s), the energy that was `lost` (J), and the parameters (np,) of the mechanism then.
     """
 
     t: float
@@ -40,6 +40,7 @@ class Jump:
     change: Floats
     impulses: Mapping[str, float]
     lost: float
+    parameters: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,17 +56,17 @@ class Passed:
     size: Floats
 
 
-def passed(mechanism: Mechanism, parameters: Sequence[float], jump: Jump) -> Passed:
+def passed(mechanism: Mechanism, jump: Jump) -> Passed:
     """Return both sides of the theorems at an impact."""
     struck = tuple(row for row in every_row(mechanism) if jump.impulses.get(row.name))
-    before = _motion(replace(mechanism, rows=struck), parameters, jump, jump.u)
+    before = _motion(replace(mechanism, rows=struck), jump, jump.u)
     rows, z = row_motions(before), [jump.impulses[row.name] for row in struck]
     forces = np.array([row.forces for row in rows], dtype=float).reshape(len(rows), len(jump.u))
     led = jump.u + least_squares(np.array(mass_matrix(before), dtype=float), forces.T @ np.array(z), ROUNDED)
-    after, reached = (_motion(mechanism, parameters, jump, u) for u in (jump.u + jump.change, led))
+    after, reached = (_motion(mechanism, jump, u) for u in (jump.u + jump.change, led))
     (m0, size0), (m1, size1), (m2, _) = (_momenta(motion) for motion in (before, after, reached))
     T0, T1 = (float(kinetic_energy(motion)) for motion in (before, after))
-    prescribed = generalized_momenta(_motion(mechanism, parameters, jump, np.zeros_like(jump.u)))
+    prescribed = generalized_momenta(_motion(mechanism, jump, np.zeros_like(jump.u)))
     given = [float(b * du) for b, du in zip(prescribed, jump.change.tolist(), strict=True)]
     given += [-x * _driven(row, jump.u) for x, row in zip(z, rows, strict=True)]
     energy = T0 + T1 + abs(jump.lost) + sum(map(abs, given))
@@ -77,8 +78,9 @@ def passed(mechanism: Mechanism, parameters: Sequence[float], jump: Jump) -> Pas
     )
 
 
-def _motion(mechanism: Mechanism, parameters: Sequence[float], jump: Jump, u: Floats) -> Motion:
-    return motion_of(mechanism, state_of(mechanism, float, jump.t, jump.q.tolist(), u.tolist(), list(parameters)))
+def _motion(mechanism: Mechanism, jump: Jump, u: Floats) -> Motion:
+    given = jump.t, jump.q.tolist(), u.tolist(), jump.parameters.tolist()
+    return motion_of(mechanism, state_of(mechanism, float, *given))
 
 
 def _momenta(motion: Motion) -> tuple[Floats, Floats]:

@@ -16,7 +16,7 @@ from multibody_sym.integrators.flow import Status
 from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mechanism import Mechanism
-from multibody_sym.model.mechanism.one_way import INACTIVE, Mode
+from multibody_sym.model.mechanism.one_way import Mode
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.chain import Leg, Switch, chain
@@ -36,6 +36,7 @@ from multibody_sym.simulation.one_way.remembered import Remembered
 from multibody_sym.simulation.one_way.roads import Roads
 from multibody_sym.simulation.one_way.stops_in_space import stopped
 from multibody_sym.simulation.one_way.stretches import Change, Stretch, between_jumps
+from multibody_sym.simulation.one_way.tips import Tips, is_tip
 from multibody_sym.simulation.one_way.turns import followed
 from multibody_sym.simulation.parts import Part
 
@@ -89,6 +90,7 @@ class OneWayRun:
     def __post_init__(self) -> None:
         self.modes = Modes(self.laws.mechanism, self.make, self.template, self.stabilised or (0.0, 0.0))
         self._roads = Roads(self.laws, self.template, self._soon, self.turned)
+        self._tips = Tips.of(self.laws.mechanism)
 
     def begin(self) -> Problem:
         """Return the run in the mode in which it begins.
@@ -96,6 +98,7 @@ class OneWayRun:
         Raises NoSolutionError where there is none, ModelError where a point moves across a thin bar that it touches.
         """
         found, self._scale, hidden = self._first
+        self.laws = found.facts.laws
         self._hidden = list(hidden)
         self._go_the_same_ways()
         entered = self._entered(found, None)
@@ -124,8 +127,10 @@ class OneWayRun:
         facts = self.laws.at(t, q, u, scale)
         for bar in self.bars:
             bar.verify_leaving(facts)
-        hidden = thin_bars.hidden_sides(self.bars, facts, lambda known: decided(facts, (), hidden=known))
-        return decided(facts, (), hidden=hidden), scale, hidden
+        facts = self._tips.meeting(facts, ()).at(t, q, u, scale)
+        aside = self._tips.aside(facts, ())
+        hidden = thin_bars.hidden_sides(self.bars, facts, lambda known: decided(facts, (), hidden=known, beyond=aside))
+        return self._tips.resting(decided(facts, (), hidden=hidden, beyond=aside)), scale, hidden
 
     @cached_property
     def _first_problem(self) -> tuple[Problem, ModeProgram]:
@@ -150,7 +155,7 @@ class OneWayRun:
     @property
     def passed(self) -> Iterator[Passed]:
         """Both sides of the general theorems at each impact."""
-        return (passed(self.laws.mechanism, self.laws.parameters.tolist(), jump) for jump in self.blows)
+        return (passed(self.laws.mechanism, jump) for jump in self.blows)
 
     @property
     def events(self) -> list[dict[str, Any]]:
@@ -201,21 +206,25 @@ class OneWayRun:
 
     def jump(self, t: float, x: Floats, index: int) -> Floats | None:
         """Return the state after an impact from which the run goes on in its mode; None where that ends."""
-        now, nq = self.stretches[-1], len(self.laws.mechanism.coordinates)
+        now = self.stretches[-1]
         cause = now.program.switchings[index]
         if cause.ends != "closes" or self._standstill.lasts(t, len(self.laws.unilateral)):
             return None
-        facts = self.laws.at(t, x[:nq], x[nq:], self._scale)
-        if thin_bars.is_behind(facts, cause.element):
+        facts = self._seen(t, x)
+        aside = self._tips.aside(facts, now.active)
+        element = self._tips.striking(facts, cause.element, (*aside, *self._hidden))
+        if element is None:
+            return x.copy()
+        if thin_bars.is_behind(facts, element):
             return None
-        leaving = self._bounces.leaving(facts, cause.element)
+        leaving = self._bounces.leaving(facts, element)
         if leaving is not None:
             after = np.concatenate([leaving, facts.u])
             self.jumps += [] if leaving is facts.q else [(len(self.stretches) - 1, t, after)]
             return after.copy()
-        blow = bounced(facts, cause.element, self._hidden)
-        before, alone = Before(now.mode, now.udot_at(facts), None, self._bounces), [cause.element]
-        if blow is None or before.late(facts, alone, [cause.element.name]):
+        blow = bounced(facts, element, (*aside, *self._hidden))
+        before = Before(now.mode, now.udot_at(facts), None, self._bounces)
+        if blow is None or before.late(facts, [element], [element.name]):
             found = self._decided(t, x, cause, None)
             blow, facts = found.blow, found.facts
             if blow is None or found.mode != now.mode or found.several:
@@ -223,6 +232,7 @@ class OneWayRun:
         else:
             facts = replace(facts, u=facts.u + blow.jump)
         self._hit(t, blow)
+        self._tips.struck(facts)
         self.jumps.append((len(self.stretches) - 1, t, np.concatenate([facts.q, facts.u])))
         return self.jumps[-1][2].copy()
 
@@ -276,20 +286,28 @@ class OneWayRun:
         """Return how the run goes on from a state at which a switching function of its mode has crossed."""
         now = self.stretches[-1]
         facts, closed = self._at(t, x, cause)
-        beyond = (cause.element.name,) if cause.ends == "leaves" else ()
+        beyond = [cause.element.name] if cause.ends == "leaves" else []
+        beyond += self._tips.aside(facts, now.active)
         before = Before(now.mode, now.udot_at(facts), guess, self._bounces)
-        return decided(facts, closed, before, beyond=beyond, hidden=tuple(self._hidden))
+        found = decided(facts, closed, before, beyond=beyond, hidden=tuple(self._hidden))
+        return self._tips.resting(found)
+
+    def _seen(self, t: float, x: Floats) -> Facts:
+        """Return what laws ask at a state, with the normals of points that meet there."""
+        nq = len(self.laws.mechanism.coordinates)
+        facts = self.laws.at(t, x[:nq], x[nq:], self._scale)
+        self.laws = self._tips.meeting(facts, self.stretches[-1].active)
+        return facts if self.laws is facts.laws else self.laws.at(t, x[:nq], x[nq:], self._scale)
 
     def _at(self, t: float, x: Floats, cause: Switching) -> tuple[Facts, list[str]]:
         """Return what laws ask where a switching function of the mode has crossed, and the elements that are closed."""
         now, nq = self.stretches[-1], len(self.laws.mechanism.coordinates)
         x = x if now.problem.project else put_back(now.problem, t, x)
         self._scale = larger(self._scale, x[nq:], self.laws.slides)
-        sides = now.mode.sides
-        active = [x.name for x in self.laws.mechanism.one_way if x.unilateral and sides.get(x.name, INACTIVE)]
-        closed = [name for name in active if not (cause.ends == "leaves" and name == cause.element.name)]
-        facts = self.laws.at(t, x[:nq], x[nq:], self._scale)
-        touches = cause.ends == "closes" and not thin_bars.is_behind(facts, cause.element)
+        closed = [name for name in now.active if not (cause.ends == "leaves" and name == cause.element.name)]
+        facts = self._seen(t, x)
+        touches = cause.ends == "closes" and not is_tip(cause.element)
+        touches = touches and not thin_bars.is_behind(facts, cause.element)
         closed += [cause.element.name] if touches else []
         return facts, closed
 
@@ -321,6 +339,8 @@ class OneWayRun:
         if stretch.problem.course is not None:
             self.remembered.stretches.setdefault(key_of(found.mode), Stretch(program, problem, found.mode))
         self._note(t, found, stretch)
+        if found.blow is not None:
+            self._tips.struck(found.facts)
         return stretch.problem
 
     def _met(self, program: ModeProgram, problem: Problem, mode: Mode, t: float) -> Stretch:
@@ -364,9 +384,10 @@ class OneWayRun:
         self, time: float, blow: Blow, words: Mapping[str, str] | None = None, late: Mapping[str, float] | None = None
     ) -> None:
         """Note what an impact did; what rests does so when it would have ceased to bounce."""
-        self.blows.append(Jump(time, blow.q, blow.u, blow.jump, blow.rows, sum(blow.lost.values())))
-        for name, lost in blow.lost.items():
-            self.lost[name] = self.lost.get(name, 0.0) + lost
+        lost = sum(blow.lost.values())
+        self.blows.append(Jump(time, blow.q, blow.u, blow.jump, blow.rows, lost, self.laws.parameters))
+        for name, each in blow.lost.items():
+            self.lost[name] = self.lost.get(name, 0.0) + each
         for name, impulse in blow.impulses.items():
             when, word = time + (late or {}).get(name, 0.0), (words or {}).get(name, IMPACT)
             if impulse:

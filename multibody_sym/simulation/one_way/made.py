@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
+
 from multibody_sym.model.declaration.settings import Settings
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.runtime.loading import Backend, Compiled
@@ -13,6 +15,7 @@ from multibody_sym.simulation.one_way import thin_bars
 from multibody_sym.simulation.one_way.chained import OneWayRun
 from multibody_sym.simulation.one_way.facts import Laws
 from multibody_sym.simulation.one_way.moments import moments
+from multibody_sym.simulation.one_way.tips import first_normal, with_tips
 from multibody_sym.simulation.problem import own_coefficient
 from multibody_sym.simulation.recall import compiled, compiled_laws
 from multibody_sym.simulation.runnable import Runnable
@@ -25,12 +28,13 @@ def one_way_run(
     """Return the run of a system of which some holds one way only, None where all holds both ways."""
     if not ready.state.declared.one_way:
         return None
-    declared, bars = thin_bars.with_one_side(ready.state.declared)
+    known = ready.mechanism.parameters.places
+    declared, bars = thin_bars.with_one_side(with_tips(ready.state.declared))
     make = partial(_made, ready.system.simulation, ready.formalism, native, backend)
-    places = [ready.mechanism.parameters.places[entry.name] for entry in declared.parameters]
-    laws = Laws(declared, compiled_laws(declared, native=native, backend=backend), ready.parameters[places])
-    known = tuple(moments(ready.system, ready.parameter_values, settings.t_end).tolist())
-    template = replace(template, project=settings.project, moments=known)
+    values = [ready.parameters[known[x.name]] if x.name in known else first_normal(x) for x in declared.parameters]
+    laws = Laws(declared, compiled_laws(declared, native=native, backend=backend), np.array(values, dtype=float))
+    looks = tuple(moments(ready.system, ready.parameter_values, settings.t_end).tolist())
+    template = replace(template, project=settings.project, moments=looks)
     if settings.baumgarte is None:
         return OneWayRun(laws, make, template, bars=bars)
 

@@ -22,6 +22,7 @@ from multibody_sym.runtime.problem import Begun, Problem
 from multibody_sym.simulation.one_way.decision import Decided
 from multibody_sym.simulation.one_way.facts import Facts, rounded_up
 from multibody_sym.simulation.one_way.held import held_speeds
+from multibody_sym.simulation.one_way.tips import is_tip, remembered_normals
 
 _FORCES: Final = 2e-13
 """The part of the largest force by which a switching function of forces may be beyond zero."""
@@ -72,11 +73,11 @@ class Modes:
         self.template = template
         self._make = make
         self._chosen = dict(zip((ALPHA, BETA), stabilised, strict=True))
-        self._known: dict[Key, ModeProgram] = {}
+        self._known: dict[tuple[Key, tuple[float, ...]], ModeProgram] = {}
 
     def program(self, mode: Mode, at: Facts) -> ModeProgram:
         """Return the Programs of a mode; which speeds it holds shows at the first instant at which a run is in it."""
-        key = key_of(mode)
+        key = key_of(mode), remembered_normals(at, mode)
         if key not in self._known:
             entered = in_mode(self.mechanism, mode)
             values = self.parameters(entered, at.laws.parameters, mode, 0)
@@ -140,6 +141,10 @@ def _margin(one: Switching, at: Facts, largest: float) -> float:
     """Return by how much a switching function may exceed zero: what rounding may make of nothing."""
     if one.limits:
         return _FORCES * largest
+    if one.ends == "leaves" and is_tip(one.element):
+        return at.allowed_gap(one.element)
+    if one.ends == "closes" and is_tip(one.element):  # points that part where they are have met
+        return -at.allowed_gap(one.element, _GAPS) * at.scale.speed
     if one.ends in ("closes", "leaves"):
         return at.allowed_gap(one.element, _GAPS)
     assert one.part is not None

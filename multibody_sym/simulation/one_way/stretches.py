@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from multibody_sym.model.mechanism.mode_words import mode_words
-from multibody_sym.model.mechanism.one_way import Mode
+from multibody_sym.model.mechanism.one_way import INACTIVE, Mode
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.chain import Leg
@@ -65,6 +65,12 @@ class Stretch:
     def key(self) -> Key:
         """What tells the mode apart."""
         return key_of(self.mode)
+
+    @cached_property
+    def active(self) -> tuple[str, ...]:
+        """The unilateral elements that are closed."""
+        elements = self.program.mechanism.one_way
+        return tuple(x.name for x in elements if x.unilateral and self.mode.sides.get(x.name, INACTIVE))
 
     @cached_property
     def words(self) -> dict[str, str]:

@@ -26,8 +26,8 @@ _BEHIND: Final = 10.0
 """The multiple of what counts as touching from which on something is behind a face."""
 FROM_BEHIND: Final = (
     "what it touches comes in past its end from behind, where a surface that ends with a normal is solid without "
-    "limit, or meets its very end; end the run before, let it reach a little further, or let it be touched on both "
-    "sides (a segment without a normal, a box, a rod)"
+    "limit; end the run before, let it reach a little further, or let it be touched on both sides (a segment without "
+    "a normal, a box, a rod)"
 )
 _CURE: Final = "say on which side it strikes (surfaces: {..: {segment: [..], normal: y}}), or give one of them a radius"
 

@@ -22,6 +22,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.simulation.one_way import settling
 from multibody_sym.simulation.one_way.decision import SOON, Decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws
+from multibody_sym.simulation.one_way.tips import is_tip
 
 CLEAR: Final = 3e-10
 """The part of the largest force, and of an acceleration's terms, by which inequalities hold: thrice what counts."""
@@ -130,7 +131,7 @@ def _flips(before: Mode, after: Mode, cause: Switching) -> bool:
 def plain(element: OneWay) -> bool:
     """Return whether an element touches or not, and rubs in lines if it does."""
     lines = all(len(p.rows) == 1 and not (p.norm or p.enough) and p.regularised is None for p in element.frictions)
-    return element.unilateral and len(element.normals) == 1 and lines
+    return element.unilateral and len(element.normals) == 1 and lines and not is_tip(element)
 
 
 def _sign(facts: Facts, part: FrictionPart) -> int:

@@ -26,6 +26,7 @@ from multibody_sym.model.mechanism.contact_rows import (
     Skin,
     TurningRow,
     is_curved,
+    is_point,
 )
 from multibody_sym.model.mechanism.markers import Marker
 from multibody_sym.model.mechanism.mass import unit_vector
@@ -129,7 +130,7 @@ def _rolling_skins(name: str, element: Rolling, references: References, flat: bo
             raise ModelError(f"{element.body} is {what}; a ball or a disc rolls", number="M112")
     with at("on"):
         word, under = solid_of(element.on, references, flat=flat).skins[0]
-        if word or _is_point(under):
+        if word or is_point(under):
             raise ModelError(f"{element.on} is neither a plane nor round; name a surface to roll on", number="M114")
         if not _may_touch(wheels[0], under):
             raise ModelError(_cannot_touch(wheels[0], under, f"{element.body} and {element.on}"), number="M114")
@@ -196,13 +197,17 @@ def _meetings(
 ) -> Iterator[tuple[tuple[str, str], tuple[Skin, Skin], Marker | None]]:
     """Yield which parts of two solids may touch: their names, skins, and a place inside what has the corner there."""
     pairs = list(product(first.skins, second.skins))
+    if len(pairs) == 1 and all(is_point(skin) for _, skin in pairs[0]):
+        (_, a), (_, b) = pairs[0]
+        yield ("", ""), (a, b), None
+        return
     if not any(_may_touch(a, b) for (_, a), (_, b) in pairs):
         raise ModelError(_cannot_touch(pairs[0][0][1], pairs[0][1][1], " and ".join(between)), number="M114")
     for (word, a), (other_word, b) in pairs:
         if _may_touch(a, b):
             inner = None
             for face, corner, solid in ((a, b, second), (b, a, first)):
-                if isinstance(face, Flat) and (face.ends or face.beside) and _is_point(corner):
+                if isinstance(face, Flat) and (face.ends or face.beside) and is_point(corner):
                     inner = solid.inner
             yield (word, other_word), _facing_once(a, b), inner
 
@@ -226,9 +231,9 @@ def _is_usual(edge: Edge) -> bool:
 def _verify_fields(contact: Contact, meeting: Sequence[tuple[Skin, Skin]]) -> None:
     """Raise ModelError for what is declared of a contact that has no use for it."""
     if contact.tangent is not None and not any(isinstance(skin, Flat) for skins in meeting for skin in skins):
-        raise ModelError(
-            "a tangent is given for planes; other surfaces have none that stays", number="M114"
-        ).under("tangent")
+        raise ModelError("a tangent is given for planes; other surfaces have none that stays", number="M114").under(
+            "tangent"
+        )
     if contact.rolling_resistance is not None and not any(map(_rolls, meeting)):
         message = "discs and spheres roll; nothing here does: give them a radius, or leave rolling_resistance out"
         raise ModelError(message, number="M114").under("rolling_resistance")
@@ -326,15 +331,11 @@ def _rigid(body: str, welds: Mapping[str, str]) -> str:
     return body
 
 
-def _is_point(skin: Skin) -> bool:
-    return isinstance(skin, Round) and skin.radius is ZERO
-
-
 def _may_touch(a: Skin, b: Skin) -> bool:
     """Return whether two skins have a normal between them, and one place where they touch."""
     flats, hollow = (isinstance(a, Flat), isinstance(b, Flat)), [isinstance(x, Round) and x.inside for x in (a, b)]
     if isinstance(a, Level) or isinstance(b, Level):
-        return _is_point(a) or _is_point(b)
+        return is_point(a) or is_point(b)
     if isinstance(a, Edge) or isinstance(b, Edge):
         other = b if isinstance(a, Edge) else a
         return isinstance(other, Edge) or (is_curved(other) and not any(hollow))
@@ -346,7 +347,7 @@ def _may_touch(a: Skin, b: Skin) -> bool:
         return not all(flats) and not any(hollow)
     if isinstance(a, Rim) or isinstance(b, Rim):
         return False
-    return not all(hollow) and not (_is_point(a) and _is_point(b))
+    return not all(hollow) and not (is_point(a) and is_point(b))
 
 
 def _cannot_touch(a: Skin, b: Skin, both: str) -> str:
@@ -372,18 +373,7 @@ def _cannot_touch(a: Skin, b: Skin, both: str) -> str:
             "one of these"
         )
     if isinstance(a, Rim) or isinstance(b, Rim):
-        return (
-            f"{both}: in space the rim of a disc touches planes only; name a plane, or give it a sphere"
-        )
+        return f"{both}: in space the rim of a disc touches planes only; name a plane, or give it a sphere"
     if isinstance(a, Level) or isinstance(b, Level):
-        return (
-            f"{both}: points lie on a surface of revolution, nothing else does; name a point"
-        )
-    if _is_point(a) and _is_point(b):
-        return (
-            f"{both} are points, and between points there is no normal; give one of them a surface, such as "
-            "surfaces: {face: {plane: [0, 0, 0], normal: y}}, and name it here"
-        )
-    return (
-        f"{both}: one of them is hollow, and what is inside it is touched from outside; {_HOLLOW}"
-    )
+        return f"{both}: points lie on a surface of revolution, nothing else does; name a point"
+    return f"{both}: one of them is hollow, and what is inside it is touched from outside; {_HOLLOW}"

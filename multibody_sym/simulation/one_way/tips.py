@@ -1,0 +1,273 @@
+"""Points that meet without a normal: it is the direction in which they come together, and a run remembers it.
+
+Two points that are declared to touch meet so, and a point and the very end of a bar or of a segment, or two such ends.
+Where they are nearest to each other they have met if they are in one place. An end has a side as well: what comes from
+above that strikes the side, as far as to its end, and what comes from beyond it strikes the end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import field, replace
+from typing import Final
+
+import numpy as np
+
+from multibody_sym.dynamics.laws.assemble import TOUCHING
+from multibody_sym.kinematics.motion import Motion, motion_of
+from multibody_sym.kinematics.points import position
+from multibody_sym.kinematics.relative import direction, separation
+from multibody_sym.kinematics.state import state_of
+from multibody_sym.model.declaration.values import Point
+from multibody_sym.model.mechanism.contact_rows import ContactRow, Flat, Round, Skin, Tip, is_point
+from multibody_sym.model.mechanism.markers import Marker
+from multibody_sym.model.mechanism.mass import IDENTITY
+from multibody_sym.model.mechanism.mechanism import Mechanism
+from multibody_sym.model.mechanism.one_way import INACTIVE, Mode, OneWay
+from multibody_sym.model.mechanism.parameters import ARRAY, ParameterEntry, ParameterVector, Source
+from multibody_sym.model.mechanism.rows import Row
+from multibody_sym.numerics.arrays import Floats
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.node import ONE, ZERO, slot
+from multibody_sym.simulation.one_way.decision import Decided
+from multibody_sym.simulation.one_way.facts import Facts, Laws
+
+_FIRST: Final = (ONE, ZERO, ZERO)
+"""The normal before anything has met."""
+_ACROSS: Final = 1e-9
+"""The part of a speed towards an end of a bar, from beyond it, below which what comes is above its side."""
+_AGAIN: Final = 4.0
+"""So many times what counts as one place points have to travel after an impact before they can meet again."""
+
+
+@dataclass(frozen=True)
+class _End:
+    """An end of a bar that a point may meet: the contact of the point with the bar's side, and the end's number."""
+
+    side: OneWay
+    number: int
+
+    @property
+    def row(self) -> ContactRow:
+        row = self.side.normals[0]
+        assert isinstance(row, ContactRow)
+        return row
+
+    @property
+    def place(self) -> int:
+        """Which of both skins is the bar's."""
+        return next(k for k, skin in enumerate(self.row.skins) if isinstance(skin, Flat))
+
+    @property
+    def ends(self) -> tuple[Marker, Marker]:
+        """The bar's ends, this one first."""
+        flat = self.row.skins[self.place]
+        assert isinstance(flat, Flat)
+        assert flat.ends is not None
+        return flat.ends if self.number == 0 else (flat.ends[1], flat.ends[0])
+
+    @property
+    def point(self) -> Marker:
+        return self.row.skins[1 - self.place].place
+
+    @property
+    def pair(self) -> frozenset[Marker]:
+        """What may meet."""
+        return frozenset((self.point, self.ends[0]))
+
+    @property
+    def name(self) -> str:
+        words = self.side.name.removeprefix(self.side.group).strip(".").split(".")
+        parts = [words[1 - self.place] if len(words) == 2 else "", ""]
+        parts[1] = f"end{self.number + 1}"
+        return ".".join(filter(None, (self.side.group, *(parts if self.place else parts[::-1]))))
+
+
+def with_tips(mechanism: Mechanism) -> Mechanism:
+    """Return a mechanism in whose runs points meet points, and the very ends of bars."""
+    ends: dict[tuple[str, frozenset[Marker]], _End] = {}
+    for end in _ends(mechanism):
+        ends.setdefault((end.side.group, end.pair), end)
+    elements, vector = list(mechanism.one_way), mechanism.parameters
+    for k, element in enumerate(elements):
+        row = element.normals[0] if element.normals else None
+        if isinstance(row, ContactRow) and all(is_point(skin) for skin in row.skins):
+            vector, normal = _with_normal(vector, element.name)
+            first, second = row.skins
+            elements[k] = _met(element, element.name, (first, Tip(second.place, normal)))
+    for end in ends.values():
+        vector, normal = _with_normal(vector, end.name)
+        point, tip = Round(end.point), Round(end.ends[0])
+        first, second = (point, tip) if end.place else (tip, point)
+        elements.append(_met(end.side, end.name, (first, Tip(second.place, normal))))
+    return replace(mechanism, one_way=tuple(elements), parameters=vector)
+
+
+def _ends(mechanism: Mechanism) -> Iterator[_End]:
+    """Yield the ends of bars that points may meet; not of faces of bodies, whose other faces begin there."""
+    for element in mechanism.one_way:
+        row = element.normals[0] if element.unilateral and element.normals else None
+        if not isinstance(row, ContactRow) or row.inner is not None or not any(map(is_point, row.skins)):
+            continue
+        if any(isinstance(skin, Flat) and skin.ends is not None and len(skin.beside) < 2 for skin in row.skins):
+            yield from (_End(element, number) for number in (0, 1))
+
+
+def _with_normal(vector: ParameterVector, name: str) -> tuple[ParameterVector, Point]:
+    """Return the parameters with the components of a normal, and these."""
+    added = tuple(ParameterEntry(_entry(name, k), x, source=Source.CHOSEN) for k, x in enumerate(_FIRST))
+    longer = ParameterVector((*vector.entries, *added))
+    x, y, z = (slot(ARRAY, longer.places[entry.name]) for entry in added)
+    return longer, (x, y, z)
+
+
+def _entry(name: str, component: int) -> str:
+    return f"normal of {name} {component + 1}"
+
+
+def _met(element: OneWay, name: str, skins: tuple[Skin, Skin]) -> OneWay:
+    """Return a contact of two points that rubs and bounces as another one."""
+
+    def row_of(row: Row) -> Row:
+        assert isinstance(row, ContactRow)
+        own = name + row.name.removeprefix(element.name)
+        return replace(row, name=own, skins=skins, across=None, inner=None)
+
+    frictions = tuple(
+        replace(part, name=name + part.name.removeprefix(element.name), rows=tuple(map(row_of, part.rows)))
+        for part in element.frictions
+    )
+    return replace(element, name=name, normals=tuple(map(row_of, element.normals)), frictions=frictions)
+
+
+# --- in a run ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Tips:
+    """The pairs of points of a run's mechanism that may meet, and when each last struck something there."""
+
+    rows: dict[str, tuple[OneWay, ContactRow]]
+    sides: dict[str, tuple[_End, ...]]
+    _struck: dict[str, float] = field(default_factory=dict)
+
+    @staticmethod
+    def of(mechanism: Mechanism) -> Tips:
+        """Return those of a mechanism."""
+        normals = ((x, row) for x in mechanism.one_way for row in x.normals[:1])
+        rows = {x.name: (x, row) for x, row in normals if isinstance(row, ContactRow) and row.tip is not None}
+        ends = list(_ends(mechanism)) if rows else []
+        pairs = {name: frozenset(skin.place for skin in row.skins) for name, (_, row) in rows.items()}
+        sides = {name: tuple(e for e in ends if e.pair == pair) for name, pair in pairs.items()}
+        return Tips(rows, sides)
+
+    def again(self) -> Tips:
+        """Return those of a run that has not begun."""
+        return Tips(self.rows, self.sides)
+
+    def meeting(self, facts: Facts, active: Collection[str]) -> Laws:
+        """Return the laws with the normals of what meets now; `active` ones keep those that they have."""
+        laws = facts.laws
+        for name in self._meeting(facts, active):
+            motion = _motion(facts)
+            towards = self._towards(facts, name, motion)
+            if towards is not None:
+                laws = _remembered(laws, name, self.rows[name][1], towards, motion)
+        return laws
+
+    def aside(self, facts: Facts, active: Collection[str]) -> tuple[str, ...]:
+        """Return what takes no part although it touches: points without a normal, and sides of bars at met ends."""
+        found = [end.side.name for name in active for end in self.sides.get(name, ())]
+        for name in self._meeting(facts, active):
+            strikes = self._towards(facts, name, _motion(facts)) is not None
+            found += [end.side.name for end in self.sides[name]] if strikes else [name]
+        return tuple(found)
+
+    def striking(self, facts: Facts, element: OneWay, others: Collection[str]) -> OneWay | None:
+        """Return what strikes where an element closes; `others` take no part. None where points only pass by.
+
+        Of an end and the side of its bar it may be the other one.
+        """
+        if element.name not in self.rows and element.name not in others:
+            return element
+        if element.name in self.rows and not self._together(facts, element.name):
+            return None
+        beside = [end.side for end in self.sides.get(element.name, ())]
+        beside += [self.rows[name][0] for name, ends in self.sides.items() if element in [end.side for end in ends]]
+        near = (x for x in (element, *beside) if x.name not in others)
+        return next((x for x in near if facts.standing(x) == "closing"), None)
+
+    def resting(self, found: Decided) -> Decided:
+        """Return what was decided with the sides of bars left out whose very ends are held by what meets them."""
+        if found.mode is None:
+            return found
+        held = (name for name in self.rows if found.mode.sides.get(name, INACTIVE) != INACTIVE)
+        idle = {end.side.name for name in held for end in self.sides[name]}.difference(found.mode.idle)
+        return replace(found, mode=replace(found.mode, idle=(*found.mode.idle, *sorted(idle)))) if idle else found
+
+    def struck(self, facts: Facts) -> None:
+        """Note that something struck: what is in one place leaves it."""
+        self._struck.update({name: facts.t for name in self.rows if self._together(facts, name)})
+
+    def _together(self, facts: Facts, name: str) -> bool:
+        element = self.rows[name][0]
+        reaches: Floats = facts.known["reaches"]
+        return bool(reaches[facts.laws.elements[name]] >= -facts.allowed_gap(element))
+
+    def _meeting(self, facts: Facts, active: Collection[str]) -> list[str]:
+        return [name for name in self.rows if name not in active and self._together(facts, name)]
+
+    def _towards(self, facts: Facts, name: str, motion: Motion) -> Floats | None:
+        """Return the direction in which the first of two points comes to the second; None where nothing strikes.
+
+        So it is where they hardly move, where they have just struck, and above the side of a bar.
+        """
+        element, row = self.rows[name]
+        rate = np.array(separation(motion, *(skin.place for skin in row.skins))[1], dtype=float)
+        speed = float(np.linalg.norm(rate))
+        travelled = speed * (facts.t - self._struck.get(name, -np.inf))
+        if speed <= TOUCHING * facts.scale.speed or travelled <= _AGAIN * facts.allowed_gap(element):
+            return None
+        comes: Floats = rate / speed
+        return comes if all(_from_beyond(end, row, comes, motion) for end in self.sides[name]) else None
+
+
+def is_tip(element: OneWay) -> bool:
+    """Return whether an element is a contact of two points."""
+    row = element.normals[0] if element.normals else None
+    return isinstance(row, ContactRow) and row.tip is not None
+
+
+def _motion(facts: Facts) -> Motion:
+    laws = facts.laws
+    given = facts.t, facts.q.tolist(), facts.u.tolist(), laws.parameters.tolist()
+    return motion_of(laws.mechanism, state_of(laws.mechanism, float, *given))
+
+
+def _from_beyond(end: _End, row: ContactRow, towards: Floats, motion: Motion) -> bool:
+    """Return whether what comes to an end of a bar comes from beyond it, and not from above its side."""
+    this, other = (np.array(position(motion, marker), dtype=float) for marker in end.ends)
+    outward = (this - other) / np.linalg.norm(this - other)
+    comes = towards if row.skins[0].place == end.point else -towards
+    return bool(comes @ outward < -_ACROSS)
+
+
+def _remembered(laws: Laws, name: str, row: ContactRow, towards: Floats, motion: Motion) -> Laws:
+    """Return laws with a normal, in the axes of the body of the second point, against the way of the first."""
+    tip = row.tip
+    assert tip is not None
+    axes = [np.array(direction(motion, tip.place, axis), dtype=float) for axis in IDENTITY]
+    new = {_entry(name, k): -float(axis @ towards) for k, axis in enumerate(axes)}
+    return replace(laws, parameters=np.array(laws.mechanism.parameters.changed(laws.parameters.tolist(), new)))
+
+
+def remembered_normals(at: Facts, mode: Mode) -> tuple[float, ...]:
+    """Return the normals of points that are held where they met: which speeds a mode holds at rest depends on them."""
+    held = [x.name for x in at.laws.mechanism.one_way if is_tip(x) and mode.sides.get(x.name, INACTIVE) != INACTIVE]
+    places = at.laws.mechanism.parameters.places
+    return tuple(float(at.laws.parameters[places[_entry(name, k)]]) for name in held for k in range(3))
+
+
+def first_normal(entry: ParameterEntry) -> float:
+    """Return the value of a component of a normal before anything has met."""
+    return 1.0 if entry.value is ONE else 0.0

@@ -1,0 +1,104 @@
+"""Points that meet without a normal strike along the way in which they come together, which a run remembers."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.errors import ModelError
+
+PARTICLES = """\
+multibody_sym: 1
+name: particles
+gravity: [0, 0, 0]
+parameters: {e: 0.5, aside: 0}
+bodies: {a: {mass: 2}, b: {mass: 3}}
+joints:
+  A: {type: point, parent: ground, child: a, q: [x1, y1], initial: {q: [-4, aside], u: [4, 0]}}
+  B: {type: point, parent: ground, child: b, q: [x2, y2], initial: {q: [0, -3], u: [0, 3]}}
+contacts: {c: {between: [a, b], restitution: e}}
+simulation: {t_end: 2, samples: 5}
+"""
+TONGS = """\
+multibody_sym: 1
+name: tongs
+gravity: [0, 0, 0]
+parameters: {l: 0.7, e: 1, T: 0}
+bodies:
+  ground: {points: {left: [-0.5, 0, 0], right: [0.5, 0, 0]}}
+  one: {shape: {rod: l, mass: 2}}
+  two: {shape: {rod: l, mass: 2}}
+joints:
+  A: {type: revolute, parent: ground.left, child: one, axis: z, q: a, initial: {q: 1.5, u: -1}}
+  B: {type: revolute, parent: ground.right, child: two, axis: z, q: b, initial: {q: pi - 1.5, u: 1}}
+forces:
+  down: {type: torque, joint: A, value: -T}
+  up: {type: torque, joint: B, value: T}
+contacts: {c: {between: [one, two], restitution: e}}
+simulation: {t_end: 1.2, samples: 13, rtol: 1e-12, atol: 1e-13}
+"""
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_particles_strike_along_their_relative_velocity(backend: str) -> None:
+    """v1 = (4, 0), v2 = (0, 3) m/s: p = (1 + e) mu 5 with mu = 6/5 kg, along (4, -3)/5; they meet after 1 s."""
+    run = mbs.simulate(mbs.loads(PARTICLES), backend=backend)
+    (event,) = run.events
+    assert (event["kind"], event["element"]) == ("impact", "c")
+    assert event["t"] == pytest.approx(1.0, rel=1e-12)
+    assert event["impulse"] == pytest.approx(9.0, rel=1e-12)
+    assert event["lost"] == pytest.approx(0.75 * 6 / 5 * 25 / 2, rel=1e-12)
+    way, after = np.array([4, -3]) / 5, [run[f"u_{x}"][-1] for x in ("x1", "y1", "x2", "y2")]
+    np.testing.assert_allclose(after, [*([4, 0] - 4.5 * way), *([0, 3] + 3 * way)], rtol=1e-11)
+    assert [run[x][-1] for x in ("x1", "y1", "x2", "y2")] == pytest.approx(after, abs=1e-11)
+
+
+def test_particles_that_pass_each_other_do_not_strike() -> None:
+    run = mbs.simulate(mbs.loads(PARTICLES), parameters={"aside": 1e-6}, backend="python")
+    assert run.events == []
+    assert run["x1"][-1] == pytest.approx(4.0, rel=1e-12)
+
+
+def test_particles_without_restitution_go_on_together_where_they_stick() -> None:
+    text = PARTICLES.replace("restitution: e", "restitution: 0, static: 5")
+    run = mbs.simulate(mbs.loads(text), backend="python")
+    assert [run[f"u_{x}"][-1] for x in ("x1", "y1", "x2", "y2")] == pytest.approx([1.6, 1.8] * 2, rel=1e-11)
+
+
+def test_points_in_one_place_at_the_start_have_no_normal() -> None:
+    text = PARTICLES.replace("[-4, aside]", "[0, 0]").replace("[0, -3]", "[0, 0]")
+    with pytest.raises(ModelError, match=r"contacts\.c: a and b are points and start at one place, .*impact: "):
+        mbs.solve(mbs.loads(text))
+
+
+@pytest.fixture(scope="module")
+def tongs() -> mbs.System:
+    return mbs.loads(TONGS)
+
+
+@pytest.mark.parametrize("e", [1.0, 0.3])
+def test_two_rods_meet_end_on_end(tongs: mbs.System, e: float) -> None:
+    """Their tips are in one place where cos a = 0.5/l; mirrored, they strike along x, and each turns back by e."""
+    run = mbs.simulate(tongs, parameters={"e": e})
+    (event,) = run.events
+    meet = 1.5 - math.acos(0.5 / 0.7)
+    assert event["element"] == "c.end2.end2"
+    assert event["t"] == pytest.approx(meet, rel=1e-11)
+    inertia, arm = 2 * 0.7**2 / 3, 0.7 * math.sin(math.acos(0.5 / 0.7))
+    assert event["impulse"] == pytest.approx((1 + e) * inertia / arm, rel=1e-9)
+    assert event["lost"] == pytest.approx((1 - e * e) * inertia, rel=1e-9, abs=1e-12)
+    assert [run["u_a"][-1], run["u_b"][-1]] == pytest.approx([e, -e], rel=1e-9)
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5])
+def test_rods_that_are_pressed_end_on_end_come_to_rest_there(tongs: mbs.System, e: float) -> None:
+    run = mbs.simulate(tongs, parameters={"e": e, "T": 20.0}, t_end=2)
+    assert run.events[-1]["kind"] == "closed"
+    assert run["a"][-1] == pytest.approx(math.acos(0.5 / 0.7), rel=1e-8)
+    assert run["b"][-1] == pytest.approx(math.pi - run["a"][-1], rel=1e-12)
+    assert max(abs(run["u_a"][-1]), abs(run["u_b"][-1])) < 1e-12
+    lost = 2 * (run["a"][0] - run["a"][-1]) * 20.0 + 2 * 2 * 0.7**2 / 3 / 2
+    assert sum(x.get("lost", 0.0) for x in run.events) == pytest.approx(lost, rel=1e-7)
