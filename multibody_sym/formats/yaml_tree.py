@@ -1,8 +1,7 @@
 """YAML text to a plain tree of maps, lists and text, with the line and column of everything.
 
 Only the events of PyYAML's parser are used, never its constructors: every scalar stays the text that was written, so
-`1e3`, `012`, `on`, `1:30` and `0x1F` mean what the place where they stand makes of them. The parser in Python is taken
-rather than the one in C, which crashes on deep nesting and accepts a slightly different language.
+`1e3`, `012`, `on`, `1:30` and `0x1F` mean what the place where they stand makes of them.
 """
 
 from __future__ import annotations
@@ -23,11 +22,9 @@ from yaml.events import (
     SequenceEndEvent,
     StreamEndEvent,
 )
-from yaml.parser import Parser
-from yaml.reader import Reader
-from yaml.scanner import Scanner
 
 from multibody_sym.errors import InputError, Where
+from multibody_sym.formats.yaml_events import events_of
 from multibody_sym.records import dataclass
 
 LARGEST_FILE: Final = 1 << 20
@@ -113,21 +110,12 @@ _COMMENT: Final = (
 )
 
 
-class _Events(Reader, Scanner, Parser):
-    """PyYAML's reader, scanner and parser without composer, constructor and resolver."""
-
-    def __init__(self, text: str) -> None:
-        Reader.__init__(self, text)
-        Scanner.__init__(self)
-        Parser.__init__(self)
-
-
 class _TreeBuilder:
     """The state of one reading: the events to come, the places found."""
 
     def __init__(self, text: str, name: str) -> None:
         self.text, self.name = text, name
-        self.events: Any = _Events(text)
+        self.events: Any = events_of(text)
         self.nodes = 0
         self.keys: dict[Path, Place] = {}
         self.values: dict[Path, Place] = {}
