@@ -12,6 +12,7 @@ from functools import partial
 import numpy as np
 import pytest
 from mechanisms import Case, random_case, random_state
+from random_loops import blocks
 
 from multibody_sym.analysis.agreement import LARGEST_ON_TREES, LARGEST_WITH_ROWS, agreement, agrees, ratio
 from multibody_sym.analysis.reference import dalembert
@@ -43,7 +44,8 @@ def worst_ratio(case: Case, formalisms: Mapping[str, Formalism], *, compiled: bo
     return np.maximum(worst, ratio(dalembert(case.motion(t, q, u)), udot, multipliers))
 
 
-@pytest.mark.parametrize(("block", "rows"), [*((k, False) for k in range(20)), *((k, True) for k in range(10))])
+@pytest.mark.parametrize("rows", [False, True])
+@pytest.mark.parametrize("block", blocks(20, quick=4))
 def test_numeric_routes_agree(block: int, rows: bool) -> None:
     for seed in range(25 * block, 25 * block + 25):
         case = random_case(seed, rows=rows, extreme=not rows)
@@ -51,7 +53,7 @@ def test_numeric_routes_agree(block: int, rows: bool) -> None:
 
 
 @pytest.mark.parametrize("rows", [False, True])
-@pytest.mark.parametrize("block", range(5))
+@pytest.mark.parametrize("block", blocks(5, quick=2))
 def test_routes_derived_by_sympy_agree(block: int, rows: bool) -> None:
     derived = {name: FORMALISMS[name] for name in (["multipliers"] if rows else ["lagrange", "multipliers"])}
     for seed in range(1000 + 5 * block, 1005 + 5 * block):

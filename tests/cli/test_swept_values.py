@@ -74,9 +74,9 @@ def run(seeds: range, folder: Path, capfd: Any, seconds: float) -> Counter[str |
 
 
 def test_commands_answer_whatever_the_numbers_are(tmp_path: Path, capfd: Any) -> None:
-    codes = run(range(5000, 5080), tmp_path, capfd, 4)
+    codes = run(range(5000, 5024), tmp_path, capfd, 2)
     assert set(codes) <= {0, 2, 3, LATE}
-    assert codes[LATE] <= 8
+    assert codes[LATE] <= 5
     assert min(codes[0], codes[2], codes[3]) > 0
 
 

@@ -5,8 +5,6 @@ A second route: the same system with the table's axes along ground's at the star
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -70,10 +68,7 @@ def test_components_are_those_of_the_table_whose_axes_are_grounds(angle: float) 
     assert min(map(abs, expected)) > 0.1
 
 
-def test_tangents_are_carried_along_and_recalled_programs_hold_no_start(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+def test_tangents_are_carried_along_and_recalled_programs_hold_no_start() -> None:
     models = [table(angle, own_axes=True) for angle in (0.7, -0.4)]
     keys = {structure_key(examined(model), "block_ldl") for model in models}
     assert len(keys) == 1

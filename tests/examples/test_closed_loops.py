@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from runs import G, by_hand, simulated
@@ -36,10 +34,7 @@ SQUEEZER = {
         ("dormand_prince_8", None, "absolute"),
     ],
 )
-def test_squeezer_ends_where_published(
-    method: str, constraints: str | None, coordinates: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+def test_squeezer_ends_where_published(method: str, constraints: str | None, coordinates: str) -> None:
     settings = {"method": method, "constraints": constraints, "coordinates": coordinates}
     run = mbs.simulate(from_file("andrews_squeezer"), samples=2, **settings)
     assert {name: run[name][-1] for name in SQUEEZER} == pytest.approx(SQUEEZER, rel=0, abs=2e-9)

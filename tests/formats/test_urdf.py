@@ -307,7 +307,7 @@ def assert_harmless(tmp_path: Path, seed: int, count: int) -> None:
 
 
 def test_damaged_files(tmp_path: Path) -> None:
-    assert_harmless(tmp_path, 1, 300)
+    assert_harmless(tmp_path, 1, 100)
 
 
 @pytest.mark.long

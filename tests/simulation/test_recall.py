@@ -88,7 +88,7 @@ def test_a_recalled_run_imports_nothing_heavy(tmp_path: Path) -> None:
         f"code = main(['simulate', {str(EXAMPLE)!r}, '-o', 'out.csv']);"
         f"print(json.dumps([code, [m for m in {HEAVY!r} if m in sys.modules]]))"
     )
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "XDG_CACHE_HOME": str(tmp_path / "cache")}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     for _ in range(2):
         done = subprocess.run(
             [sys.executable, "-c", program], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True

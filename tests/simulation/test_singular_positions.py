@@ -13,14 +13,6 @@ from multibody_sym.simulation.failures import FailedRunError
 NAMES = list(MECHANISMS)
 
 
-@pytest.fixture(autouse=True, scope="module")
-def cache(tmp_path_factory: pytest.TempPathFactory):
-    patch = pytest.MonkeyPatch()
-    patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
-    yield
-    patch.undo()
-
-
 def error(run: mbs.Trajectory, mechanism: Mechanism, phi: np.ndarray, drift: float = 1e-6) -> float:
     """Return how far a run's crank is from the motion by hand; what must follow the crank does so but for the drift."""
     assert np.isfinite(run.q).all()
