@@ -11,6 +11,8 @@ from dataclasses import replace
 from functools import cached_property
 from typing import Final
 
+import numpy as np
+
 from multibody_sym.algebra.decimals import with_doubles
 from multibody_sym.algebra.exact_solve import conditions_left, exact_solve
 from multibody_sym.algebra.quotient_functions import exact, register_angles
@@ -18,7 +20,7 @@ from multibody_sym.algebra.quotients import Field, Letter, NoClosedFormError, Qu
 from multibody_sym.algebra.solving.roots import roots
 from multibody_sym.analysis.rest.position import Position
 from multibody_sym.analysis.rest.rest_ends import RestEnd
-from multibody_sym.analysis.rest.statics import Balance, Curve, Limit, Statics, statics
+from multibody_sym.analysis.rest.statics import Balance, Limit, Statics, statics
 from multibody_sym.analysis.rest.touching import out_of_touch
 from multibody_sym.answers.symbolic_start import declared_state
 from multibody_sym.answers.symbolic_state import SymbolicState
@@ -32,6 +34,7 @@ from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.parameters import ParameterVector
 from multibody_sym.numerics.arrays import UNDEFINED
+from multibody_sym.numerics.rank import rank
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import ZERO, Node, as_node, symbol
@@ -40,6 +43,8 @@ from multibody_sym.scalars.traversal import leaves
 _WORK: Final = 30_000
 AGREEMENT: Final = 1e-12
 """How near a closed form must come to the number, relative to it."""
+_DEPENDENT: Final = 1e-10
+_ALIKE: Final = 1e-9
 _LONGEST: Final = 160
 _LONGEST_NUMBER: Final = 32
 
@@ -158,28 +163,70 @@ class ExactEnd:
         curves = [limit.curve for limit in self.end.limits if limit.curve is not None]
         aside = _beside_tangents(self.end.limits)
         in_line = len(curves) > 1 and len(aside) == len(curves)
-        limits = balance.limits if in_line or not curves else []
-        beside = [[int(k == place) for k in range(len(balance.equal[0]))] for place in aside if in_line]
-        matrix = [*(balance.equal[k] for k in equal), *limits, *beside]
-        right = [*(balance.right[k] for k in equal), *([0] * (len(limits) + len(beside)))]
+        bare = [k for limit in self.end.limits for k in limit.idle]
+        held = [k for k, limit in enumerate(self.end.limits) if in_line or limit.curve is None]
+        nothing = [[int(k == place) for k in range(len(balance.equal[0]))] for place in (*bare, *(aside * in_line))]
+        matrix = [*(balance.equal[k] for k in equal), *(balance.limits[k] for k in held), *nothing]
+        right = [*(balance.right[k] for k in equal), *([0] * (len(held) + len(nothing)))]
         nodes = [[as_node(x) for x in (*row, r)] for row, r in zip(matrix, right, strict=True)]
         register_angles(field, [x for row in nodes for x in row], known)
         rows = [exact(field, row, known) for row in nodes]
         if in_line or not curves:
             left = conditions_left([row[:-1] for row in rows], [row[-1] for row in rows])
             return left if not in_line or len(left) == 1 else []
+        together = _together(self.end.limits)
+        if together is None or not together.is_unique(rows):
+            return []
         forces = exact_solve([row[:-1] for row in rows], [row[-1] for row in rows])
-        return [self._on_curve(field, known, forces, curves[0])] if len(self.end.limits) == 1 else []
+        return [self._on_curve(field, known, forces, together)]
 
-    def _on_curve(self, field: Field, known: dict[Node, Quotient], forces: list[Quotient], curve: Curve) -> Quotient:
+    def _on_curve(self, field: Field, known: dict[Node, Quotient], forces: list[Quotient], one: _Resultant) -> Quotient:
         """Return t . t - coefficient^2 N . N."""
-        inside = as_node(evaluate([curve.coefficient], self._balance[0].state.slots)[0])
+        inside = as_node(evaluate([one.coefficient], self._balance[0].state.slots)[0])
         coefficient = exact(field, [inside], known)[0]
-        rubbing, pressing = (
-            sum((forces[k] * forces[k] for k in places), field.constant(0))
-            for places in (curve.rubbing, curve.pressing)
-        )
+        nothing = field.constant(0)
+        squares = []
+        for components in (one.rubbing, one.pressing):
+            sums = [sum((forces[k] for k in places), nothing) for places in components]
+            squares.append(sum((x * x for x in sums), nothing))
+        rubbing, pressing = squares
         return rubbing - coefficient * coefficient * pressing
+
+
+@dataclass(frozen=True)
+class _Resultant:
+    """What slips as one: of each component of friction and of the normal force the multipliers that are its sum."""
+
+    rubbing: list[tuple[int, ...]]
+    pressing: list[tuple[int, ...]]
+    coefficient: Node
+
+    def is_unique(self, rows: Sequence[Sequence[Quotient]]) -> bool:
+        """Return whether equations (coefficients, right side) determine all components."""
+        matrix = np.array([[float(x.sample) for x in row[:-1]] for row in rows], dtype=float)
+        sums = np.zeros((len(self.rubbing) + len(self.pressing), matrix.shape[1]))
+        for row, places in zip(sums, (*self.rubbing, *self.pressing), strict=True):
+            row[list(places)] = 1.0
+        return rank(np.vstack([matrix, sums]), _DEPENDENT) == rank(matrix, _DEPENDENT)
+
+
+def _together(limits: Sequence[Limit]) -> _Resultant | None:
+    """Return what slips as one: alone, or all in one direction, as the feet do of what is not turned; None for none.
+
+    Where all slip along d by one coefficient, |sum of t| = sum of mu N, however these are shared.
+    """
+    curved = [(limit, limit.curve) for limit in limits if limit.curve is not None]
+    (_, first), *others = curved
+    if not others:
+        return _Resultant([(k,) for k in first.rubbing], [(k,) for k in first.pressing], first.coefficient)
+    ways = [x.along for x, _ in curved if x.along is not None]
+    curves = [curve for _, curve in curved]
+    alike = all(x.coefficient == first.coefficient and len(x.pressing) == 1 for x in curves)
+    if not alike or len(ways) < len(curves) or np.ptp(np.array(ways), axis=0).max() > _ALIKE:
+        return None
+    return _Resultant(
+        list(zip(*(x.rubbing for x in curves), strict=True)), [tuple(x.pressing[0] for x in curves)], first.coefficient
+    )
 
 
 def _beside_tangents(limits: Sequence[Limit]) -> list[int]:

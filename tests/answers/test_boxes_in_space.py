@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import multibody_sym as mbs
 from multibody_sym.expressions.printer import text
@@ -235,8 +236,50 @@ contacts: {c: {between: ["sledge.p#", ground.slope], static: mu, repeat: 3}}
     ((low, high),) = mbs.range_of_rest(mbs.loads(model), "F").ends
     c, s = math.cos(math.radians(25)), math.sin(math.radians(25))
     assert low.value == 0.0
-    assert high.value == pytest.approx(50 * math.sqrt((0.6 * c) ** 2 - s**2), rel=2e-9)
+    assert high.value == pytest.approx(50 * math.sqrt((0.6 * c) ** 2 - s**2), rel=1e-13)
+    assert high.expression is not None
+    assert text(high.expression) == "g*m*sqrt(mu^2*cos(alpha)^2 - sin(alpha)^2)"
     assert high.gives_way == ("slips at c",)
+
+
+def pushed_aside(place: str, **values: float) -> mbs.RangeOfRest:
+    """Return with which forces along y at a place of the box it rests on the ramp, or on the floor."""
+    model = SPACE.replace("[b/2, 0, h/2]", place).replace("value: [F, 0, 0]", "value: [0, F, 0]")
+    system = mbs.loads(model.replace(", kinetic: nu", "").replace("F: {value: 0 N}", "F: {value: 1 N, positive: true}"))
+    return mbs.range_of_rest(system, "F", parameters={"mu": 0.6, **values})
+
+
+def test_a_box_pushed_across_a_slope_slips_as_a_block_does_where_no_couple_turns_it() -> None:
+    """The normal force then acts beside the middle along the way of slip, so that friction has no moment about it."""
+    ((_, high),) = pushed_aside("[0, 0, 0]").ends
+    c, s = math.cos(math.radians(25)), math.sin(math.radians(25))
+    assert high.value == pytest.approx(50 * math.sqrt((0.6 * c) ** 2 - s**2), rel=1e-13)
+    assert high.expression is not None
+    assert text(high.expression) == "g*m*sqrt(mu^2*cos(alpha)^2 - sin(alpha)^2)"
+    assert high.gives_way == ("slips at c1",)
+
+
+def test_a_box_pushed_beside_its_middle_turns_as_it_slips() -> None:
+    """On four equal forces of its corners; about the place where its moment and its force fit each other."""
+    ((_, high),) = pushed_aside("[b/4, 0, -h/2]", alpha=0.0).ends
+    load, (x, y) = 0.6 * 50 / 2, (0.1, 0.15)
+
+    def force(centre: float) -> float:
+        return load * sum((side - centre) / math.hypot(side - centre, y) for side in (x, -x))
+
+    def moment(centre: float) -> float:
+        return load * sum((side * (side - centre) + y * y) / math.hypot(side - centre, y) for side in (x, -x))
+
+    centre = brentq(lambda at: moment(at) - x / 2 * force(at), -10.0, -0.01, xtol=1e-15, rtol=1e-15)
+    assert high.value == pytest.approx(force(centre), rel=1e-12)
+    assert (high.expression, high.gives_way) == (None, ("slips at c1, turning",))
+
+
+def test_a_box_pushed_high_enough_tips() -> None:
+    ((_, high),) = pushed_aside("[0, 0, 3*h]", mu=3.0).ends
+    assert high.expression is not None
+    assert text(high.expression) == "c*g*m*cos(alpha)/(7*h)"
+    assert high.gives_way == ("box tips about its edge",)
 
 
 ON_RAILS = """multibody_sym: 1
@@ -256,7 +299,7 @@ def test_a_bar_on_two_rails_says_that_slipping_is_not_decided() -> None:
     """The rails may press along the bar against each other, so that no formula tells which one gives way."""
     conditions = solved(ON_RAILS).conditions
     for name in "AB":
-        assert f"abs(friction({name})) <= static*normal({name}) is not decided: the forces are not unique" in conditions
+        assert f"abs(friction({name})) <= mu*normal({name}) is not decided: the forces are not unique" in conditions
 
 
 @pytest.mark.parametrize("off", [0.0, 0.1])

@@ -18,6 +18,8 @@ from multibody_sym.model.mechanism.one_way import OneWay
 from multibody_sym.numerics.arrays import Floats
 
 _LEVEL: Final = 1e-6
+_STANDS: Final = 3
+_TURNING: Final = ", turning"
 
 NOTHING: Final = "nothing holds it at other values"
 
@@ -31,7 +33,7 @@ def causes(statics: Statics, limits: Sequence[Limit], motion: Motion | None) -> 
 def _causes(statics: Statics, limits: Sequence[Limit], motion: Motion | None) -> Iterator[str]:
     for limit in limits:
         if limit.way == "slips":
-            yield f"slips at {_slipping(statics, limit)}"
+            yield f"slips at {_slipping(statics, limit)}{_TURNING if _turns(limit, limits) else ''}"
         elif limit.way == "slackens":
             yield f"{limit.group} slackens"
         elif limit.way == "leaves":
@@ -39,7 +41,13 @@ def _causes(statics: Statics, limits: Sequence[Limit], motion: Motion | None) ->
         elif limit.way == "turns":
             yield f"{limit.group} presses on its other side"
         else:
-            yield _opening(statics, limit, limits, motion)
+            yield from _opening(statics, limit, limits, motion)
+
+
+def _turns(slip: Limit, limits: Sequence[Limit]) -> bool:
+    """Return whether what slips at a contact does so along several directions: it turns."""
+    ways = [x.along for x in limits if x.group == slip.group and x.along is not None]
+    return len(ways) > 1 and float(np.ptp(np.array(ways), axis=0).max()) > _LEVEL
 
 
 def _slipping(statics: Statics, limit: Limit) -> str:
@@ -50,19 +58,25 @@ def _slipping(statics: Statics, limit: Limit) -> str:
     return limit.part
 
 
-def _opening(statics: Statics, limit: Limit, limits: Sequence[Limit], motion: Motion | None) -> str:
-    """Return what happens where a contact opens: its body lifts off, or tips about what stays of it."""
+def _opening(statics: Statics, limit: Limit, limits: Sequence[Limit], motion: Motion | None) -> Iterator[str]:
+    """Yield what happens where a contact opens: its body lifts off, or tips about what stays of it.
+
+    Nothing where that are three corners: on these it stands, and something else gives way.
+    """
     corners = [] if motion is None else touching(statics, motion, limit.group)
     opened = {other.part for other in limits if other.group == limit.group and other.way == "opens"}
     stay = [element for element in corners if element.name not in opened]
     if motion is None or not stay:
-        return f"lifts off at {limit.group}"
+        yield f"lifts off at {limit.group}"
+        return
+    if len(stay) >= _STANDS:
+        return
     away = [element for element in corners if element.name in opened]
     place = _touches(stay[0]).body
     body = statics.mechanism.bodies[place].name if place >= 0 else limit.group
     what = "corner" if len(stay) == 1 and len(corners) > 2 else "edge"
     word = _side(motion, _middle(motion, stay) - _middle(motion, away))
-    return f"{body} tips about its {word}{what}"
+    yield f"{body} tips about its {word}{what}"
 
 
 def touching(statics: Statics, motion: Motion, group: str) -> list[OneWay]:

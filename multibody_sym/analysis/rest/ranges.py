@@ -11,6 +11,7 @@ from typing import Final, Literal
 
 import numpy as np
 
+from multibody_sym.analysis.rest.on_circles import beyond, sharpened
 from multibody_sym.analysis.rest.position import Position
 from multibody_sym.analysis.rest.rest_ends import Range, RestEnd, about_pi, turn_with, united
 from multibody_sym.analysis.rest.statics import Choice, Curve, Direction, Limit
@@ -238,15 +239,14 @@ class Search:
         limits = self.position.statics.limits(choice, cuts)
         intervals = self.intervals(self.at(limits), kind, searched)
         found = [(_rest_end(x.low, limits, choice), _rest_end(x.high, limits, choice)) for x in intervals]
-        for _ in range(_CUTS if cuts else 0):
-            before = [end for pair in found for end in pair]
-            if not self.cut_again(cuts, before, limits):
+        sharp = [sharpened(self.at, end, limits) if cuts else end for pair in found for end in pair]
+        for _ in range(_CUTS):
+            if not self.cut_again(cuts, [end for pair in found for end in pair], sharp, limits):
                 break
             limits = self.position.statics.limits(choice, cuts)
             found = [part for each in found for part in self.left_of(each, limits, choice)]
-            if _settled(before, [end for pair in found for end in pair]):
-                break
-        return found
+            sharp = [sharpened(self.at, end, limits) for pair in found for end in pair]
+        return list(zip(sharp[::2], sharp[1::2], strict=True))
 
     def left_of(self, known: Range, limits: Sequence[Limit], choice: Choice) -> list[Range]:
         """Return what is left of a range when circles are cut again; without bound it stays so.
@@ -273,12 +273,19 @@ class Search:
         ]
 
     def cut_again(
-        self, cuts: dict[str, tuple[Direction, ...]], ends: Sequence[RestEnd], limits: Sequence[Limit]
+        self,
+        cuts: dict[str, tuple[Direction, ...]],
+        ends: Sequence[RestEnd],
+        sharp: Sequence[RestEnd],
+        limits: Sequence[Limit],
     ) -> bool:
-        """Add the directions in which circles are pressed upon at ends; return whether there is a new one."""
+        """Add the directions in which circles are pressed upon at ends; return whether there is a new one.
+
+        `sharp` are the ends as far as they are known: at those on circles no force is beyond one.
+        """
         changed = False
-        for end in ends:
-            for part, (x, y) in self.pressed(end, limits):
+        for end, known in zip(ends, sharp, strict=True):
+            for part, (x, y) in () if known.on_circles else self.pressed(end, limits):
                 length = hypot(x, y)
                 if length > 0.0 and all(hypot(x / length - a, y / length - b) > _ALIKE for a, b in cuts[part]):
                     cuts[part] = (*cuts[part], (x / length, y / length))
@@ -300,9 +307,10 @@ class Search:
                 curves[limit.part] = limit.curve
                 if limit.part not in (parts := groups.setdefault(limit.group, [])):
                     parts.append(limit.part)
-        conditions = self.at(limits)(end.value) if weights else None
+        conditions = self.at(limits)(end.value) if self.position.statics.cuts and end.limits else None
         if conditions is not None:
             forces = nearest(conditions)
+            yield from beyond(forces, conditions, limits)
             pressed = {part: [float(forces[k]) for k in curve.rubbing] for part, curve in curves.items()}
             yield from ((part, (x, y)) for part, (x, y) in pressed.items())
             for parts in groups.values():
@@ -357,14 +365,6 @@ def _affine(values: Sequence[Floats]) -> bool:
     """Return whether values at the probes are linear in them."""
     (a, b), (x, y) = _PROBES[:2], values[:2]
     return all(_alike(x + (y - x) * (probe - a) / (b - a), value) for probe, value in zip(_PROBES, values, strict=True))
-
-
-def _settled(before: Sequence[RestEnd], after: Sequence[RestEnd]) -> bool:
-    """Return whether ends are where they were."""
-    pairs = zip(before, after, strict=False)
-    return len(before) == len(after) and all(
-        a.value == b.value or abs(a.value - b.value) <= _SETTLED * abs(b.value) for a, b in pairs
-    )
 
 
 def _rest_end(end: End, limits: Sequence[Limit], choice: Choice) -> RestEnd:

@@ -19,7 +19,7 @@ class RestEnd:
 
     `equal` and `limits` are the conditions that contradict each other beyond: places of the equations of balance, and
     limits, each with its share in this, with this `choice` of what presses. All are empty where the search ends, or
-    what the parameter may be.
+    what the parameter may be. `on_circles`: limits are friction's circles themselves, not tangents near them.
     """
 
     value: float
@@ -27,6 +27,7 @@ class RestEnd:
     limits: tuple[Limit, ...] = ()
     choice: Choice = field(default_factory=Choice)
     shares: tuple[float, ...] = ()
+    on_circles: bool = False
 
 
 Range = tuple[RestEnd, RestEnd]

@@ -55,7 +55,8 @@ class Limit:
     """The sum of factors times multipliers (by number) that is >= 0 at rest, and what happens to what beyond it.
 
     `part` is the friction part or the element, `group` the declared element that it belongs to; `along` the direction
-    in which a circle of friction is cut. `curve` is what the limit is a tangent of.
+    in which a circle of friction is cut. `curve` is what the limit is a tangent of. `idle`: the multipliers that are
+    nothing where this normal force is.
     """
 
     way: Way
@@ -64,6 +65,14 @@ class Limit:
     terms: tuple[tuple[int, Node], ...]
     along: Direction | None = None
     curve: Curve | None = None
+    idle: tuple[int, ...] = ()
+
+    def turned_to(self, along: Direction) -> Limit:
+        """Return the tangent of the same circle in another direction."""
+        assert self.curve is not None
+        normals = tuple(term for term in self.terms if term[0] not in self.curve.rubbing)
+        tangents = zip(self.curve.rubbing, along, strict=True)
+        return replace(self, along=along, terms=(*normals, *((k, as_node(-x)) for k, x in tangents if x)))
 
 
 @dataclass(frozen=True)
@@ -118,7 +127,8 @@ class Statics:
         group = element.group or element.name
         if element.unilateral:
             way = _WAYS.get(element.kind, "opens")
-            yield Limit(way, group, element.name, ((self.place(element.normals[0]), ONE),))
+            idle = tuple(self.place(row) for part in element.frictions for row in part.rows)
+            yield Limit(way, group, element.name, ((self.place(element.normals[0]), ONE),), idle=idle)
         for normal in () if element.unilateral else element.normals:
             place = self.place(normal)
             if place in choice.sides:
