@@ -9,6 +9,7 @@ import numpy as np
 
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.conditions import Condition, in_circle, within
+from multibody_sym.algebra.decimals import with_doubles
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.closed_form import ClosedForms, closed_forms, unknowns
 from multibody_sym.answers.instant import Solved
@@ -28,7 +29,8 @@ from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.model.mechanism.sliding_rows import Sliding
 from multibody_sym.numerics.outline import outline
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.node import ZERO, Node, as_node, negate, quantity
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, negate, quantity, symbol
+from multibody_sym.scalars.traversal import postorder
 from multibody_sym.scalars.vectors import ZERO_VECTOR, cross, dot, subtract
 
 Kind = Literal["least", "more", "within", "circle"]
@@ -132,8 +134,10 @@ def _gripping(acting: Acting, part: FrictionPart, slip: RopeSlipRow) -> Iterator
     most, wheel = (2 + static) / least, slip.rope.rubs.index(slip.name)
     before, behind = slip.rope.asked[wheel : wheel + 2]
     tensions = acting.tensions
+    (written,) = acting.motion.state.values([part.static], {slip.wrap: symbol("wrap")})
+    ratio = next((node for node in postorder([as_node(written)]) if node.op == "exp"), ONE)
     for smaller, larger in ((before, behind), (behind, before)):
-        told = " <= ".join((_asked(larger), f"{_asked(smaller)}*exp(static*wrap)"))
+        told = f"{_asked(larger)} <= {text(with_doubles(ratio * quantity('tension', (smaller,))))}"
         rest = most * tensions[smaller] - tensions[larger]
         yield Inequality("least", _nodes(rest), told, f"{part.name} slips", (slip.name,))
 
@@ -146,9 +150,14 @@ def _sticking(acting: Acting, element: OneWay, part: FrictionPart, rows: tuple[s
     (static,) = coefficients(acting.motion, part.rows, [part.static])
     limit = static * acting.pressing(element, part)
     forces = acting.friction(part)
-    told = f"abs(friction({part.name})) <= static*normal({element.name})"
+    told = f"abs(friction({part.name})) <= {_most(static, element.name)}"
     kind: Kind = "within" if len(forces) == 1 else "circle"
     return Inequality(kind, _nodes(*forces, limit), told, f"{part.name} slips", rows)
+
+
+def _most(static: object, name: str) -> str:
+    """Return the most that friction may be, with the coefficient in the letters of the model."""
+    return text(with_doubles(as_node(static) * quantity("normal", (name,))))
 
 
 def _nodes(*terms: object) -> tuple[Node, ...]:
@@ -229,7 +238,7 @@ def _sticking_together(
     pairs = zip(statics, elements, parts, strict=True)
     limit = sum((static * acting.pressing(element, part) for static, element, part in pairs), 0)
     forces = [sum(each[1:], each[0]) for each in zip(*map(acting.friction, parts), strict=True)]
-    told = f"abs(friction({name})) <= static*normal({name})"
+    told = f"abs(friction({name})) <= {_most(statics[0], name)}"
     rows = tuple(row.name for part in parts for row in part.rows)
     kind: Kind = "within" if len(forces) == 1 else "circle"
     return Inequality(kind, _nodes(*forces, limit), told, f"{name} slips", rows)

@@ -49,6 +49,10 @@ from multibody_sym.simulation.recall import formalism_name
 
 _STATES: Final = 4
 _AFTER: Final = "all this is of the motion after the impact, which solve tells"
+_BEFORE: Final = (
+    "all this is of the motion before the impact: the prescribed motion of {} jumps in it, and how it goes on is not "
+    "declared; solve tells the speeds after it"
+)
 
 
 @dataclass(frozen=True)
@@ -132,7 +136,10 @@ def _checked(system: System, formalism: str | None) -> CheckReport:
     base = resolved.relative or resolved
     declared = _declared_hints(system, f"t_end = {end_of_run(system, base, parameter_values(base, {})):g} s")
     try:
-        if resolved.impact is not None and not resolved.impact.jumps:
+        jumps = () if resolved.impact is None else [jump.joint or jump.name for jump in resolved.impact.jumps]
+        if jumps:
+            declared = [*declared, _BEFORE.format(", ".join(jumps))]
+        elif resolved.impact is not None:
             resolved, declared = examined(from_impact(system).system), [*declared, _AFTER]
         state = state_at(resolved, project=system.simulation.project)
         resolved, begin = state.mechanism, state.start

@@ -63,6 +63,19 @@ def test_check_of_an_impact_is_of_what_goes_on_from_it(e: str, freedom: int, wor
     assert still.degrees_of_freedom == (0 if e == "0" else 2)
 
 
+def test_check_of_an_impact_with_a_prescribed_motion_that_jumps_says_that_it_is_of_what_was_before() -> None:
+    """How the motion goes on after its jump is not declared; one with constraints alone goes on as it does."""
+    file = """\
+multibody_sym: 1
+name: crank
+bodies: {rod: {mass: 1, inertia: {Izz: 0.1}}}
+joints: {drive: {type: revolute, parent: ground, child: rod, axis: z, motion: 2*t}}
+impact: {motion: drive, speed: 2}
+"""
+    (hint,) = [hint for hint in mbs.check(mbs.loads(file)).hints if "impact" in hint]
+    assert hint.startswith("all this is of the motion before the impact: the prescribed motion of drive jumps in it")
+
+
 def test_an_impact_of_what_touches_and_leaves_says_that_it_opens() -> None:
     system = thrown(up="v", more="impact: closing")
     with pytest.raises(mbs.NoSolutionError, match="nothing strikes: c1 opens with 2 m/s"):
