@@ -3,13 +3,16 @@
 import multibody_sym as mbs
 
 (g,) = mbs.parameters("g", [9.81])
-m, R = mbs.parameters("m R", ["100 g", "30 cm"], positive=True)
+R, m = mbs.parameters("R m", ["30 cm", "100 g"], positive=True)
 w, start = mbs.parameters("w start", [8, "2 deg"])
 
 system = mbs.System(
     "bead_on_hoop",
     gravity=[0, 0, -g],
-    bodies={"hoop": mbs.Body(), "bead": mbs.Body(mass=m, com=[0, 0, -R])},
+    bodies={
+        "hoop": mbs.Body(surfaces={"wire": {"disc": R, "axis": "x", "inside": True}}),
+        "bead": mbs.Body(mass=m, com=[0, 0, -R]),
+    },
     joints={
         "axle": mbs.Revolute("ground", "hoop", axis="z", motion=w * mbs.t),
         "slide": mbs.Revolute("hoop", "bead", axis="x", q="theta", initial={"q": start}),

@@ -14,9 +14,14 @@ system = mbs.System(
     "gyroscope",
     gravity=[0, 0, -g],
     bodies={
-        "outer": mbs.Body(inertia=of_ring),
-        "inner": mbs.Body(mass=m, com=[0, 0, h], inertia=of_ring),
-        "rotor": mbs.Body(inertia={"Ixx": A, "Iyy": A, "Izz": C}),
+        "outer": mbs.Body(inertia=of_ring, surfaces={"ring": {"disc": "4.2 cm", "axis": "y", "inside": True}}),
+        "inner": mbs.Body(
+            mass=m,
+            com=[0, 0, h],
+            inertia=of_ring,
+            surfaces={"ring": {"disc": "3.4 cm", "axis": "y", "inside": True}},
+        ),
+        "rotor": mbs.Body(inertia={"Ixx": A, "Iyy": A, "Izz": C}, surfaces={"rim": {"disc": "2.6 cm"}}),
     },
     joints={
         "frame": mbs.Revolute("ground", "outer", axis="z", q="psi", initial={"u": precession}),

@@ -15,7 +15,7 @@ from multibody_sym.drawing.picture import Mark, Picture
 from multibody_sym.drawing.projection import Projection, view_of
 from multibody_sym.drawing.shown import Shown
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Face
+from multibody_sym.scene.forms import Face, Symbol
 from multibody_sym.scene.items import Placed
 from multibody_sym.scene.scene import Scene
 
@@ -25,6 +25,10 @@ _FORCES: Final = frozenset(("force", "torque", "couple", "drag"))
 _MOST_NAMED: Final = 40
 """Of more bodies no page has room for all names: the figure shows none, its description tells them."""
 _TRIES: Final = 3
+_USUAL, _LARGEST = 16.0, 1.5
+"""So many letters a figure of the usual size has room for; one of more is larger, up to so many times."""
+_STAGE: Final = 44.0
+"""How high (pt) a body is drawn on whose face masses stand that have no size."""
 
 
 def draw(
@@ -37,7 +41,8 @@ def draw(
     """
     wanted = shown or Shown()
     scene, placed = _with_arrows(scene, placed, wanted)
-    projection = _projection(scene, view).scaled(extent(scene, placed))
+    projection = _projection(scene, view)
+    projection = projection.scaled(extent(scene, placed), _room(scene, wanted), _highest(scene, projection))
     title, told = scene.name, description(scene, placed, wanted)
     picture = laid_out(_marks(scene, placed, projection, wanted), title, told)
     for _ in range(_TRIES):
@@ -66,6 +71,29 @@ def _projection(scene: Scene, view: str | Sequence[float] | None) -> Projection:
     normal = scene.view.towards if scene.plane else None
     upward = list(scene.view.up) if scene.plane else _upward(scene)
     return view_of(view, usual, upward, normal)
+
+
+def _room(scene: Scene, shown: Shown) -> float:
+    """Return how many times as large as usual a figure may be, since it has so many letters."""
+    items = {item.name for item in scene.items if item.role in ("body", "joint", "pulley")}
+    count = len(items) + len(scene.strands) + len(scene.dimensions) + len(scene.angles)
+    return float(np.clip(np.sqrt(count / _USUAL), 1.0, _LARGEST)) if shown.names else 1.0
+
+
+def _highest(scene: Scene, projection: Projection) -> float:
+    """Return the scale (pt/m) at which faces on which masses without a size stand are no higher than such are large."""
+    heights = [0.0]
+    for item in scene.items:
+        masses = (i for i in scene.items if i.role == "contact" and item.body in i.bodies)
+        if isinstance(item.form, Face) and item.form.ends is None and item.body >= 0 and any(masses):
+            heights.append(abs(float(np.dot(item.form.through, item.form.normal))))
+    return _STAGE / max(heights) if max(heights) > 0.0 and _is_without_sizes(scene) else np.inf
+
+
+def _is_without_sizes(scene: Scene) -> bool:
+    """Return whether no body has a size but those whose faces have no ends."""
+    bodies = (item for item in scene.items if item.role == "body" and not isinstance(item.form, Face))
+    return not scene.strands and all(isinstance(item.form, Symbol) for item in bodies)
 
 
 def _upward(scene: Scene) -> list[float]:

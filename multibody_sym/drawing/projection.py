@@ -55,12 +55,16 @@ class Projection:
         found: Floats = np.asarray(points, dtype=float) @ self.toward
         return found
 
-    def scaled(self, extent: Floats) -> Projection:
-        """Return this view at the scale at which points (n, 3) fill the page, as far as they have an extent."""
+    def scaled(self, extent: Floats, times: float = 1.0, most: float = math.inf) -> Projection:
+        """Return this view at the scale at which points (n, 3) fill the page, as far as they have an extent.
+
+        A page `times` as large as usual; the scale (pt/m) is at most `most`.
+        """
         spans = np.ptp(Projection(self.right, self.up).page(extent), axis=0) if len(extent) else np.zeros(2)
         spans = np.where(np.isfinite(spans), spans, 0.0)
-        room = [limit / span for limit, span in zip((WIDTH, HEIGHT), spans, strict=True) if span > 1e-9 * spans.max()]
-        return Projection(self.right, self.up, float(min(room, default=LEAST)), self.flat)
+        wide = spans > 1e-9 * spans.max()
+        room = [times * limit / span for limit, span in zip(np.array([WIDTH, HEIGHT])[wide], spans[wide], strict=True)]
+        return Projection(self.right, self.up, float(min([most, *(room or [LEAST])])), self.flat)
 
 
 def view_of(

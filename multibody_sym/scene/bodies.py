@@ -10,12 +10,13 @@ import numpy as np
 
 from multibody_sym.model.declaration.bodies import Body
 from multibody_sym.model.declaration.contacts import Contact
-from multibody_sym.model.declaration.joints import Prismatic
-from multibody_sym.model.mechanism.mass import GROUND
+from multibody_sym.model.declaration.joints import CurveJoint, Prismatic, Screw
+from multibody_sym.model.mechanism.mass import GROUND, mass_of
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.numerics.rank import principal_axes
-from multibody_sym.scene.forms import Barrel, Block, Disc, Form, Polyline, Sphere, Symbol, Vector, vector
+from multibody_sym.scene.forms import Barrel, Block, Disc, Face, Form, Polyline, Sphere, Symbol, Vector, vector
 from multibody_sym.scene.items import Item
+from multibody_sym.scene.joints import held, wire_of
 from multibody_sym.scene.places import same
 from multibody_sym.scene.stage import Stage
 from multibody_sym.scene.surfaces import is_solid, surface_items
@@ -42,9 +43,10 @@ def body_items(stage: Stage, found: Mapping[str, list[Vector]]) -> Iterator[Item
             continue
         number, label, path = stage.number_of(name), body.label or name, ("bodies", name)
         surfaces = list(surface_items(stage, name))
-        own = list(_forms(stage, name, body, found[name], solid=any(is_solid(item) for item in surfaces)))
+        solid = body.shape is None and any(is_solid(item) for item in surfaces)
+        own = list(_forms(stage, name, body, found[name], solid=solid))
         yield from (Item("body", name, label, path, number, form) for form in own)
-        yield from surfaces if own else _as_body(surfaces, name, label)
+        yield from _as_body(surfaces, name, label) if solid or not own else surfaces
         if (body.shape is not None or body.inertia is not None) and not _marks_centre(own, stage.centre(name)):
             yield Item("mass centre", name, "", path, number, Symbol("com", stage.centre(name)))
 
@@ -68,16 +70,31 @@ def _forms(stage: Stage, name: str, body: Body, places: Sequence[Vector], *, sol
         yield from _arms(form, places)
         return
     centre = stage.centre(name)
+    wires = list(_wires(stage, name))
+    yield from wires
     if solid:
+        shown = next(item.form for item in surface_items(stage, name) if is_solid(item))
+        if body.com is not None and not isinstance(shown, Face):
+            yield from _arms(shown, [centre])
+        return
+    if wires and body.inertia is None and mass_of(body).mass.shadow == 0:
         return
     apart = [place for place in places if not same(place, centre)]
     if not apart:
-        yield Symbol(_particle(stage, name, body), centre)
+        nut = isinstance(stage.carrying(name), Screw)  # which the joint's sign shows
+        yield Symbol("nut_body" if nut else _particle(stage, name, body), centre)
         return
     if len(places) == 1 or body.inertia is None:
         yield from _with_bob(stage, name, body, places, centre)
         return
     yield link([*places, centre] if body.com is not None else places)
+
+
+def _wires(stage: Stage, name: str) -> Iterator[Polyline]:
+    """Yield the curves of a moving body along which joints guide others: it is these wires."""
+    for joint_name, joint in stage.system.joints.items():
+        if isinstance(joint, CurveJoint) and stage.body(joint.parent) == name and name != GROUND:
+            yield wire_of(held(stage, joint_name))
 
 
 def _arms(form: Form, places: Sequence[Vector]) -> Iterator[Polyline]:

@@ -148,13 +148,17 @@ def _cylindrical(joint: Held) -> Iterator[Item]:
     yield joint.item("joint", Symbol("sleeve", *_on_child(joint, joint.joint.steps[0].slides[0])), on_child=True)
 
 
-def _wire(joint: Held) -> Iterator[Item]:
+def wire_of(joint: Held) -> Polyline:
+    """Return the curve along which a joint guides its child, in the axes of its parent."""
     assert isinstance(joint.joint, CurveJoint)
     near = joint.values[0] if joint.values else None
     points = curve_points(joint.stage, joint.joint.curve, near)
     base = np.array(joint.parent.point)
-    placed = tuple(vector(base + joint.parent.turned(point)) for point in points)
-    yield joint.item("guide", Polyline(placed))
+    return Polyline(tuple(vector(base + joint.parent.turned(point)) for point in points))
+
+
+def _wire(joint: Held) -> Iterator[Item]:
+    yield joint.item("guide", wire_of(joint))
     yield joint.item("joint", Symbol("bead", joint.child.point), on_child=True)
 
 

@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.errors import ModelError
+from multibody_sym.kinematics.rows import row_motions
 from multibody_sym.model.declaration.constraints import (
     Expression,
     Gear,
@@ -122,6 +123,26 @@ def _tie(stage: Stage, name: str, element: Any) -> Iterator[Item]:
     yield Item("limit", name, name, ("constraints", name), -1, Symbol("tie", (0.0, 0.0, 0.0)))
 
 
+def _skate(stage: Stage, name: str, element: VelocityConstraint) -> Iterator[Item]:
+    """Yield the edge of a skate where a velocity in a plane has one direction left, else nothing to be seen."""
+    rows = dict(zip((row.name for row in stage.mechanism.rows), row_motions(stage.motion), strict=True))
+    jacobian = np.array(rows[name].jacobian, dtype=float) if name in rows else np.zeros(0)
+    for k, body in enumerate(stage.mechanism.bodies):
+        joint = stage.system.joints.get(body.joint_name)
+        if joint is None or joint.kind != "planar" or not jacobian.any():
+            continue
+        made = held(stage, body.joint_name)
+        ways = [stage.turned(made.parent.body, made.parent.turned(axis)) for axis in np.eye(3)]
+        across = jacobian[body.u[0]] * ways[0] + jacobian[body.u[1]] * ways[1]
+        if float(np.linalg.norm(across)) < 0.5 * float(np.linalg.norm(jacobian)):
+            continue
+        own = stage.poses[k][:, :3].T
+        sign = Symbol("skate", made.child.point, unit(own @ ways[2]), unit(own @ np.cross(across, ways[2])))
+        yield Item("limit", name, name, ("constraints", name), k, sign)
+        return
+    yield from _tie(stage, name, element)
+
+
 def _on_line(stage: Stage, name: str, element: PointOnLine) -> Iterator[Item]:
     place = stage.place(element.line.through)
     axis = place.turned(unit(stage.vector(element.line.direction)))
@@ -171,7 +192,7 @@ _CONSTRAINTS: Final[Mapping[type[Any], Callable[[Stage, str, Any], Iterator[Item
     OnCurve: _on_curve,
     Rolling: _rolling,
     Expression: _tie,
-    VelocityConstraint: _tie,
+    VelocityConstraint: _skate,
 }
 """What is seen of each kind of constraint that is no strand."""
 

@@ -17,7 +17,7 @@ from multibody_sym.model.resolution.spanning_tree import coordinate_names
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.traversal import leaves
-from multibody_sym.scene.forms import Vector, unit, vector
+from multibody_sym.scene.forms import Vector, across, unit, vector
 from multibody_sym.scene.items import GROUND as WORLD
 from multibody_sym.scene.items import Anchor, AngleMark, Dimension
 from multibody_sym.scene.joints import held
@@ -36,9 +36,9 @@ _SIZES: Final[Mapping[str, tuple[tuple[Vector, Vector], ...]]] = {
 
 
 def dimensions(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> tuple[Dimension, ...]:
-    """Return the lengths that the model names, each letter once: plain letters first."""
+    """Return the lengths that the model names, each letter once: plain letters first, where they are radii."""
     found = [*_sizes(stage), *_points(stage), *_radii(stage)]
-    order = sorted(range(len(found)), key=lambda k: (len(found[k].label), k))
+    order = sorted(range(len(found)), key=lambda k: (len(found[k].label), not found[k].radius, k))
     taken: set[str] = set()
     kept = []
     for k in order:
@@ -82,9 +82,12 @@ def _sizes(stage: Stage) -> Iterator[Dimension]:
 
 
 def _radius(
-    name: str, label: str, body: int, centre: Vector, radius: float, angle: float = 0.7
+    name: str, label: str, body: int, centre: Vector, radius: float, angle: float = 0.7, axis: Vector = (0.0, 0.0, 1.0)
 ) -> Dimension:
-    rim = vector(np.array(centre) + radius * np.array([np.cos(angle), np.sin(angle), 0.0]))
+    """Return a radius about an axis at an angle from x, or from what is across the axis beside x and y."""
+    e1 = np.array(across(axis))
+    e2 = np.cross(unit(axis), e1)
+    rim = vector(np.array(centre) + radius * (np.cos(angle) * e1 + np.sin(angle) * e2))
     return Dimension(name, label, Anchor(body, centre), Anchor(body, rim), radius=True)
 
 
@@ -96,7 +99,8 @@ def _radii(stage: Stage) -> Iterator[Dimension]:
                 centre, radius = stage.vector(surface.centre), stage.number(surface.radius)
                 number = stage.number_of(name)
                 angle = -2.3 if surface.inside else 0.7  # a bowl is drawn below its middle
-                yield _radius(f"{name}.{word}", letters(surface.radius), number, centre, radius, angle)
+                axis = unit(stage.vector(surface.axis)) if surface.kind == "disc" else (0.0, 0.0, 1.0)
+                yield _radius(f"{name}.{word}", letters(surface.radius), number, centre, radius, angle, axis)
     for name, pulley in stage.system.pulleys.items():
         if letters(pulley.radius):
             place = stage.place(pulley.at or pulley.body or GROUND)

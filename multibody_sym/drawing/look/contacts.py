@@ -52,6 +52,8 @@ def _nearest(sheet: Sheet, a: Item, b: Item) -> Floats | None:
     if not isinstance(a.form, (Disc, Sphere)):
         return None
     centre, radius = sheet.at(a.body, a.form.centre), a.form.radius * sheet.projection.scale
+    if isinstance(b.form, Face) and not sheet.flat:
+        return _rim_on_face(sheet, a, b)
     if isinstance(b.form, Face):
         normal = sheet.way(b.body, b.form.normal)
         apart = float((centre - sheet.at(b.body, b.form.through)) @ normal)
@@ -65,6 +67,25 @@ def _nearest(sheet: Sheet, a: Item, b: Item) -> Floats | None:
         if apart > 1.0 and abs(apart - abs(radius - size)) < _NEAR:
             return centre - radius * way if size > radius else centre + radius * way
     return None
+
+
+def _rim_on_face(sheet: Sheet, a: Item, b: Item) -> Floats | None:
+    """Return where a ball, or the rim of a disc, is nearest to a plane in space, None where it is not near."""
+    assert isinstance(a.form, (Disc, Sphere))
+    assert isinstance(b.form, Face)
+    pose = sheet.placed.world
+    centre, through = pose(a.body, np.array([a.form.centre]))[0], pose(b.body, np.array([b.form.through]))[0]
+    normal = sheet.placed.turned(b.body, b.form.normal)
+    down = -normal if float((centre - through) @ normal) > 0.0 else normal
+    if isinstance(a.form, Disc):
+        axis = sheet.placed.turned(a.body, a.form.axis)
+        down = down - float(down @ axis) * axis
+    size = float(np.linalg.norm(down))
+    if size < 1e-6:
+        return None
+    place = centre + a.form.radius * down / size
+    near = abs(float((place - through) @ normal)) * sheet.projection.scale < _NEAR
+    return np.asarray(sheet.projection.page(place)) if near else None
 
 
 def _lowest(sheet: Sheet, a: Item, box: Block, b: Item, face: Face) -> Floats | None:

@@ -9,14 +9,15 @@ import numpy as np
 
 from multibody_sym.drawing.lettering import letters, words
 from multibody_sym.drawing.look.contacts import touching_place
+from multibody_sym.drawing.look.drives import driven_points
 from multibody_sym.drawing.look.pulleys import drawn_pieces
-from multibody_sym.drawing.look.rails import rail_ends
+from multibody_sym.drawing.look.rails import rail_ends, rail_lines
 from multibody_sym.drawing.look.shapes import face_ends
 from multibody_sym.drawing.look.sheet import Sheet, left, unit2
 from multibody_sym.drawing.picture import Arrow, Bend, Mark, Measure, Wish
 from multibody_sym.drawing.style import LAYER_ARROW, LAYER_TEXT, MARKED, MOTION, THIN
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Axes, Face, Rail, Symbol
+from multibody_sym.scene.forms import Axes, Disc, Face, Rail, Symbol
 from multibody_sym.scene.items import Anchor, AngleMark, Dimension, Item
 
 _SHORTEST: Final = 9.0
@@ -67,9 +68,24 @@ def _name(sheet: Sheet, item: Item) -> Wish:
     if item.role == "contact" and isinstance(item.form, Symbol):
         place = touching_place(sheet, item, item.form)
         bounds = bounds if place is None else place[None, :]
-    about = bounds if len(bounds) == 2 else bounds.mean(axis=0)[None, :]
-    clear = 7.0 if isinstance(item.form, Symbol) else 5.0
+    ring = isinstance(item.form, Disc) and item.form.hollow
+    about = bounds if len(bounds) == 2 or ring else bounds.mean(axis=0)[None, :]
+    if isinstance(item.form, Symbol):
+        about = _beside(sheet, item, item.form, about)
+    clear = 7.0 if isinstance(item.form, Symbol) and len(about) == 1 else 5.0
     return Wish(about, letters(item.label), clear=clear, role=item.role, name=item.name, layer=LAYER_TEXT)
+
+
+def _beside(sheet: Sheet, item: Item, symbol: Symbol, otherwise: Floats) -> Floats:
+    """Return what the name of a symbol stands beside (n, 2): the rail of a slider, the arrow of what is driven."""
+    if symbol.kind in ("drive_about", "drive_along"):
+        return driven_points(sheet, item, symbol)[-2:]
+    if symbol.kind in ("slider", "hanger"):
+        rails = (i for i in sheet.scene.items if i.path == item.path and isinstance(i.form, Rail))
+        rail = next(rails, None)
+        if rail is not None and sheet.flat:
+            return np.vstack(rail_lines(sheet, rail)[:1])
+    return otherwise
 
 
 # --- lengths and angles --------------------------------------------------------------------------------------------

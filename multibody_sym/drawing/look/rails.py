@@ -11,6 +11,7 @@ from multibody_sym.drawing.look.pulleys import wheels_on
 from multibody_sym.drawing.look.settle import MASS, WHEEL
 from multibody_sym.drawing.look.shapes import capsule, wedge
 from multibody_sym.drawing.look.sheet import Sheet, left, unit2
+from multibody_sym.drawing.look.wedges import LEVEL, slope_of, wedge_under
 from multibody_sym.drawing.picture import Hatch, Mark, Stroke
 from multibody_sym.drawing.style import AXIS, BLOCK, BODY, BOLD, INK, LAYER_GROUND
 from multibody_sym.numerics.arrays import Floats
@@ -19,6 +20,11 @@ from multibody_sym.scene.items import Item
 
 _BEYOND: Final = 20.0
 """How far a rail goes on behind the last place of its block (pt)."""
+
+
+_PARALLEL: Final = 0.99
+_HALF: Final = 12.0
+"""Half the length of a block (pt)."""
 
 
 def block_size(sheet: Sheet, item: Item) -> tuple[float, float]:
@@ -55,13 +61,25 @@ def rail_marks(sheet: Sheet, item: Item, rail: Rail) -> Iterator[Mark]:
             return
         yield Stroke(points, sheet.pen(item, AXIS if rail.light else INK), **named)
         return
-    for side, offset in _sides(sheet, item, along):
-        shifted = points + offset * side
+    for side, shifted in _lines(sheet, item, along, points):
         turn = 1 if float(left(shifted[1] - shifted[0]) @ side) > 0.0 else -1
         yield Hatch(shifted, sheet.pen(item, BOLD), side=turn, **named)
         for centre in wheels_on(sheet, item):
             near = min(shifted, key=lambda end: float(np.linalg.norm(end - centre)))
             yield bracket(sheet, item, near, centre)
+
+
+def rail_lines(sheet: Sheet, item: Item) -> list[Floats]:
+    """Return the lines (2, 2) by which a rail is seen in the plane."""
+    assert isinstance(item.form, Rail)
+    along, points = unit2(sheet.way(item.body, item.form.axis)), rail_ends(sheet, item, item.form)
+    if item.form.light or not item.on_ground:
+        return [points]
+    return [line for _, line in _lines(sheet, item, along, points)]
+
+
+def _lines(sheet: Sheet, item: Item, along: Floats, points: Floats) -> list[tuple[Floats, Floats]]:
+    return [(side, points + offset * side) for side, offset in _sides(sheet, item, along)]
 
 
 def bracket(sheet: Sheet, item: Item, end: Floats, centre: Floats) -> Mark:
@@ -74,11 +92,11 @@ def rail_ends(sheet: Sheet, item: Item, rail: Rail) -> Floats:
     ends, along = sheet.page(item.body, rail.bounds), unit2(sheet.way(item.body, rail.axis))
     shift = sheet.settled.bodies.get(_child(item), np.zeros(2)) if rail.light else np.zeros(2)
     places = [float((place - shift) @ along) for place in _block_places(sheet, item)]
-    if not places or not _is_taken(sheet, item, rail):
+    if not places or not (_is_taken(sheet, item, rail) or _is_sprung(sheet, item, along)):
         places += list(ends @ along)
     base = ends[0] - float(ends[0] @ along) * along + shift
-    beyond = _BEYOND + _half_length(sheet, item, along)
-    low, high = min(places) - beyond, max(places) + beyond
+    back, ahead = _reach(sheet, item, along)
+    low, high = min(places) + back - _BEYOND, max(places) + ahead + _BEYOND
     for centre in wheels_on(sheet, item):
         way = float(centre @ along)
         if way > (low + high) / 2:
@@ -88,16 +106,32 @@ def rail_ends(sheet: Sheet, item: Item, rail: Rail) -> Floats:
     return np.array([base + low * along, base + high * along])
 
 
-def _half_length(sheet: Sheet, item: Item, along: Floats) -> float:
-    """Return how far what slides reaches along its rail beyond half a block (pt)."""
-    child, reach = _child(item), [0.0]
+def _reach(sheet: Sheet, item: Item, along: Floats) -> tuple[float, float]:
+    """Return how far what slides reaches along its rail beyond half a block, back and ahead (pt)."""
+    child = _child(item)
+    here = next(iter(_block_places(sheet, item)), None)
+    low, high = 0.0, 0.0
     for other in sheet.touched.get(child, ()):
-        if other.role != "body" or not isinstance(other.form, (Face, Block, Barrel, Disc)):
+        if here is None or other.role != "body" or not isinstance(other.form, (Face, Block, Barrel, Disc, Symbol)):
             continue
         form = other.form
-        points = wedge(sheet, other, form) if isinstance(form, Face) else sheet.page(child, form.bounds)
-        reach.append(float(np.ptp(points @ along)) / 2 - 12.0)
-    return max(reach)
+        if isinstance(form, Symbol):
+            points = _wedge(sheet, other, form)
+        else:
+            points = wedge(sheet, other, form) if isinstance(form, Face) else sheet.page(child, form.bounds)
+        ways = (points - here) @ along
+        low, high = min([low, *(ways + _HALF)]), max([high, *(ways - _HALF)])
+    return low, high
+
+
+def _is_sprung(sheet: Sheet, item: Item, along: Floats) -> bool:
+    """Return whether a spring or damper runs along the rail: it would be hidden between two lines."""
+    for placed in sheet.placed.strands:
+        bodies = {anchor.body for anchor in placed.strand.anchors}
+        if bodies == {item.body, _child(item)} and placed.strand.kind in ("spring", "damper", "spring_damper"):
+            first, last = sheet.projection.page(placed.pieces[0][0]), sheet.projection.page(placed.pieces[-1][1])
+            return abs(float(unit2(last - first) @ along)) > _PARALLEL
+    return False
 
 
 def _is_taken(sheet: Sheet, item: Item, rail: Rail) -> bool:
@@ -140,12 +174,21 @@ def _extent(sheet: Sheet, item: Item, across: Floats) -> tuple[float, float]:
             found += list(wedge(sheet, other, other.form) @ across - middle)
         elif isinstance(other.form, Symbol):
             blocks = blocks or other.form.kind == "block"
+            found += list(_wedge(sheet, other, other.form) @ across - middle)
         elif not isinstance(other.form, Polyline) or other.form.closed:
             found += list(sheet.page(child, other.form.bounds) @ across - middle)
     if found:
         return min(found), max(found)
     half = (MASS if blocks else BLOCK)[1] / 2
     return -half, half
+
+
+def _wedge(sheet: Sheet, item: Item, symbol: Symbol) -> Floats:
+    """Return the corners (3, 2) of a mass that is drawn as a wedge, none (0, 2) of others."""
+    slope = slope_of(sheet, item) if symbol.kind == "block" and sheet.flat else None
+    if slope is None or abs(float(slope @ sheet.down)) <= LEVEL:
+        return np.zeros((0, 2))
+    return wedge_under(sheet, item, sheet.at(item.body, symbol.at), slope)
 
 
 def _block_places(sheet: Sheet, item: Item) -> list[Floats]:

@@ -24,6 +24,10 @@ _MARGIN: Final = 14.0
 """How far faces without ends reach beyond what stands on them (pt)."""
 _HALF, _PLATE = 34.0, 12.0
 """Half the length of a face of a moving body, and how thick that is at least (pt)."""
+_SHEET: Final = 46.0
+"""How far a plane in space reaches at least beyond what is near it (pt)."""
+_CURVE: Final = 20
+"""From so many points on an open polyline of a body is a wire, not a bar."""
 _TOOTH: Final = 5.0
 """About how far apart the tooth marks of a gear are (pt)."""
 _THIN_BAR: Final = 3.5
@@ -45,7 +49,7 @@ def _polyline(sheet: Sheet, item: Item, form: Polyline) -> Iterator[Mark]:
     if form.closed:
         named = sheet.named(item, LAYER_BODY, np.mean(form.points, axis=0))
         yield Stroke(points, pen, closed=True, fill=BODY, **named)
-    elif item.role in ("guide", "surface") and (len(points) > 2 or item.on_ground):
+    elif len(points) > _CURVE or (item.role in ("guide", "surface") and (len(points) > 2 or item.on_ground)):
         yield from _curve(sheet, item, points)
     elif np.ptp(points, axis=0).max() < 1e-9:
         return
@@ -100,7 +104,7 @@ def _disc(sheet: Sheet, item: Item, form: Disc) -> Iterator[Mark]:
         yield from _teeth(sheet, item, form, centre, radius)
     elif item.role == "pulley":
         yield Arc(centre, max(radius - 2.5, 0.75 * radius), THIN, **named)
-    elif radius > 12.0 and item.role in ("body", "surface"):
+    elif radius > 12.0 and item.role in ("body", "surface") and sheet.others:
         tip = sheet.at(item.body, np.add(form.centre, [0.82 * form.radius, 0, 0]))
         yield Stroke(np.array([centre + 0.3 * (tip - centre), tip]), THIN, **named)  # shows how far it has turned
 
@@ -283,7 +287,7 @@ def _plate(sheet: Sheet, item: Item, form: Face) -> Iterator[Mark]:
     pose = sheet.home.poses[item.body]
     base = np.array(form.through)
     points = (extent(sheet.scene, sheet.home) - pose[:, 3]) @ pose[:, :3] - base
-    half = 0.15 * sheet.scene.size
+    half = max(0.15 * sheet.scene.size, sheet.metres(_SHEET))
     lows = [min(float((points @ e).min()), 0.0) - half for e in (e1, e2)]
     highs = [max(float((points @ e).max()), 0.0) + half for e in (e1, e2)]
     corners = [(lows[0], lows[1]), (highs[0], lows[1]), (highs[0], highs[1]), (lows[0], highs[1])]

@@ -12,6 +12,7 @@ from multibody_sym.drawing.look.pulleys import drawn_pieces, fillet, is_turned
 from multibody_sym.drawing.look.settle import WHEEL
 from multibody_sym.drawing.look.shapes import capsule
 from multibody_sym.drawing.look.sheet import Sheet, left, unit2
+from multibody_sym.drawing.look.supports import support
 from multibody_sym.drawing.picture import Arc, Hatch, Mark, Pen, Stroke
 from multibody_sym.drawing.style import (
     AXIS,
@@ -36,6 +37,8 @@ _COIL: Final = 12.0
 _HELD: Final = ("spring", "damper", "spring_damper", "rope", "rod")
 """Strands whose ends are fixed to something."""
 _LEAD: Final = 7.0
+_LEVEL: Final = 0.2
+"""How far a rod may rise (its slope) towards its end on ground, which then stands below it still."""
 _APART: Final = 7.0
 """How far a spring and a damper in parallel are from their middle line (pt)."""
 Look = Callable[[Sheet, PlacedStrand, Floats, dict[str, Any]], Iterator[Mark]]
@@ -61,6 +64,10 @@ def _fixed_ends(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[
         if anchor.body not in sheet.ground or any(_shows(sheet, item, end) for item in sheet.scene.items):
             continue
         away = unit2(end - other, -sheet.down)
+        if placed.strand.kind == "rod" and sheet.flat:
+            down = sheet.down if float(away @ sheet.down) > -_LEVEL else -sheet.down
+            yield from support(sheet, placed.strand, end, down, {**named, "layer": LAYER_GROUND})
+            continue
         ends = np.array([end - 9.0 * left(away), end + 9.0 * left(away)])
         yield Hatch(ends, sheet.pen(placed.strand), side=-1, **{**named, "layer": LAYER_GROUND})
 

@@ -8,12 +8,14 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.drawing.look.contacts import touching_place
+from multibody_sym.drawing.look.drives import driven_points
 from multibody_sym.drawing.look.pulleys import axle_marks, pulley_marks
 from multibody_sym.drawing.look.rails import block_size, is_covered
-from multibody_sym.drawing.look.settle import BOB, STEEPEST
+from multibody_sym.drawing.look.settle import BOB
 from multibody_sym.drawing.look.shapes import FORMS, barrel
 from multibody_sym.drawing.look.sheet import UNSEEN, Sheet, left, unit2
-from multibody_sym.drawing.look.supports import stand, support, support_side
+from multibody_sym.drawing.look.supports import stand, step_marks, support, support_side
+from multibody_sym.drawing.look.wedges import LEVEL, slope_of, wedge_under
 from multibody_sym.drawing.picture import Arc, Arrow, Mark, Stroke
 from multibody_sym.drawing.style import (
     AXIS,
@@ -32,7 +34,7 @@ from multibody_sym.drawing.style import (
     THIN,
 )
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Barrel, Block, Disc, Rail, Symbol, across, unit
+from multibody_sym.scene.forms import Barrel, Block, Disc, Symbol, unit
 from multibody_sym.scene.items import Item
 
 _UNIT: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -177,9 +179,9 @@ def _body_block(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
         yield from FORMS[Block](sheet, item, Block(symbol.at, _UNIT, sizes))
         return
     at = sheet.at(item.body, symbol.at)
-    slope = _slope(sheet, item)
-    if slope is not None and abs(float(slope @ sheet.down)) > 0.05:
-        yield Stroke(_wedge_under(sheet, item, at, slope), sheet.pen(item), closed=True, fill=BODY, **named)
+    slope = slope_of(sheet, item)
+    if slope is not None and abs(float(slope @ sheet.down)) > LEVEL:
+        yield Stroke(wedge_under(sheet, item, at, slope), sheet.pen(item), closed=True, fill=BODY, **named)
         return
     if _carries_pulley(sheet, item, symbol):
         hook = at + 30.0 * sheet.down
@@ -203,26 +205,6 @@ def _own_axis(sheet: Sheet, item: Item) -> Floats:
         if isinstance(other.form, Symbol) and other.form.kind in ("slider", "hanger"):
             return unit2(sheet.way(item.body, other.form.axis))
     return unit2(sheet.way(item.body, (1.0, 0.0, 0.0)))
-
-
-def _slope(sheet: Sheet, item: Item) -> Floats | None:
-    """Return the direction on the page of a rail on a block, on which another body slides."""
-    for other in sheet.touched.get(item.body, ()):
-        if isinstance(other.form, Rail) and other.bodies and other.bodies[0] == item.body:
-            slope = unit2(sheet.way(item.body, other.form.axis))
-            return slope if abs(float(slope @ left(sheet.down))) >= STEEPEST else None
-    return None
-
-
-def _wedge_under(sheet: Sheet, item: Item, at: Floats, slope: Floats) -> Floats:
-    """Return the corners (3, 2) of a wedge below a slope through a place, as long as what is fixed to it and slides."""
-    up = slope if float(slope @ sheet.down) < 0.0 else -slope
-    bodies = {i.bodies[1] for i in sheet.touched.get(item.body, ()) if isinstance(i.form, Rail) and len(i.bodies) > 1}
-    anchors = [anchor for strand in sheet.scene.strands for anchor in strand.anchors if anchor.body == item.body]
-    ways = [float((sheet.at(anchor.body, anchor.point) - at) @ up) for anchor in anchors]
-    ways += [float((sheet.at(body, (0.0, 0.0, 0.0)) - at) @ up) for body in bodies]
-    low, high = at + min([-36.0, *(way - 10.0 for way in ways)]) * up, at + max([36.0, *(w + 20.0 for w in ways)]) * up
-    return np.array([low, high, high + sheet.down * float((low - high) @ sheet.down)])
 
 
 def _carries_pulley(sheet: Sheet, item: Item, symbol: Symbol) -> bool:
@@ -265,8 +247,9 @@ def _frame(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
 
 
 def _point(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
-    """Yield a dot where nothing else is."""
+    """Yield a dot where nothing else is, a step up to an edge of ground that something touches."""
     at = sheet.at(item.body, symbol.at)
+    yield from step_marks(sheet, item, at)
     for other in sheet.touched.get(item.body, ()):
         if not isinstance(other.form, Symbol) or other.form.kind in UNSEEN:
             continue
@@ -288,6 +271,14 @@ def _damped(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     named, at = sheet.named(item, LAYER_JOINT + 0.2, symbol.at), sheet.at(item.body, symbol.at)
     yield Arc(at, 8.0, sheet.pen(item), 0.2, np.pi - 0.2, **named)
     yield Arc(at, 10.5, sheet.pen(item), 0.6, np.pi + 0.2, **named)
+
+
+def _skate(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield the edge of a skate: a thin dark lens along the one direction in which it moves."""
+    at, along = sheet.at(item.body, symbol.at), sheet.way(item.body, symbol.along)
+    turn = np.linspace(0.0, 2.0 * np.pi, 40)[:, None]
+    lens = at + 16.0 * np.cos(turn) * along + 2.6 * np.sin(turn) * np.abs(np.sin(turn)) * left(along)
+    yield Stroke(lens, sheet.pen(item), closed=True, fill=BLACK, **sheet.named(item, LAYER_JOINT, symbol.at))
 
 
 def _motor(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
@@ -315,17 +306,7 @@ def _gear(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
 
 def _driven(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     """Yield an arrow along the axis of what is driven, or most of a circle about it."""
-    at, named = sheet.at(item.body, symbol.at), sheet.named(item, LAYER_ARROW)
-    if symbol.kind == "drive_along":
-        way = unit2(sheet.way(item.body, symbol.axis), (0.0, 1.0))
-        start = at - 16.0 * left(way)
-        yield Arrow(np.array([start, start + 24.0 * way]), MOTION, **named)
-        return
-    e1 = np.array(across(symbol.axis))
-    e2 = np.cross(symbol.axis, e1)
-    angles = np.linspace(0.3, 4.6, 32)[:, None]
-    rim = [sheet.way(item.body, point) for point in np.cos(angles) * e1 + np.sin(angles) * e2]
-    yield Arrow(at + 12.0 * np.array(rim), MOTION, head=5.0, **named)
+    yield Arrow(driven_points(sheet, item, symbol), MOTION, head=5.0, **sheet.named(item, LAYER_ARROW))
 
 
 def _nothing(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
@@ -342,9 +323,9 @@ def _contact(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     yield from _nothing(sheet, item, symbol)
 
 
-def _shown_by_others(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
-    """Yield nothing for a point that a joint or what is fixed there shows."""
-    yield from ()
+def _edge(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield nothing for a point that a joint or what is fixed there shows, unless something touches it."""
+    yield from step_marks(sheet, item, sheet.at(item.body, symbol.at))
 
 
 SYMBOLS: Final[Mapping[str, Look]] = {
@@ -356,6 +337,7 @@ SYMBOLS: Final[Mapping[str, Look]] = {
     "weld": _weld,
     "slider": _slider,
     "hanger": _nothing,
+    "nut_body": _nothing,
     "sleeve": _sleeve,
     "nut": _screw,
     "bead": _bead,
@@ -368,10 +350,11 @@ SYMBOLS: Final[Mapping[str, Look]] = {
     "frame": _frame,
     "point": _point,
     "place": _point,
-    "used_point": _shown_by_others,
+    "used_point": _edge,
     "torsion_spring": _torsion,
     "torsion_damper": _damped,
     "motor": _motor,
+    "skate": _skate,
     "rack": _rack,
     "gear": _gear,
     "drive_about": _driven,

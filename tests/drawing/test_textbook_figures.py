@@ -1,0 +1,103 @@
+"""What figures of books show: kerbs, rails under wedges, edges of skates, hoops, wheels where they touch the ground."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.drawing.draw import draw
+from multibody_sym.drawing.picture import Arrow, Hatch, Mark, Picture, Stroke, Text
+from multibody_sym.scene.scene import scene_of
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def picture(name: str) -> Picture:
+    scene = scene_of(mbs.load(EXAMPLES / f"{name}.yaml"))
+    return draw(scene, scene.at())
+
+
+def points(marks: list[Mark]) -> np.ndarray:
+    return np.vstack([np.asarray(mark.points) for mark in marks])  # type: ignore[attr-defined]
+
+
+def of(shown: Picture, role: str, name: str) -> list[Mark]:
+    return [mark for mark in shown.marks if mark.role == role and mark.name == name and not isinstance(mark, Text)]
+
+
+def text_at(shown: Picture, words: str) -> np.ndarray:
+    (found,) = [mark for mark in shown.marks if isinstance(mark, Text) and "".join(r for r, _ in mark.runs) == words]
+    return np.asarray(found.at)
+
+
+def test_a_kerb_is_a_step_up_from_the_road_to_the_edge_that_the_wheel_touches() -> None:
+    shown = picture("textbook/kerb")
+    (step,) = [mark for mark in shown.marks if isinstance(mark, Hatch) and mark.role == "point"]
+    (road,) = [mark for mark in shown.marks if isinstance(mark, Hatch) and mark.name == "ground.road"]
+    foot, edge, end = np.asarray(step.points)
+    scale = (edge - foot)[1] / 0.06
+    assert foot[1] == pytest.approx(np.asarray(road.points)[0][1])
+    wheel = next(mark for mark in shown.marks if mark.role == "body" and hasattr(mark, "radius"))
+    assert wheel.radius == pytest.approx(0.3 * scale)  # type: ignore[attr-defined]
+    assert np.hypot(*(edge - wheel.centre)) == pytest.approx(wheel.radius)  # type: ignore[attr-defined]
+    assert end[0] > edge[0]
+    assert end[1] == pytest.approx(edge[1])
+
+
+@pytest.mark.parametrize("name", ["oscillations/wedge_and_spring", "textbook/free_wedge", "textbook/pushed_wedge"])
+def test_the_table_lies_under_the_whole_wedge_and_has_its_name(name: str) -> None:
+    shown = picture(name)
+    rail = points(of(shown, "joint", "table"))
+    wedge = points(of(shown, "body", "wedge"))
+    assert rail[:, 0].min() < wedge[:, 0].min()
+    assert rail[:, 0].max() > wedge[:, 0].max()
+    assert text_at(shown, "table")[1] < rail[:, 1].min() + 1.0
+
+
+def test_a_skate_stands_along_the_only_direction_in_which_it_moves() -> None:
+    """Chaplygin's sleigh starts along x."""
+    (edge,) = of(picture("chaplygin_sleigh"), "limit", "edge")
+    wide, high = np.ptp(np.asarray(edge.points), axis=0)  # type: ignore[attr-defined]
+    assert wide > 5 * high
+
+
+def test_wheels_in_space_have_the_names_of_their_contacts_on_the_ground() -> None:
+    shown = picture("bicycle")
+    hub, contact = text_at(shown, "rear"), text_at(shown, "rear contact")
+    assert contact[1] < hub[1] - 25.0
+
+
+def test_radii_of_drums_are_shown_in_the_drum() -> None:
+    shown = picture("textbook/capstan")
+    (radius,) = [m for m in shown.marks if isinstance(m, Arrow) and m.role == "dimension"]
+    drum = points([m for m in shown.marks if (m.role == "pulley" and isinstance(m, Stroke)) or hasattr(m, "radius")])
+    assert np.all(np.asarray(radius.points) >= drum.min(axis=0) - 1e-6)
+    assert np.all(np.asarray(radius.points) <= drum.max(axis=0) + 1e-6)
+
+
+@pytest.mark.parametrize("name", ["textbook/crate_on_a_truck", "textbook/growing_force"])
+def test_a_body_under_a_mass_without_a_size_is_not_huge_beside_it(name: str) -> None:
+    shown = picture(name)
+    names = {mark.name for mark in shown.marks if mark.role == "body"}
+    heights = [np.ptp(points(of(shown, "body", name)), axis=0)[1] for name in names]
+    assert 1.0 < max(heights) / min(heights) < 4.0
+
+
+def test_a_prescribed_motion_has_its_name_at_its_arrow() -> None:
+    shown = picture("variable_mass/hopper")
+    arrow = points(of(shown, "limit", "drive"))
+    label = text_at(shown, "drive")
+    assert np.abs(label - arrow.mean(axis=0)).max() < 30.0
+
+
+def test_a_wire_that_turns_is_its_curve() -> None:
+    shown = picture("guides/ring_on_a_moving_wire")
+    (wire,) = of(shown, "body", "wire")
+    assert len(np.asarray(wire.points)) > 50  # type: ignore[attr-defined]
+
+
+def test_a_wheel_in_a_figure_has_no_line_from_its_middle() -> None:
+    assert not [m for m in of(picture("textbook/drum_brake"), "body", "drum") if isinstance(m, Stroke)]
