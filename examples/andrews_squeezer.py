@@ -24,6 +24,7 @@ def hinge(parent: str, child: str, q: str, start: float) -> mbs.Revolute:
 
 system = mbs.System(
     "andrews_squeezer",
+    description="Andrews' squeezer: seven bodies in the plane, three loops, a torque on the crank and one spring.",
     bodies={
         "ground": mbs.Body(points={"A": [xa, ya, 0], "B": [xb, yb, 0], "C": [xc, yc, 0]}),
         "K1": body(0.04325, ra, 0, 2.194e-6, end=[rr, 0, 0]),

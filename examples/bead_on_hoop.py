@@ -8,6 +8,7 @@ w, start = mbs.parameters("w start", [8, "2 deg"])
 
 system = mbs.System(
     "bead_on_hoop",
+    description="A bead slides on a hoop that a motor turns about the vertical. Turned fast enough, the bead climbs.",
     gravity=[0, 0, -g],
     bodies={
         "hoop": mbs.Body(surfaces={"wire": {"disc": R, "axis": "x", "inside": True}}),

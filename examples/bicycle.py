@@ -13,6 +13,10 @@ def wheel(mass: str, radius: mbs.Parameter, across: float, about: float) -> mbs.
 
 system = mbs.System(
     "bicycle",
+    description=(
+        "A bicycle that nobody rides: two wheels roll without slip, the rear frame leans, the front frame "
+        "steers. At which speeds is it stable by itself?"
+    ),
     gravity=[0, 0, -g],
     bodies={
         "ground": mbs.Body(surfaces={"road": {"plane": [0, 0, 0], "normal": "z"}}),

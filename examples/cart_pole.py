@@ -9,6 +9,7 @@ t, push = mbs.variable("t"), mbs.variable("push")
 
 system = mbs.System(
     "cart_pole",
+    description="A pole stands on a cart that is pushed to and fro: two joints, one carried by the other.",
     gravity=[0, -g, 0],
     bodies={"cart": mbs.Body(mass=M), "pole": mbs.Body(shape={"rod": l, "mass": m})},
     joints={

@@ -16,6 +16,7 @@ def joint(k: int) -> mbs.Revolute:
 
 system = mbs.System(
     "chain",
+    description="A chain of ten links, written once and repeated. It starts as an arc and falls.",
     gravity=[0, -g, 0],
     bodies={f"link{k}": mbs.Body(mass=m, com=[0, -l, 0], points={"end": [0, -l, 0]}) for k in range(1, LINKS + 1)},
     joints={f"joint{k}": joint(k) for k in range(1, LINKS + 1)},

@@ -4,6 +4,7 @@ import multibody_sym as mbs
 
 system = mbs.System(
     "double_pendulum",
+    description="A double pendulum of two point masses, released from rest with both rods horizontal.",
     gravity=[0, "-g", 0],
     parameters={
         "m1": {"value": "1 kg", "positive": True},

@@ -7,6 +7,7 @@ m, r0, k, l = mbs.parameters("m r0 k l", ["0.5 kg", "1.2 m", "40 N/m", "1 m"], p
 
 system = mbs.System(
     "elastic_pendulum",
+    description="A bob on a spring that also swings: a hinge carries a slider, and a spring acts in the slider.",
     gravity=[0, -g, 0],
     bodies={"arm": mbs.Body(), "bob": mbs.Body(mass=m)},
     joints={

@@ -15,6 +15,7 @@ def bar(mass: mbs.Parameter, length: mbs.Parameter, end: str) -> mbs.Body:
 
 system = mbs.System(
     "elastic_rod",
+    description="A crank-slider whose rod gives a little: a spring of 1e8 N/m in it, against a reduced mass of 10 g.",
     gravity=[0, -g, 0],
     bodies={
         "crank": bar(m1, r, "pin"),

@@ -12,6 +12,7 @@ def bar(length: mbs.Parameter) -> mbs.Body:
 
 system = mbs.System(
     "four_bar",
+    description="A crank-rocker: four bars in a loop; the crank turns round, the rocker swings.",
     gravity=[0, -g, 0],
     bodies={"ground": mbs.Body(points={"pivot": [d, 0, 0]}), "crank": bar(a), "coupler": bar(b), "rocker": bar(c)},
     joints={

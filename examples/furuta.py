@@ -10,6 +10,7 @@ across = m * l**2 / 12
 
 system = mbs.System(
     "furuta",
+    description="A Furuta pendulum: an arm turned to and fro by a motor carries a rod that swings across it.",
     gravity=[0, 0, -g],
     bodies={
         "arm": mbs.Body(shape={"rod": r, "mass": M}, points={"tip": [r, 0, 0]}),

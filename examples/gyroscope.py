@@ -12,6 +12,10 @@ of_ring = {"Ixx": ring, "Iyy": 2 * ring, "Izz": ring}
 
 system = mbs.System(
     "gyroscope",
+    description=(
+        "A gyroscope in gimbals has a weight on the inner ring. Instead of tipping over, it turns about the "
+        "vertical."
+    ),
     gravity=[0, 0, -g],
     bodies={
         "outer": mbs.Body(inertia=of_ring, surfaces={"ring": {"disc": "4.2 cm", "axis": "y", "inside": True}}),

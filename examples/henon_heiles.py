@@ -6,6 +6,10 @@ E, a = mbs.parameters("E a", [0.125, 1.3])
 
 system = mbs.System(
     "henon_heiles",
+    description=(
+        "A star near the middle of a galaxy moves in the potential of Henon and Heiles. At this energy its "
+        "motion is chaotic."
+    ),
     bodies={"star": mbs.Body(mass=1)},
     joints={
         "place": mbs.PointJoint(

@@ -7,6 +7,10 @@ e, GM = mbs.parameters("e GM", [0.3, "4*pi^2"])
 
 system = mbs.System(
     "kepler",
+    description=(
+        "Kepler's problem: a planet on an ellipse about the sun, in years and astronomical units, so that the"
+        " sun's G M is 4 pi^2."
+    ),
     bodies={"planet": mbs.Body(mass=m)},
     joints={
         "orbit": mbs.Custom(

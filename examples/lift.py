@@ -8,6 +8,7 @@ t, pi = mbs.t, mbs.pi
 
 system = mbs.System(
     "lift",
+    description="A person stands on a scale in a lift that starts and stops smoothly. What does the scale show?",
     gravity=[0, -g, 0],
     bodies={
         "ground": mbs.Body(motion={"y": h * (t / T - mbs.sin(2 * pi * t / T) / (2 * pi))}),

@@ -4,6 +4,7 @@ import multibody_sym as mbs
 
 system = mbs.System(
     "pendulum",
+    description="A pendulum: one hinge, one bob. The place to start.",
     gravity=[0, "-g", 0],
     parameters={
         "m": {"value": "1 kg", "positive": True},

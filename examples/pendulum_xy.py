@@ -8,6 +8,10 @@ m, l = mbs.parameters("m l", ["1 kg", "1 m"], positive=True)
 
 system = mbs.System(
     "pendulum_xy",
+    description=(
+        "A pendulum in x and y: a free particle and a rod that keeps its distance. The rod's multiplier is "
+        "its tension."
+    ),
     gravity=[0, -g, 0],
     bodies={"rider": mbs.Body(), "bob": mbs.Body(mass=m)},
     joints={

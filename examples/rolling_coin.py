@@ -12,6 +12,7 @@ speed = [-r * (spin + turn * mbs.cos(lean0)), 0, 0, turn, 0, spin]
 
 system = mbs.System(
     "rolling_coin",
+    description="A coin rolls on a table without slip, leaning, and goes round in a circle: a disc with a sharp rim.",
     gravity=[0, 0, -g],
     bodies={
         "ground": mbs.Body(surfaces={"table": {"plane": [0, 0, 0], "normal": "z"}}),

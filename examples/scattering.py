@@ -7,6 +7,7 @@ K, v, b, far = mbs.parameters("K v b far", [1, "1.5", "0.8", 200])
 
 system = mbs.System(
     "scattering",
+    description="Rutherford's experiment: a charge flies past a heavy one of the same sign and leaves at an angle.",
     bodies={"alpha": mbs.Body(mass=m)},
     joints={
         "flight": mbs.PointJoint("ground", "alpha", q=["x", "y"], initial={"q": [-far, b], "u": [v, 0]}),

@@ -8,6 +8,7 @@ spin, sag, c = mbs.parameters("spin sag c", [157.08, -(M + m) * g / k, 60])
 
 system = mbs.System(
     "shaken_rotor",
+    description="A rotor out of balance turns on springs above a floor that shakes.",
     gravity=[0, -g, 0],
     bodies={
         "ground": mbs.Body(motion={"y": shake * mbs.sin(w * mbs.t)}),

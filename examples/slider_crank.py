@@ -16,6 +16,7 @@ def bar(mass: mbs.Parameter, length: mbs.Parameter) -> mbs.Body:
 
 system = mbs.System(
     "slider_crank",
+    description="A crank drives a slider through a rod, and joint C closes the loop.",
     gravity=[0, -g, 0],
     bodies={"crank": bar(m1, r), "rod": bar(m2, l), "slider": mbs.Body(mass=m3)},
     joints={

@@ -17,6 +17,7 @@ def joint(k: int) -> mbs.Spherical:
 
 system = mbs.System(
     "spatial_chain",
+    description="A chain of six rods on ball joints is let go as an arc and pushed sideways. It swings in space.",
     gravity=[0, 0, -g],
     bodies={f"rod{k}": rod for k in range(1, RODS + 1)},
     joints={f"joint{k}": joint(k) for k in range(1, RODS + 1)},

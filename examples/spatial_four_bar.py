@@ -21,6 +21,10 @@ def link(mass: int, length: mbs.Parameter, twist: mbs.Parameter, along: float, a
 
 system = mbs.System(
     "spatial_four_bar",
+    description=(
+        "Bennett's linkage: a loop of four hinges in space whose axes are neither parallel nor meet, and yet "
+        "it moves."
+    ),
     gravity=[0, 0, -g],
     bodies={
         "ground": mbs.Body(frames={"far": {"position": [-a, 0, 0], "rotate": turned(-alpha)}}),

@@ -8,6 +8,7 @@ tilt, rate = mbs.parameters("tilt rate", ["60 deg", 3])
 
 system = mbs.System(
     "spherical_pendulum",
+    description="A spherical pendulum is thrown sideways: the bob goes round, and up and down between two heights.",
     gravity=[0, 0, -g],
     bodies={"bob": mbs.Body(mass=m, com=[0, 0, -l])},
     joints={

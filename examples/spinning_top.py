@@ -10,6 +10,10 @@ needed = (m * g * h + (A + m * h**2) * precession**2 * mbs.cos(tilt)) / (C * pre
 
 system = mbs.System(
     "spinning_top",
+    description=(
+        "A fast top stands on its tip on a ball joint and is spun such that it precesses steadily. Its "
+        "attitude is a quaternion."
+    ),
     gravity=[0, 0, -g],
     bodies={"top": mbs.Body(mass=m, com=[0, 0, h], inertia={"Ixx": A, "Iyy": A, "Izz": C})},
     joints={

@@ -25,6 +25,10 @@ def leg(n: int) -> dict[str, mbs.Body]:
 
 system = mbs.System(
     "stewart_platform",
+    description=(
+        "A Stewart platform: a plate on six legs, each of two bodies, with a spring and a damper in each "
+        "slider."
+    ),
     gravity=[0, 0, -g],
     bodies={
         "ground": mbs.Body(points=circle(R, b, "b")),

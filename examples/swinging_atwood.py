@@ -8,6 +8,10 @@ M, m, r0 = mbs.parameters("M m r0", ["3 kg", "1 kg", "1 m"], positive=True)
 
 system = mbs.System(
     "swinging_atwood",
+    description=(
+        "Atwood's machine of which one load swings: a pendulum hangs from a rope over two pulleys, and a load"
+        " balances it."
+    ),
     gravity=[0, -g, 0],
     bodies={
         "ground": mbs.Body(points={"left": [-1, 0, 0], "right": [0, 0, 0]}),

@@ -10,6 +10,10 @@ toss, spin, wobble = mbs.parameters("toss spin wobble", ["10 m/s", 15, 0.05])
 
 system = mbs.System(
     "tennis_racket",
+    description=(
+        "A racket is tossed up spinning about its middle axis. Again and again it turns over: the tennis "
+        "racket theorem."
+    ),
     gravity=[0, 0, -g],
     bodies={"racket": mbs.Body(mass=m, inertia={"Ixx": A, "Iyy": B, "Izz": C})},
     joints={"flight": mbs.Free("ground", "racket", initial={"u": [0, 0, toss, 0, spin, wobble]})},

@@ -8,6 +8,7 @@ crank = mbs.Body(shape={"rod": r, "mass": m}, points={"end": [r, 0, 0]})
 
 system = mbs.System(
     "three_cranks",
+    description="A table stands on three parallel cranks, one more than it takes to hold it.",
     gravity=[0, -g, 0],
     bodies={
         "ground": mbs.Body(points=places),

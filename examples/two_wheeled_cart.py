@@ -11,6 +11,7 @@ wheel = mbs.Body(
 
 system = mbs.System(
     "two_wheeled_cart",
+    description="A cart on two wheels that roll without slip is driven by unequal torques. It drives curves.",
     gravity=[0, 0, -9.81],
     bodies={
         "ground": mbs.Body(surfaces={"floor": {"plane": [0, 0, 0], "normal": "z"}}, points={"axle": [0, 0, r]}),

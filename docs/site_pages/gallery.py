@@ -40,7 +40,7 @@ def overview() -> str:
         groups.setdefault(path.parent.name if path.parent != EXAMPLES else "", []).append(path)
     parts = ["# Gallery\n\n`multibody-sym new NAME` writes any of these files.\n"]
     for group, paths in groups.items():
-        rows = [(f"[{path.stem}]({path.stem}.md)", cell(plain(statement(path).split("\n")[0]))) for path in paths]
+        rows = [(f"[{path.stem}]({path.stem}.md)", cell(plain(statement(path)))) for path in paths]
         parts.append(f"## {_TITLES.get(group, group)}\n\n{table(('example', 'statement'), rows)}")
     return "\n".join(parts)
 
@@ -59,13 +59,8 @@ def page(path: Path) -> str:
 
 
 def statement(path: Path) -> str:
-    """Return what an example is about: its `description`, else the comment at its head."""
-    said = getattr(mbs.load(path), "description", None)
-    if said:
-        return str(said)
-    lines = re.match(r"(?:#.*\n)*", path.read_text(encoding="utf-8"))
-    assert lines
-    return "\n".join(line.removeprefix("#").strip() for line in lines[0].splitlines())
+    """Return what an example is about: its `description`."""
+    return str(mbs.load(path).description)
 
 
 def figure(system: mbs.System) -> str:

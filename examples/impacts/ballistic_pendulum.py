@@ -8,6 +8,10 @@ g, m, v, M, l, J = mbs.parameters(
 
 system = mbs.System(
     "ballistic_pendulum",
+    description=(
+        "A bullet sticks in a pendulum that hangs at rest. How fast does it swing off, what does the axle "
+        "feel, what is lost?"
+    ),
     gravity=[0, -g, 0],
     bodies={
         "ground": mbs.Body(points={"muzzle": [0, -l, 0]}),

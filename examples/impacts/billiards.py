@@ -8,6 +8,10 @@ g, m, r, c, mu, I = mbs.parameters(
 
 system = mbs.System(
     "billiards",
+    description=(
+        "A billiard ball is struck horizontally at a height c above its centre. How does it move off, and how"
+        " does it roll at last?"
+    ),
     gravity=[0, -g, 0],
     bodies={
         "ground": mbs.Body(surfaces={"cloth": mbs.Surface(plane=[0, 0, 0], normal="y")}),

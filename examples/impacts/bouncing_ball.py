@@ -7,6 +7,7 @@ g, h, m = mbs.parameters("g h m", ["9.81 m/s^2", "1 m", "0.2 kg"], positive=True
 
 system = mbs.System(
     "bouncing_ball",
+    description="A ball falls from a height h and bounces. When does it come to rest?",
     gravity=[0, -g, 0],
     bodies={
         "ground": mbs.Body(surfaces={"floor": mbs.Surface(plane=[0, 0, 0], normal="y")}),

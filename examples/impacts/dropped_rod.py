@@ -7,6 +7,10 @@ below = mbs.Surface(segment=[[-l / 2, 0, 0], [l / 2, 0, 0]], normal="-y")
 
 system = mbs.System(
     "dropped_rod",
+    description=(
+        "A level rod falls on the edge of a table, at a distance s from its middle. What is the impulse, and "
+        "how does the rod turn away?"
+    ),
     gravity=[0, -g, 0],
     bodies={
         "ground": mbs.Body(points={"edge": [s, 0, 0]}),

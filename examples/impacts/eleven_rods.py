@@ -24,6 +24,11 @@ particle = {"q": ["R*cos(a)", "R*sin(a)"], "u": ["-v*cos(a)", "-v*sin(a)"]}
 
 system = mbs.System(
     "eleven_rods",
+    description=(
+        "Eleven equal rods lie on a smooth table along a half circle, each hinged to the next and turned by "
+        "pi/10 against it. A particle as heavy as a rod strikes the centre of the fourth at right angles from"
+        " outside, elastically. How does each rod move off, and which impulses do the hinges transmit?"
+    ),
     gravity=[0, 0, 0],
     parameters={
         "m": {"value": "1 kg", "positive": True},

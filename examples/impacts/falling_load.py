@@ -6,6 +6,10 @@ g, H, h, m, M = mbs.parameters("g H h m M", ["10 m/s^2", "2 m", "0.8 m", "1 kg",
 
 system = mbs.System(
     "falling_load",
+    description=(
+        "A load falls freely through h before its rope, over two pulleys, goes taut and jerks a heavier load "
+        "from the ground. How fast do they move then, and how strong is the jerk?"
+    ),
     gravity=[0, -g, 0],
     bodies={
         "ground": mbs.Body(

@@ -8,6 +8,10 @@ m, M, v, A, W, e = mbs.parameters(
 
 system = mbs.System(
     "moving_racket",
+    description=(
+        "A ball meets a racket that is swung by a prescribed motion. How fast does it leave, and what does "
+        "the hand feel?"
+    ),
     gravity=[0, 0, 0],
     bodies={
         "racket": mbs.Body(mass=M, surfaces={"strings": mbs.Surface(plane=[0, 0, 0], normal="x")}),

@@ -14,6 +14,7 @@ def rail(k: int) -> mbs.Prismatic:
 
 system = mbs.System(
     "newtons_cradle",
+    description="Five equal balls touch, and the first arrives with the speed v. Which of them move off?",
     gravity=[0, 0, 0],
     bodies={f"b{k}": mbs.Body(mass=m, surfaces={"skin": mbs.Surface(sphere=r)}) for k in balls},
     joints={f"J{k}": rail(k) for k in balls},

@@ -6,6 +6,7 @@ m, b, c, w, e = mbs.parameters("m b c w e", ["20 kg", "0.9 m", "0.6 m", "2 rad/s
 
 system = mbs.System(
     "slammed_door",
+    description="A door slams against a stop at a distance c from its hinge. Which impulse tears at the hinge?",
     gravity=[0, 0, 0],
     bodies={
         "ground": mbs.Body(points={"stop": [c, 0, 0]}),

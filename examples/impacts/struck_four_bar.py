@@ -13,6 +13,10 @@ def crank() -> mbs.Body:
 
 system = mbs.System(
     "struck_four_bar",
+    description=(
+        "The coupler of a parallelogram linkage is struck obliquely while its cranks stand upright. How fast "
+        "do they turn, and which impulses go through the four hinges?"
+    ),
     gravity=[0, 0, 0],
     bodies={
         "ground": mbs.Body(points={"pivot": [b, 0, 0]}),

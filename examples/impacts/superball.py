@@ -6,6 +6,7 @@ m, r, u, v, w = mbs.parameters("m r u v w", ["0.1 kg", "0.025 m", "2 m/s", "3 m/
 
 system = mbs.System(
     "superball",
+    description="A superball meets the floor with a velocity along it and a spin. How does it leave?",
     gravity=[0, 0, 0],
     bodies={
         "ground": mbs.Body(surfaces={"floor": mbs.Surface(plane=[0, 0, 0], normal="y")}),

@@ -14,6 +14,7 @@ def ball() -> mbs.Body:
 cue = {"q": [0, r, 0], "u": [v, 0, -k * v / r]}
 system = mbs.System(
     "two_billiard_balls",
+    description="A billiard ball that rolls meets another of equal mass head on. How do both roll at last?",
     gravity=[0, -g, 0],
     bodies={
         "ground": mbs.Body(surfaces={"cloth": mbs.Surface(plane=[0, 0, 0], normal="y")}),

@@ -11,6 +11,10 @@ def rod(mass: mbs.Parameter, length: mbs.Expression, **points: list[mbs.Expressi
 
 system = mbs.System(
     "two_chains",
+    description=(
+        "A stretched chain of two hinged rods falls with its end on the end of another one. Which impulse "
+        "acts between them and in the hinges?"
+    ),
     gravity=[0, 0, 0],
     bodies={
         "a1": rod(m1, -l, tip=[0, 0, 0], end=[-l, 0, 0]),

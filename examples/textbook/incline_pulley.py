@@ -8,6 +8,10 @@ m1, m2, d, h = mbs.parameters("m1 m2 d h", ["2 kg", "3 kg", "2 m", "50 cm"], pos
 
 system = mbs.System(
     "incline_pulley",
+    description=(
+        "A block on a smooth incline is drawn up by a hanging load, over a pulley at the top. What are the "
+        "acceleration, the tension and the normal force?"
+    ),
     gravity=[0, -g, 0],
     bodies={
         "ground": mbs.Body(frames={"incline": mbs.Frame(rotate=[mbs.Turn("z", alpha)])}),

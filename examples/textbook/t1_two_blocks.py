@@ -6,6 +6,10 @@ m1, m2, F1, F2 = mbs.parameters("m1 m2 F1 F2", ["0.2 kg", "0.3 kg", "0.1 N", "0.
 
 system = mbs.System(
     "t1_two_blocks",
+    description=(
+        "Two blocks joined by a string on a smooth table are pulled apart. What are the acceleration and the "
+        "tension?"
+    ),
     bodies={"left": mbs.Body(mass=m1), "right": mbs.Body(mass=m2)},
     joints={
         "table1": mbs.Prismatic("ground", "left", axis="x", q="x1"),

@@ -6,6 +6,10 @@ g, m = mbs.parameters("g m", ["10 m/s^2", "5 kg"], positive=True)
 
 system = mbs.System(
     "t3_three_loads",
+    description=(
+        "Three equal loads hang over a fixed pulley, two on one side and one on the other. What is the "
+        "acceleration, and how far do they go in 4 s?"
+    ),
     gravity=[0, -g, 0],
     bodies={
         "ground": mbs.Body(points={"axle": [0, "40 m", 0]}),

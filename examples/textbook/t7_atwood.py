@@ -6,6 +6,10 @@ g, m1, m2 = mbs.parameters("g m1 m2", ["10 m/s^2", "1 kg", "2 kg"], positive=Tru
 
 system = mbs.System(
     "t7_atwood",
+    description=(
+        "Atwood's machine: 1 kg and 2 kg hang on a light string over a fixed pulley. How far do they go in 5 "
+        "s, and what is the tension?"
+    ),
     gravity=[0, -g, 0],
     bodies={
         "ground": mbs.Body(points={"axle": [0, "50 m", 0]}),

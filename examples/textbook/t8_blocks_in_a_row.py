@@ -8,6 +8,10 @@ names = ("block1", "block2", "block3", "load")
 
 system = mbs.System(
     "t8_blocks_in_a_row",
+    description=(
+        "Three blocks in a row on a smooth table are drawn by a load that hangs over the table's edge. What "
+        "are the acceleration and the tensions?"
+    ),
     gravity=[0, -g, 0],
     bodies={
         "ground": mbs.Body(points={"edge": ["4 m", 0, 0]}),

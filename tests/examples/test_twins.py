@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 
@@ -23,10 +24,17 @@ def test_a_written_example_reads_as_it_was(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_each_file_starts_with_its_title(name: str) -> None:
-    title = FILES[name].read_text(encoding="utf-8").splitlines()[0]
-    assert title.startswith("# ")
-    assert title.endswith((".", "?"))
+def test_each_file_has_its_statement(name: str) -> None:
+    """One to three sentences, which `new --list`, reports and the gallery show; no comment says them again."""
+    said = from_file(name).description
+    assert said is not None
+    assert said[0].isupper() or said[0].isdigit()
+    assert 1 <= len(re.findall(r"[.?](?= |$)", said)) <= 3
+    assert said.endswith((".", "?"))
+    text = FILES[name].read_text(encoding="utf-8")
+    comments = " ".join(line.removeprefix("#").strip() for line in text.splitlines() if line.startswith("#"))
+    assert not [each for each in re.split(r"(?<=[.?]) ", said) if len(each) > 30 and each in comments]
+    assert [line for line in text.splitlines()[:3] if line.startswith("#")] == []
 
 
 @pytest.mark.parametrize("name", ["t7_atwood", "pendulum"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from pathlib import Path
 from typing import Final
 
@@ -12,6 +13,8 @@ from multibody_sym.formats.files import write_new
 
 HELP: Final = "write a model file to start from, any of the shipped examples"
 STARTER: Final = "pendulum"
+_DESCRIPTION: Final = re.compile(r"^description: >-\n((?:  .*\n)+)", re.MULTILINE)
+_SENTENCE: Final = re.compile(r".*?(?:[.?](?= |$)|$)")
 _PACKAGE: Final = Path(__file__).parents[2]
 
 
@@ -51,9 +54,11 @@ def _folder() -> Path:
 
 
 def _title(path: Path) -> str:
-    """Return the comment in the first line of an example."""
-    with path.open(encoding="utf-8") as file:
-        return file.readline().removeprefix("#").strip()
+    """Return the first sentence of an example's description, which stands near its head; read as text, for speed."""
+    text = path.read_text(encoding="utf-8")
+    found = _DESCRIPTION.search(text)
+    said = " ".join(found[1].split()) if found else ""
+    return _SENTENCE.match(said)[0]  # type: ignore[index]
 
 
 def _nearest(name: str, known: list[str]) -> str:
