@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Final, NamedTuple
 import sympy
 
 from multibody_sym.algebra.decimals import is_long, nearest_double
+from multibody_sym.expressions.latex_width import latex_width
 
 SUM, PRODUCT, POWER, ATOM = 10, 20, 30, 40
 _LARGEST_IN_FRACTION: Final = 12
@@ -46,6 +47,9 @@ class Script(ABC):
     minus: ClassVar[str] = "- "
     opposite: ClassVar[str] = "-"
     """The sign between terms, and that before the first."""
+    times: ClassVar[str] = "*"
+    opening: ClassVar[str] = "("
+    """What stands before a sum in a product, and the parenthesis of one that may end in another line."""
 
     def __init__(self, spelling: Mapping[Any, str], places: Mapping[Any, tuple[int, int]]) -> None:
         self.spelling = spelling
@@ -141,6 +145,53 @@ class Script(ABC):
             written.append(sign + text)
         return written
 
+    # --- lines -----------------------------------------------------------------------------------------------------
+
+    def width(self, written: str) -> float:
+        """Return how wide what is written is shown."""
+        return float(len(written))
+
+    def pieces(self, e: Any, room: float) -> list[str]:
+        """Return an expression in pieces between which a line may end.
+
+        They are the terms of a sum; a term wider than `room` is itself taken apart at its widest sum in parentheses.
+        """
+        if not getattr(e, "is_Add", False):
+            return [self.shown(e)] if isinstance(e, sympy.MatrixBase) else self._split(sympy.sympify(e), room, SUM)
+        found: list[str] = []
+        for k, term in enumerate(self.terms(e)):
+            negative = is_negative(term)
+            first, *others = self._split(-term if negative else term, room, PRODUCT)
+            sign = (self.minus if negative else self.plus) if k else (self.opposite if negative else "")
+            found += [sign + first, *others]
+        return found
+
+    def _split(self, e: Any, room: float, strength: int) -> list[str]:
+        """Return a product in pieces no wider than `room`, as far as the sums in it allow."""
+        whole = self.within(e, strength)
+        if self.width(whole) <= room or not (e.is_Mul or e.is_Pow):
+            return [whole]
+        number, rest = e.as_coeff_Mul()
+        if number < 0:
+            first, *others = self._split(-e, room, PRODUCT)
+            return [self.opposite + first, *others]
+        factors = self.factors(rest)
+        sums = [f for f in factors if _is_sum_above(f)]
+        if not sums:
+            return [whole]
+        widest = max(sums, key=lambda f: self.width(self.piece(f).text))
+        before = self._quotient_of(number, [f for f in factors if f is not widest])
+        head = before.text if before.strength >= PRODUCT else self.brackets(before.text)
+        base, exponent = widest.as_base_exp()
+        inside = self.pieces(base, room - self.width(head))
+        inside[0] = ("" if head == "1" else head + self.times) + self.opening + inside[0]
+        inside[-1] += self.closing(exponent)
+        return inside
+
+    def closing(self, exponent: Any) -> str:
+        """Return the parenthesis behind a sum that may have begun in another line, and its power."""
+        return ")" if exponent == 1 else f")^{exponent}"
+
     def _rational(self, e: Any) -> Piece:
         return self._signed(e) if e < 0 else self._quotient_of(e, [])
 
@@ -192,6 +243,11 @@ class Script(ABC):
 
 def _is_below(factor: Any) -> bool:
     return bool(factor.is_Pow and factor.exp.is_Number and factor.exp < 0)
+
+
+def _is_sum_above(factor: Any) -> bool:
+    base, exponent = factor.as_base_exp()
+    return bool(base.is_Add and exponent.is_Integer and exponent > 0)
 
 
 def decimal(value: Any, places: int = _LONGEST_DECIMAL) -> str | None:
@@ -257,6 +313,15 @@ def _is_words(symbol: str) -> bool:
 
 class LatexScript(Script):
     """LaTeX for a mathematics environment."""
+
+    times: ClassVar[str] = " "
+    opening: ClassVar[str] = r"\Bigl("
+
+    def width(self, written: str) -> float:
+        return latex_width(written)
+
+    def closing(self, exponent: Any) -> str:
+        return r"\Bigr)" if exponent == 1 else rf"\Bigr)^{{{exponent}}}"
 
     def quotient(self, before: list[str], above: list[Any], after: list[str], below: list[Any]) -> Piece:
         if not below:

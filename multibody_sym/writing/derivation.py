@@ -12,7 +12,7 @@ from multibody_sym.analysis.theorems.symbolic import CONSERVED
 from multibody_sym.dynamics.derivation.canonical import CanonicalEquations
 from multibody_sym.dynamics.derivation.constants import SIDES
 from multibody_sym.dynamics.derivation.notation import READABLE, escaped
-from multibody_sym.dynamics.derivation.record import Equation, Label, Step
+from multibody_sym.dynamics.derivation.record import Equation, Step
 from multibody_sym.dynamics.derivation.symbolic_equations import SymbolicEquations
 from multibody_sym.expressions.printer import text as in_model_language
 from multibody_sym.model.mechanism.mechanism import Mechanism
@@ -20,8 +20,8 @@ from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.force_places import reasons
 from multibody_sym.scalars.sympy_bridge import from_sympy
 from multibody_sym.writing.documents import html_document, latex_document
-from multibody_sym.writing.formulas.latex_in_mathml import latex_in_mathml
-from multibody_sym.writing.formulas.mathml import MathmlScript, element, mathml_script
+from multibody_sym.writing.formulas.latex import equation_lines
+from multibody_sym.writing.formulas.mathml import MathmlScript, elements, mathml_script
 from multibody_sym.writing.withheld import withheld_lines
 
 Equations = SymbolicEquations | CanonicalEquations
@@ -142,8 +142,11 @@ def derivation_latex(equations: Equations, *, steps: bool = False) -> str:
 
 
 def _step_latex(equations: Equations, step: Step) -> str:
-    write = equations.notation.latex
-    lines = " \\\\\n".join(f"  {write(e.left)} &= {write(e.right)}" for e in step.equations)
+    written = [
+        " \\\\\n".join([f"  {first}", *(rf"  & \quad {other}" for other in others)])
+        for first, *others in (equation_lines(equations.notation, e.left, e.right, "&") for e in step.equations)
+    ]
+    lines = " \\\\\n".join(written)
     body = f"\\begin{{align*}}\n{lines}\n\\end{{align*}}" if lines else ""
     note = r" \\ ".join(escaped(line) for line in step.note.splitlines())
     return "\n".join(part for part in (rf"\paragraph{{{escaped(step.title)}}}", body, note) if part)
@@ -172,14 +175,9 @@ def derivation_body(equations: Equations, *, steps: bool = False) -> str:
 
 
 def _step_html(script: MathmlScript, step: Step) -> str:
-    sides = ((_side_html(script, e.left), _side_html(script, e.right)) for e in step.equations)
-    lines = [f"<p>{element(f'{left}<mo>=</mo>{right}')}</p>" for left, right in sides]
+    lines = [f'<p class="formula">{elements(script, e.left, e.right)}</p>' for e in step.equations]
     notes = [f"<p>{escape(line)}</p>" for line in step.note.splitlines()]
     return "\n".join([f"<h2>{escape(step.title)}</h2>", *lines, *notes])
-
-
-def _side_html(script: MathmlScript, side: Any) -> str:
-    return latex_in_mathml(side.latex) if isinstance(side, Label) else script.shown(side)
 
 
 # --- data ----------------------------------------------------------------------------------------------------------

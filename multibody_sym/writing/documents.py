@@ -5,7 +5,8 @@ from __future__ import annotations
 from html import escape
 from typing import Final
 
-from multibody_sym.dynamics.derivation.notation import escaped
+from multibody_sym.dynamics.derivation.notation import breakable
+from multibody_sym.writing.formulas.signs import declared, harmless
 
 _PREAMBLE: Final = r"""\documentclass{article}
 \usepackage[T1]{fontenc}
@@ -17,6 +18,7 @@ _PREAMBLE: Final = r"""\documentclass{article}
 \setcounter{secnumdepth}{0}
 \setcounter{MaxMatrixCols}{99}
 \setlength{\parindent}{0pt}
+\sloppy
 """
 FIT: Final = (
     r"\newcommand{\fit}[1]{\resizebox{\ifdim\width>0.93\linewidth 0.93\linewidth\else\width\fi}{!}{$\displaystyle #1$}}"
@@ -24,14 +26,19 @@ FIT: Final = (
 """A line of mathematics, set smaller where it is too wide for the page."""
 _PAGE: Final = (
     "body{max-width:60em;margin:2em auto;padding:0 1em;font-family:serif}.n{float:right}"
-    "p{overflow-x:auto;overflow-y:hidden}"
+    "p{overflow-x:auto;overflow-y:hidden}.formula{padding-left:2em;text-indent:-2em}math{text-indent:0}"
 )
 
 
 def latex_document(title: str, body: str) -> str:
     r"""Return a LaTeX document around a body that needs amsmath and `\fit` only."""
-    head = f"{_PREAMBLE}{FIT}\n\\begin{{document}}\n\\section*{{{escaped(title)}}}"
-    return f"{head}\n{body.rstrip()}\n\\end{{document}}\n"
+    return whole_document(f"{_PREAMBLE}{FIT}", f"\\section*{{{breakable(title)}}}\n{body.rstrip()}")
+
+
+def whole_document(preamble: str, body: str) -> str:
+    """Return a LaTeX document whose letters pdflatex knows or is told of."""
+    body = harmless(body)
+    return f"{preamble}\n{declared(body)}\n\\begin{{document}}\n{body}\n\\end{{document}}\n"
 
 
 def html_document(title: str, body: str) -> str:

@@ -15,9 +15,11 @@ from typing import Any, ClassVar, Final
 from multibody_sym.answers.worked.record import Formula, Line, Quantity, Sentence, Words, Worked, WorkedStep
 from multibody_sym.dynamics.derivation.notation import Notation, escaped
 from multibody_sym.expressions.chosen_units import SI, Units
+from multibody_sym.expressions.latex_width import latex_width
 from multibody_sym.records import dataclass
 from multibody_sym.writing.documents import html_document, latex_document
-from multibody_sym.writing.formulas.mathml import MathmlScript, element, mathml_script
+from multibody_sym.writing.formulas.latex import ROOM, filled
+from multibody_sym.writing.formulas.mathml import PIECE, MathmlScript, element, mathml_script
 
 _WIDTH: Final = 110
 _DEGREES: Final = 180 / math.pi
@@ -74,33 +76,19 @@ class _Writer(ABC):
         told, _, told_unit = self.units.said(number, unit).partition(" ")
         return told, told_unit
 
-    def terms(self, line: Formula) -> list[tuple[str, str]]:
-        """Return a line of mathematics term by term: as text, which tells the width, and as it is written."""
-        found: list[tuple[str, str]] = []
-        sign = line.relation, self.signs[line.relation]
+    def terms(self, line: Formula) -> list[str]:
+        """Return a line of mathematics in pieces between which it may be broken."""
+        found: list[str] = []
         for k, side in enumerate(line.sides):
             first, *rest = self.parts(side)
-            found += [(f"{sign[0]} {first[0]}", f"{sign[1]} {first[1]}") if k else first, *rest]
+            found += [f"{self.signs[line.relation]} {first}" if k else first, *rest]
         if line.value is not None:
-            number, unit = self.said(line.value)
-            found.append((f"= {number} {unit}", f"= {self.quantity(number, unit)}"))
+            found.append(f"= {self.quantity(*self.said(line.value))}")
         return found
 
-    def lines(self, line: Formula, width: int) -> list[str]:
-        """Return the terms of a line of mathematics in lines of some width."""
-        found: list[list[str]] = [[]]
-        size = 0
-        for text, term in self.terms(line):
-            if found[-1] and size + len(text) > width:
-                found.append([])
-                size = 0
-            found[-1].append(term)
-            size += len(text) + 1
-        return [" ".join(terms) for terms in found]
-
     @abstractmethod
-    def parts(self, expression: Any) -> list[tuple[str, str]]:
-        """Return the terms of a sum as text, which tells the width, and as they are written."""
+    def parts(self, expression: Any) -> list[str]:
+        """Return the terms of a sum, and parts of terms that are too wide for a line."""
 
     @abstractmethod
     def whole(self, title: str, steps: Sequence[str]) -> str:
@@ -126,8 +114,8 @@ class _Writer(ABC):
 class _Text(_Writer):
     signs: ClassVar = {"=": "=", ">=": ">=", "<=": "<=", ">": ">", "<": "<"}
 
-    def parts(self, expression: Any) -> list[tuple[str, str]]:
-        return [(text, text) for text, _ in self.notation.parts(expression)]
+    def parts(self, expression: Any) -> list[str]:
+        return self.notation.parts(expression)
 
     def whole(self, title: str, steps: Sequence[str]) -> str:
         return "\n\n".join([title, *steps])
@@ -141,7 +129,8 @@ class _Text(_Writer):
             return
         tag = "" if line.tag is None else f"({line.tag}) "
         head = f"{tag}{self.words(line.before)}{': ' if line.before else ''}"
-        first, *others = self.lines(line, _WIDTH - len(head))
+        pieces = [(float(len(term)), term) for term in self.terms(line)]
+        first, *others = filled(pieces, _WIDTH - len(head), gap=1.0)
         for written in (head + first, *(f"    {other}" for other in others)):
             yield from _wrapped(written)
 
@@ -165,8 +154,8 @@ def _wrapped(line: str) -> list[str]:
 class _Latex(_Writer):
     signs: ClassVar = {"=": "=", ">=": r"\ge", "<=": r"\le", ">": ">", "<": "<"}
 
-    def parts(self, expression: Any) -> list[tuple[str, str]]:
-        return self.notation.parts(expression)
+    def parts(self, expression: Any) -> list[str]:
+        return [piece for _, piece in self.notation.latex_pieces(expression, ROOM)]
 
     def whole(self, title: str, steps: Sequence[str]) -> str:
         return latex_document(title, "\n".join(steps))
@@ -179,9 +168,14 @@ class _Latex(_Writer):
             return self.words(line.words) + r"\par"
         head = rf"\text{{{self.words(line.before)}: }}" if line.before else ""
         tag = "" if line.tag is None else rf" \tag{{{line.tag}}}"
-        first, *others = self.lines(line, _WIDTH)
+        first, *others = self._lines(line, latex_width(head))
         body = " \\\\\n".join([rf"& \fit{{{head}{first}}}", *(rf"& \quad \fit{{{other}}}" for other in others)])
         return f"\\begin{{align*}}\n{body}{tag}\n\\end{{align*}}"
+
+    def _lines(self, line: Formula, head: float) -> list[str]:
+        terms = self.terms(line)
+        widths = [latex_width(term) + (0.0 if k else head) for k, term in enumerate(terms)]
+        return filled(zip(widths, terms, strict=True), ROOM)
 
     def plain(self, words: str) -> str:
         return escaped(words)
@@ -208,9 +202,8 @@ class _Html(_Writer):
     def _script(self) -> MathmlScript:
         return mathml_script(self.notation)
 
-    def parts(self, expression: Any) -> list[tuple[str, str]]:
-        texts = [text for text, _ in self.notation.parts(expression)]
-        return list(zip(texts, self._script.parts(expression), strict=True))
+    def parts(self, expression: Any) -> list[str]:
+        return self._script.pieces(expression, PIECE)
 
     def whole(self, title: str, steps: Sequence[str]) -> str:
         return html_document(title, "\n".join(steps) + "\n")
@@ -222,10 +215,10 @@ class _Html(_Writer):
         if isinstance(line, Sentence):
             return f"<p>{self.words(line.words)}</p>"
         tag = "" if line.tag is None else f'<span class="n">({line.tag})</span>'
-        told = [element(term) for _, term in self.terms(replace(line, value=None))]
+        told = [element(term) for term in self.terms(replace(line, value=None))]
         told += [] if line.value is None else [f"= {self.quantity(*self.said(line.value))}"]
         terms = " ".join(told)
-        return f"<p>{tag}{self.words(line.before)}{': ' if line.before else ''}{terms}</p>"
+        return f"<p class=\"formula\">{tag}{self.words(line.before)}{': ' if line.before else ''}{terms}</p>"
 
     def plain(self, words: str) -> str:
         return escape(words)

@@ -5,6 +5,7 @@ Rates of coordinates carry primes in text and dots in LaTeX.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any, Final
@@ -44,9 +45,14 @@ class Notation:
         """Return a label, an expression or a matrix in LaTeX."""
         return expression.latex if isinstance(expression, Label) else self._latex.shown(expression)
 
-    def parts(self, expression: Any) -> list[tuple[str, str]]:
-        """Return the terms of a sum one by one, with their signs, as text and in LaTeX."""
-        return list(zip(self._text.parts(expression), self._latex.parts(expression), strict=True))
+    def parts(self, expression: Any) -> list[str]:
+        """Return the terms of a sum one by one, with their signs, as text."""
+        return self._text.parts(expression)
+
+    def latex_pieces(self, expression: Any, room: float) -> list[tuple[float, str]]:
+        """Return an expression in LaTeX in pieces between which a line may end, with their widths in points."""
+        pieces = [expression.latex] if isinstance(expression, Label) else self._latex.pieces(expression, room)
+        return [(self._latex.width(piece), piece) for piece in pieces]
 
     @cached_property
     def _text(self) -> TextScript:
@@ -156,6 +162,10 @@ _SPECIAL: Final = {
 }
 
 
+_LONGEST_WORD: Final = 24
+_PARTS: Final = re.compile(r".{0,11}[_./-]|.{1,12}", re.DOTALL)
+
+
 def upright(words: str) -> str:
     """Return words in upright letters, in mathematics."""
     return rf"\mathrm{{{words}}}" if words.isascii() and words.isalnum() else rf"\text{{{escaped(words)}}}"
@@ -164,6 +174,14 @@ def upright(words: str) -> str:
 def escaped(words: str) -> str:
     """Return text in which LaTeX finds no command."""
     return "".join(_SPECIAL.get(c, c) for c in words)
+
+
+def breakable(words: str) -> str:
+    """Return text for a paragraph in which LaTeX finds no command, and long words end a line somewhere."""
+    return " ".join(
+        escaped(word) if len(word) <= _LONGEST_WORD else r"\hspace{0pt}".join(map(escaped, _PARTS.findall(word)))
+        for word in words.split(" ")
+    )
 
 
 def _number(node: Node) -> Label:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from html import escape
 from typing import Any, ClassVar, Final
 
@@ -9,9 +10,13 @@ import sympy
 
 from multibody_sym.algebra.script import ATOM, POWER, PRODUCT, SUM, Piece, Script
 from multibody_sym.dynamics.derivation.notation import Notation, dotted, latex_name
+from multibody_sym.dynamics.derivation.record import Label
 from multibody_sym.expressions.letters import SYMBOL
 from multibody_sym.writing.formulas.latex_in_mathml import SPACE, latex_in_mathml
 
+_SHOWN: Final = re.compile("<[^>]*>|(?<=&)[^;]*;")
+PIECE: Final = 70.0
+"""Letters and signs in a piece of a formula past which it is taken apart, so that a narrow window breaks it."""
 _ACCENTS: Final = ("dot", "ddot")
 _COMPARISONS: Final = {
     sympy.StrictLessThan: "&lt;", sympy.LessThan: "&#x2264;", sympy.StrictGreaterThan: "&gt;",
@@ -26,6 +31,14 @@ class MathmlScript(Script):
     plus: ClassVar[str] = "<mo>+</mo>"
     minus: ClassVar[str] = "<mo>&#x2212;</mo>"
     opposite: ClassVar[str] = "<mo>&#x2212;</mo>"
+    times: ClassVar[str] = SPACE
+    opening: ClassVar[str] = "<mo>(</mo>"
+
+    def width(self, written: str) -> float:
+        return float(len(_SHOWN.sub("", written)))
+
+    def closing(self, exponent: Any) -> str:
+        return "<mo>)</mo>" if exponent == 1 else f"<msup><mo>)</mo><mn>{exponent}</mn></msup>"
 
     def number(self, digits: str) -> str:
         return f"<mn>{escape(digits)}</mn>"
@@ -91,6 +104,17 @@ def mathml_script(notation: Notation) -> MathmlScript:
 def element(content: str) -> str:
     """Return a `<math>` element, its fractions as large as in a line of their own."""
     return f'<math displaystyle="true">{content}</math>'
+
+
+def elements(script: MathmlScript, left: Any, right: Any) -> str:
+    """Return `left` = `right` as elements between which a browser may end the line."""
+    first, *others = _side(script, right)
+    *lead, last = _side(script, left)
+    return " ".join(map(element, (*lead, f"{last}<mo>=</mo>{first}", *others)))
+
+
+def _side(script: MathmlScript, side: Any) -> list[str]:
+    return [latex_in_mathml(side.latex)] if isinstance(side, Label) else script.pieces(side, PIECE)
 
 
 def mathml_name(name: str) -> str:

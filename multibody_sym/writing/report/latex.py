@@ -1,37 +1,49 @@
-r"""A report as a LaTeX document for pdflatex; what is too wide for a line is set smaller (`\fit`, `\fitbox`)."""
+r"""A report as a LaTeX document for pdflatex; formulas end their lines between terms.
+
+What is too wide even so is set smaller (`\fit`, `\fitbox`).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from textwrap import wrap
 from typing import Any, Final
 
 from multibody_sym.drawing.figure import Figure
 from multibody_sym.drawing.tikz import tikz
-from multibody_sym.dynamics.derivation.notation import escaped, latex_name
+from multibody_sym.dynamics.derivation.notation import breakable, escaped, latex_name
 from multibody_sym.expressions.chosen_units import Units
+from multibody_sym.expressions.latex_width import latex_width
 from multibody_sym.writing.check import check_text
 from multibody_sym.writing.derivation import LONGEST, Equations, advice, result_steps
-from multibody_sym.writing.documents import FIT
+from multibody_sym.writing.documents import FIT, whole_document
+from multibody_sym.writing.formulas.latex import equation_lines
 from multibody_sym.writing.report.findings import Findings, Missing, ParameterTold
 from multibody_sym.writing.run_summary import run_summary
 from multibody_sym.writing.solution import solution_text
 from multibody_sym.writing.worked import worked_parts
 
-_LATIN: Final = 0x180
+_TYPED: Final = 112
+"""Characters of a line that is typed."""
+_LETTER: Final = 90.0
+"""Points that the letter of a parameter may take in the table."""
 _PREAMBLE: Final = r"""\documentclass{article}
 \usepackage[T1]{fontenc}
 \usepackage[utf8]{inputenc}
 \usepackage{textcomp}
 \usepackage{amsmath}
 \usepackage{graphicx}
+\usepackage{longtable}
 \usepackage{tikz}
 \usepackage[margin=2cm]{geometry}
 \allowdisplaybreaks
 \setcounter{secnumdepth}{0}
 \setcounter{MaxMatrixCols}{99}
 \setlength{\parindent}{0pt}
+\sloppy
 \newcommand{\fitbox}[1]{\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{#1}}
 \newcommand{\formula}[1]{\par\medskip\fit{#1}\par\medskip}
+\newcommand{\continued}[1]{\hspace*{2em}\fit{#1}\par\medskip}
 \newcommand{\typed}[1]{{\footnotesize\ttfamily\fitbox{#1}\par}}
 """
 
@@ -39,8 +51,8 @@ _PREAMBLE: Final = r"""\documentclass{article}
 def document(found: Findings, units: Units, plot: str | None) -> str:
     """Return the whole document; `plot` is the file of the run's plot."""
     parts = [
-        rf"\section*{{{escaped(found.system.name)}}}",
-        rf"\textit{{{escaped(found.system.description)}}}\par" if found.system.description else "",
+        rf"\section*{{{breakable(found.system.name)}}}",
+        rf"\textit{{{breakable(found.system.description)}}}\par" if found.system.description else "",
         _figure(found.figure),
         _parameters(found.parameters),
         _titled("Equations of motion", found.equations, _equations),
@@ -50,22 +62,17 @@ def document(found: Findings, units: Units, plot: str | None) -> str:
         _titled("How this was made", found.command, _typed) if found.command else "",
     ]
     body = "\n\n".join(part for part in parts if part)
-    return _known(f"{_PREAMBLE}{FIT}\n\\begin{{document}}\n{body}\n\\end{{document}}\n")
-
-
-def _known(text: str) -> str:
-    """Return text without letters that pdflatex has no sign for: their numbers stand in their place."""
-    return "".join(c if ord(c) < _LATIN else f"[U+{ord(c):04X}]" for c in text)
+    return whole_document(f"{_PREAMBLE}{FIT}", body)
 
 
 def _titled(title: str, found: Any, write: Any) -> str:
-    content = escaped(found.reason) if isinstance(found, Missing) else write(found)
+    content = breakable(found.reason) if isinstance(found, Missing) else write(found)
     return rf"\subsection{{{title}}}" + "\n" + content
 
 
 def _figure(figure: Figure | Missing) -> str:
     if isinstance(figure, Missing):
-        return escaped(figure.reason)
+        return breakable(figure.reason)
     return _centred([tikz(figure.picture, alone=False)])
 
 
@@ -78,23 +85,35 @@ def _parameters(parameters: tuple[ParameterTold, ...]) -> str:
     if not parameters:
         return ""
     rows = [
-        rf"${latex_name(each.label)}$ & \texttt{{{escaped(each.name)}}} & "
+        rf"{_letter(each.label)} & \texttt{{{breakable(each.name)}}} & "
         rf"{'' if each.number is None else f'{each.number:.10g}'} & {escaped(each.unit)} \\"
         for each in parameters
     ]
-    head = "\\begin{tabular}{llll}\n & name & value & unit \\\\ \\hline\n"
-    return "\\subsection{Parameters}\n" + head + "\n".join(rows) + "\n\\end{tabular}"
+    columns = r"@{}p{0.2\linewidth}p{0.4\linewidth}ll@{}"
+    head = f"\\begin{{longtable}}[l]{{{columns}}}\n & name & value & unit \\\\ \\hline\n"
+    return "\\subsection{Parameters}\n" + head + "\n".join(rows) + "\n\\end{longtable}"
+
+
+def _letter(label: str) -> str:
+    """Return a parameter's letter; words are what its name says already, unless they are short."""
+    letter = latex_name(label)
+    return f"${letter}$" if latex_width(letter) < _LETTER else ""
 
 
 def _equations(equations: Equations) -> str:
     if equations.operations > LONGEST:
         return escaped(advice(equations))
-    write, parts = equations.notation.latex, []
+    parts = []
     for step in result_steps(equations):
-        lines = [rf"\formula{{{write(e.left)} = {write(e.right)}}}" for e in step.equations]
-        notes = [escaped(line) + r"\par" for line in step.note.splitlines()]
+        lines = [_formula(equation_lines(equations.notation, e.left, e.right)) for e in step.equations]
+        notes = [breakable(line) + r"\par" for line in step.note.splitlines()]
         parts.append("\n".join([rf"\textbf{{{escaped(step.title)}}}\par", *lines, *notes]))
     return "\n\n".join(parts)
+
+
+def _formula(lines: list[str]) -> str:
+    first, *others = lines
+    return "\n".join([rf"\formula{{{first}}}", *(rf"\continued{{{other}}}" for other in others)])
 
 
 def _solution(found: Findings, solution: Any, units: Units) -> str:
@@ -113,6 +132,7 @@ def _plot(plot: str | None) -> str:
 
 def _typed(text: str) -> str:
     """Return lines of text as they are typed."""
-    lines = [line for line in text.splitlines() if line.strip()]
+    given = [line for line in text.splitlines() if line.strip()]
+    lines = [part for line in given for part in wrap(line, _TYPED, subsequent_indent="    ", replace_whitespace=False)]
     spaced = (escaped(line).replace("  ", "~~") for line in lines)
     return "\n".join(rf"\typed{{{line}}}" for line in spaced)
