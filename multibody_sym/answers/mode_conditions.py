@@ -29,6 +29,7 @@ from multibody_sym.model.mechanism.rows import RopeRow
 from multibody_sym.model.mechanism.sliding_rows import Sliding
 from multibody_sym.numerics.outline import outline
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, negate, quantity, symbol
 from multibody_sym.scalars.traversal import postorder
 from multibody_sym.scalars.vectors import ZERO_VECTOR, cross, dot, subtract
@@ -134,8 +135,9 @@ def _gripping(acting: Acting, part: FrictionPart, slip: RopeSlipRow) -> Iterator
     most, wheel = (2 + static) / least, slip.rope.rubs.index(slip.name)
     before, behind = slip.rope.asked[wheel : wheel + 2]
     tensions = acting.tensions
-    (written,) = acting.motion.state.values([part.static], {slip.wrap: symbol("wrap")})
-    ratio = next((node for node in postorder([as_node(written)]) if node.op == "exp"), ONE)
+    slots = {node: as_node(x) for node, x in acting.motion.state.slots.items()}
+    (written,) = evaluate([part.static], {**slots, slip.wrap: symbol("wrap")})
+    ratio = next((node for node in postorder([written]) if node.op == "exp"), ONE)
     for smaller, larger in ((before, behind), (behind, before)):
         told = f"{_asked(larger)} <= {text(with_doubles(ratio * quantity('tension', (smaller,))))}"
         rest = most * tensions[smaller] - tensions[larger]
