@@ -54,7 +54,7 @@ def misses(worked: Worked) -> dict[str, float]:
     least = 1e-4 * max(abs(value) for value in worked.values.values())
     found = {}
     for formula in worked.formulas:
-        sides = [[part for part, _ in worked.notation.parts(side)] for side in formula.sides]
+        sides = [worked.notation.parts(side) for side in formula.sides]
         numbers = [
             [evaluate_float([parse(plain(term.removeprefix("+ ")))], values)[0] for term in side] for side in sides
         ]
