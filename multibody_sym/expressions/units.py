@@ -30,11 +30,22 @@ class Dimension(NamedTuple):
         return Dimension(*(a + exponent * b for a, b in zip(self, other, strict=True)))
 
     def __str__(self) -> str:
-        if self in _NAMED:
-            return _NAMED[self]
+        return _NAMED.get(self) or self.in_base()
+
+    def in_base(self) -> str:
+        """Return the unit made of kg, m and s."""
         above = [_raised(unit, e) for unit, e in zip(_BASE, self, strict=True) if e > 0]
         below = [_raised(unit, -e) for unit, e in zip(_BASE, self, strict=True) if e < 0]
         return "/".join(["*".join(above) or "1", *below])
+
+
+class InBase(Dimension):
+    """A dimension that was written with units of mass, length and time alone: kg/s of a mass flow stays that."""
+
+    __slots__ = ()
+
+    def __str__(self) -> str:
+        return self.in_base()
 
 
 def _raised(unit: str, exponent: Exponent) -> str:
@@ -111,6 +122,7 @@ _ELSEWHERE: Final = frozenset(prefix + unit for unit in _OTHERS for prefix in ("
 def parse_unit(text: str) -> tuple[Node, Dimension]:
     """Return (factor to SI, dimension) of a unit such as `kg*m/s^2`, `N m`, `1/s` or `N/(m*s)`.
 
+    The dimension prints with the names that the unit has: `g/s` as kg/s, `N*s/m` as that.
     Raises ExpressionError with the column of what is not a unit.
     """
     return read_unit(text, tokens(text))
@@ -137,7 +149,8 @@ class _Unit:
         token = self.rest[self.place]
         if token.kind != "end":
             raise failure(self.text, token.column, self.not_a_unit(token), "E103")
-        return result
+        named = [UNITS[token.text][1] for token in self.rest if token.kind == "name"]
+        return (result[0], InBase(*result[1])) if all(sum(map(bool, x)) < 2 for x in named) else result
 
     def product(self, inside: bool) -> tuple[Node, Dimension]:
         if self.rest[self.place].text == "1":
