@@ -89,9 +89,15 @@ def within(x: Quotient, y: Quotient, broken: str = "") -> list[Condition]:
 
 def comparison(positive: Quotient, strict: bool = True) -> str:
     """Return `a > b` (`a >= b`) for what is positive: b holds what is subtracted, and is 0 where nothing is."""
+    return relation(positive, ">" if strict else ">=")
+
+
+def relation(difference: Quotient, word: str) -> str:
+    """Return `a > b` for a - b > 0, and so with >=, == and != as the `word`."""
+    positive = difference
     sample = {x.node: float(x.sample) for x in positive.field.letters if x.node is not None and x.node.op == "symbol"}
     forms = [form for scale in _scales(positive) for form in _with_sums_apart(_form(positive / scale))]
-    return min((_compared(form, sample, strict) for form in forms), key=len)
+    return min((_compared(form, sample, word) for form in forms), key=len)
 
 
 def _scales(positive: Quotient) -> list[int]:
@@ -113,9 +119,9 @@ def _with_sums_apart(form: Node) -> Iterator[Node]:
             yield reduce(add, (part for each in terms for part in (apart if each is term else [each])))
 
 
-def _compared(form: Node, sample: Mapping[Node, float], strict: bool) -> str:
+def _compared(form: Node, sample: Mapping[Node, float], word: str) -> str:
     if form.op == "neg":
-        return f"{text(form.args[0])} {'<' if strict else '<='} 0"
+        return f"{text(form.args[0])} {word.replace('>', '<')} 0"
     if form.op == "mul" and form.args[0].op == "number" and form.args[0].data > 0:
         form = form.args[1]
     sides: dict[bool, list[Node]] = {True: [], False: []}
@@ -123,7 +129,7 @@ def _compared(form: Node, sample: Mapping[Node, float], strict: bool) -> str:
         opposite = _subtracted(term, sample)
         sides[opposite is not None].append(term if opposite is None else opposite)
     greater, less = (text(reduce(add, sides[subtracted], ZERO)) for subtracted in (False, True))
-    return f"{greater} {'>' if strict else '>='} {less}"
+    return f"{greater} {word} {less}"
 
 
 def _subtracted(term: Node, sample: Mapping[Node, float]) -> Node | None:

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from sympy.ntheory import factorint
 
-from multibody_sym.algebra.angles.exponentials import known_power, of_logarithms
+from multibody_sym.algebra.angles.exponentials import known_power, of_logarithms, square_of_root
 from multibody_sym.algebra.angles.squares import trigonometric_forms
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.factors import Poly, factored
@@ -351,6 +351,11 @@ def _exponential(a: Quotient) -> Quotient:
     return power * (known_power(rest) or _opaque("exp", rest))
 
 
+def _logarithm(a: Quotient) -> Quotient:
+    square = square_of_root(a)
+    return _opaque("log", a) if square is None else _opaque("log", square) / 2
+
+
 def _direction(y: Quotient, x: Quotient) -> Quotient:
     """Return atan2(y, x): along an axis right angles, or the angle of which these are sine and cosine."""
     field = y.field
@@ -375,6 +380,7 @@ _OPERATIONS: Final[dict[str, Callable[..., Quotient]]] = {
     **{op: partial(_opaque, op) for op in _PRECISE_OPERATIONS},
     "atan2": _direction,
     "exp": _exponential,
+    "log": _logarithm,
     "neg": lambda a: -a,
     "add": lambda a, b: a + b,
     "mul": lambda a, b: a * b,

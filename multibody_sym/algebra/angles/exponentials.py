@@ -61,3 +61,19 @@ def with_one_exponent(
     exponent = written(reduce(add, (field.arguments[node] * e for node, e in found)))
     field.work = work
     return [*(pair for pair in powers if pair not in found), (BUILD["exp"](exponent), 1)]
+
+
+def square_of_root(a: Quotient) -> Quotient | None:
+    """Return the square of what is nothing but a root of something without roots, None for all else."""
+    field = a.field
+    roots = [k for k, letter in enumerate(field.letters) if letter.node is None]
+    if len(a.above) != 1 or not _names(a, roots):
+        return None
+    square = a * a
+    return None if _names(square, roots) else square
+
+
+def _names(a: Quotient, places: Sequence[int]) -> bool:
+    """Return whether letters at any of these places stand in a quotient."""
+    terms = [m for p in (a.above, a.below) for m in a.field.in_ring(p)]
+    return any(m[k] for m in terms for k in places)

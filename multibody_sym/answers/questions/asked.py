@@ -13,8 +13,9 @@ from typing import Final
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.instant import Solved, with_outputs_put_in
+from multibody_sym.answers.questions.anywhere import TIME
 from multibody_sym.answers.questions.coupled import coupled_formula
-from multibody_sym.answers.questions.courses import TIME, confirmed_formulas, formula_of_period, held_until
+from multibody_sym.answers.questions.courses import InTime, confirmed_formulas, formula_of_period, held_until
 from multibody_sym.answers.questions.found_values import Search, extremes_of
 from multibody_sym.answers.questions.in_numbers import InNumbers, NeverError
 from multibody_sym.answers.questions.later_forms import LaterForms
@@ -237,7 +238,7 @@ class _Motion:
     # --- formulas of time -----------------------------------------------------------------------------------------
 
     @cached_property
-    def formulas(self) -> Mapping[Node, Node]:
+    def formulas(self) -> Mapping[Node, InTime]:
         """Coordinates and speeds as formulas of time, those that the motion in numbers confirms."""
         return confirmed_formulas(self.solved, self.simulated)
 
@@ -248,10 +249,10 @@ class _Motion:
             with at("formula"):
                 what = f"no coordinate or speed is called {coordinate!r}"
                 raise ModelError(f"{what}{suggestion(coordinate, names)}", number="M106")
+        unit = self._unit_of(symbol(coordinate))
         found, reason = self.formulas.get(symbol(coordinate)), ""
-        if found is not None:
-            found = shortest_course(found, self.solved.symbolic.letters, TIME)
-        else:
+        alone = found is not None
+        if found is None:
             try:
                 found = coupled_formula(self.solved, self.simulated, coordinate)
             except NoClosedFormError as why:
@@ -259,9 +260,12 @@ class _Motion:
         if found is None:
             what = f"no solution of the equation of {coordinate} is known{reason}"
             self.remarks.append(f"{name}: {what}; simulate tells numbers")
-        elif mechanism.one_way:
+            return Value(None, unit=unit)
+        self.remarks.extend(f"{name}: {condition}" for condition in found.conditions())
+        if mechanism.one_way:
             self.remarks.append(f"{name}: {held_until(self.simulated)}")
-        return Value(None, found, unit=self._unit_of(symbol(coordinate)))
+        formula = shortest_course(found.formula, self.solved.symbolic.letters, TIME) if alone else found.formula
+        return Value(None, formula, unit=unit)
 
     # --- paths, times and speeds ----------------------------------------------------------------------------------
 
@@ -321,8 +325,10 @@ class _Motion:
             self.remarks.append(f"{name}: {reason}")
             return Value(None)
         self.remarks.extend(f"{name}: {told}" for told in numbers.told)
-        return replace(found, expression=LaterForms(self.solved, self.simulated).of(question, found, time))
-
+        forms = LaterForms(self.solved, self.simulated)
+        expression = forms.of(question, found, time)
+        self.remarks.extend(f"{name}: {told}" for told in forms.told)
+        return replace(found, expression=expression)
 
     def _with_formula(self, name: str, coordinate: str, found: Value, told: list[str]) -> Value:
         """Return a period with its formula, which has one where the equation of the coordinate is linear."""

@@ -17,7 +17,8 @@ from multibody_sym.algebra.quotient_functions import doubled, sqrt
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.algebra.solving.roots import rate
 from multibody_sym.answers.instant import Solved
-from multibody_sym.answers.questions.courses import TIME, Anywhere, Shown
+from multibody_sym.answers.questions.anywhere import TIME, Anywhere, Granted
+from multibody_sym.answers.questions.courses import InTime, Shown
 from multibody_sym.answers.questions.simulated_motion import Simulated
 from multibody_sym.answers.small_motions.matrices import WORK, Matrices
 from multibody_sym.answers.small_motions.spectrum import spectrum
@@ -29,7 +30,7 @@ _MOST: Final = 4
 """Coordinates whose equations hang together, and for which this is tried."""
 
 
-def coupled_formula(solved: Solved, motion: Simulated, name: str) -> Node | None:
+def coupled_formula(solved: Solved, motion: Simulated, name: str) -> InTime | None:
     """Return a coordinate or speed as a formula of time, None where it is not what a run shows.
 
     Raises NoClosedFormError, which says why there is none.
@@ -39,8 +40,11 @@ def coupled_formula(solved: Solved, motion: Simulated, name: str) -> Node | None
         raise NoClosedFormError("the equations have no closed form")
     pairs = zip(solved.mechanism.coordinates, solved.mechanism.speeds, strict=False)
     coordinate = next(q.name for q, u in pairs if name in (q.name, u.name))
+    signs, granted = shown.there.forms.field.positive, Granted()
+    shown.there.forms.field.positive = granted.positive
     formula = coupled_course(shown.there, coordinate)[0 if name == coordinate else 1]
-    return shown.confirmed({symbol(name): formula}).get(symbol(name))
+    shown.there.forms.field.positive = signs
+    return shown.confirmed({symbol(name): InTime(formula, granted)}).get(symbol(name))
 
 
 def coupled_course(there: Anywhere, coordinate: str) -> tuple[Node, Node]:

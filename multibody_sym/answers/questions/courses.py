@@ -1,117 +1,96 @@
 """Coordinates and speeds as formulas: of the time, where equations of motion have a known solution.
 
-One coordinate at a time, whose acceleration depends on no other one:
-
-    q'' = A q + B u + c + sum of s_i sin(w_i t + p_i) + r_i cos(w_i t + p_i)        A, B, c, s, r, w of parameters alone
-    u' = c + K u^2                                                                  where A and B are zero
-
-The first includes free fall, linear drag, damped and driven oscillators; the second drag that grows with the square.
+One coordinate at a time, whose acceleration depends on no other one: linear with constant coefficients, or separable.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import Final
 
 import numpy as np
 
 from multibody_sym.algebra.book_form import book_form
-from multibody_sym.algebra.quotient_functions import doubled, sign, sqrt
+from multibody_sym.algebra.conditions import Condition, comparison, reduced, relation
+from multibody_sym.algebra.quotient_functions import sign
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.algebra.solving.roots import rate
-from multibody_sym.answers.closed_form import ClosedForms, closed_forms, unknowns
+from multibody_sym.answers.closed_form import WORK
 from multibody_sym.answers.instant import Solved
+from multibody_sym.answers.questions.anywhere import TIME, Anywhere, Granted, anywhere
+from multibody_sym.answers.questions.linear_courses import Linear
+from multibody_sym.answers.questions.separable_courses import BySpeed
 from multibody_sym.answers.questions.simulated_motion import Simulated
-from multibody_sym.answers.symbolic_state import any_state
-from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.errors import ExpressionError
-from multibody_sym.kinematics.motion import motion_of
 from multibody_sym.model.declaration.states import VERBS
 from multibody_sym.numerics.arrays import UNDEFINED, Floats
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import derivative
 from multibody_sym.scalars.elementary import BUILD
-from multibody_sym.scalars.functions import evaluate, evaluate_float
-from multibody_sym.scalars.node import (
-    ONE,
-    PI,
-    TWO,
-    ZERO,
-    Node,
-    add,
-    as_node,
-    divide,
-    multiply,
-    negate,
-    power,
-    subtract,
-    symbol,
-)
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import PI, TWO, Node, as_node, multiply, symbol
 from multibody_sym.scalars.traversal import leaves
 from multibody_sym.simulation.trajectory import Trajectory
 
-TIME: Final = symbol("t")
 _LOOKS: Final = 41
 _FITS: Final = 1e-7
 """To which part of the largest value a formula is what a run shows."""
+_SIGNS: Final = 101
+_NO_SPEED: Final = 1e-9
+"""The part of its largest value below which what has a sign in the equations is zero."""
+_FIRST_LOOK: Final = 40
+"""The first sample at which it is looked for equations whose signs hold from the start on."""
 
 
 @dataclass(frozen=True, eq=False)
-class Anywhere:
-    """The equations of motion in closed form at any state: time, coordinates and speeds keep their names."""
+class InTime:
+    """A coordinate or speed as a `formula` of t, which takes for granted what is `granted`.
 
-    solved: Solved
-    forms: ClosedForms
-    instant: Instant
-
-    @property
-    def variables(self) -> frozenset[Node]:
-        """Time, coordinates and speeds."""
-        mechanism = self.solved.mechanism
-        coordinates = (symbol(x.name) for x in mechanism.coordinates)
-        return frozenset((TIME, *coordinates, *(symbol(x.name) for x in mechanism.speeds)))
-
-    def of(self, asked: Node) -> Quotient:
-        """Return an expression of the model at any state. Raises NoClosedFormError."""
-        return self.forms.of([as_node(self.solved.asked(asked)(self.instant)[""])])[0]
-
-
-def anywhere(solved: Solved, q: Sequence[float], u: Sequence[float]) -> Anywhere | None:
-    """Return a system's equations at any state like one that it comes to, whose signs of |u| and such they have.
-
-    None where they have no closed form, or poses are quaternions.
+    It holds until a time `until` (None: as long as was looked) at which the sign `ending` fails, as that of a speed.
     """
-    mechanism = solved.mechanism
-    if solved.forms is None or any(body.quaternions for body in mechanism.bodies):
-        return None
-    general = any_state(mechanism, replace(solved.begin, q=tuple(q), u=tuple(u)))
-    try:
-        forms = closed_forms(mechanism, general)
-    except NoClosedFormError:
-        return None
-    return Anywhere(solved, forms, Instant(motion_of(mechanism, general.state), *unknowns(mechanism)))
+
+    formula: Node
+    granted: Granted
+    until: float | None = None
+    ending: str = ""
+
+    def conditions(self) -> Iterator[str]:
+        """Yield what is to hold of parameters and of time, for people."""
+        yield from map(str, _least(self.granted.positive))
+        for word, group in (("==", self.granted.equal), ("!=", self.granted.unequal)):
+            yield from dict.fromkeys(relation(x, word) for x in group)
+        if self.until is not None:
+            yield f"while {self.ending}, until t = {self.until:.6g} s"
 
 
-def formulas_of_time(there: Anywhere) -> Mapping[Node, Node]:
+def formulas_of_time(there: Anywhere) -> Mapping[Node, InTime]:
     """Return coordinates and speeds, by their symbols, as formulas of t, where equations have a known solution."""
     mechanism, state = there.solved.mechanism, there.solved.nodes.motion.state
-    found: dict[Node, Node] = {}
+    found: dict[Node, InTime] = {}
     for k, (coordinate, speed) in enumerate(zip(mechanism.coordinates, mechanism.speeds, strict=True)):
         q, u = symbol(coordinate.name), symbol(speed.name)
+        signs = there.forms.field.positive
+        granted = Granted()
+        there.forms.field.positive = granted.positive  # those that this coordinate's formulas add
         try:
-            course = _course(there, k, q, u, as_node(state.q[k]), as_node(state.u[k]))
+            course = _course(there, granted, k, (q, u), (as_node(state.q[k]), as_node(state.u[k])))
         except NoClosedFormError:
             continue
+        finally:
+            there.forms.field.positive = signs
         if course is not None:
-            found[q], found[u] = course
+            found[q], found[u] = (InTime(formula, granted) for formula in course)
     return found
 
 
-def confirmed_formulas(solved: Solved, motion: Simulated) -> Mapping[Node, Node]:
+def confirmed_formulas(solved: Solved, motion: Simulated) -> Mapping[Node, InTime]:
     """Return coordinates and speeds as formulas of t, without those that are not what a run shows to its end.
 
-    The run ends where a state changes first: the formulas hold until then.
+    The run ends where a state changes first: the formulas hold until then, or until a speed turns back on which
+    accelerations depend by its sign.
     """
     shown = Shown.of(solved, motion)
     return {} if shown.there is None else shown.confirmed(formulas_of_time(shown.there))
@@ -119,28 +98,105 @@ def confirmed_formulas(solved: Solved, motion: Simulated) -> Mapping[Node, Node]
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """Places `looked` at of a `run` up to where a state changes first, and the equations `there` half way."""
+    """A `run` up to its sample `last`, where a state changes first, and the equations `there` as they begin."""
 
     solved: Solved
     run: Trajectory
-    looked: list[int]
+    last: int
     there: Anywhere | None
 
     @classmethod
     def of(cls, solved: Solved, motion: Simulated) -> Shown:
-        """Return what a run shows of a solved system."""
+        """Return what a run shows of a solved system: its equations half way, or earlier where signs differ."""
         run = motion.whole
         until = min((float(change["t"]) for change in run.changes), default=run.t_final)
-        looked = [int(k) for k in np.linspace(0, len(run.t) - 1, _LOOKS).astype(int) if run.t[k] <= until]
-        here, mechanism = looked[len(looked) // 2], solved.mechanism
-        q, u = ([float(run[x.name][here]) for x in group] for group in (mechanism.coordinates, mechanism.speeds))
-        return cls(solved, run, looked, anywhere(solved, q, u))
+        last = int(np.searchsorted(run.t, until, side="right")) - 1
+        found = cls(solved, run, last, None)
+        place = last // 2
+        while True:
+            there = anywhere(solved, *found._state(place))
+            found = cls(solved, run, last, there)
+            if there is None or place < _FIRST_LOOK or not found._ends_before(place):
+                return found
+            place //= 4
 
-    def confirmed(self, formulas: Mapping[Node, Node]) -> dict[Node, Node]:
+    def _state(self, place: int) -> tuple[list[float], list[float]]:
+        mechanism = self.solved.mechanism
+        groups = (mechanism.coordinates, mechanism.speeds)
+        q, u = ([float(self.run[x.name][place]) for x in group] for group in groups)
+        return q, u
+
+    def _ends_before(self, place: int) -> bool:
+        return min(self._signs.values(), default=math.inf) <= float(self.run.t[place])
+
+    @cached_property
+    def _signs(self) -> dict[Quotient, float]:
+        """The times from which on signs of what moves are others than in the equations, where they come to that."""
+        found = {}
+        for positive in self.there.forms.field.positive if self.there is not None else ():
+            if self.there is not None and not self.there.constant(positive):
+                time = self._fails(book_form(positive))
+                if time is not None:
+                    found[positive] = time
+        return found
+
+    def _fails(self, node: Node) -> float | None:
+        """Return the time at which what is positive turns negative, None where it does not."""
+        looked = np.unique(np.linspace(0, self.last, _SIGNS).astype(int))
+        values = self._values(node, looked)
+        little = _NO_SPEED * float(np.abs(values).max())
+        others = np.flatnonzero(~(values >= -little))
+        if not len(others):
+            return None
+        near = np.arange(looked[max(others[0] - 1, 0)], looked[others[0]] + 1)
+        values = self._values(node, near)
+        k = int(np.flatnonzero(~(values >= -little))[0])
+        if k == 0:
+            return 0.0
+        t, (before, after) = self.run.t[near[k - 1 : k + 1]], values[k - 1 : k + 1]
+        return float(t[0] + (t[1] - t[0]) * before / (before - after)) if np.isfinite(after) else float(t[0])
+
+    def _values(self, node: Node, looked: Sequence[int] | Floats) -> Floats:
+        """Return the values of an expression at samples of the run."""
+        assert self.there is not None
+        named = {*leaves([node], "symbol")} & self.there.variables - {TIME}
+        series = {TIME: self.run.t, **{x: self.run[str(x.data)] for x in named}}
+        known = self.solved.sample
+        return np.array(
+            [evaluate_float([node], {**known, **{x: float(y[k]) for x, y in series.items()}})[0] for k in looked]
+        )
+
+    def confirmed(self, formulas: Mapping[Node, InTime]) -> dict[Node, InTime]:
         """Return formulas of time without those that are not what the run shows."""
-        t, sample = self.run.t[self.looked], self.solved.sample
-        shown = {node: self.run[str(node.data)][self.looked] for node in formulas}
-        return {node: formula for node, formula in formulas.items() if _fits(formula, sample, t, shown[node])}
+        found = {}
+        for node, each in formulas.items():
+            until, ending = self._end(node)
+            last = self.last if until is None else int(np.searchsorted(self.run.t, until)) - 1
+            looked = np.unique(np.linspace(0, max(last, 0), _LOOKS).astype(int))
+            shown = self.run[str(node.data)][looked]
+            if _fits(each.formula, self.solved.sample, self.run.t[looked], shown):
+                found[node] = replace(each, until=until, ending=ending)
+        return found
+
+    def _end(self, node: Node) -> tuple[float | None, str]:
+        """Return until when formulas of a coordinate, or a speed, hold for its signs, and the sign that fails then."""
+        mechanism = self.solved.mechanism
+        names = zip(mechanism.coordinates, mechanism.speeds, strict=True)
+        own = next({symbol(q.name), symbol(u.name)} for q, u in names if node.data in (q.name, u.name))
+        ends = [(time, comparison(x)) for x, time in self._signs.items() if own & x.symbols]
+        return min(ends, default=(None, ""), key=lambda each: each[0] or 0.0)
+
+
+def _least(positive: Sequence[Quotient]) -> list[Condition]:
+    """Return as few conditions as say that quotients are positive."""
+    if not positive:
+        return []
+    positive[0].field.work += WORK
+    conditions = [Condition(x, strict=True, under_root=True) for x in positive]
+    try:
+        return reduced(conditions)
+    except NoClosedFormError:
+        return conditions
 
 
 def held_until(motion: Simulated) -> str:
@@ -174,7 +230,7 @@ def formula_of_period(solved: Solved, coordinate: str, number: float) -> Node | 
         slope = rate(acceleration, q)
         if slope.symbols & there.variables or slope.is_zero or sign(slope) > 0:
             return None
-        formula = multiply(multiply(TWO, PI), BUILD["sqrt"](_node(-slope.power(-1))))
+        formula = multiply(multiply(TWO, PI), BUILD["sqrt"](Granted().written(-slope.power(-1))))
         near = abs(evaluate_float([formula], solved.sample)[0] - number) <= _FITS * number
     except (NoClosedFormError, ExpressionError, *UNDEFINED):
         return None
@@ -190,159 +246,18 @@ def _fits(formula: Node, sample: Mapping[Node, float], t: Floats, shown: Floats)
     return bool(np.abs(np.array(told) - shown).max() <= _FITS * max(1e-300, float(np.abs(shown).max())))
 
 
-def _course(there: Anywhere, k: int, q: Node, u: Node, q0: Node, u0: Node) -> tuple[Node, Node] | None:
-    """Return a coordinate that starts at q0 with speed u0, and the speed, as formulas of time; None without them."""
-    acceleration = there.forms.udot[k]
+def _course(
+    there: Anywhere, granted: Granted, k: int, own: tuple[Node, Node], start: tuple[Node, Node]
+) -> tuple[Node, Node] | None:
+    """Return a coordinate and its speed, `own`, from their `start` on as formulas of time; None without them."""
+    acceleration, (q, u) = there.forms.udot[k], own
     if acceleration.symbols & (there.variables - {q, u, TIME}):
         return None
     by_q, by_u = rate(acceleration, q), rate(acceleration, u)
-    if not by_u.symbols & there.variables and not by_q.symbols & there.variables:
-        rest = acceleration - by_q * _letter(there, q) - by_u * _letter(there, u)
-        course = _linear(there, by_q, by_u, rest, q0, u0)
+    if there.constant(by_u) and there.constant(by_q):
+        rest = acceleration - by_q * there.letter(q) - by_u * there.letter(u)
+        course = Linear(there, granted, by_q, by_u, rest).course(*start)
         return None if course is None else (course, derivative(course, TIME))
     if by_q.is_zero and TIME not in acceleration.symbols:
-        square = rate(by_u, u) / 2
-        constant = acceleration - square * _letter(there, u) * _letter(there, u)
-        if not (square.symbols | constant.symbols) & there.variables and not constant.is_zero:
-            return _by_square(constant, square, q0, u0)
+        return BySpeed(there, granted, u, *start).course(acceleration)
     return None
-
-
-def _letter(there: Anywhere, node: Node) -> Quotient:
-    return there.forms.known[node]
-
-
-def _node(a: Quotient) -> Node:
-    return book_form(doubled(a))
-
-
-# --- linear, with constant coefficients ------------------------------------------------------------------------------
-
-
-def _linear(there: Anywhere, a: Quotient, b: Quotient, rest: Quotient, q0: Node, u0: Node) -> Node | None:
-    """Return q(t) of q'' = a q + b u + rest(t): a particular solution and what decays, swings or grows beside it."""
-    forced = _forced(there, a, b, rest)
-    if forced is None:
-        return None
-    particular, constant = forced
-    at_zero = _at_start(particular)
-    if a.is_zero and b.is_zero:
-        fallen = multiply(_node(constant / 2), power(TIME, TWO))
-        away = subtract(u0, _at_start(derivative(particular, TIME)))
-        return add(add(subtract(q0, at_zero), multiply(away, TIME)), add(fallen, particular))
-    if a.is_zero:
-        return _braked(b, constant, particular, q0, u0)
-    middle = _node(-constant / a)
-    q1 = subtract(subtract(q0, middle), at_zero)
-    u1 = subtract(u0, _at_start(derivative(particular, TIME)))
-    return add(add(middle, particular), _free(a, b, q1, u1))
-
-
-def _at_start(node: Node) -> Node:
-    found: Node = evaluate([node], lambda leaf: ZERO if leaf is TIME else leaf)[0]
-    return found
-
-
-def _free(a: Quotient, b: Quotient, q: Node, u: Node) -> Node:
-    """Return the solution of x'' = a x + b x' that starts at x = q with x' = u."""
-    half = b / 2
-    square = -a - half * half
-    decay = _node(half)
-    along = subtract(u, multiply(decay, q))
-    if square.is_zero:
-        swing = add(q, multiply(along, TIME))
-    else:
-        turns = sign(square) > 0
-        rate_ = _node(sqrt(square if turns else -square))
-        even, odd = (BUILD["cos"], BUILD["sin"]) if turns else (BUILD["cosh"], BUILD["sinh"])
-        phase = multiply(rate_, TIME)
-        swing = add(multiply(q, even(phase)), multiply(divide(along, rate_), odd(phase)))
-    return swing if half.is_zero else multiply(BUILD["exp"](multiply(decay, TIME)), swing)
-
-
-def _braked(b: Quotient, constant: Quotient, particular: Node, q0: Node, u0: Node) -> Node:
-    """Return q(t) of q'' = b q' + constant + what the particular solution is for."""
-    final = -constant / b
-    slower = subtract(subtract(u0, _node(final)), _at_start(derivative(particular, TIME)))
-    gone = multiply(_node(-b.power(-1)), subtract(ONE, BUILD["exp"](multiply(_node(b), TIME))))
-    drift = add(multiply(_node(final), TIME), multiply(slower, gone))
-    return add(add(subtract(q0, _at_start(particular)), drift), particular)
-
-
-def _forced(there: Anywhere, a: Quotient, b: Quotient, rest: Quotient) -> tuple[Node, Quotient] | None:
-    """Return a particular solution for what is harmonic in `rest`, and the constant that is left; None for others."""
-    field = rest.field
-    particular, constant = ZERO, rest
-    if TIME not in rest.symbols:
-        return None if rest.symbols & there.variables else (particular, constant)
-    for k, letter in enumerate(tuple(field.letters)):
-        node = letter.node
-        if node is None or node.op not in ("sin", "cos") or TIME not in _symbols(node):
-            continue
-        angle, wave = node.args[0], field.letter((node.op, node.args[0]), letter)
-        amplitude = _coefficient(rest, k)
-        pace = derivative(angle, TIME)
-        if amplitude is None or amplitude.symbols & there.variables or _symbols(pace) & there.variables:
-            return None
-        if amplitude.is_zero:
-            continue
-        constant = constant - amplitude * wave
-        particular = add(particular, _response(there, a, b, amplitude, node, pace))
-    return None if constant.symbols & there.variables else (particular, constant)
-
-
-def _symbols(node: Node) -> frozenset[Node]:
-    return frozenset(leaves([node], "symbol"))
-
-
-def _coefficient(a: Quotient, k: int) -> Quotient | None:
-    """Return the coefficient of the letter at a place in a quotient, None where it does not stand there by itself."""
-    field = a.field
-    above, below = field.in_ring(a.above), field.in_ring(a.below)
-    if any(m[k] for m in below) or any(m[k] > 1 for m in above):
-        return None
-    terms = {(*m[:k], 0, *m[k + 1 :]): c for m, c in above.items() if m[k]}
-    return field.whole(field.ring.from_dict(terms)) / field.whole(below)
-
-
-def _response(there: Anywhere, a: Quotient, b: Quotient, amplitude: Quotient, wave: Node, pace: Node) -> Node:
-    """Return the steady answer of x'' = a x + b x' + amplitude * wave. Raises NoClosedFormError at resonance."""
-    (w,) = there.forms.of([pace])
-    stiff, loss = -a - w * w, -b * w
-    size = stiff * stiff + loss * loss
-    if size.is_zero:
-        raise NoClosedFormError("the force is in resonance with the free motion")
-    along, across = amplitude * stiff / size, amplitude * loss / size
-    angle = wave.args[0]
-    other = negate(BUILD["cos"](angle)) if wave.op == "sin" else BUILD["sin"](angle)
-    return add(multiply(_node(along), wave), multiply(_node(across), other))
-
-
-# --- drag that grows with the square ---------------------------------------------------------------------------------
-
-
-def _by_square(constant: Quotient, square: Quotient, q0: Node, u0: Node) -> tuple[Node, Node]:
-    """Return q(t) and u(t) of u' = constant + square u^2.
-
-    u = V tanh(z) or V tan(z), where z grows at the pace sqrt(|constant square|) and V = sqrt(|constant / square|).
-    """
-    pace, final = sqrt(_positive(constant * square)), sqrt(_positive(constant / square))
-    falls = sign(constant * square) < 0
-    most = _node(final if sign(constant) > 0 else -final)
-    ratio = divide(u0, most)
-    inverse = _artanh(ratio) if falls else BUILD["atan"](ratio)
-    phase = add(inverse, multiply(_node(pace), TIME))
-    even, odd = (BUILD["cosh"], BUILD["tanh"]) if falls else (BUILD["cos"], BUILD["tan"])
-    gone = BUILD["log"](divide(even(phase), even(inverse)))
-    return add(q0, multiply(_node(-square.power(-1)), gone)), multiply(most, odd(phase))
-
-
-def _positive(a: Quotient) -> Quotient:
-    """Return |a| by its sign at the sample."""
-    return a if sign(a) > 0 else -a
-
-
-def _artanh(x: Node) -> Node:
-    if x is ZERO:
-        return ZERO
-    return divide(BUILD["log"](divide(add(ONE, x), subtract(ONE, x))), TWO)

@@ -11,6 +11,7 @@ M being the generalised mass. The value of the variable at the moment is a root 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import field, replace
 from functools import reduce
 from typing import Final, NoReturn
 
@@ -22,7 +23,8 @@ from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedForm
 from multibody_sym.algebra.solving.roots import roots
 from multibody_sym.answers.closed_form import WORK
 from multibody_sym.answers.instant import AGREEMENT, Solved
-from multibody_sym.answers.questions.courses import TIME, Anywhere, anywhere, confirmed_formulas
+from multibody_sym.answers.questions.anywhere import TIME, Anywhere, anywhere
+from multibody_sym.answers.questions.courses import InTime, confirmed_formulas
 from multibody_sym.answers.questions.naming import put_in
 from multibody_sym.answers.questions.simulated_motion import Simulated
 from multibody_sym.errors import ExpressionError
@@ -68,7 +70,8 @@ _NEAR: Final = 1e-6
 class Course:
     """Coordinates and speeds as formulas of one variable, which has the value `at` at the moment.
 
-    `turning` vanishes where the speed does, if that is so at the moment.
+    `turning` vanishes where the speed does, if that is so at the moment. `used` are those of formulas `in_time` that
+    have been put in.
     """
 
     there: Anywhere
@@ -76,13 +79,22 @@ class Course:
     formulas: Mapping[Node, Node]
     at: float
     turning: Node | None = None
+    in_time: Mapping[Node, InTime] = field(default_factory=dict)
+    used: set[Node] = field(default_factory=set)
 
     def along(self, asked: Node) -> Node:
         """Return an expression of the model as a formula of the variable. Raises NoClosedFormError."""
-        found = put_in(book_form(doubled(self.there.of(asked))), self.formulas)
+        found = book_form(doubled(self.there.of(asked)))
+        self.used.update(leaves([found], "symbol"))
+        found = put_in(found, self.formulas)
         if leaves([found], "symbol") and self.there.variables & set(leaves([found], "symbol")) - {self.variable}:
             raise NoClosedFormError("what is asked for depends on a coordinate whose course has no formula")
         return found
+
+    def granted(self) -> Iterator[str]:
+        """Yield what the formulas of time that were used take for granted of parameters, each once."""
+        used = (replace(each, until=None) for node, each in self.in_time.items() if node in self.used)
+        yield from dict.fromkeys(condition for each in used for condition in each.conditions())
 
     def place(self, zero: Node) -> Node:
         """Return the variable's value, near `at`, at which a formula of it vanishes. Raises NoClosedFormError."""
@@ -137,10 +149,11 @@ def course_of_energy(there: Anywhere, q: float, u: float) -> Course | None:
 
 @dataclass(frozen=True, eq=False)
 class LaterForms:
-    """Closed forms of answers that runs of a solved system gave."""
+    """Closed forms of answers that runs of a solved system gave; `told` collects what they take for granted."""
 
     solved: Solved
     motion: Simulated
+    told: list[str] = field(default_factory=list)
 
     def of(self, question: Ask, number: Value, time: float) -> Node | None:
         """Return the closed form of an answer, of what happens at a time, None where none has the number's value."""
@@ -157,6 +170,7 @@ class LaterForms:
                 self.solved.reasons.setdefault(str(reason))
                 continue
             if found is not None:
+                self.told.extend(course.granted())
                 return found
         return None
 
@@ -175,7 +189,8 @@ class LaterForms:
             return
         formulas = confirmed_formulas(self.solved, self.motion)
         if formulas:
-            yield Course(there, TIME, formulas, time)
+            known = {node: each.formula for node, each in formulas.items()}
+            yield Course(there, TIME, known, time, in_time=formulas)
         if len(q) == len(u) == 1:
             fastest = float(np.abs(run[mechanism.speeds[0].name]).max())
             course = course_of_energy(there, q[0], 0.0 if abs(u[0]) <= _TURNS * fastest else u[0])

@@ -172,7 +172,8 @@ def verify_hamilton(equations: CanonicalEquations, state: State, parameters: Any
     kinematics = np.array([coordinate_rates(mechanism, state.q, list(unit)) for unit in units], dtype=float).T
     u = np.linalg.lstsq(kinematics, np.asarray(qdot, dtype=float), rcond=None)[0]
     assert close(qdot, kinematics @ u)
-    told, told_rate, udot, _ = rates_by_lagrange(mechanism, state_of(mechanism, float, t, state.q, u.tolist(), parameters))
+    moving = state_of(mechanism, float, t, state.q, u.tolist(), parameters)
+    told, told_rate, udot, _ = rates_by_lagrange(mechanism, moving)
     M = np.array(composite_body(mechanism, state).mass_matrix, dtype=float)
     rounding = _ROUNDINGS * float(np.finfo(float).eps)
     assert close(told, p)

@@ -1,0 +1,102 @@
+"""The equations of motion in closed form at any state, and what a formula of time takes for granted of parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import field, replace
+from typing import Final
+
+from multibody_sym.algebra.book_form import book_form
+from multibody_sym.algebra.conditions import under_roots
+from multibody_sym.algebra.positivity import surely_positive
+from multibody_sym.algebra.quotient_functions import doubled
+from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
+from multibody_sym.answers.closed_form import ClosedForms, closed_forms, unknowns
+from multibody_sym.answers.instant import Solved
+from multibody_sym.answers.symbolic_state import any_state
+from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.kinematics.motion import motion_of
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.node import ZERO, Node, as_node, symbol
+
+TIME: Final = symbol("t")
+
+
+@dataclass(frozen=True, eq=False)
+class Anywhere:
+    """The equations of motion in closed form at any state: time, coordinates and speeds keep their names."""
+
+    solved: Solved
+    forms: ClosedForms
+    instant: Instant
+
+    @property
+    def variables(self) -> frozenset[Node]:
+        """Time, coordinates and speeds."""
+        mechanism = self.solved.mechanism
+        coordinates = (symbol(x.name) for x in mechanism.coordinates)
+        return frozenset((TIME, *coordinates, *(symbol(x.name) for x in mechanism.speeds)))
+
+    def of(self, asked: Node) -> Quotient:
+        """Return an expression of the model at any state. Raises NoClosedFormError."""
+        return self.forms.of([as_node(self.solved.asked(asked)(self.instant)[""])])[0]
+
+    def letter(self, node: Node) -> Quotient:
+        """Return time, a coordinate or a speed as a quotient."""
+        return self.forms.known[node]
+
+    def constant(self, a: Quotient) -> bool:
+        """Return whether a quotient is of parameters alone."""
+        return not a.symbols & self.variables
+
+
+def anywhere(solved: Solved, q: Sequence[float], u: Sequence[float]) -> Anywhere | None:
+    """Return a system's equations at any state like one that it comes to, whose signs of |u| and such they have.
+
+    None where they have no closed form, or poses are quaternions.
+    """
+    mechanism = solved.mechanism
+    if solved.forms is None or any(body.quaternions for body in mechanism.bodies):
+        return None
+    general = any_state(mechanism, replace(solved.begin, q=tuple(q), u=tuple(u)))
+    try:
+        forms = closed_forms(mechanism, general)
+    except NoClosedFormError:
+        return None
+    return Anywhere(solved, forms, Instant(motion_of(mechanism, general.state), *unknowns(mechanism)))
+
+
+@dataclass(eq=False)
+class Granted:
+    """What the formulas of one coordinate take for granted: what is `positive`, what vanishes and what does not.
+
+    `equal` holds what is zero at the sample, though not for all parameters; `unequal` what divides.
+    """
+
+    positive: list[Quotient] = field(default_factory=list)
+    equal: list[Quotient] = field(default_factory=list)
+    unequal: list[Quotient] = field(default_factory=list)
+
+    def vanishes(self, a: Quotient) -> bool:
+        """Return whether a quotient is zero at the sample, and take it for granted."""
+        if a.vanishes and not a.is_zero:
+            self.equal.append(a.field.whole(a.above))
+        return a.vanishes
+
+    def differs(self, a: Quotient) -> None:
+        """Take for granted that a quotient is not zero, which may be so for other parameters."""
+        above = a.field.whole(a.above)
+        if not (surely_positive(above) or surely_positive(-above)):
+            self.unequal.append(above)
+
+    def written(self, a: Quotient) -> Node:
+        """Return a quotient as an expression, and take for granted that its roots are real."""
+        self.positive.extend(x.value for x in under_roots([a]))
+        return book_form(doubled(a))
+
+
+def at_start(node: Node) -> Node:
+    """Return a formula of time at t = 0."""
+    found: Node = evaluate([node], lambda leaf: ZERO if leaf is TIME else leaf)[0]
+    return found
