@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -18,7 +18,7 @@ from multibody_sym.errors import at as within
 from multibody_sym.errors import shown as shown_value
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.state import state_of
-from multibody_sym.model.declaration.doors import flag
+from multibody_sym.model.declaration.doors import callback, flag
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.declaration.values import scalar
 from multibody_sym.model.resolution.changes import Changes
@@ -50,6 +50,7 @@ def draw(
     coordinates: str | None = None,
     project: bool | None = None,
     formalism: str | None = None,
+    on_progress: Callable[[float], None] | None = None,
 ) -> Figure:
     """Return the figure of a system, which a notebook shows; written to `path` (.svg, .png, .pdf, .tex) if it is given.
 
@@ -59,7 +60,8 @@ def draw(
     children, contacts, ropes and rods, by the letters of `solve`'s steps; `names` are letters of
     bodies, joints and lengths; `redundant` marks joints and constraints with rows that follow from others; `mark`
     what stands at places of the model such as `joints.A`, with a word each if it is a mapping;
-    `parameters` .. `project`, what the call changes of the system (`Changes`); `formalism` for a run.
+    `parameters` .. `project`, what the call changes of the system (`Changes`); `formalism` for a run,
+    of which `on_progress` is called with the part that is done. A run is as long as `at` asks for; Ctrl-C ends it.
     Raises InputError, NoSolutionError where there is no start, FailedRunError, OutputError.
     """
     options = {"forces": forces, "names": names, "reactions": reactions, "redundant": redundant}
@@ -69,7 +71,7 @@ def draw(
     asked = Changes(parameters, initial, inputs, coordinates, project).of(system)
     with numbers_of(asked):
         scene = scene_of(asked)
-        run = _run(asked, at, formalism, reactions=wanted["reactions"])
+        run = _run(asked, at, formalism, callback("on_progress", on_progress), reactions=wanted["reactions"])
         motion = scene.motion() if run is None else _reached(scene, run)
         shown = Shown(names=wanted["names"], forces=wanted["forces"], marked=_marked(asked, mark))
         if wanted["forces"] or wanted["reactions"]:
@@ -82,7 +84,9 @@ def draw(
     return figure
 
 
-def _run(system: System, at: Any, formalism: str | None, *, reactions: bool) -> Trajectory | None:
+def _run(
+    system: System, at: Any, formalism: str | None, on_progress: Callable[[float], None] | None, *, reactions: bool
+) -> Trajectory | None:
     """Return the run that leads to a time, a moment at the start where forces are asked for there; else none.
 
     Raises InputError where the run ends before that time.
@@ -95,7 +99,20 @@ def _run(system: System, at: Any, formalism: str | None, *, reactions: bool) -> 
         return None
     from multibody_sym.simulation.simulate import simulate
 
-    run = simulate(system, t_end=at if time != 0.0 else _MOMENT, samples=2, formalism=formalism)
+    try:
+        run = simulate(
+            system,
+            t_end=at if time != 0.0 else _MOMENT,
+            samples=2,
+            formalism=formalism,
+            on_progress=None if on_progress is None else lambda _samples, part: on_progress(part),
+        )
+    except InputError as error:
+        if error.where.path[-1:] == ("t_end",):
+            error.where = replace(error.where, path=("at",))
+        raise
+    if run.interrupted:
+        raise KeyboardInterrupt(f"the run had come to t = {run.t_final:g} s: nothing is drawn")
     if time != 0.0 and run.stop is not None:
         message = f"the motion ends at t = {run.t[-1]:g} s ({run.stop['element']}), before the time that is asked for"
         raise InputError(message, where=Where(path=("at",)))

@@ -7,43 +7,53 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.drawing.plots.figure import COLOURS, literal
+from multibody_sym.drawing.plots.figure import figure_of as plotted
+from multibody_sym.drawing.plots.figure import literal
 from multibody_sym.drawing.plots.files import plain_style
+from multibody_sym.drawing.plots.panels import Curve, Panel, Plot
 from multibody_sym.errors import InputError, suggestion
+from multibody_sym.expressions.chosen_units import Units
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.studies.plan import Plan
 from multibody_sym.studies.tables import results
 
-_MOST: Final = 12
 _DOTTED: Final = 200
 """Runs that are so few that each has a dot."""
-_CURVES: Final = {" end": (0, "-"), " min": (1, "--"), " max": (2, "-.")}
 
 
 @dataclass(frozen=True, eq=False)
 class _Shown:
-    """What is shown of a study: the `columns` of these `names`."""
+    """What is shown of a study: the `columns` of these `names`, told in `units`; `known` are the SI units."""
 
     plan: Plan
     system: str
     columns: Mapping[str, Floats]
     names: Sequence[str]
+    known: Mapping[str, str]
+    units: Units
 
     def __getitem__(self, name: str) -> Floats:
-        return self.columns[name]
+        found: Floats = self.columns[name] / self.units.size(self.known.get(_quantity(name), ""))
+        return found
+
+    def named(self, name: str) -> str:
+        """Return a name with its unit."""
+        return self.units.named(name, self.known.get(_quantity(name), ""))
 
     @property
     def title(self) -> str:
         """What the figure is of."""
-        return literal(f"{self.system}: {len(self.plan)} runs")
+        return f"{self.system}: {len(self.plan)} runs"
 
 
-def figure_of(plan: Plan, system: str, columns: Mapping[str, Any], show: Sequence[str] | None = None) -> Any:
-    """Return a matplotlib figure of the columns that are to be shown; by default of all, the first twelve quantities.
+def figure_of(
+    plan: Plan, about: Mapping[str, Any], columns: Mapping[str, Any], show: Sequence[str] | None, units: Units
+) -> Any:
+    """Return a matplotlib figure of the columns that are to be shown; by default of all that change, in maps of ends.
 
-    Over one varied value it has an axis for each quantity, with end, min and max as curves; over two a map of each
-    column, as cells of a grid or as points of samples. Raises InputError for unknown columns, and for three values.
+    Over one varied value it has a panel for each unit with all curves in it; over two a map of each column, as cells of
+    a grid or as points of samples. Raises InputError for unknown columns, and for three values.
     """
     if len(plan.names) > 2:
         message = f"a figure is over one or two varied values; here are {len(plan.names)}: {', '.join(plan.names)}"
@@ -55,18 +65,19 @@ def figure_of(plan: Plan, system: str, columns: Mapping[str, Any], show: Sequenc
     names = tuple(show or _usual(len(plan.names), {name: columns[name] for name in known}))
     if not names:
         raise InputError("there is no result to plot: every run failed")
-    study = _Shown(plan, system, columns, names)
+    study = _Shown(plan, about["system"], columns, names, about.get("units", {}), units)
+    if len(plan.names) == 1:
+        return plotted(_curves(study))
     with plain_style():
-        return _curves(study) if len(plan.names) == 1 else _maps(study)
+        return _maps(study)
 
 
 def _usual(varied: int, columns: Mapping[str, Floats]) -> list[str]:
     """Return what is shown where nothing else is asked for: what is not the same in all runs, end values in maps."""
     changing = [name for name, values in columns.items() if _changes(values)] or list(columns)[:1]
     if varied == 2:
-        return ([name for name in changing if _quantity(name) == name or name.endswith(" end")] or changing)[:_MOST]
-    quantities = list(dict.fromkeys(map(_quantity, changing)))[:_MOST]
-    return [name for name in changing if _quantity(name) in quantities]
+        return [name for name in changing if _quantity(name) == name or name.endswith(" end")] or changing
+    return changing
 
 
 def _changes(values: Floats) -> bool:
@@ -78,23 +89,18 @@ def _quantity(name: str) -> str:
     return name.removesuffix(" end").removesuffix(" min").removesuffix(" max")
 
 
-def _curves(study: _Shown) -> Any:
-    quantities = list(dict.fromkeys(map(_quantity, study.names)))
+def _curves(study: _Shown) -> Plot:
+    """Return the curves over the one value that is varied, by panels; what has no known unit has one of its own."""
     (varied,) = study.plan.names
     order = np.argsort(study[varied], kind="stable")
-    figure, axes = _empty(len(quantities), 1, (8.0, 1.0 + 2.0 * len(quantities)))
-    marker = "." if len(study.plan) <= _DOTTED else None
-    for axis, quantity in zip(axes[:, 0], quantities, strict=True):
-        for name in (name for name in study.names if _quantity(name) == quantity):
-            k, style = _CURVES.get(name.removeprefix(quantity), (0, "-"))
-            look = {"label": name.removeprefix(quantity).strip() or name, "color": COLOURS[k], "marker": marker}
-            axis.plot(study[varied][order], study[name][order], style, linewidth=1.2, **look)
-        axis.set_ylabel(literal(quantity))
-        axis.grid(visible=True, alpha=0.3)
-        axis.legend(loc="best", fontsize="small")
-    axes[0, 0].set_title(study.title)
-    axes[-1, 0].set_xlabel(literal(varied))
-    return figure
+    panels: dict[tuple[str, str], list[Curve]] = {}
+    for name in study.names:
+        quantity = _quantity(name)
+        unit = study.units.of(study.known.get(quantity, ""))
+        curve = Curve(name, study[varied][order], study[name][order])
+        panels.setdefault((unit, "" if unit else quantity), []).append(curve)
+    found = tuple(Panel(unit, tuple(curves)) for (unit, _), curves in panels.items())
+    return Plot(study.title, study.named(varied), found, dots=len(study.plan) <= _DOTTED)
 
 
 def _maps(study: _Shown) -> Any:
@@ -110,12 +116,12 @@ def _maps(study: _Shown) -> Any:
         else:
             drawn = axis.scatter(study[x], study[y], c=study[name], s=8)
         figure.colorbar(drawn, ax=axis)
-        axis.set_title(literal(name), fontsize="medium")
-        axis.set_xlabel(literal(x))
-        axis.set_ylabel(literal(y))
+        axis.set_title(literal(study.named(name)), fontsize="medium")
+        axis.set_xlabel(literal(study.named(x)))
+        axis.set_ylabel(literal(study.named(y)))
     for axis in axes.flat[len(columns) :]:
         axis.set_visible(False)
-    figure.suptitle(study.title)
+    figure.suptitle(literal(study.title))
     return figure
 
 

@@ -117,12 +117,13 @@ def _computed(
 
 
 def _study(task: Task, journal: Journal, output: Any, computed: int) -> Study:
-    content = tables.Content(task.plan, journal, task.about)
+    about = {**task.about, "units": task.units}
+    content = tables.Content(task.plan, journal, about)
     if output is None:
-        return Study(task.plan, None, task.about, computed, tables.gathered(content))
+        return Study(task.plan, None, about, computed, tables.gathered(content))
     path = tables.write(content, path_name(output))
     journal.discard()
-    return Study(task.plan, path, task.about, computed)
+    return Study(task.plan, path, about, computed)
 
 
 def _journal(output: Any, key: str) -> Journal:

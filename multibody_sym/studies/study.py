@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.errors import ArgumentError, InputError, OutputError, shown, suggestion
+from multibody_sym.expressions.chosen_units import Units, chosen_units
 from multibody_sym.model.declaration.doors import names
 from multibody_sym.records import dataclass
 from multibody_sym.studies import tables
@@ -89,17 +90,23 @@ class Study:
             **table,
         }
 
-    def plot(self, path: str | os.PathLike[str] | None = None, show: str | Sequence[str] | None = None) -> Any:
+    def plot(
+        self,
+        path: str | os.PathLike[str] | None = None,
+        show: str | Sequence[str] | None = None,
+        units: str | Sequence[str] | Units | None = None,
+    ) -> Any:
         """Return a matplotlib figure over one or two varied values, written to `path` if one is given.
 
         `show` names columns, as text with commas or a list; without it these are all that change, of maps ends alone.
+        It has a panel for each unit, SI but for those that `units` chooses, such as `mm,deg`.
         Raises InputError, and OutputError where matplotlib is missing or the file cannot be written.
         """
         from multibody_sym.drawing.plots.files import write_figure
         from multibody_sym.studies.figures import figure_of
 
         asked = None if show is None else names("show", _listed(show))
-        figure = figure_of(self.plan, self.about["system"], self.columns, asked)
+        figure = figure_of(self.plan, self.about, self.columns, asked, chosen_units(units))
         if path is not None:
             write_figure(figure, path)
         return figure

@@ -14,6 +14,7 @@ from typing import Any, Final
 from multibody_sym.errors import ArgumentError, InputError, MultibodyError, shown
 from multibody_sym.formats.writer import dumps
 from multibody_sym.model.declaration.system import System
+from multibody_sym.model.mechanism.units import MechanismUnits
 from multibody_sym.model.resolution.resolve import mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
@@ -62,6 +63,14 @@ class Task:
         words = [f"--vary '{axis}'" for axis in self.plan.axes] + self.plan.words
         command = " ".join(["multibody-sym sweep", self.system.name, *words])
         return {"system": self.system.name, "model": model, "command": command, "version": _version()}
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The SI units of what is varied, and of coordinates, speeds and outputs, as far as they are known."""
+        told = MechanismUnits(mechanism(self.system))
+        declared = {name: each.dimension for name, each in self.system.parameters.items()}
+        varied = {axis.name: str(declared[axis.name]) for axis in self.plan.axes if declared.get(axis.name) is not None}
+        return {name: unit for name, unit in {**varied, **told.outputs, **told.state}.items() if unit}
 
     @cached_property
     def key(self) -> str:

@@ -16,6 +16,7 @@ import multibody_sym as mbs
 from multibody_sym.answers.cut_free.arrows import all_arrows, reaction_arrows
 from multibody_sym.answers.cut_free.pulls import CutFree
 from multibody_sym.answers.cut_free.values import at_end, sliding_of, values_of
+from multibody_sym.cli.main import main
 from multibody_sym.drawing.picture import Arrow
 from multibody_sym.scene.forms import unit
 from multibody_sym.scene.items import ArrowItem
@@ -80,6 +81,23 @@ def test_odd_times_are_refused(at: object) -> None:
 def test_a_time_after_the_end_of_a_motion_is_refused() -> None:
     with pytest.raises(mbs.InputError, match="ends at t = "):
         mbs.draw(rod(stop={"low": "theta < 0.4"}), at=5)
+
+
+@pytest.mark.parametrize("at", ["nan", "inf", "tomorrow"])
+def test_a_time_that_is_none_is_blamed_where_it_was_asked_for(at: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["draw", str(PENDULUM), "--at", at]) == 2
+    assert capsys.readouterr().err.startswith(f"error: --at: '{at}' is not declared")
+
+
+def test_a_long_run_tells_how_far_it_is_and_ends_by_interruption() -> None:
+    """A run to 1e9 s would take days: what it has done is told, and Ctrl-C draws nothing."""
+
+    def stop(part: float) -> None:
+        assert 0.0 <= part < 1e-3
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        mbs.draw(rod(), at=1e9, on_progress=stop)
 
 
 def test_other_formats_and_views_are_refused(tmp_path: Path) -> None:

@@ -170,8 +170,7 @@ def test_arguments_of_other_kinds_are_told(system: mbs.System) -> None:
 def test_figures_are_families_and_maps(tmp_path: Path, system: mbs.System) -> None:
     pytest.importorskip("matplotlib")
     family = mbs.sweep(system, {"l": [0.9, 0.2, 0.5]}).plot(tmp_path / "a.png")
-    (curve, *_) = [line for line in family.axes[0].lines if line.get_label() == "end"] or family.axes[0].lines
-    assert curve.get_xdata().tolist() == [0.2, 0.5, 0.9]
+    assert family.axes[0].lines[0].get_xdata().tolist() == [0.2, 0.5, 0.9]
     study = mbs.sweep(system, {"l": [0.2, 0.5, 0.9], "theta": [0.3, 0.4]})
     drawn = study.plot(show=["height max"])
     assert np.array_equal(drawn.axes[0].collections[0].get_array().ravel(), study["height max"])
@@ -179,3 +178,21 @@ def test_figures_are_families_and_maps(tmp_path: Path, system: mbs.System) -> No
     assert points.axes[0].collections[0].get_offsets().shape == (5, 2)
     with pytest.raises(InputError, match="did you mean height max"):
         study.plot(show=["height mx"])
+
+
+def test_a_figure_of_a_sweep_has_a_panel_for_each_unit_its_legend_beside_it_and_every_curve(system: mbs.System) -> None:
+    pytest.importorskip("matplotlib")
+    study = mbs.sweep(system, {"l": [0.2, 0.5, 0.9]})
+    drawn = study.plot(units="deg,cm")
+    units = [axis.get_ylabel().partition("[")[2].rstrip("]") for axis in drawn.axes]
+    assert len(set(units)) == len(units)
+    assert "deg" in units
+    assert drawn.axes[-1].get_xlabel() == "l [cm]"
+    shown = {line.get_label().partition(",")[0]: line for axis in drawn.axes for line in axis.lines}
+    changing = {name for name in study.results if np.ptp(study[name]) > 0}
+    assert set(shown) == changing
+    angle = next(name for name in changing if name.startswith("theta "))
+    assert shown[angle].get_ydata() == pytest.approx(np.degrees(study[angle]))
+    for axis in drawn.axes:
+        drawn.canvas.draw()
+        assert axis.get_legend().get_window_extent().x0 >= axis.get_window_extent().x1

@@ -36,11 +36,12 @@ def run(options: argparse.Namespace) -> Answer:
     from multibody_sym.answers.drawn import draw
     from multibody_sym.cli.model import model, shared, verify_apart
     from multibody_sym.drawing.figure import ending_of
+    from multibody_sym.writing.progress import progress_bar
 
     target = options.output or os.path.splitext(os.path.basename(options.file))[0] + ".svg"
     ending_of(target)
     verify_apart(options.file, target)
-    with model(options) as system:
+    with model(options) as system, progress_bar() as progress:
         figure = draw(
             system,
             at=options.at,
@@ -50,6 +51,7 @@ def run(options: argparse.Namespace) -> Answer:
             names=options.names,
             redundant=options.redundant,
             mark=options.mark,
+            on_progress=progress,
             **shared(options),
         )
     figure.write(target)

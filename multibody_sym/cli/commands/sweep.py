@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from multibody_sym.cli.answer import Answer
 from multibody_sym.cli.commands.simulate import SETTINGS, add_settings, figure_name
+from multibody_sym.cli.units import asked_units
 from multibody_sym.cli.usage import UsageError
 from multibody_sym.errors import OutputError, RunError, Where
 
@@ -44,6 +45,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--plot", metavar="PNG", nargs="?", const="", help=figure)
     shown = "what the figure shows: columns with commas between them, such as 'theta max' (default: all, of maps ends)"
     parser.add_argument("--show", metavar="NAMES", help=shown)
+    parser.add_argument("--units", metavar="UNITS", help="units of the figure, such as mm,deg; tables stay SI")
     add_settings(parser)
 
 
@@ -57,7 +59,7 @@ def run(options: argparse.Namespace) -> Answer:
         verify_apart(options.file, target)
     study = _swept(options)
     if figure is not None:
-        study.plot(figure, options.show)
+        study.plot(figure, options.show, asked_units(options))
     written = [path for path in (study.path, figure) if path is not None]
     text = "\n".join([study_summary(study), *(f"wrote {path}" for path in written)])
     failed = len(study.failures) == len(study)

@@ -55,7 +55,8 @@ def _draw_panel(axis: Any, panel: Panel, plot: Plot) -> None:
     for k, curve in enumerate(panel.curves):
         colour, style = _look(k, curve, panel, plot)
         told = literal(_told(curve, plot) + (_drift(curve) if panel.is_flat else ""))
-        (line,) = axis.plot(curve.x, curve.y, style, color=colour, linewidth=1.2, label=told)
+        marker = "." if plot.dots else None
+        (line,) = axis.plot(curve.x, curve.y, style, color=colour, linewidth=1.2, label=told, marker=marker)
         lines.append(line)
         if not plot.over_time and len(curve.x):
             axis.plot(curve.x[:1], curve.y[:1], "o", color=colour, markersize=4)

@@ -87,7 +87,7 @@ class Plot:
     """Panels one below the other over the same quantity, `across`, with its unit.
 
     `runs` are what several are called. `over_time` says that the quantity is time; else each curve is a path, whose
-    start is marked, and `equal` says that both directions are lengths, drawn to one scale.
+    start is marked, and `equal` says that both directions are lengths, drawn to one scale. With `dots` each number is.
     """
 
     title: str
@@ -97,3 +97,4 @@ class Plot:
     runs: tuple[str, ...] = ("",)
     over_time: bool = True
     equal: bool = False
+    dots: bool = False
