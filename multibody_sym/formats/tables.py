@@ -9,6 +9,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import field, replace
+from itertools import chain
 from pathlib import PurePath
 from typing import Any, BinaryIO, Final
 
@@ -17,6 +18,7 @@ import numpy.typing as npt
 
 from multibody_sym.errors import InputError, OutputError, Where, brief
 from multibody_sym.expressions.chosen_units import SI, Units
+from multibody_sym.formats.digits import csv_lines
 from multibody_sym.formats.files import (
     PARTIAL,
     FileState,
@@ -33,6 +35,8 @@ from multibody_sym.records import dataclass
 
 Column = npt.NDArray[np.float64]
 _METADATA: Final = "__metadata__"
+_ROWS: Final = 1 << 13
+"""How many rows of a table are put together at once."""
 _FORMULA: Final = ("=", "+", "-", "@")
 """A text that begins so is computed by spreadsheets; in CSV headers an apostrophe goes before it."""
 
@@ -111,18 +115,16 @@ def table_format(path: str | os.PathLike[str]) -> str:
 
 def _write_csv(table: Table, file: BinaryIO) -> None:
     file.write(_csv_header(table.columns))
-    file.write(_csv_lines(table.rows()))
+    columns = list(table.columns.values())
+    for first in range(0, len(table), _ROWS):
+        part = [values[first : first + _ROWS] for values in columns]
+        file.writelines(csv_lines(np.column_stack(part)))
 
 
 def _csv_header(names: Mapping[str, Any] | list[str]) -> bytes:
     line = io.StringIO()
     csv.writer(line, lineterminator="\n").writerow([f"'{name}" if name[:1] in _FORMULA else name for name in names])
     return line.getvalue().encode("utf-8")
-
-
-def _csv_lines(rows: npt.NDArray[np.float64]) -> bytes:
-    """Return rows as lines; `repr` of a float is the shortest text that reads back to the same bits."""
-    return "".join(",".join(map(repr, row)) + "\n" for row in rows.tolist()).encode("ascii")
 
 
 def _write_npz(table: Table, file: BinaryIO) -> None:
@@ -177,7 +179,8 @@ class GrowingCsv:
         self.file, self.partial, self.place = file, partial, place
 
     def __call__(self, rows: npt.ArrayLike) -> None:
-        self.write(_csv_lines(np.asarray(rows, dtype=np.float64)))
+        for lines in csv_lines(np.asarray(rows, dtype=np.float64)):
+            self.write(lines)
 
     def write(self, content: bytes) -> None:
         """Write bytes that are in the file then, whatever happens to the process. Raises OutputError."""
@@ -258,11 +261,15 @@ def read_table(path: str | os.PathLike[str]) -> Table:
 
 
 def _read_csv(file: BinaryIO) -> Table:
-    text = file.read().decode("utf-8")
-    whole = text[: text.rfind("\n") + 1]  # the last line of an interrupted run may be torn
-    header, *lines = csv.reader(io.StringIO(whole, newline=""))
-    rows = np.array([list(map(float, line)) for line in lines]).reshape(len(lines), len(header))
+    lines = (line for line in file if line.endswith(b"\n"))  # the last line of an interrupted run may be torn
+    if (begin := next(lines, None)) is None:
+        raise ValueError("it has no line")
+    (header,) = csv.reader([begin.decode("utf-8")])
     names = [name[1:] if name[:1] == "'" and name[1:2] in _FORMULA else name for name in header]
+    first = next(lines, None)
+    if first is None:
+        return Table(dict.fromkeys(names, np.empty(0)))
+    rows = np.loadtxt(chain([first], lines), delimiter=",", ndmin=2, comments=None)
     return Table(dict(zip(names, rows.T, strict=True)))
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.errors import OutputError
+from multibody_sym.formats.digits import csv_lines
 from multibody_sym.formats.files import replace_with
 from multibody_sym.formats.tables import table_format
 from multibody_sym.numerics.arrays import Floats
@@ -79,9 +80,10 @@ def _write_csv(content: Content, file: BinaryIO) -> None:
         text.write(f"{_REMARK}{key}: {json.dumps(value)}\n")
     lines.writerow([*content.numbers, *TEXTS])
     for numbers, rows in content.parts():
+        written = b"".join(csv_lines(numbers[:, 1:])).decode().splitlines()
         texts = (rows.texts[name] for name in TEXTS)
-        for row, *words in zip(numbers.tolist(), *texts, strict=True):
-            lines.writerow([int(row[0]), *map(repr, row[1:]), *words])
+        for run, row, *words in zip(numbers[:, 0].astype(int).tolist(), written, *texts, strict=True):
+            lines.writerow([run, *row.split(","), *words])
         file.write(text.getvalue().encode())
         text.seek(0)
         text.truncate()
