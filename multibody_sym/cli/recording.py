@@ -66,7 +66,8 @@ class Recording:
                     table = self._table(new)
                     if self._growing is None:
                         self._growing = stack.enter_context(self._opened(list(table.columns)))
-                    self._growing(table.rows())
+                    for rows in table.blocks():
+                        self._growing(rows)
                 waiting.clear()
 
             def keep(new: Samples) -> None:

@@ -83,6 +83,11 @@ class Table:
         """Return the numbers, one row a sample: (samples, columns)."""
         return np.column_stack(list(self.columns.values())) if self.columns else np.empty((0, 0))
 
+    def blocks(self) -> Iterator[npt.NDArray[np.float64]]:
+        """Yield the numbers, some rows (samples, columns) at a time: little memory, however many there are."""
+        for first in range(0, len(self), _ROWS):
+            yield np.column_stack([values[first : first + _ROWS] for values in self.columns.values()])
+
     def to_pandas(self) -> Any:
         """Return the table as a pandas DataFrame; its `attrs` have `units` and the metadata. Raises OutputError."""
         try:
@@ -115,10 +120,8 @@ def table_format(path: str | os.PathLike[str]) -> str:
 
 def _write_csv(table: Table, file: BinaryIO) -> None:
     file.write(_csv_header(table.columns))
-    columns = list(table.columns.values())
-    for first in range(0, len(table), _ROWS):
-        part = [values[first : first + _ROWS] for values in columns]
-        file.writelines(csv_lines(np.column_stack(part)))
+    for rows in table.blocks():
+        file.writelines(csv_lines(rows))
 
 
 def _csv_header(names: Mapping[str, Any] | list[str]) -> bytes:

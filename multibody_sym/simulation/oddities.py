@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from multibody_sym.kinematics.energy import driving, moved_by_time
 from multibody_sym.model.mechanism.mechanism import normal_forces
+from multibody_sym.numerics.arrays import Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import slot
 from multibody_sym.simulation.samples import Samples
@@ -69,17 +70,20 @@ def growing_energy(run: Samples, accuracy: float) -> list[dict[str, Any]]:
     driven = bool(driving(mechanism))
     if mechanism.drives or not kept.any() or (driven and moved_by_time(mechanism)):
         return []
-    kinetic, total = kinetic[kept], total[kept]
-    felt = accuracy * np.maximum(1.0, np.maximum.accumulate(np.abs(total - kinetic)))
+    if not kept.all():
+        kinetic, total = kinetic[kept], total[kept]
+    felt = accuracy * np.maximum(1.0, _accumulated(np.maximum, np.abs(total - kinetic)))
     if driven:
         half = (len(kinetic) + 1) // 2
         first = (kinetic + np.abs(total - kinetic))[:half]
         grown = kinetic > _GROWTH * (float(first.max()) + felt[half - 1])
         grown[:half] = False
     else:
-        rise = total - np.minimum.accumulate(total)
-        grown = rise > _PART * np.maximum.accumulate(kinetic) + felt
-        grown &= bool(rise.max() > _PART * kinetic.max() + felt[-1])
+        rise = total.copy()
+        rise -= _accumulated(np.minimum, total.copy())
+        enough = bool(rise.max() > _PART * kinetic.max() + felt[-1])
+        felt += _PART * _accumulated(np.maximum, kinetic.copy())
+        grown = (rise > felt) & enough
     at = np.flatnonzero(kept)[grown]
     return [{"t": float(run.t[at[0]]), "kind": ENERGY, "element": "total energy"}] if len(at) else []
 
@@ -109,3 +113,9 @@ def _first(run: Samples, kind: str, held: Mapping[str, NDArray[np.bool_]]) -> li
     """Return for each element the first sample at which something holds (m,), as an event."""
     at = {name: np.flatnonzero(holds) for name, holds in held.items()}
     return [{"t": float(run.t[k[0]]), "kind": kind, "element": name} for name, k in at.items() if len(k)]
+
+
+def _accumulated(extreme: np.ufunc, values: Floats) -> Floats:
+    """Return the extreme of values up to each, in their place: a run may have a million."""
+    extreme.accumulate(values, out=values)
+    return values

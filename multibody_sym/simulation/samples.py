@@ -176,7 +176,7 @@ class Samples:
 
     def _of_all(self, of_part: Callable[[Part], Floats]) -> Floats:
         """Return what the parts have, one after the other."""
-        return np.concatenate([of_part(part) for part in self._parts])
+        return _joined([of_part(part) for part in self._parts])
 
     @cached_property
     def tensions(self) -> Mapping[str, Floats]:
@@ -189,9 +189,14 @@ class Samples:
         return {name: self.multipliers[name] for name in ropes}
 
     def _evaluated(self, name: str) -> tuple[Floats, ...]:
-        return tuple(map(np.concatenate, zip(*(part.evaluated(name) for part in self._parts), strict=True)))
+        return tuple(map(_joined, zip(*(part.evaluated(name) for part in self._parts), strict=True)))
 
 
 def last_part(samples: Samples) -> Part:
     """Return the last part of a motion: the mechanism in the mode in which it ends."""
     return samples._parts[-1]
+
+
+def _joined(values: Sequence[Floats]) -> Floats:
+    """Return arrays one after the other; one alone is not copied."""
+    return values[0] if len(values) == 1 else np.concatenate(values)
