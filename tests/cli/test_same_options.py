@@ -64,6 +64,7 @@ PRINTED = {
 }
 NOT_TYPED = {
     ("simulate", "on_progress"): "a function; the command shows its progress itself",
+    ("draw", "on_progress"): "a function; the command shows its progress itself",
     ("report", "on_progress"): "a function; a report is written at its end",
     ("report", "command"): "the words that were typed",
     ("report", "settings"): "the settings of the run by their names",
