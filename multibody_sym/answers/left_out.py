@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.answers.instant import Solved
+from multibody_sym.dynamics.programs.one_way_forces import is_active
 from multibody_sym.model.declaration.values import Point
 from multibody_sym.model.mechanism.force_rows import BrakingRow, ReactionRow
 from multibody_sym.model.mechanism.mass import ORIGIN
@@ -18,6 +19,8 @@ from multibody_sym.numerics.rank import least_squares
 from multibody_sym.scalars.node import ONE
 
 _ROUNDING: Final = 1e-9
+_LEFT: Final = ".left"
+_RIGHT: Final = ".right"
 _APART: Final = "give the length over which its pads or bearings are apart"
 
 
@@ -25,7 +28,18 @@ def left_out(solved: Solved) -> tuple[str, ...]:
     """Return what strikes at the start, and what reactions of joints that rub hold beside what their friction is of."""
     rubbing = [element for element in solved.mechanism.one_way if element.kind == "friction"]
     struck = [solved.decided.strikes] if solved.decided.strikes else []
-    return (*struck, *(note for element in rubbing for note in _notes(solved, element)))
+    return (*struck, *_clamped(solved), *(note for element in rubbing for note in _notes(solved, element)))
+
+
+def _clamped(solved: Solved) -> Iterator[str]:
+    """Yield what touches both sides of a thin bar in a plane model, as a slot without play would."""
+    acting = {x.name for x in solved.mechanism.one_way if x.unilateral and is_active(solved.mechanism, x)}
+    for left in sorted(name for name in acting if name.endswith(_LEFT)):
+        if (right := left.removesuffix(_LEFT) + _RIGHT) in acting:
+            yield (
+                f"{left} and {right} press at once, the two sides of a thin bar, as a slot without play does: give its "
+                "segment the normal of the side that is touched, if that is one only"
+            )
 
 
 def _notes(solved: Solved, element: OneWay) -> Iterator[str]:
