@@ -107,6 +107,24 @@ def test_of_a_rod_that_strikes_a_rough_floor(law: str, u: str, angle: str) -> No
     assert sum(of_a_rod(law, u, angle, SETS)) > SETS // 2
 
 
+@pytest.mark.parametrize(("law", "u", "angle"), [COURSES[2], COURSES[1]])
+def test_energy_that_slip_takes_which_turns_round_has_a_formula(law: str, u: str, angle: str) -> None:
+    """At other parameters in the range of its conditions it is what the kinetic energies of an impact there say."""
+    text = "multibody_sym: 1\nname: struck\n" + ROD.replace("LAW", law).replace("U,", f"{u},").replace("ANGLE", angle)
+    told = mbs.solve(mbs.loads(text)).impact
+    assert told is not None
+    assert told.energy_lost.expression is not None, told.notes
+    rng, ranges, held = np.random.default_rng(5), {"u": (0.1, 2.0), **WIDE}, 0
+    while held < 3:
+        given = {name: float(rng.uniform(*ends)) for name, ends in ranges.items()}
+        if not all_hold(told.conditions, given):
+            continue
+        held += 1
+        there = outcome(posed_impact(Changes(given).of(mbs.loads(text))))
+        value = evaluate_float([told.energy_lost.expression], {symbol(k): x for k, x in given.items()})[0]
+        assert value == pytest.approx(float(np.nansum(there.lost)), rel=1e-9)
+
+
 @pytest.mark.long
 @pytest.mark.parametrize(("law", "u", "angle"), COURSES)
 def test_of_a_rod_that_strikes_a_rough_floor_often(law: str, u: str, angle: str) -> None:

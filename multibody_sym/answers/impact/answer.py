@@ -23,6 +23,7 @@ from multibody_sym.answers.impact.resting import (
     row_impulses,
     solved_at_rest,
 )
+from multibody_sym.answers.impact.works import by_works, taken, works
 from multibody_sym.answers.instant import Solved
 from multibody_sym.dynamics.impacts.impulsive import StruckRows, rubbing, struck_rows
 from multibody_sym.dynamics.impacts.problem import Struck
@@ -299,10 +300,7 @@ class _Answer:
         for name, rows in self._losing().items():
             number = sum(float(self.struck.lost[names[row]]) for row in rows)
 
-            def taken(instant: Instant, rows: Sequence[str] = rows) -> Any:
-                return _work_taken(instant, rows, self.course.striking)
-
-            found[name] = self._known(taken, number, "J")
+            found[name] = self._taken(rows, number)
         return found
 
     def _losing(self) -> dict[str, list[str]]:
@@ -315,12 +313,20 @@ class _Answer:
     def _energy_lost(self, lost: Values) -> Value:
         if len(lost) == 1:
             return next(iter(lost.values()))
-        rows = list(self._losing().values())
+        rows = [row for own in self._losing().values() for row in own]
+        return self._taken(rows, sum(x.value or 0.0 for x in lost.values()))
 
-        def taken(instant: Instant) -> Any:
-            return sum((_work_taken(instant, own, self.course.striking) for own in rows), 0)
-
-        return self._known(taken, sum(x.value or 0.0 for x in lost.values()), "J")
+    def _taken(self, rows: Sequence[str], number: float) -> Value:
+        """Return the energy that rows take; where it has no formula in one piece their works, impulse by impulse."""
+        reasons = dict(self.reasons)
+        known = self._known(lambda instant: taken(works(_impact(instant), rows, self.course.striking)), number, "J")
+        if known.expression is not None or self.solved.forms is None:
+            return known
+        known = by_works(self.solved, works(_impact(self.solved.nodes), rows, self.course.striking), known)
+        if known.expression is not None:  # then no reason counts why it has none
+            self.reasons.clear()
+            self.reasons.update(reasons)
+        return known
 
     def _energy_given(self, lost: Value) -> Value | None:
         """Return the energy that given impulses and jumping motions put in; None where there are none."""
@@ -328,12 +334,12 @@ class _Answer:
         if not (impact.loads or impact.jumps) or lost.value is None:
             return None
         before, after = self._kinetic
-        rows = list(self._losing().values())
+        rows = [row for own in self._losing().values() for row in own]
 
         def given(instant: Instant) -> Any:
             told = _impact(instant)
-            taken = sum((_work_taken(instant, own, self.course.striking) for own in rows), 0)
-            return kinetic_energy(told.later) - kinetic_energy(told.before) + taken
+            lost_there = taken(works(told, rows, self.course.striking))
+            return kinetic_energy(told.later) - kinetic_energy(told.before) + lost_there
 
         return self._known(given, after - before + lost.value, "J")
 
@@ -371,17 +377,6 @@ class _Answer:
 def _impact(instant: Instant) -> ImpactInstant:
     assert isinstance(instant, ImpactInstant)
     return instant
-
-
-def _work_taken(instant: Instant, rows: Sequence[str], striking: Mapping[str, Node]) -> Any:
-    """Return minus the work of the impulses along rows, were they to grow in proportion; of all rows it is exact.
-
-    Rows that are `striking` do so with these speeds, after a push; others act from the start.
-    """
-    told = _impact(instant)
-    impulses = row_impulses(told, rows)
-    both = ((striking.get(row, told.rows_before[row].phidot), told.rows_after[row].phidot) for row in rows)
-    return -sum((p * (v + w) for p, (v, w) in zip(impulses, both, strict=True)), 0) / 2
 
 
 def _impulses_of(instant: Instant, element: OneWay) -> dict[str, Any]:
