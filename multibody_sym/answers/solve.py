@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import islice
 from typing import Any
 
 from multibody_sym.algebra.solving.shared_roots import values_with_shared_roots
@@ -72,6 +73,10 @@ def exactly_solved_start(system: System, formalism: str | None) -> Solved:
 def solution_of_impact(system: System, formalism: str | None, *, steps: bool = False) -> Solution:
     """Return what the impact of a system does; accelerations and reactions belong to before or after it."""
     found, solved = impact_found(system, formalism)
+    answers = answered_after(solved)
+    values = [*found.values, *answers.values()]
+    shared = iter(values_with_shared_roots(values, solved.symbolic.letters))
+    found, answers = found.with_values(islice(shared, len(found.values))), dict(zip(answers, shared, strict=True))
     told = None
     if steps:
         from multibody_sym.answers.impact.worked import worked_impact
@@ -85,7 +90,7 @@ def solution_of_impact(system: System, formalism: str | None, *, steps: bool = F
         accelerations={},
         reactions={},
         conditions=found.conditions,
-        answers=answered_after(solved),
+        answers=answers,
         notes=found.notes,
         limits=found.limits,
         shifts=dict(begin.shifts),

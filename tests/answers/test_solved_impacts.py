@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import sympy
 
 import multibody_sym as mbs
+from multibody_sym.expressions.parser import parse
 from multibody_sym.expressions.printer import text
+from multibody_sym.expressions.values import Value
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
 from multibody_sym.writing.worked import worked_latex, worked_text
@@ -182,3 +186,21 @@ def test_the_steps_lead_from_momentum_and_restitution_to_the_result() -> None:
     (solution,) = sympy.solve(equations, [p, a, b], dict=True)
     assert sympy.simplify(solution[p] - (1 + e) * m1 * m2 * (v1 - v2) / (m1 + m2)) == 0
     assert r"\Delta u_{\mathrm{x1}}" in worked_latex(worked)
+
+
+def test_all_formulas_of_an_impact_take_one_form_of_each_root(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those that it tells, and answers: here each gets the same one instead, in its place."""
+    one = parse("sqrt(q)")
+
+    def shared(values: Sequence[Value], letters: object) -> list[Value]:
+        return [replace(x, expression=one) for x in values]
+
+    plain = mbs.solve(mbs.loads(TWO_BALLS + "ask: {p: m1*u_x1 + m2*u_x2}\n"))
+    monkeypatch.setattr("multibody_sym.answers.solve.values_with_shared_roots", shared)
+    told = mbs.solve(mbs.loads(TWO_BALLS + "ask: {p: m1*u_x1 + m2*u_x2}\n"))
+    assert plain.impact is not None
+    assert told.impact is not None
+    assert [x.value for x in told.impact.values] == [x.value for x in plain.impact.values]
+    assert {x.expression for x in (*told.impact.values, *told.answers.values())} == {one}
+    assert told.impact.after["u_x1"].value == plain.impact.after["u_x1"].value
+    assert told.answers["p"].value == pytest.approx(11.0)

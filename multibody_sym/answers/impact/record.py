@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import field
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import field, fields, replace
 from typing import Any
 
 from multibody_sym.expressions.values import Value
@@ -59,6 +59,17 @@ class ImpactFound:
     needed: Mapping[str, Value] = field(default_factory=dict)
 
     @property
+    def values(self) -> list[Value]:
+        """All values, in one order."""
+        every = (getattr(self, f.name) for f in fields(self))
+        return [value for part in every for value in _values(part)]
+
+    def with_values(self, values: Iterable[Value]) -> ImpactFound:
+        """Return the same with other `values`, in their order."""
+        new = iter(values)
+        return replace(self, **{f.name: _with_values(getattr(self, f.name), new) for f in fields(self)})
+
+    @property
     def not_unique(self) -> list[str]:
         """The elements and joints with an impulse for which other values would serve as well."""
         both = {**self.impulses, **self.joint_impulses}
@@ -93,6 +104,20 @@ class ImpactFound:
             "notes": list(self.notes),
             "steps": [{"struck": list(step.struck), "impulses": dict(step.impulses)} for step in self.steps],
         }
+
+
+def _values(part: Any) -> Iterator[Value]:
+    if isinstance(part, Value):
+        yield part
+    elif isinstance(part, Mapping):
+        for each in part.values():
+            yield from _values(each)
+
+
+def _with_values(part: Any, new: Iterator[Value]) -> Any:
+    if isinstance(part, Value):
+        return next(new)
+    return {name: _with_values(x, new) for name, x in part.items()} if isinstance(part, Mapping) else part
 
 
 def _told(values: Mapping[str, Value]) -> dict[str, Any]:
