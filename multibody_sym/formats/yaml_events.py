@@ -11,16 +11,15 @@ from __future__ import annotations
 import re
 from typing import Any, Final
 
+import yaml
 from yaml.error import YAMLError
 from yaml.events import StreamEndEvent
 from yaml.parser import Parser
 from yaml.reader import Reader
 from yaml.scanner import Scanner
 
-try:
-    from yaml.cyaml import CParser
-except ImportError:
-    CParser = None
+CParser: Any = getattr(getattr(yaml, "cyaml", None), "CParser", None)
+"""libyaml's scanner and parser; None where PyYAML was built without it."""
 
 _LONGEST_LINE: Final = 1000
 """Characters; a key may not be longer than 1024."""

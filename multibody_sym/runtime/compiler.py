@@ -1,4 +1,7 @@
-"""The C compiler: found without a look at the working folder, called without a shell and with a time limit."""
+"""The C compiler: found without a look at the working folder, called without a shell and with a time limit.
+
+Where the machine has none, that of the package `ziglang` serves (extra `compiler`): clang with a C library.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
@@ -20,6 +24,7 @@ from multibody_sym.runtime import cache
 
 _NAMES: Final = ("cc", "gcc", "clang")
 _FLAGS: Final = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC")
+_ZIG_FLAGS: Final = ("-fno-sanitize=undefined",)  # which Zig asks for by itself
 _NATIVE_FLAGS: Final = ("-std=c99", "-O2", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-fPIC")
 _SECONDS: Final = 60.0
 _BYTES_PER_SECOND: Final = 20_000.0  # more time for a large source: a slow compiler is not a hanging one
@@ -56,18 +61,32 @@ class Compiler:
 
 
 def find_compiler(*, native: bool = False) -> Compiler:
-    """Return the compiler named by CC, or the first of cc, gcc, clang on PATH; raises CompilerError without one."""
+    """Return the compiler named by CC, or the first of cc, gcc, clang on PATH, or ziglang's; raises CompilerError."""
     try:
         words = shlex.split(os.environ.get("CC", ""))
     except ValueError as problem:
         raise CompilerError(f"the environment variable CC cannot be read: {problem}") from None
+    flags = _NATIVE_FLAGS if native else _FLAGS
     for name in words[:1] or _NAMES:
         path = _executable(name)
         if path is not None:
-            flags = _NATIVE_FLAGS if native else _FLAGS
             return Compiler((path, *words[1:]), flags, _identity(path, words[1:], flags, native))
+    zig = None if words else _zig()
+    if zig is not None:
+        flags = (*flags, *_ZIG_FLAGS)
+        return Compiler((zig, "cc"), flags, _identity(zig, ["cc"], flags, native))
     sought = f"CC = {words[0]!r}, which is not" if words else f"none of {', '.join(_NAMES)} is"
-    raise CompilerError(f"no C compiler: {sought} an executable on PATH or an absolute path")
+    advice = "pip install 'multibody-sym[compiler]' brings one"
+    raise CompilerError(f"no C compiler: {sought} an executable on PATH or an absolute path; {advice}")
+
+
+def _zig() -> str | None:
+    """Return the path of the program in the package `ziglang`, None where it is not installed."""
+    package, here = find_spec("ziglang"), os.path.realpath(os.curdir)
+    places = map(os.path.realpath, (package and package.submodule_search_locations) or ())
+    apart = [place for place in places if os.path.dirname(place) != here]
+    found = (os.path.join(place, name) for place in apart for name in ("zig", "zig.exe"))
+    return next((path for path in found if _runs(path)), None)
 
 
 def _identity(path: str, extra: Sequence[str], flags: Sequence[str], native: bool) -> str:

@@ -183,3 +183,21 @@ def test_the_reason_is_the_linkers_own_line_of_a_real_one(fresh, monkeypatch):
     sources["model.c"] += "extern int nowhere(void);\nint used(void);\nint used(void) { return nowhere(); }\n"
     with pytest.raises(CompilerError, match=r"failed: .*nowhere"):
         build_library(find_compiler(), sources)
+
+
+def test_where_the_machine_has_none_that_of_a_package_serves(fresh, monkeypatch, tmp_path):
+    cc = find_compiler().command[0]
+    zig = tmp_path / "site" / "ziglang" / "zig"
+    zig.parent.mkdir(parents=True)
+    (zig.parent / "__init__.py").touch()
+    script(zig, f'test "$1" = cc && shift && PATH={os.environ["PATH"]!r} exec {cc} "$@"')
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.syspath_prepend(str(tmp_path / "site"))
+    found = find_compiler()
+    assert found.command == (str(zig), "cc")
+    assert "-fno-sanitize=undefined" in found.flags
+    assert build_library(found, OSCILLATOR.sources()).exists()
+    monkeypatch.chdir(tmp_path / "site")
+    with pytest.raises(CompilerError, match=r"none of cc, gcc, clang .*'multibody-sym\[compiler\]' brings one"):
+        find_compiler()

@@ -151,7 +151,8 @@ constraints: {string: {type: rope, path: [a, b]}}
     "O103": Explained(
         "There is no C compiler, or it failed",
         "C was asked for, and no compiler was found, or what it printed is an error.",
-        "Install one (gcc, clang), set CC to its name, or leave --backend out: Python serves as well.",
+        "Install one (gcc, clang, or pip install 'multibody-sym[compiler]') or set CC to its name; without --backend "
+        "Python serves as well.",
     ),
     "O104": Explained(
         "A package is missing",
