@@ -44,6 +44,19 @@ def test_a_page_has_all_parts_and_asks_for_nothing(hostile: mbs.Report) -> None:
     assert hostile.html.count("&lt;/script&gt;&lt;b onload=alert(1)&gt;") >= 2
 
 
+def test_a_statement_may_have_paragraphs() -> None:
+    """As a file writes them with `|`; they come back from what is written, and reports keep them apart."""
+    text = (EXAMPLES / "pendulum.yaml").read_text(encoding="utf-8")
+    system = mbs.loads(re.sub(r"description: >-\n(  .*\n)+", "description: |\n  One.\n  Two.\n\n  Three.\n", text))
+    assert system.description == "One.\nTwo.\n\nThree."
+    assert mbs.loads(mbs.dumps(system)) == system
+    report = mbs.report(system, t_end=0.01, samples=2, backend="python")
+    assert '<p class="statement">One.\nTwo.</p>\n<p class="statement">Three.</p>' in report.html
+    assert "{\\itshape One.\nTwo.\n\nThree.\\par}" in report.latex()
+    with pytest.raises(mbs.ModelError, match="expected sentences"):
+        mbs.System("s", description="\x1b[2J")
+
+
 @pytest.mark.parametrize(
     "name", ["textbook/t5_incline", "textbook/ladder", "textbook/spool", "textbook/t7_atwood", "four_bar", "pendulum"]
 )

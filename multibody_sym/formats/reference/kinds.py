@@ -128,6 +128,11 @@ def _text(_field: Any) -> Kind:
     return Kind("name", _NAME)
 
 
+@tells(values.Prose)
+def _prose(_field: Any) -> Kind:
+    return Kind("sentences", {"type": "string", "minLength": 1})
+
+
 @tells(values.Choice)
 def _choice(field: values.Choice) -> Kind:
     return Kind("one of " + ", ".join(f"`{word}`" for word in field.words), {"enum": list(field.words)})

@@ -21,7 +21,7 @@ from multibody_sym.model.declaration.parameters import Parameter, ParameterField
 from multibody_sym.model.declaration.settings import Ask, AskField, Settings
 from multibody_sym.model.declaration.states import StateCondition, StopCondition
 from multibody_sym.model.declaration.tables import Constant, InputField, Table
-from multibody_sym.model.declaration.values import Point, Scalar, Text, Vector, described, listed
+from multibody_sym.model.declaration.values import Point, Prose, Scalar, Text, Vector, described, listed
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, symbol, symbol_with
@@ -106,7 +106,7 @@ class System(Element):
     )
 
     description: str | None = holds(
-        Text(), None, keyword=True, says="what the system is and what is asked: the statement of a problem",
+        Prose(), None, keyword=True, says="what the system is and what is asked: the statement of a problem",
         such="A block slides down a rough incline.",
     )
 

@@ -204,6 +204,19 @@ class Text:
 
 
 @dataclass(frozen=True)
+class Prose:
+    """Sentences, in lines and paragraphs as they are written."""
+
+    def accept(self, value: Any) -> str:
+        if not isinstance(value, str) or not value.strip() or not all(line.isprintable() for line in value.split("\n")):
+            raise ModelError(f"expected sentences, got {described(value)}", number="M103")
+        return value.strip()
+
+    def tree(self, value: str) -> str:
+        return value
+
+
+@dataclass(frozen=True)
 class Choice:
     """One of a few words."""
 

@@ -19,6 +19,7 @@ from multibody_sym.writing.animation.frames import frames_of
 from multibody_sym.writing.check import check_text
 from multibody_sym.writing.derivation import derivation_body
 from multibody_sym.writing.formulas.mathml import element, mathml_name
+from multibody_sym.writing.formulas.signs import harmless
 from multibody_sym.writing.report.findings import Findings, Missing, ParameterTold
 from multibody_sym.writing.run_summary import run_summary
 from multibody_sym.writing.solution import solution_text
@@ -40,10 +41,11 @@ def page(found: Findings, units: Units) -> str:
         ("How this was made", f"<pre>{escape(found.command)}</pre>" if found.command else ""),
     ]
     body = "\n".join(_section(title, content) for title, content in sections if content)
-    statement = f'<p class="statement">{escape(found.system.description or "")}</p>'
+    said = (found.system.description or "").split("\n\n")
+    statement = "\n".join(f'<p class="statement">{escape(paragraph)}</p>' for paragraph in said)
     style = template_text("html/animation.css") + template_text("html/report.css")
     whole = f'<main class="report"><h1>{name}</h1>{statement}\n{body}</main>'
-    return filled("html/page.html.in", title=name, style=style, body=whole)
+    return harmless(filled("html/page.html.in", title=name, style=style, body=whole))
 
 
 def _section(title: str, content: str) -> str:

@@ -52,7 +52,7 @@ def document(found: Findings, units: Units, plot: str | None) -> str:
     """Return the whole document; `plot` is the file of the run's plot."""
     parts = [
         rf"\section*{{{breakable(found.system.name)}}}",
-        rf"\textit{{{breakable(found.system.description)}}}\par" if found.system.description else "",
+        rf"{{\itshape {breakable(found.system.description)}\par}}" if found.system.description else "",
         _figure(found.figure),
         _parameters(found.parameters),
         _titled("Equations of motion", found.equations, _equations),
