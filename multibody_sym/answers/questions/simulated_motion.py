@@ -104,7 +104,9 @@ class Simulated:
         return self.value(value, 0.0) if value.shadow is None else float(value.shadow)
 
     def value(self, asked: Node, time: float) -> float:
-        """Return the value of an expression at a time."""
+        """Return the value of an expression at a time; that of a number takes no run, which would be compiled for it."""
+        if asked.op in ("number", "real"):
+            return float(asked.data)
         run = self.along(asked, time if time > 0.0 else _SHORT)
         return float(run[ASKED][-1 if time > 0.0 else 0])
 
