@@ -33,7 +33,7 @@ def pytest_collection_finish() -> None:
     """Look for garbage seldom, and never again among what is imported: that took an eighth of the time of all tests."""
     gc.collect()
     gc.freeze()
-    gc.set_threshold(50_000, 10, 20)
+    gc.set_threshold(50_000, 10, 10)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -33,7 +33,20 @@ def run(arguments: list[str], folder: Path) -> str:
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_python_blocks(page: str, tmp_path: Path) -> None:
+def test_python_blocks(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In this process, but for those that start others, which import what they are to do."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    for block in blocks(page, "python"):
+        if "__main__" in block or "sweep" in block:
+            run([sys.executable, "-c", block], tmp_path)
+        else:
+            exec(compile(block, page, "exec"), {"__name__": "__main__"})
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("page", PAGES)
+def test_python_blocks_in_processes_of_their_own(page: str, tmp_path: Path) -> None:
     for block in blocks(page, "python"):
         run([sys.executable, "-c", block], tmp_path)
 

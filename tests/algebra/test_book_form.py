@@ -138,9 +138,23 @@ def test_forms_with_long_numbers_keep_their_values(seed: int) -> None:
 _TERMS = st.sampled_from("m1 m2 g sin(a) cos(a) sqrt(h^2+l^2) 2 h l/3 sin(2*a) sqrt(g)".split())
 
 
-@given(st.lists(st.tuples(st.sampled_from("+-*/"), _TERMS, _TERMS), min_size=1, max_size=5))
-@settings(max_examples=150, deadline=None)
+_STEPS = st.lists(st.tuples(st.sampled_from("+-*/"), _TERMS, _TERMS), min_size=1, max_size=5)
+
+
+@given(_STEPS)
+@settings(max_examples=50, deadline=None)
 def test_the_text_has_the_value_of_what_it_stands_for(steps: list[tuple[str, str, str]]) -> None:
+    assert_same_value(steps)
+
+
+@pytest.mark.long
+@given(_STEPS)
+@settings(max_examples=500, deadline=None)
+def test_many_texts_have_the_value_of_what_they_stand_for(steps: list[tuple[str, str, str]]) -> None:
+    assert_same_value(steps)
+
+
+def assert_same_value(steps: list[tuple[str, str, str]]) -> None:
     expression = "m"
     for operation, a, b in steps:
         expression = f"({expression}) {operation} ({a} + {b})"

@@ -141,7 +141,7 @@ def test_a_root_of_the_square_of_a_parameter_has_a_formula() -> None:
 
 
 def test_a_find_takes_few_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Values at a moment come from the run that ends there, two a value tried, and how far two numbers differ from none.
+    """Values at a moment come from the run that ends there; how far two numbers are apart takes none.
 
     These were 216 runs for two questions, five a value tried.
     """

@@ -111,7 +111,7 @@ def test_the_energy_account_of_friction_closes(drag: float) -> None:
     With c: v = (v0 + a) exp(-t/tau) - a, a = mu m g/c, tau = m/c, at rest after tau log(1 + v0/a).
     """
     force = f"forces: {{air: {{type: drag, on: block, linear: {drag}}}}}" if drag else ""
-    run = mbs.simulate(mbs.loads(THROWN + force), t_end=2, rtol=1e-11, atol=1e-12, backend="python")
+    run = mbs.simulate(mbs.loads(THROWN + force), t_end=2, rtol=1e-11, atol=1e-12)
     rub, m, v0 = 0.3 * 2 * 9.81, 2.0, 3.0
     if drag:
         a, tau = rub / drag, m / drag
@@ -147,7 +147,7 @@ def test_the_energy_account_closes_where_a_force_jumps_and_gives_the_work_that_o
 
 def test_what_slips_out_of_the_energy_account_is_told() -> None:
     """Half of the friction's power that is not accounted leaves half of the energy: the residual is no mere zero."""
-    run = mbs.simulate(mbs.loads(THROWN), t_end=2, rtol=1e-11, atol=1e-12, backend="python")
+    run = mbs.simulate(mbs.loads(THROWN), t_end=2, rtol=1e-11, atol=1e-12)
     assert run.modes is not None
     run.modes.account.friction["c1"].total /= 2
     assert run.energy_residual == pytest.approx(-4.5, rel=1e-9)

@@ -104,7 +104,7 @@ class Simulated:
         return self.value(value, 0.0) if value.shadow is None else float(value.shadow)
 
     def value(self, asked: Node, time: float) -> float:
-        """Return the value of an expression at a time; that of a number takes no run, which would be compiled for it."""
+        """Return the value of an expression at a time; that of a number takes no run to be compiled."""
         if asked.op in ("number", "real"):
             return float(asked.data)
         run = self.along(asked, time if time > 0.0 else _SHORT)

@@ -8,6 +8,7 @@ from contextlib import suppress
 import numpy as np
 import pytest
 from mechanisms import random_case
+from random_loops import blocks
 
 from multibody_sym.answers.solve import solve
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
@@ -385,15 +386,16 @@ def test_rope_is_measured_in_the_assembled_position() -> None:
     assert start(resolved, {"h": 3.0}).parameters == pytest.approx((3, 2.5 + 2, 2, 0, 0))
 
 
-def test_random_systems_with_rows_close_or_say_why() -> None:
+@pytest.mark.parametrize("block", blocks(2, quick=1))
+def test_random_systems_with_rows_close_or_say_why(block: int) -> None:
     closed = 0
-    for seed in range(20):
+    for seed in range(10 * block, 10 * block + 10):
         case = random_case(seed, bodies=(1, 3), rows=True)
         with suppress(NoSolutionError, ModelError):
             begin = start(case.mechanism)
             closed += 1
             assert_closed(case.mechanism, begin)
-    assert closed >= 10
+    assert closed >= 5
 
 
 def assert_closed(resolved: Mechanism, begin: Start) -> None:
