@@ -116,7 +116,7 @@ def _stability(found: Modes) -> list[str]:
 
 def _eigenvalues(found: Modes) -> list[str]:
     pairs = [x for x in found.eigenvalues if x.imag >= 0.0]
-    return [f"{x.real:.9g} +- {x.imag:.9g} i" if x.imag else f"{x.real:.9g}" for x in pairs]
+    return [f"{x.real:.9g} +- {x.imag:.9g} i 1/s" if x.imag else f"{x.real:.9g} 1/s" for x in pairs]
 
 
 def modes_document(found: Modes) -> str:

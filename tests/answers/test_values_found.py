@@ -209,3 +209,20 @@ forces: {s: {type: spring, joint: P, stiffness: k}}
 ask: {km: {find: k, so: frequency(1) == 3, between: [12, 18]}}
 """
     assert mbs.solve(mbs.loads(model)).answers["km"].value == pytest.approx(2 * 0.25 * (9 + 20), rel=1e-9)
+
+
+@pytest.mark.parametrize("so", ["frequency(1) == frequency(1)", "max(x) == 0.1", "top == a"])
+def test_an_equation_that_any_value_fulfils_is_told(so: str) -> None:
+    """An oscillator that starts at rest at its largest x: no stiffness changes that."""
+    solution = mbs.solve(mbs.loads(f"""
+multibody_sym: 1
+name: any
+parameters: {{m: 2, k: {{value: 3, positive: true}}, a: 0.1}}
+bodies: {{b: {{mass: m}}}}
+joints: {{j: {{type: prismatic, parent: ground, child: b, axis: x, q: x, initial: {{q: a}}}}}}
+forces: {{s: {{type: spring_damper, joint: j, stiffness: k}}}}
+ask: {{top: {{max: x}}, stiff: {{find: k, so: {so}}}}}
+simulation: {{t_end: 1 s}}
+"""))
+    assert solution.answers["stiff"].value is None
+    assert [x for x in solution.conditions if x.startswith("stiff: any value of k will do: ")]

@@ -51,6 +51,23 @@ def zeros(
     return sorted({zero.at: zero for zero in found}.values(), key=lambda zero: abs(zero.at - sample))
 
 
+def vanishes_about(
+    function: Callable[[float], float], sample: float, bounds: tuple[float, float] | None, little: float
+) -> bool:
+    """Return whether a function is `little` at the sample, and wherever it has a value among some that lie about it."""
+    if not abs(function(sample)) <= little:
+        return False
+    width = abs(sample) / 2 or 0.5
+    low, high = bounds if bounds is not None else (sample - width, sample + width)
+    known = [x for part in _ABOUT if isfinite(x := function(low + (high - low) * part))]
+    return len(known) >= _ENOUGH and all(abs(x) <= little for x in known)
+
+
+_ABOUT: Final = (0.0, 0.137, 0.391, 0.618, 0.853, 1.0)
+"""Where between bounds a function is looked at that may vanish everywhere."""
+_ENOUGH: Final = 4
+
+
 def reach(sample: float) -> tuple[float, float]:
     """Return the least and the largest value that are tried without bounds."""
     way = _FIRST * (abs(sample) or 1.0) * (_GROWTH**_WIDENED - 1) / (_GROWTH - 1)

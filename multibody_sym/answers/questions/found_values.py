@@ -12,7 +12,7 @@ from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedForm
 from multibody_sym.algebra.solving.roots import roots
 from multibody_sym.answers.closed_form import WORK
 from multibody_sym.answers.instant import AGREEMENT, Solved
-from multibody_sym.answers.questions.finding import UNKNOWN, Zero, reach, zeros
+from multibody_sym.answers.questions.finding import UNKNOWN, Zero, reach, vanishes_about, zeros
 from multibody_sym.answers.questions.in_numbers import InNumbers, NeverError
 from multibody_sym.answers.questions.naming import in_order, named_by, put_in, with_answers
 from multibody_sym.answers.questions.simulated_motion import Simulated
@@ -33,6 +33,8 @@ from multibody_sym.scalars.node import Node, subtract, symbol
 from multibody_sym.scalars.traversal import leaves
 
 _LEFT: Final = "left - right"
+_NOTHING: Final = 1e-9
+"""The part of the answers that an equation names below which its sides are the same."""
 _HOLDS: Final = 1e-6
 """The part of its size at the sample that a formula's equation may miss in numbers where that formula holds."""
 
@@ -54,6 +56,9 @@ class Search:
     def found(self) -> tuple[Value, list[str]]:
         """Return the value, and what is to be said of it."""
         self._verify()
+        little = _NOTHING * max((abs(x.value or 0.0) for x in self.known.values()), default=0.0)
+        if vanishes_about(self.residual, self.sample, self.bounds, little):
+            return Value(None), [f"any value of {self.name} will do: {self.equation} holds for all that were tried"]
         formula = self._by_formula()
         if formula is not None:
             return formula
@@ -149,6 +154,15 @@ class Search:
 
     def residual(self, value: float) -> float:
         """Return left - right at a value of what is looked for, nan where there is no such motion, or answer."""
+        if value not in self._known:
+            self._known[value] = self._residual(value)
+        return self._known[value]
+
+    @cached_property
+    def _known(self) -> dict[float, float]:
+        return {}
+
+    def _residual(self, value: float) -> float:
         change = {self.name: value}
         is_parameter = self.name in self.solved.system.parameters
         try:

@@ -25,7 +25,7 @@ from multibody_sym.dynamics.derivation.multipliers import RowTerms, rows_terms
 from multibody_sym.dynamics.derivation.notation import Notation, dotted, latex_name, notation_of
 from multibody_sym.dynamics.derivation.prepared import Prepared
 from multibody_sym.dynamics.derivation.record import Equation, Label, Step
-from multibody_sym.dynamics.derivation.steps import coordinate_step, energy_steps, position_steps
+from multibody_sym.dynamics.derivation.steps import coordinate_step, energy_steps, lettered, position_steps
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.errors import ModelError
 from multibody_sym.kinematics.motion import coordinate_rates, motion_of
@@ -76,7 +76,7 @@ def hamilton(ready: Prepared, names: Subexpressions, given: Energies) -> Canonic
         rates=(tuple(parts.qdot), tuple(parts.pdot)),
         constraints=tuple(row.phidot if row.phi is None else row.phi for row in parts.rows),
         equations=equations,
-        steps=_steps(ready, names, shown, parts, left, book, momenta, notation, equations),
+        steps=lettered(_steps(ready, names, shown, parts, left, book, momenta, notation, equations), mechanism),
         notation=notation,
         energy=None if left.moves else parts.function,
     )

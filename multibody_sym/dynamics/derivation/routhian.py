@@ -31,7 +31,7 @@ from multibody_sym.dynamics.derivation.notation import Notation
 from multibody_sym.dynamics.derivation.prepared import Prepared
 from multibody_sym.dynamics.derivation.record import Equation, Label, Step
 from multibody_sym.dynamics.derivation.routh import cyclic_speeds
-from multibody_sym.dynamics.derivation.steps import coordinate_step, energy_steps, position_steps
+from multibody_sym.dynamics.derivation.steps import coordinate_step, energy_steps, lettered, position_steps
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.errors import ModelError
 from multibody_sym.kinematics.motion import coordinate_rates
@@ -82,7 +82,7 @@ def routh(ready: Prepared, names: Subexpressions, given: Energies) -> CanonicalE
         rates=((), ()),
         constraints=(),
         equations=equations,
-        steps=_steps(ready, names, shown, parts, named, momenta, notation, equations),
+        steps=lettered(_steps(ready, names, shown, parts, named, momenta, notation, equations), mechanism),
         notation=notation,
         energy=None if reduced.moves else parts.energy,
         effective_potential=parts.potential,

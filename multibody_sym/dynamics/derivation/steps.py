@@ -14,7 +14,7 @@ from multibody_sym.dynamics.derivation.lagrange import Energies, LagrangeTerms, 
 from multibody_sym.dynamics.derivation.letters import force_letters, told_forces
 from multibody_sym.dynamics.derivation.multipliers import RowTerms
 from multibody_sym.dynamics.derivation.notation import Notation, upright
-from multibody_sym.dynamics.derivation.record import Equation, Label, Step
+from multibody_sym.dynamics.derivation.record import Equation, Label, Step, with_free_letters
 from multibody_sym.dynamics.derivation.symbols import Symbols
 from multibody_sym.expressions.printer import text as in_model_language
 from multibody_sym.kinematics.masses.flow import flow_wrench
@@ -271,3 +271,8 @@ def matrix_step(M: Any, f: Any, H: Any, gamma: Any, *, C: Any = None, D: Any = N
             return Step("Matrix form", tuple(shown), "M u' = f + C^T lambda, H u' + D lambda = gamma")
         return Step("Matrix form", tuple(shown), "M u' = f + H^T lambda, H u' = gamma")
     return Step("Matrix form", tuple(shown), "M u' = f")
+
+
+def lettered(steps: tuple[Step, ...], mechanism: Mechanism) -> tuple[Step, ...]:
+    """Return steps whose functions and matrices have other letters than what the model names."""
+    return with_free_letters(steps, {str(name.data) for name in mechanism.symbols})
