@@ -22,7 +22,7 @@ from multibody_sym.scene.scene import Scene
 WIDEST: Final = 425.0
 """A page (pt) is at most 150 mm wide, as far as letters allow that."""
 _FORCES: Final = frozenset(("force", "torque", "couple", "drag"))
-_MOST_NAMED: Final = 40
+MOST_NAMED: Final = 40
 """Of more bodies no page has room for all names: the figure shows none, its description tells them."""
 _TRIES: Final = 3
 _USUAL, _LARGEST = 16.0, 1.5
@@ -62,7 +62,7 @@ def _with_arrows(scene: Scene, placed: Placed, shown: Shown) -> tuple[Scene, Pla
 
 
 def _marks(scene: Scene, placed: Placed, projection: Projection, shown: Shown) -> list[Mark]:
-    named = shown.names and len(scene.bodies) <= _MOST_NAMED
+    named = shown.names and len(scene.bodies) <= MOST_NAMED
     return scene_marks(scene, placed, projection, names=named, marked=shown.marked)
 
 

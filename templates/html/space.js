@@ -11,7 +11,7 @@ function spaceStage(root, data) {
   const sun = new THREE.DirectionalLight(0xffffff, 0.45);
   scene.add(sun);
   const up = new THREE.Vector3(...data.up), middle = new THREE.Vector3(...data.middle);
-  const stage = { changed: () => {}, show };
+  const stage = { changed: () => {}, show }, sprites = [];
   let azimuth = 0, elevation = 0, zoom = 1, shown = [0, 0, 0, false];
 
   const groups = data.bodies.map(() => { const g = new THREE.Group(); scene.add(g); return g; });
@@ -74,7 +74,7 @@ function spaceStage(root, data) {
       const wheel = item.hollow ? new THREE.TorusGeometry(item.radius, 0.012 * size, 10, 48) : new THREE.CylinderGeometry(item.radius, item.radius, 0.025 * size, 48);
       solid(group, wheel, material, item.centre, item.axis, item.hollow ? [0, 0, 1] : [0, 1, 0]);
     },
-    Ball(group, item) {
+    Sphere(group, item) {
       solid(group, new THREE.SphereGeometry(item.radius, 32, 20), paint(item.colour, item.hollow ? 0.25 : 1), item.centre);
     },
     Block(group, item, material) {
@@ -83,15 +83,22 @@ function spaceStage(root, data) {
       turn.set(r[0][0], r[0][1], r[0][2], 0, r[1][0], r[1][1], r[1][2], 0, r[2][0], r[2][1], r[2][2], 0, 0, 0, 0, 1);
       mesh.quaternion.setFromRotationMatrix(turn);
     },
+    Bowl(group, item) {
+      const points = item.profile.map(([way, height]) => new THREE.Vector2(way, height));
+      solid(group, new THREE.LatheGeometry(points, 48), paint(item.colour, 0.3), item.centre, item.axis);
+    },
     Barrel(group, item, material) {
       solid(group, new THREE.CylinderGeometry(item.radius, item.radius, item.length, 40), material, item.centre, item.axis);
     },
     Face(group, item) {
-      const width = 2.2 * size;
-      solid(group, new THREE.PlaneGeometry(width, width), paint(0xd9dee4, 0.5), item.through, item.normal, [0, 0, 1]);
+      // As far as the motion goes where it is ground's, around the middle of the motion.
+      const width = item.body < 0 ? Math.max(2.2 * size, data.floor.width) : 2.2 * size;
+      const normal = new THREE.Vector3(...item.normal), at = new THREE.Vector3(...item.through);
+      if (item.body < 0) at.copy(middle.clone().addScaledVector(normal, at.sub(middle).dot(normal)));
+      solid(group, new THREE.PlaneGeometry(width, width), paint(0xd9dee4, 0.5), at.toArray(), item.normal, [0, 0, 1]);
       const grid = new THREE.GridHelper(width, 10, 0xaab2bc, 0xc5ccd4);
       along(grid, item.normal);
-      grid.position.set(...item.through);
+      grid.position.copy(at);
       group.add(grid);
     },
     Rail(group, item) {
@@ -120,6 +127,57 @@ function spaceStage(root, data) {
     const group = item.body < 0 ? ground : groups[item.body];
     (builders[item.form] || nothing)(group, item, paint(item.colour, 1));
   }
+
+  // The ground, as the eye needs it: a level grid below everything where no plane is declared, and the axes of space.
+  const low = data.low;
+  if (!data.items.some((item) => item.form === "Face" && item.body < 0)) {
+    const grid = new THREE.GridHelper(data.floor.width, 10, 0xb4bcc6, 0xd7dce2);
+    along(grid, data.up);
+    grid.position.set(...data.floor.middle);
+    scene.add(grid);
+  }
+  [[1, 0, 0, 0xb01217], [0, 1, 0, 0x1d6b2f], [0, 0, 1, 0x0b5394]].forEach(([x, y, z, colour], k) => {
+    const way = new THREE.Vector3(x, y, z), from = new THREE.Vector3(...low);
+    scene.add(new THREE.ArrowHelper(way, from, 0.16 * size, colour, 0.04 * size, 0.02 * size));
+    scene.add(lettered([["xyz"[k], "italic"]], from.addScaledVector(way, 0.2 * size), colour));
+  });
+
+  // Names, as the figure has them: letters on a small picture that faces the reader.
+  function lettered(runs, at, colour) {
+    const picture = document.createElement("canvas"), pen = picture.getContext("2d"), type = 44;
+    const fonts = { italic: `italic ${type}px serif`, roman: `${type}px serif`, subscript: `${0.75 * type}px serif` };
+    const wide = runs.reduce((sum, [text, style]) => { pen.font = fonts[style]; return sum + pen.measureText(text).width; }, 0);
+    picture.width = Math.ceil(wide) + 8;
+    picture.height = 1.5 * type;
+    pen.fillStyle = "#" + colour.toString(16).padStart(6, "0");
+    let x = 4;
+    for (const [text, style] of runs) {
+      pen.font = fonts[style];
+      pen.fillText(text, x, type + (style === "subscript" ? 0.2 * type : 0));
+      x += pen.measureText(text).width;
+    }
+    const texture = new THREE.CanvasTexture(picture);
+    texture.minFilter = THREE.LinearFilter;
+    const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: texture, transparent: true, depthTest: false }));
+    sprite.position.copy(at);
+    sprite.userData = { wide: picture.width / type, high: picture.height / type };
+    sprite.renderOrder = 10;
+    sprites.push(sprite);
+    return sprite;
+  }
+  const names = data.names.map(({ body, at, runs, row }) => {
+    const sprite = lettered(runs, new THREE.Vector3(...at), 0x1a1a1a);
+    sprite.center.set(0, -0.15 - row);
+    (body < 0 ? ground : groups[body]).add(sprite);
+    return sprite;
+  });
+  const choice = document.createElement("label"), box = document.createElement("input");
+  box.type = "checkbox";
+  box.checked = true;
+  choice.append(box, " names");
+  const controls = root.parentElement.querySelector(".controls");
+  if (controls && names.length) controls.append(choice);
+  box.addEventListener("change", () => { names.forEach((sprite) => { sprite.visible = box.checked; }); show(...shown); });
 
   function quaternion(v, a) { return new THREE.Quaternion(v[a], v[a + 1], v[a + 2], v[a + 3]); }
   function poseOf(body, low, high, part, position, turn) {
@@ -157,6 +215,10 @@ function spaceStage(root, data) {
     Object.assign(camera, { left: -half * aspect, right: half * aspect, top: half, bottom: -half });
     const right = new THREE.Vector3(...data.right).applyAxisAngle(up, azimuth);
     const towards = new THREE.Vector3(...data.towards).applyAxisAngle(up, azimuth).applyAxisAngle(right, elevation);
+    const letter = 2 * half * 15 / high; // letters of 15 pixels, however far the view is
+    for (const sprite of sprites) {
+      sprite.scale.set(letter * sprite.userData.wide, letter * sprite.userData.high, 1);
+    }
     camera.up.copy(up);
     camera.position.copy(middle).addScaledVector(towards, 10 * size);
     camera.lookAt(middle);

@@ -14,8 +14,11 @@ from writing_pages import Page
 
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
+from multibody_sym.codegen.templates import template_text
+from multibody_sym.drawing.projection import Projection
 from multibody_sym.writing.animation.frames import frames_of
 from multibody_sym.writing.animation.packing import packed
+from multibody_sym.writing.animation.space import space_stage
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 HOSTILE = "</script><script>alert(1)</script>\" onload='x' ]]> <!--"
@@ -127,3 +130,21 @@ def test_the_command_writes_a_page_and_a_notebook_shows_it(
     shown = mbs.animate(run)._repr_html_()
     assert shown.startswith("<iframe srcdoc=")
     assert shown.count("<") == 2
+
+
+def test_space_has_a_ground_below_everything_and_the_names_of_the_figure() -> None:
+    """A bob on 1 m that starts 1 rad from straight down sinks to 1 m below its ball: the grid lies below that."""
+    system = mbs.loads(
+        "{multibody_sym: 1, name: s, gravity: [0, 0, -9.81], bodies: {bob: {mass: 1, com: [0, 0, -1]}},"
+        " joints: {J_1: {type: universal, parent: ground, child: bob, axes: [x, y], initial: {q: [1, 0]}}}}"
+    )
+    frames = frames_of(mbs.simulate(system, t_end=2, samples=60, backend="python"))
+    _, data = space_stage(frames, Projection((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), [])
+    assert data["floor"]["middle"][2] < -1.0
+    assert data["floor"]["width"] > 0.5
+    told = {"".join(text for text, _ in each["runs"]): each for each in data["names"]}
+    assert set(told) == {"bob", "J1"}
+    assert told["J1"]["at"] == [0.0, 0.0, 0.0]
+    forms = {item["form"] for item in data["items"]} - {"Axes", "Rail", "Symbol"}
+    script = template_text("html/space.js")
+    assert all(f" {form}(group" in script for form in forms | {"Sphere", "Bowl", "Disc", "Barrel", "Block", "Face"})

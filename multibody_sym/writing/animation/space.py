@@ -7,16 +7,23 @@ from typing import Any, Final
 
 import numpy as np
 
+from multibody_sym.drawing.draw import MOST_NAMED
+from multibody_sym.drawing.lettering import letters
 from multibody_sym.drawing.projection import Projection
 from multibody_sym.errors import OutputError
 from multibody_sym.numerics.arrays import Floats
-from multibody_sym.scene.forms import Face, Rail
+from multibody_sym.scene.forms import Axes, Face, Rail
 from multibody_sym.scene.items import Anchor, Item
 from multibody_sym.writing.animation.frames import Frames, side_by_side, strand_points
 from multibody_sym.writing.animation.packing import packed, short
 
 _COLOURS: Final = (0x5B8DB8, 0xE0A458, 0x6DA67A, 0xB57BA6, 0x8C8C8C, 0xC96F53, 0x4FA3A5, 0xA3A948)
 _GROUND: Final = 0x9AA3AD
+_NAMED: Final = ("body", "joint", "pulley")
+_SAME: Final = 0.05
+"""Names closer than this part of the scene's size stand above each other."""
+_BELOW: Final = 0.05
+"""How far below everything the grid of the ground lies, as a part of its reach."""
 
 
 def space_stage(frames: Frames, projection: Projection, traces: list[Anchor]) -> tuple[str, dict[str, Any]]:
@@ -25,6 +32,7 @@ def space_stage(frames: Frames, projection: Projection, traces: list[Anchor]) ->
     poses = [_poses(np.array([placed.poses[k] for placed in frames.placed])) for k in range(len(scene.bodies))]
     lines = [strand_points(along) for along in zip(*(placed.strands for placed in frames.placed), strict=True)]
     low, high = frames.extent.min(axis=0), frames.extent.max(axis=0)
+    up = np.array(scene.up if scene.plane else _upward(frames))
     firsts = np.cumsum([0, *(3 * line.shape[1] for line in lines)])
     data = {
         "poses": packed(side_by_side(poses, rows)),
@@ -35,13 +43,51 @@ def space_stage(frames: Frames, projection: Projection, traces: list[Anchor]) ->
         "items": [_item(item) for item in scene.items if item.role != "frame"],
         "size": short(scene.size),
         "middle": _shorts((low + high) / 2),
+        "low": _shorts(_corner(low, high, up)),
+        "floor": _floor(low, high, up),
+        "names": _names(frames),
         "reach": short(max(float(np.linalg.norm(high - low)), 0.5 * scene.size)),
         "right": _shorts(projection.right),
-        "up": _shorts(scene.up if scene.plane else _upward(frames)),
+        "up": _shorts(up),
         "towards": _shorts(projection.toward),
         "traces": [{"body": each.body, "at": _shorts(each.point)} for each in traces],
     }
     return '<canvas width="640" height="400"></canvas>', data
+
+
+def _floor(low: Floats, high: Floats, up: Floats) -> dict[str, Any]:
+    """Return the level grid below everything: its middle and its width, a little more than the motion is wide."""
+    middle, half = (low + high) / 2, (high - low) / 2
+    below = middle - (float(np.abs(up) @ half) + _BELOW * float(np.linalg.norm(half))) * up
+    return {"middle": _shorts(below), "width": short(1.8 * float(np.linalg.norm(half)) or 1.0)}
+
+
+def _corner(low: Floats, high: Floats, up: Floats) -> Floats:
+    """Return where the axes of space stand: the low corner of the grid to the left and in front."""
+    floor = _floor(low, high, up)
+    level = low - float(low @ up) * up
+    found: Floats = level + float(np.array(floor["middle"]) @ up) * up
+    return found
+
+
+def _names(frames: Frames) -> list[dict[str, Any]]:
+    """Return the letters of bodies, joints and pulleys with their places on bodies; none of very many.
+
+    Of several at one place each stands in a `row` above those before.
+    """
+    scene = frames.scene
+    found: dict[tuple[str, str], dict[str, Any]] = {}
+    for item in scene.items if len(scene.bodies) <= MOST_NAMED else ():
+        if item.role not in _NAMED or not item.label or isinstance(item.form, Axes):
+            continue
+        at = _shorts(item.form.bounds.mean(axis=0))
+        found.setdefault((item.role, item.name), {"body": item.body, "at": at, "runs": letters(item.label)})
+    taken: list[Floats] = []
+    for each in found.values():
+        place = frames.placed[0].world(each["body"], np.array([each["at"]]))[0]
+        each["row"] = sum(float(np.linalg.norm(place - other)) < _SAME * scene.size for other in taken)
+        taken.append(place)
+    return list(found.values())
 
 
 def three() -> str:
