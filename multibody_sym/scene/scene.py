@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from multibody_sym.dynamics.start.start import Start
 from multibody_sym.kinematics.motion import Motion, motion_of
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.declaration.joints import CurveJoint
+from multibody_sym.model.declaration.parameters import in_letters, letters_of
 from multibody_sym.model.declaration.system import System, verify_system
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.resolution.resolve import mechanism as resolved
@@ -138,14 +140,14 @@ def _scene(stage: Stage) -> Scene:
     stage.lengths["size"] = size = _size(stage, [*body_items(stage, found), *wires], found)
     bodies = list(body_items(stage, found))  # curves without ends reach as far as the rest
     ropes, pairs = ropes_of(stage.mechanism), list(arrow_items(stage))
+    book = letters_of(stage.system.parameters)
     items = (
         *surface_items(stage, "ground"),
         *bodies,
         *pulley_items(stage),
         *constraint_items(stage),
         *joint_items(stage),
-        *force_items(stage),
-        *contact_items(stage),
+        *(_spelt(item, book) for item in (*force_items(stage), *contact_items(stage))),
         *marker_items(stage),
     )
     return Scene(
@@ -155,14 +157,22 @@ def _scene(stage: Stage) -> Scene:
         size=size,
         items=items,
         strands=tuple(strands(stage, {name: k for k, name in enumerate(ropes)})),
-        dimensions=(*dimensions(stage, found), *ways(stage)),
-        angles=tuple(angles(stage, found)),
-        arrows=tuple(arrow for arrow, _ in pairs),
+        dimensions=(*(_spelt(each, book) for each in dimensions(stage, found)), *ways(stage)),
+        angles=tuple(each if each.coordinate else _spelt(each, book) for each in angles(stage, found)),
+        arrows=tuple(_spelt(arrow, book) for arrow, _ in pairs),
         mechanism=stage.mechanism,
         begin=stage.begin,
         ropes=tuple(ropes.values()),
         laws=tuple(law for _, law in pairs),
     )
+
+
+_Labelled = TypeVar("_Labelled", Dimension, AngleMark, ArrowItem, Item)
+
+
+def _spelt(each: _Labelled, book: Mapping[str, str]) -> _Labelled:
+    """Return what is named by parameters with the letters that the book has for them."""
+    return replace(each, label=in_letters(each.label, book))
 
 
 def _size(stage: Stage, items: Sequence[Item], found: Mapping[str, Sequence[Sequence[float]]]) -> float:

@@ -73,3 +73,25 @@ def test_gravity_points_down_in_every_view_in_which_it_lies() -> None:
         right, up = drawn.view.project(gravity)
         assert up < 0
         assert abs(right) < 1e-9
+
+
+def test_labels_of_parameters_are_what_stands_at_lengths_forces_and_contacts() -> None:
+    text = """
+multibody_sym: 1
+name: labelled
+gravity: [0, -9.81, 0]
+parameters:
+  reach: {value: 2 m, label: l}
+  pull: {value: 3 N, label: F_0}
+  rough: {value: 0.2, label: mu}
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+  rod: {mass: 1, inertia: {Izz: 1}, points: {tip: [reach/2, 0, 0]}}
+joints: {free: {type: planar, parent: ground, child: rod, q: [x, y, phi]}}
+contacts: {c: {between: [rod.tip, ground.floor], kinetic: rough}}
+forces: {f: {type: force, on: rod.tip, value: [pull, 0, 0]}}
+"""
+    scene = scene_of(mbs.loads(text))
+    assert [each.label for each in scene.dimensions] == ["l/2"]
+    assert {each.label for each in scene.arrows} == {"gravity"[:1], "F_0"}
+    assert [item.label for item in scene.items if item.role == "contact"] == ["mu"]

@@ -23,6 +23,7 @@ from multibody_sym.dynamics.derivation.letters import (
 from multibody_sym.dynamics.programs.one_way_forces import rubs
 from multibody_sym.dynamics.programs.tensions import ropes
 from multibody_sym.expressions.printer import text
+from multibody_sym.model.declaration.parameters import in_letters, letters_of
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.loads import PointPull, PointSpring
 from multibody_sym.model.mechanism.mass import mass_of
@@ -40,7 +41,8 @@ def force_names(system: System, mechanism: Mechanism, acting: Collection[Key]) -
     lettered = [each for each in _lettered(mechanism) if each.symbol in acting]
     joints = {key: component_label(*key[1:]) for key in acting if key[0] == "joint"}
     found = {key: label.text for key, label in spelt(mechanism, lettered, joints).items()}
-    return {key: found.get(key) or _own(system, key) for key in acting}
+    book = letters_of(system.parameters)
+    return {key: found.get(key) or in_letters(_own(system, key), book) for key in acting}
 
 
 def _lettered(mechanism: Mechanism) -> Iterator[Lettered]:

@@ -47,6 +47,11 @@ def letters_of(parameters: Mapping[str, Parameter]) -> dict[str, str]:
     return {name: parameter.label for name, parameter in parameters.items() if parameter.label}
 
 
+def in_letters(text: str, book: Mapping[str, str]) -> str:
+    """Return an expression in which names have the book's letters, such as `rho*g` of `density*g`."""
+    return re.sub(r"[A-Za-z_]\w*", lambda name: book.get(name[0], name[0]), text) if book else text
+
+
 @dataclass(frozen=True)
 class ParameterField:
     """A parameter: a number, `1 kg`, an expression of others, or the long form with `value`, `positive`, `label`."""
