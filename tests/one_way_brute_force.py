@@ -290,6 +290,14 @@ class _Inequalities:
         if self.hold(y):
             return y
         size = self._size(y, idle)
+        found = self._near(y, idle, size)
+        # A linear program is as exact as its numbers are large: what it leaves of small forces beside them, a second
+        # one about its solution takes away.
+        return found if found is None or self.hold(found) else self._near(found, idle, 1e-3 * size)
+
+    def _near(self, y: np.ndarray, idle: np.ndarray, size: float) -> np.ndarray | None:
+        """Return y + idle^T t where the inequalities hold, or nearly hold; t is as large as numbers of a size are."""
+        last = None
         room, slopes = self._room(y / size, size), np.linalg.norm(self.g @ idle.T, axis=1)
         lengths = np.where(slopes > 1e-9 * np.linalg.norm(self.g, axis=1), slopes, 0.0)
         cost, left = np.append(np.zeros(len(idle)), -1.0), np.column_stack([-self.g @ idle.T, lengths])
@@ -299,9 +307,9 @@ class _Inequalities:
                 best = self._end(0.0, room, -left[:, 0], most)
             else:
                 best = _least(cost, left, room, (*[most] * len(idle), 1e-3))
-            if best is not None and self.hold(found := y + size * (idle.T @ best[: len(idle)])):
-                return found
-        return None
+            if best is not None and self.hold(last := y + size * (idle.T @ best[: len(idle)])):
+                return last
+        return last
 
     def _room(self, y: np.ndarray, size: float) -> np.ndarray:
         return self.g @ y - self.g0 / size + 1e-10 * np.abs(self.g).max(axis=1)
