@@ -16,6 +16,9 @@ from scipy.optimize import linprog
 
 from multibody_sym.dynamics.laws.problem import Friction, Unilateral
 
+ROUNDED = 1e-12
+"""What rounding leaves (N) where all forces are none: less than a billionth of the lightest weight."""
+
 
 @dataclass
 class BruteState:
@@ -260,7 +263,7 @@ def _allowed(modes: _Modes, g: np.ndarray, g0: np.ndarray, y: np.ndarray) -> np.
     """
     terms = (np.abs(g) @ np.abs(y)[:, :, None])[:, :, 0] + np.abs(g0)
     largest = np.abs(y[:, modes.n :] * modes.scale[modes.n :]).max(axis=1, initial=0.0)
-    return 1e-9 * terms + np.where(_of_motion(modes, g), 1e-9 * GRAVITY, 1e-10 * largest[:, None])
+    return 1e-9 * terms + np.where(_of_motion(modes, g), 1e-9 * GRAVITY, 1e-10 * largest[:, None] + ROUNDED)
 
 
 def _of_motion(modes: _Modes, g: np.ndarray) -> np.ndarray:

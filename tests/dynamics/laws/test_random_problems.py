@@ -109,7 +109,7 @@ def test_what_rests_without_need_of_a_force_that_may_be_is_one_state(seed: int, 
     assert compare(range(seed, seed + 1), most, two_state=3) == {"one": 1}
 
 
-@pytest.mark.parametrize("seed", [1221, 1620, 3464, 8561, 9131, 17118])
+@pytest.mark.parametrize("seed", [825, 1221, 1620, 3464, 8561, 9131, 17118])
 def test_small_forces_beside_large_ones_and_none_at_all_are_one_state(seed: int) -> None:
     """A rope that would push with 0.025 N beside a clamp of 4.7e7 N does not; blocks without weight press nowhere.
 
