@@ -30,6 +30,8 @@ _SECONDS: Final = 60.0
 _BYTES_PER_SECOND: Final = 20_000.0  # more time for a large source: a slow compiler is not a hanging one
 
 
+BROUGHT: Final = "runtime.objects"
+"""A file beside this one in the wheels of platforms: what the runtime is compiled to, so that a first run need not."""
 _SIGNS: Final = ("error", "undefined ", "cannot ", "No such ", "ld: ")  # of a reason, the surest first
 _SUMMARIES: Final = ("ld returned", "linker command failed")
 _LONGEST_REASON: Final = 300
@@ -149,6 +151,18 @@ def build_library(compiler: Compiler, sources: Mapping[str, str]) -> Path:
         return library
 
 
+def objects_to_bring(sources: Mapping[str, str]) -> bytes:
+    """Return the content of the file `BROUGHT` for the runtime's files in `sources` (file name -> text).
+
+    Its first line tells what it was made from; for other sources, flags or machines it is not used.
+    Raises CompilerError.
+    """
+    with tempfile.TemporaryDirectory(prefix="multibody_sym-") as place:
+        build = _Build(find_compiler(), sources, "", Path(place))
+        build.write_sources()
+        return b"\n".join([build.made_of().encode("ascii"), build.packed_runtime()])
+
+
 @dataclass(frozen=True)
 class _Build:
     """A model being compiled in a private folder, which everything that is linked is copied into."""
@@ -160,8 +174,7 @@ class _Build:
 
     def library(self) -> bytes:
         """Return the content of the shared library."""
-        for file, text in self.sources.items():
-            (self.place / file).write_text(text, encoding="ascii")
+        self.write_sources()
         runtime = self._runtime()
         self._compile(["model"])
         try:
@@ -170,9 +183,14 @@ class _Build:
             self._link(self._compiled_runtime())
         return self._written("model.so")
 
+    def write_sources(self) -> None:
+        """Write what is compiled into the folder."""
+        for file, text in self.sources.items():
+            (self.place / file).write_text(text, encoding="ascii")
+
     def _runtime(self) -> list[str]:
         """Bring the objects of the runtime into the folder; return their names."""
-        kept = cache.content(self._runtime_key())
+        kept = cache.content(self._runtime_key()) or self._brought()
         if kept is None:
             with cache.alone(self._runtime_key()):
                 kept = cache.content(self._runtime_key())  # another process has made them meanwhile
@@ -180,16 +198,28 @@ class _Build:
                     return self._compiled_runtime()
         return self._unpacked(kept)
 
+    def _brought(self) -> bytes | None:
+        """Return the objects that the package brings, if they are of these sources, flags and machine."""
+        try:
+            made_of, _, packed = Path(__file__).with_name(BROUGHT).read_bytes().partition(b"\n")
+        except OSError:
+            return None
+        return packed if made_of.decode("ascii", "replace") == self.made_of() else None
+
     def _compiled_runtime(self) -> list[str]:
-        units = [n.removesuffix(".c") for n in self.sources if n.endswith(".c") and n != "model.c"]
-        self._compile(units)
-        objects = [f"{unit}.o" for unit in units]
-        contents = [self._written(name) for name in objects]
-        sizes = json.dumps([[name, len(content)] for name, content in zip(objects, contents, strict=True)])
-        packed = b"\n".join([sizes.encode("ascii"), b"".join(contents)])
-        key = self._runtime_key()
+        packed, key = self.packed_runtime(), self._runtime_key()
         cache.store(key, cache.keep(packed, key, ".objects"), {})
-        return objects
+        return [f"{unit}.o" for unit in self._units()]
+
+    def packed_runtime(self) -> bytes:
+        """Compile the runtime and return its objects, one after the other, after their names and sizes."""
+        self._compile(self._units())
+        contents = {f"{unit}.o": self._written(f"{unit}.o") for unit in self._units()}
+        sizes = json.dumps([[name, len(content)] for name, content in contents.items()])
+        return b"\n".join([sizes.encode("ascii"), b"".join(contents.values())])
+
+    def _units(self) -> list[str]:
+        return [name.removesuffix(".c") for name in self.sources if name.endswith(".c") and name != "model.c"]
 
     def _unpacked(self, packed: bytes) -> list[str]:
         head, _, contents = packed.partition(b"\n")
@@ -201,8 +231,12 @@ class _Build:
         return [name for name, _ in sizes]
 
     def _runtime_key(self) -> str:
+        return cache.digest("runtime", self.origin, self.made_of())
+
+    def made_of(self) -> str:
+        """Return a hash of the runtime's sources, the flags and the kind of machine."""
         texts = [self.sources[name] for name in sorted(self.sources) if name not in ("model.c", "model.h")]
-        return cache.digest("runtime", self.origin, *texts)
+        return cache.digest(sys.platform, *_machine(), *self.compiler.flags, *texts)
 
     def _compile(self, units: Sequence[str]) -> None:
         """Compile files at the same time."""

@@ -72,6 +72,7 @@ def test_no_shell_reads_the_command(fresh, monkeypatch):
 
 
 def test_without_a_compiler_the_error_says_what_was_sought(fresh, monkeypatch):
+    monkeypatch.setattr(module, "_zig", lambda: None)
     monkeypatch.setenv("PATH", str(fresh))
     with pytest.raises(CompilerError, match="none of cc, gcc, clang"):
         find_compiler()
@@ -201,3 +202,19 @@ def test_where_the_machine_has_none_that_of_a_package_serves(fresh, monkeypatch,
     monkeypatch.chdir(tmp_path / "site")
     with pytest.raises(CompilerError, match=r"none of cc, gcc, clang .*'multibody-sym\[compiler\]' brings one"):
         find_compiler()
+
+
+def test_a_wheel_of_a_platform_brings_the_runtime_compiled(fresh, monkeypatch, tmp_path):
+    runtime = {name: text for name, text in OSCILLATOR.sources().items() if name not in ("model.c", "model.h")}
+    place = tmp_path / module.BROUGHT
+    place.write_bytes(module.objects_to_bring(runtime))
+    compiled = []
+    run = module._Build._compile
+    monkeypatch.setattr(module._Build, "_compile", lambda self, units: (compiled.append([*units]), run(self, units)))
+    monkeypatch.setattr(module, "__file__", str(tmp_path / "compiler.py"))
+    assert build_library(find_compiler(), OSCILLATOR.sources()).exists()
+    assert compiled == [["model"]]
+    changed = {**OSCILLATOR.sources(), "solve.c": runtime["solve.c"] + "\n"}
+    assert build_library(find_compiler(), changed).exists()
+    assert len(compiled[1]) > 5
+    assert compiled[2] == ["model"]
