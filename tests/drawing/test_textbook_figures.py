@@ -101,3 +101,12 @@ def test_a_wire_that_turns_is_its_curve() -> None:
 
 def test_a_wheel_in_a_figure_has_no_line_from_its_middle() -> None:
     assert not [m for m in of(picture("textbook/drum_brake"), "body", "drum") if isinstance(m, Stroke)]
+
+
+@pytest.mark.parametrize("name", ["oscillations/triatomic_molecule", "textbook/t1_two_blocks"])
+def test_blocks_on_one_rail_have_the_names_of_their_sliders_near_themselves(name: str) -> None:
+    system, shown = mbs.load(EXAMPLES / f"{name}.yaml"), picture(name)
+    for joint, declared in system.joints.items():
+        block = points(of(shown, "body", declared.child)).mean(axis=0)
+        (label,) = [m for m in shown.marks if isinstance(m, Text) and m.role == "joint" and m.name == joint]
+        assert abs(float(label.at[0] - block[0])) < 50.0

@@ -23,6 +23,8 @@ from multibody_sym.scene.items import Anchor, AngleMark, Dimension, Item
 _SHORTEST: Final = 9.0
 """The shortest length (pt) that gets a dimension line."""
 _COORDINATE: Final = 24.0
+_NEAR_BLOCK: Final = 22.0
+"""How far from its block (pt) the name of a slider stands on what it slides along."""
 _NAMED: Final = ("body", "joint", "pulley", "guide", "contact", "force", "limit")
 _SILENT: Final = ("tie", "point", "used_point", "frame")
 """Symbols without a name on the figure."""
@@ -84,8 +86,18 @@ def _beside(sheet: Sheet, item: Item, symbol: Symbol, otherwise: Floats) -> Floa
         rails = (i for i in sheet.scene.items if i.path == item.path and isinstance(i.form, Rail))
         rail = next(rails, None)
         if rail is not None and sheet.flat:
-            return np.vstack(rail_lines(sheet, rail)[:1])
+            line = np.vstack(rail_lines(sheet, rail)[:1])
+            return line if symbol.kind == "hanger" else _near(line, otherwise[0])
     return otherwise
+
+
+def _near(line: Floats, place: Floats) -> Floats:
+    """Return the part of a line (2, 2) that is near a place: several blocks may share what they slide on."""
+    along, length = unit2(line[1] - line[0]), float(np.linalg.norm(line[1] - line[0]))
+    middle = float((place - line[0]) @ along)
+    ways = np.clip([middle - _NEAR_BLOCK, middle + _NEAR_BLOCK], 0.0, length)
+    found: Floats = line[0] + np.outer(ways, along)
+    return found
 
 
 # --- lengths and angles --------------------------------------------------------------------------------------------
