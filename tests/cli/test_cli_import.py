@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from command import ROOT, answer, command
+from command import ROOT, answer, here
 
 import multibody_sym as mbs
 
@@ -12,24 +12,24 @@ ARM = str(ROOT / "tests" / "formats" / "data" / "arm.urdf")
 
 
 def test_a_robot_becomes_a_model_file(tmp_path: Path) -> None:
-    done = command("import", ARM, "-o", "arm.yaml", "--floating", cwd=tmp_path)
+    done = here("import", ARM, "-o", "arm.yaml", "--floating", cwd=tmp_path)
     assert done.returncode == 0
     assert "note: friction is not applied: shoulder-pan" in done.stderr
     assert "18 speeds" in done.stdout
     assert len(mbs.mechanism(mbs.load(tmp_path / "arm.yaml")).speeds) == 18
-    again = command("import", ARM, "-o", "arm.yaml", cwd=tmp_path)
+    again = here("import", ARM, "-o", "arm.yaml", cwd=tmp_path)
     assert again.returncode == 2
     assert "exists already" in again.stderr
 
 
 def test_without_a_file_the_model_is_the_output() -> None:
-    text = command("import", ARM, "--no-damping").stdout
+    text = here("import", ARM, "--no-damping").stdout
     assert not mbs.loads(text).forces
-    assert answer(command("import", ARM, "--no-damping", "--json"))["model"] == text
+    assert answer(here("import", ARM, "--no-damping", "--json"))["model"] == text
 
 
 def test_a_mistake_ends_with_its_place(tmp_path: Path) -> None:
     (tmp_path / "robot.urdf").write_text('<robot name="r">\n<link/>\n</robot>')
-    done = command("import", "robot.urdf", cwd=tmp_path)
+    done = here("import", "robot.urdf", cwd=tmp_path)
     assert done.returncode == 2
     assert "robot.urdf:2:1: link: <link> needs name=" in done.stderr

@@ -12,14 +12,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command import EXAMPLES, LONG, PENDULUM, ROOT, answer, command, environment
+from command import EXAMPLES, LONG, PENDULUM, ROOT, answer, command, environment, here
 
 from multibody_sym.errors import OutputError
 from multibody_sym.formats.tables import read_table
 
 
 def test_json_is_the_documented_object(tmp_path: Path) -> None:
-    done = command("simulate", PENDULUM, "--json", "--t-end", "1", "--samples", "11", "-o", str(tmp_path / "a.csv"))
+    done = here("simulate", PENDULUM, "--json", "--t-end", "1", "--samples", "11", "-o", str(tmp_path / "a.csv"))
     printed = answer(done)
     assert done.returncode == 0
     assert "wrote" in done.stderr
@@ -46,7 +46,7 @@ def test_tables_hold_the_motion(tmp_path: Path, ending: str) -> None:
     if ending == "parquet":
         pytest.importorskip("pyarrow")
     file = tmp_path / f"motion.{ending}"
-    assert command("simulate", PENDULUM, "--samples", "101", "-o", str(file)).returncode == 0
+    assert here("simulate", PENDULUM, "--samples", "101", "-o", str(file)).returncode == 0
     table = read_table(file)
     assert list(table.columns) == ["t", "theta", "u_theta", "height", "energy", "pull"]
     assert len(table) == 101
@@ -58,7 +58,7 @@ def test_set_moves_the_start(tmp_path: Path) -> None:
     model = tmp_path / "m.yaml"
     text = Path(PENDULUM).read_text().replace("q: 60 deg", "q: l/d").replace("parameters:\n", "parameters:\n  d: 2 m\n")
     model.write_text(text)
-    printed = answer(command("simulate", str(model), "--set", "l=2 m", "--set", "m=300 g", "--json"))
+    printed = answer(here("simulate", str(model), "--set", "l=2 m", "--set", "m=300 g", "--json"))
     assert printed["coordinates"]["theta"][0] == 1.0
     assert printed["outputs"]["energy"][0] == pytest.approx(-0.3 * 9.81 * 2 * np.cos(1.0))
 
@@ -229,5 +229,5 @@ def test_every_example_of_a_new_user_runs(tmp_path: Path) -> None:
 
 
 def test_step_longer_than_the_run_is_told() -> None:
-    done = command("simulate", PENDULUM, "--method", "rk4", "--step", "0.2", "--t-end", "0.1")
+    done = here("simulate", PENDULUM, "--method", "rk4", "--step", "0.2", "--t-end", "0.1")
     assert "step 0.2 s, longer than the run" in done.stdout

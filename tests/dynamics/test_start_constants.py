@@ -5,6 +5,8 @@ A second route: the same system with the table's axes along ground's at the star
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -105,14 +107,22 @@ forces: {{push: {{type: force, on: ball, at: origin, value: [3, 1, 7]}}}}
 """
 
 
+ON_LEVEL = {"axis": "y", "place": "[0.2, 0.1, 0.3, 1, 0, 0, 0]"}
+
+
+@cache
+def forces_on_level_ground(turn: float) -> list[float]:
+    return forces(loads(LEVEL.format(a=0, normal="y", turn=turn, **ON_LEVEL)))
+
+
 @pytest.mark.parametrize("turn", [0.0, 0.6])
 @pytest.mark.parametrize("a", [-1e-9, 0.0, 1e-9])
 def test_forces_vary_continuously_with_the_normal_however_it_is_written(a: float, turn: float) -> None:
-    level = {"axis": "y", "turn": turn, "place": "[0.2, 0.1, 0.3, 1, 0, 0, 0]"}
-    expected = forces(loads(LEVEL.format(a=0, normal="y", **level)))
+    level = {**ON_LEVEL, "turn": turn}
+    expected = forces_on_level_ground(turn)
     found = forces(loads(LEVEL.format(a=a, normal="[-sin(a), cos(a), 0]", **level)))
     np.testing.assert_allclose(found, expected, rtol=1e-7)
-    free = forces(loads(LEVEL.format(a=0, normal="y", **{**level, "turn": 0.0})))
+    free = forces_on_level_ground(0.0)
     np.testing.assert_allclose(found, free, rtol=1e-7)  # t1 is ground's x, wherever the table has turned to
 
 
