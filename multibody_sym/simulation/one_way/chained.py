@@ -30,7 +30,7 @@ from multibody_sym.simulation.one_way import thin_bars
 from multibody_sym.simulation.one_way.account import EnergyAccount, energy_account
 from multibody_sym.simulation.one_way.decision import Before, Decided, decided
 from multibody_sym.simulation.one_way.facts import Facts, Laws, larger
-from multibody_sym.simulation.one_way.impact import ENDLESS, Blow, Bounces, Standstill, bounced
+from multibody_sym.simulation.one_way.impact import ENDLESS, Blow, Bounces, Standstill, bounced, ceases
 from multibody_sym.simulation.one_way.modes import Key, ModeProgram, Modes, key_of
 from multibody_sym.simulation.one_way.remembered import Remembered
 from multibody_sym.simulation.one_way.roads import Roads
@@ -223,7 +223,8 @@ class OneWayRun:
             self.jumps += [] if leaving is facts.q else [(len(self.stretches) - 1, t, after)]
             return after.copy()
         blow = bounced(facts, element, (*aside, *self._hidden))
-        before = Before(now.mode, now.udot_at(facts), None, self._bounces)
+        udot = now.udot_at(facts) if ceases(facts, element) else facts.u  # nobody asks how what never rests falls
+        before = Before(now.mode, udot, None, self._bounces)
         if blow is None or before.late(facts, [element], [element.name]):
             found = self._decided(t, x, cause, None)
             blow, facts = found.blow, found.facts

@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from multibody_sym.dynamics.laws.assemble import TOUCHING, PosedLaws, Scale
 from multibody_sym.dynamics.laws.problem import Equality, Friction, FrictionLaw, Law, LawProblem, Unilateral
@@ -59,6 +60,12 @@ class Laws:
         return tuple(element for element in self.mechanism.one_way if element.unilateral)
 
     @cached_property
+    def unilateral_places(self) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+        """The places of the normals of these, and whether their gaps are angles."""
+        places = np.array([self.places[x.normals[0].name] for x in self.unilateral], dtype=np.intp)
+        return places, np.array([x.name in self.turning for x in self.unilateral], dtype=bool)
+
+    @cached_property
     def parts(self) -> dict[str, int]:
         """The number of each friction part that rubs by its name."""
         return {part.name: k for k, (_, part) in enumerate(friction_parts(self.mechanism))}
@@ -94,6 +101,15 @@ class Facts:
     def rate(self, element: OneWay) -> float:
         """Return the speed at which an element opens."""
         return float(self.known["phidot"][self.place(element.normals[0])])
+
+    @property
+    def near(self) -> list[OneWay]:
+        """The unilateral elements whose gaps are no larger than what counts as closed."""
+        places, turns = self.laws.unilateral_places
+        gaps: Floats = self.known["phi"][places]
+        return [
+            self.laws.unilateral[k] for k in np.flatnonzero(gaps <= TOUCHING * np.where(turns, 1.0, self.scale.length))
+        ]
 
     def allowed_gap(self, element: OneWay, part: float = TOUCHING) -> float:
         """Return the gap up to which an element counts as closed."""

@@ -113,9 +113,9 @@ class Bounces:
         2 v/(falling (1 - e)) left in all. Bounces that are lower than what counts as touching are none where others
         touch as well.
         """
-        e = restitution(facts, element)
-        if not 0.0 < e < 1.0 or not falling > 0.0:
+        if not ceases(facts, element) or not falling > 0.0:
             return None
+        e = restitution(facts, element)
         rebound = -e * facts.rate(element)
         left = 2.0 * rebound / (falling * (1.0 - e))
         unseen = max(_REMAINING * (facts.t - self.since.setdefault(element.name, facts.t)), _TICKS * abs(facts.t))
@@ -139,6 +139,11 @@ def restitution(facts: Facts, element: OneWay) -> float:
     return float(facts.known["bounces"][facts.laws.elements[element.name]])
 
 
+def ceases(facts: Facts, element: OneWay) -> bool:
+    """Return whether bounces of an element get lower and lower."""
+    return 0.0 < restitution(facts, element) < 1.0
+
+
 def bounced(facts: Facts, element: OneWay, hidden: Collection[str] = ()) -> Blow | None:
     """Return the impact of one smooth element alone where nothing else touches and no row holds; None elsewhere.
 
@@ -154,7 +159,7 @@ def bounced(facts: Facts, element: OneWay, hidden: Collection[str] = ()) -> Blow
     impulse = -(1.0 + e) * speed / float(row @ row)
     jump = facts.speeds(impulse * row)
     after = facts.known["phidot"] + facts.known["jacobian"] @ jump
-    others = (x for x in laws.unilateral if x is not element and x.name not in hidden)
+    others = (x for x in facts.near if x is not element and x.name not in hidden)
     if any(_strikes(facts, x, after) for x in others):
         return None
     lost = {element.name: 0.5 * impulse * (e - 1.0) * speed}
