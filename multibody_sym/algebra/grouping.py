@@ -67,9 +67,20 @@ def _factorized(whole: Any) -> tuple[Any, Any]:
 
 
 def _product_of_factors(whole: Any) -> Any:
-    """Return an expression factorised; as it is where its numbers are so long that sympy looks for a longer prime."""
+    """Return an expression factorised; as it is where its numbers are so long that sympy looks for a longer prime.
+
+    A root is one letter: sympy takes it apart, sqrt(2*R*h - h^2) into sqrt(h)*sqrt(2*R - h), and may search for long.
+    """
     longest = max((max(abs(x.p), x.q) for x in whole.atoms(sympy.Rational)), default=1)
-    return sympy.factor(whole) if longest.bit_length() <= _LONGEST_NUMBER else whole
+    if longest.bit_length() > _LONGEST_NUMBER:
+        return whole
+    powers = sorted(whole.atoms(sympy.Pow), key=sympy.default_sort_key)
+    roots = {power: sympy.Dummy(f"root_{k}") for k, power in enumerate(powers) if not power.exp.is_Integer}
+    if not roots:
+        return sympy.factor(whole)
+    number, factors = sympy.factor(whole.xreplace(roots)).as_coeff_Mul()
+    written = factors.xreplace({letter: root for root, letter in roots.items()})
+    return number * written if number == 1 or not written.is_Add else sympy.Mul(number, written, evaluate=False)
 
 
 def _common_number(factors: Collection[Any]) -> Any:

@@ -10,6 +10,7 @@ import pytest
 import sympy
 from random_formulas import L, a, b, k, m1, random_formula, u, v
 
+from multibody_sym.algebra.grouping import _product_of_factors
 from multibody_sym.algebra.readable import LARGEST_SUM, Readable, with_squares
 from multibody_sym.algebra.signs import with_numbers_outside, with_signs, with_sizes
 from multibody_sym.algebra.terms import expanded_size, terms_of
@@ -94,3 +95,15 @@ def test_numbers_of_hundreds_of_digits_take_no_time() -> None:
     found = readable(given)
     assert process_time() - began < 1.0
     assert sympy.expand(found - given) == 0
+
+
+def test_a_root_is_not_taken_apart_by_factors() -> None:
+    """sympy writes sqrt(2 R h - h^2) as sqrt(h) sqrt(2 R - h), and may search for its factors for a minute."""
+    R, h, x, y, u = sympy.symbols("R h x y u")
+    root = sympy.sqrt(2 * R * h - h**2)
+    whole = sympy.expand(-2 * R * u * (2 * R * h - 2 * h * y + x**2 - 2 * x * root + y**2))
+    found = _product_of_factors(whole)
+    assert root in found.atoms(sympy.Pow)
+    assert not found.has(sympy.sqrt(h))
+    assert len(found.args) == 4
+    assert sympy.expand(found - whole) == 0
