@@ -26,6 +26,7 @@ _WEIGHTY: Final = 1e-12
 _SCALINGS: Final = 8
 _ROUNDED: Final = 1e-12
 """The largest entry of a column, among rows of length one, that is what rounding left of nothing."""
+_EXACT: Final = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 _DEPENDENT: Final = 1e-10
 """The part of the largest singular value up to which another one is none."""
 
@@ -132,15 +133,17 @@ def _least_violation(conditions: Conditions) -> tuple[float, Floats, Floats]:
     right = np.concatenate([rows[:count] * conditions.right / size, np.zeros(len(conditions.cone))])
     upper = np.vstack([scaled[:count], -scaled])
     bounds = np.concatenate([right[:count], -right])
-    found = linprog(
-        np.r_[np.zeros(n), 1.0],
-        A_ub=np.hstack([upper, -np.ones((len(upper), 1))]),
-        b_ub=bounds,
-        bounds=[(None, None)] * n + [(0.0, None)],
-        method="highs-ds",
-        options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
-    )
-    if found.status != 0:
+    problem = {
+        "c": np.r_[np.zeros(n), 1.0],
+        "A_ub": np.hstack([upper, -np.ones((len(upper), 1))]),
+        "b_ub": bounds,
+        "bounds": [(None, None)] * n + [(0.0, None)],
+    }
+    for method in ("highs-ds", "highs-ipm"):  # the simplex method ends without an answer once in thousands of programs
+        found = linprog(**problem, method=method, options=_EXACT)
+        if found.status == 0:
+            break
+    else:
         raise ArithmeticError(f"linear programming failed: {found.message}")
     marginals = found.ineqlin.marginals
     dual = -marginals[count:]
