@@ -32,7 +32,6 @@ from multibody_sym.integrators.methods.library import LibraryMethod
 from multibody_sym.integrators.methods.methods import Method
 from multibody_sym.integrators.singular import Approach, moved_far
 from multibody_sym.integrators.steppers.library import library_steps
-from multibody_sym.integrators.steppers.table import stepper
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 
@@ -56,6 +55,8 @@ def steps(flow: Flow) -> Iterator[Step]:
     approach = Approach(flow)
     flow = approach.watched()
     watch = None if flow.events is None else Watch(flow, flow.events)
+    from multibody_sym.integrators.steppers.table import stepper  # compiled loops have their own
+
     taking = stepper(flow.method, flow if watch is None else watch.watched())
     course = _Course(flow, taking, watch, approach)
     taking.restart()

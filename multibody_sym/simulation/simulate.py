@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,13 +21,14 @@ from multibody_sym.runtime.integration import Integration, integrate
 from multibody_sym.runtime.loading import Backend
 from multibody_sym.runtime.problem import Chunk, Event, Problem, Progress, Statistics
 from multibody_sym.simulation.failures import FailedRunError, failure_message, mass_used_up, until_departure
-from multibody_sym.simulation.families.family import Family, Member
-from multibody_sym.simulation.one_way.chained import OneWayRun
-from multibody_sym.simulation.one_way.made import one_way_run
 from multibody_sym.simulation.problem import problem_of, settings_of
 from multibody_sym.simulation.runnable import Runnable, runnable
 from multibody_sym.simulation.samples import Samples
 from multibody_sym.simulation.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from multibody_sym.simulation.families.family import Family, Member
+    from multibody_sym.simulation.one_way.chained import OneWayRun
 
 Columns = Mapping[str, Sequence[float]]
 """Numbers of some runs by name, of each as many."""
@@ -159,6 +160,8 @@ class Prepared:
         key = tuple(parameters), tuple(initial)
         family = self._families.get(key)
         if family is None:
+            from multibody_sym.simulation.families.family import Family
+
             made = Family(self.system, *key, self.formalism, self.native, self.backend)
             family = self._families.setdefault(key, made)
         for k, member in enumerate(family.members(parameters, initial)):
@@ -229,6 +232,10 @@ class Prepared:
 
     @cached_property
     def _one_way(self) -> OneWayRun | None:
+        if not self._ready.state.declared.one_way:
+            return None
+        from multibody_sym.simulation.one_way.made import one_way_run  # which few runs need
+
         in_numbers = settings_of(self._ready)
         return one_way_run(self._ready, self._problem, in_numbers, native=self.native, backend=self.backend)
 

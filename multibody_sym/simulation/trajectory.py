@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,7 +26,6 @@ from multibody_sym.runtime.integration import Integration
 from multibody_sym.runtime.problem import Problem
 from multibody_sym.simulation.along.adding import Adding, told
 from multibody_sym.simulation.along.fine import Stretch
-from multibody_sym.simulation.along.verified import Miss, verified
 from multibody_sym.simulation.crossed_boxes import crossed_boxes
 from multibody_sym.simulation.oddities import (
     accuracy_of,
@@ -36,10 +35,13 @@ from multibody_sym.simulation.oddities import (
     pulling_wheels,
     pushing_ropes,
 )
-from multibody_sym.simulation.one_way.account import FrictionWork
-from multibody_sym.simulation.one_way.chained import OneWayRun
 from multibody_sym.simulation.plot import plot
 from multibody_sym.simulation.samples import Samples
+
+if TYPE_CHECKING:
+    from multibody_sym.simulation.along.verified import Miss
+    from multibody_sym.simulation.one_way.account import FrictionWork
+    from multibody_sym.simulation.one_way.chained import OneWayRun
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -135,6 +137,8 @@ class Trajectory(Samples):
         `work` from the start on, through impacts, which tell the accuracy of the integration too. Relative to the sums
         of absolute values of the terms. Every stretch is run once more, in fine samples.
         """
+        from multibody_sym.simulation.along.verified import verified  # which few runs need
+
         jumps = () if self.modes is None else self.modes.passed
         return verified(self.stretches, jumps=jumps)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Final
@@ -15,6 +16,7 @@ from multibody_sym.errors import InputError, OutputError, Where
 if TYPE_CHECKING:
     from multibody_sym.cli.recording import Recording
     from multibody_sym.expressions.chosen_units import Units
+    from multibody_sym.simulation.along.verified import Miss
     from multibody_sym.simulation.samples import Samples
     from multibody_sym.simulation.trajectory import Trajectory
 
@@ -71,11 +73,10 @@ def run(options: argparse.Namespace) -> Answer:
     if figure is not None:
         done.plot(figure, units, show=options.show, x=options.x or "t")
     from multibody_sym.writing.run_summary import run_summary
-    from multibody_sym.writing.theorems import theorems_text
 
     misses = done.verified() if options.verify else None
     written = [path for path in (table and table.place, figure) if path is not None]
-    told = theorems_text(misses, units) if misses is not None else []
+    told = [] if misses is None else _theorems(misses, units)
     lines = [run_summary(done, units), *told, *(f"wrote {path}" for path in written)]
     code = _INTERRUPTED if done.interrupted else 0
     if table is not None and table.lost:
@@ -84,6 +85,12 @@ def run(options: argparse.Namespace) -> Answer:
     theorems = {} if misses is None else {"theorems": {name: asdict(miss) for name, miss in misses.items()}}
     found = done.as_json() if options.json else {}  # lists of a million rows take longer than the run
     return Answer({**found, **theorems, "written": written}, "\n".join(lines), code)
+
+
+def _theorems(misses: Mapping[str, Miss], units: Units) -> list[str]:
+    from multibody_sym.writing.theorems import theorems_text
+
+    return theorems_text(misses, units)
 
 
 def _recording(output: str | None, units: Units) -> Recording | None:

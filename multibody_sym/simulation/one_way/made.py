@@ -24,10 +24,8 @@ from multibody_sym.simulation.settings import RunSettings, form_of
 
 def one_way_run(
     ready: Runnable, template: Problem, settings: RunSettings, *, native: bool = False, backend: Backend | None = None
-) -> OneWayRun | None:
-    """Return the run of a system of which some holds one way only, None where all holds both ways."""
-    if not ready.state.declared.one_way:
-        return None
+) -> OneWayRun:
+    """Return the run of a system of which some holds one way only."""
     known = ready.mechanism.parameters.places
     declared, bars = thin_bars.with_one_side(with_tips(ready.state.declared))
     make = partial(_made, ready.system.simulation, ready.formalism, native, backend)
