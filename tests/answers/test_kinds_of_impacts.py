@@ -275,3 +275,28 @@ impact: closing
 """)
     with pytest.raises(mbs.NoSolutionError, match=r"c touches and rests\. Start with speeds at which it closes"):
         mbs.solve(system)
+
+
+def test_what_moves_a_racket_puts_in_the_energy_that_its_ball_has_more() -> None:
+    """The racket goes on with w: its drive gives the impulse (1 + e) m (v + w), and so much times w as work."""
+    told = mbs.solve(mbs.loads(_RACKET)).impact
+    assert told is not None
+    assert told.energy_given is not None
+    assert told.energy_given.value == pytest.approx(1.8 * 0.06 * 8 * 3, rel=1e-13)
+    before, after = (told.kinetic_energy[when].value for when in ("before", "after"))
+    assert after == pytest.approx(before + told.energy_given.value - told.energy_lost.value, rel=1e-13)
+    stands = mbs.solve(mbs.loads(_RACKET), parameters={"w": 0.0}).impact
+    assert stands is not None
+    assert stands.energy_given is None
+
+
+_RACKET = """
+multibody_sym: 1
+name: racket
+parameters: {w: 3 m/s, v: {value: 5 m/s, positive: true}, e: 0.8}
+bodies: {racket: {mass: 1 kg}, ball: {mass: 60 g}}
+joints:
+  R: {type: prismatic, parent: ground, child: racket, axis: x, motion: w*t}
+  B: {type: prismatic, parent: ground, child: ball, axis: x, q: x, initial: {u: -v}}
+impact: {between: [ball, racket], normal: x, restitution: e}
+"""

@@ -49,6 +49,9 @@ _AT_REST: Final = 1e-9
 _ROUNDED: Final = 1e-13
 """The part of the works that an impact does below which an energy is rounding."""
 
+_DRIVEN: Final = 1e-9
+"""The part of the kinetic energy from which on what moves as prescribed does work in an impact."""
+
 Values = dict[str, Value]
 
 
@@ -329,11 +332,13 @@ class _Answer:
         return known
 
     def _energy_given(self, lost: Value) -> Value | None:
-        """Return the energy that given impulses and jumping motions put in; None where there are none."""
-        impact = self.posed.blow.impact
-        if not (impact.loads or impact.jumps) or lost.value is None:
+        """Return the energy that given impulses and what moves as prescribed put in; None where nothing does."""
+        impact, (before, after) = self.posed.blow.impact, self._kinetic
+        if lost.value is None:
             return None
-        before, after = self._kinetic
+        driven = abs(after - before + lost.value) > _DRIVEN * max(before, after)
+        if not (impact.loads or impact.jumps or driven):
+            return None
         rows = [row for own in self._losing().values() for row in own]
 
         def given(instant: Instant) -> Any:

@@ -28,8 +28,8 @@ class ImpactFound:
     `jumps` of the speeds, and the speeds `after`, by name. `joint_impulses`: of each joint fx .. mz (N s, N m s) on the
     child, about the joint's point, axes of its frame on the parent. `apparent_mass` of each contact along its normal,
     its speed of `closing` before and of `opening` after. `energy_lost` and by which contact (`lost_by`);
-    `energy_given` by impulses that are given and motions that jump (None without any): `kinetic_energy` after is that
-    before, and what is given, without what is lost. `needed`: of what is rough enough the least coefficients, the
+    `energy_given` by given impulses and prescribed motion (None where nothing gives any): `kinetic_energy` after is
+    that before, and what is given, without what is lost. `needed`: of what is rough enough the least coefficients, the
     impulse of friction over the normal one. `instantaneous_centres` of bodies in a plane, or a `direction` where they
     do not turn; `centres_of_percussion` of bodies about the hinge that carries them. `conditions` under which the
     formulas hold, `limits` what happens where one fails; `notes`: what was decided, left out, and why. `steps`: the
