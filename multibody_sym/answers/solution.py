@@ -56,6 +56,7 @@ class Solution:
     how that was decided. `needed`: the least coefficients with which what is rough enough sticks. `sums`: forces of
     separate contacts that are unique together though not alone, such as `c friction + d friction`. `verdict`: `one`, or
     `several` where the laws leave more than one motion, among which `others`; `searched`: what was looked at.
+    `labels`: the letters by which parameters that have one are known where formulas are typeset.
 
     Of a system with an `impact` that is told instead: no accelerations, no reactions, `answers` just after it.
     """
@@ -87,6 +88,7 @@ class Solution:
     searched: str = ""
     impact: ImpactFound | None = None
     sums: Mapping[str, Value] = field(default_factory=dict)
+    labels: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         found = ", ".join(f"{name}: {value}" for name, value in self.accelerations.items())

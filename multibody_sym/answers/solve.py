@@ -22,6 +22,7 @@ from multibody_sym.answers.validity import validity
 from multibody_sym.dynamics.start.examined import numbers_of
 from multibody_sym.expressions.values import Value
 from multibody_sym.model.declaration.doors import flag
+from multibody_sym.model.declaration.parameters import letters_of
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Coordinate, Mechanism, Speed
 from multibody_sym.model.mechanism.mode_words import mode_words
@@ -120,11 +121,7 @@ def solution_of(solved: Solved) -> Solution:
         kinds=_kinds(resolved, reactions),
         conditions=(*valid.conditions, *remarks),
         answers=answers,
-        notes=(
-            *slipped_wheels(resolved, begin.parameters),
-            *left_out(solved),
-            *_without_values(solved),
-        ),
+        notes=(*slipped_wheels(resolved, begin.parameters), *left_out(solved), *_without_values(solved)),
         assembled=_assembled(solved),
         shifts=dict(begin.shifts),
         withheld={name: each.components for name, each in resolved.withheld.items()},
@@ -141,6 +138,7 @@ def solution_of(solved: Solved) -> Solution:
         others=_others(solved, names),
         verdict=solved.decided.verdict,
         searched=solved.decided.searched,
+        labels=letters_of(solved.system.parameters),
     )
     return _with_shared_roots(solved, found)
 

@@ -126,13 +126,12 @@ def _text(lines: str) -> str:
 def solution_markdown(found: Any) -> str:
     """Return accelerations, forces, conditions and answers as formulas with their numbers."""
     dots = {name: "ddot" if name in found.coordinates else "dot" for name in found.accelerations}
-    sections = {
-        "Accelerations": [
-            _equation(dotted(latex_name(name), dots[name]), x) for name, x in found.accelerations.items()
-        ],
-        "Forces": [_equation(_force(name, part), x) for name, part, x in _forces(found)],
-        "Answers": [_equation(latex_name(name), x) for name, x in found.answers.items()],
+    lines = {
+        "Accelerations": [(dotted(latex_name(name), dots[name]), x) for name, x in found.accelerations.items()],
+        "Forces": [(_force(name, part), x) for name, part, x in _forces(found)],
+        "Answers": [(latex_name(name), x) for name, x in found.answers.items()],
     }
+    sections = {title: [_equation(left, x, found.labels) for left, x in each] for title, each in lines.items()}
     state = [f"*{_plain(', '.join(found.found))}*"] if found.found else []
     where = [f"**Conditions**: {', '.join(f'`{each}`' for each in found.conditions)}"] if found.conditions else []
     if found.impact is not None:
@@ -153,12 +152,12 @@ def _force(name: str, part: str) -> str:
     return rf"\text{{{_plain(name)}}}\ \text{{{_plain(part.replace('_', ' '))}}}"
 
 
-def _equation(left: str, value: Value) -> str:
+def _equation(left: str, value: Value, labels: Mapping[str, str]) -> str:
     from multibody_sym.answers.small_motions.latex import node_latex
 
     number = str(Value(value.value, None, "", value.unique))
     parts = [rf"{number}\ \mathrm{{{value.unit}}}" if value.unit else rf"\text{{{number}}}"]
-    formula = "" if value.expression is None else node_latex(value.expression)
+    formula = "" if value.expression is None else node_latex(value.expression, labels)
     if formula and len(formula) <= _LONGEST and formula != number:
         parts.insert(0, formula)
     return f"{left} &= {' = '.join(parts)}"

@@ -55,6 +55,8 @@ def test_everything_says_in_a_line_what_it_is(system: mbs.System, run: mbs.Traje
 
 def test_solutions_and_linearisations_are_formulas(system: mbs.System) -> None:
     told = notebook.solution_markdown(mbs.solve(system))
+    lettered = mbs.loads(PENDULUM.replace("l: {value: 0.5 m,", "l: {value: 0.5 m, label: R_0,"))
+    assert "R_{0}" in notebook.solution_markdown(mbs.solve(lettered))
     assert r"\ddot{\text{crank angle}} &=" in told
     assert r"\mathrm{rad/s^2}" in told
     assert "<" not in told

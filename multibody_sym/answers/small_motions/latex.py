@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import sympy
 
@@ -42,11 +42,13 @@ def value_latex(value: Value, unit: str = "") -> str:
     return rf"{value.value:.{_DIGITS}g}\,{unit}" if unit else f"{value.value:.{_DIGITS}g}"
 
 
-def node_latex(node: Node) -> str:
-    """Return an expression."""
+def node_latex(node: Node, labels: Mapping[str, str] | None = None) -> str:
+    """Return an expression; `labels` are the letters of parameters that have one."""
+    book = labels or {}
     expression = to_sympy(node, {})
     letters = sorted(expression.free_symbols, key=lambda s: str(s.name))
-    script = LatexScript({s: latex_name(s.name) for s in letters}, {s: (2, k) for k, s in enumerate(letters)})
+    spelling = {s: latex_name(book.get(s.name, s.name)) for s in letters}
+    script = LatexScript(spelling, {s: (2, k) for k, s in enumerate(letters)})
     return script.shown(expression) if isinstance(expression, sympy.Basic) else str(expression)
 
 

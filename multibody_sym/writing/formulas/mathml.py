@@ -28,8 +28,8 @@ _WORDS: Final = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "Min": "m
 class MathmlScript(Script):
     """Presentation MathML: the content of a `<math>` element."""
 
-    plus: ClassVar[str] = "<mo>+</mo>"
-    minus: ClassVar[str] = "<mo>&#x2212;</mo>"
+    plus: ClassVar[str] = '<mo form="infix">+</mo>'
+    minus: ClassVar[str] = '<mo form="infix">&#x2212;</mo>'
     opposite: ClassVar[str] = "<mo>&#x2212;</mo>"
     times: ClassVar[str] = SPACE
     opening: ClassVar[str] = "<mo>(</mo>"
