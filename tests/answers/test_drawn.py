@@ -6,6 +6,7 @@ import math
 import subprocess
 import sys
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -144,6 +145,20 @@ def test_a_ladder_later_on_shows_the_forces_of_both_contacts() -> None:
     """Rough foot and smooth wall: N1 and F at the foot, N2 at the wall, the last from it."""
     description = mbs.draw(mbs.load(EXAMPLES / "textbook/ladder.yaml"), at=0.01, reactions=True).description
     assert "Reactions: foot, top." in description
+
+
+def test_friction_of_a_box_at_rest_is_what_pulls_at_it_backwards() -> None:
+    """10 N pull: how the two corners share that is open, in a run and at the start, their sum is not."""
+    system = mbs.load(EXAMPLES / "textbook/pulled_box.yaml")
+    asked = replace(system, outputs={"f": "reaction(c, friction)"})
+    assert mbs.simulate(asked, t_end=1e-9, samples=2)["f"] == pytest.approx([-10.0, -10.0])
+    scene = scene_of(system)
+    cut = CutFree(system, scene, scene.motion(), values_of(mbs.solve(system)))
+    (friction,) = [pull for pull in cut.pulls() if pull.key == ("friction", "c")]
+    assert friction.vector == pytest.approx([-10.0, 0.0, 0.0])
+    for free in (cut, cut_free(system)):
+        total = sum(pull.vector for pull in free.pulls() if pull.at.body == 0 and not pull.turns)
+        assert total == pytest.approx([0.0, 0.0, 0.0], abs=1e-9)
 
 
 def test_forces_are_drawn_where_they_are_asked_for() -> None:

@@ -94,6 +94,8 @@ def _own(system: System, key: Key) -> str:
     kind, name = key[0], key[1]
     if kind == "weight":
         return _weight(system, name)
+    if kind == "friction":
+        return f"{FRICTION}_{name}"
     if kind in ("load", "drive"):
         return letter_of(name, getattr(system.forces.get(name), "value", ()))
     return name

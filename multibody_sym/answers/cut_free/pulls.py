@@ -169,8 +169,20 @@ class CutFree:
         word = "friction" if part is element.frictions[0] else part.name.rpartition(".")[2]
         several = len(part.rows) > 1
         values = [self._value(element.name, f"{word}_{k + 1}" if several else word) for k in range(len(part.rows))]
+        total = self._value(element.group, word)
+        if not np.isfinite(values).all() and np.isfinite(total) and not several:
+            yield from self._together(element, part, total)
         for row, value in zip(part.rows, values, strict=True):
             yield from self._exerted(row, value, ("row", row.name), element.path, places, slides=element.name)
+
+    def _together(self, element: OneWay, part: FrictionPart, total: float) -> Iterator[Pull]:
+        """Yield the friction of all corners of a contact, where only that is determined, once: where they press."""
+        corners = [each for each in self.scene.mechanism.one_way if each.group == element.group]
+        if corners[0] is not element:
+            return
+        at = np.array([self._value(element.group, f"at_{axis}") for axis in "xyz"])
+        places = {k: self._within(k, at) for k in range(len(self.motion.bodies))} if np.isfinite(at).all() else None
+        yield from self._exerted(part.rows[0], total, ("friction", element.group), element.path, places)
 
     def _touched(self, rows: Sequence[Row]) -> dict[Body, Floats]:
         """Return for each body where an element touches it, or the lines of all its forces meet (body axes)."""

@@ -82,8 +82,11 @@ class OneWayForces:
         return total
 
     def friction(self, part: FrictionPart) -> list[S]:
-        """Return the friction of a part along its rows (1, or 2 in space)."""
-        if slip_of(self.mechanism, part) == STICKS:
+        """Return the friction of a part along its rows (1, or 2 in space).
+
+        What sticks has a row of its own, but for what a mode of rest carries at its limit as if it slid.
+        """
+        if slip_of(self.mechanism, part) == STICKS and (self._rests(part) or part.name not in self._carried):
             return [self.multiplier(row.name) for row in part.rows]
         total: list[S] = [0 for _ in part.rows]
         for row in self.mechanism.rows:
@@ -95,6 +98,13 @@ class OneWayForces:
                     force = self.multiplier(row.name)
                     total = [x + factor * force for x, factor in zip(total, factors, strict=True)]
         return total
+
+    def _rests(self, part: FrictionPart) -> bool:
+        return any(row.name in self._places for row in part.rows)
+
+    @property
+    def _carried(self) -> Mapping[str, int]:
+        return mode_of(self.mechanism).carried
 
     def _element_of(self, part: FrictionPart) -> OneWay:
         return next(element for element in self.mechanism.one_way if part in element.frictions)
