@@ -39,8 +39,9 @@ from multibody_sym.model.mechanism.rows import (
 from multibody_sym.model.mechanism.sliding_rows import SlidingRow
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import tangents
+from multibody_sym.scalars.functions import absolute, sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, slot
-from multibody_sym.scalars.vectors import cross, dot, scale, subtract
+from multibody_sym.scalars.vectors import S, Vec, cross, dot, scale, subtract
 
 _PARALLEL: Final = 1e-6
 """The sine of an angle below which lines that cross count as if it were this."""
@@ -48,7 +49,10 @@ _PARALLEL: Final = 1e-6
 
 @dataclass(frozen=True)
 class Terms:
-    """Sums of the lengths of all terms of a point's velocity `V` and acceleration `A`, of its body's `W` and `L`."""
+    """Sums of the lengths of all terms of a point's velocity `V` and acceleration `A`, of its body's `W` and `L`.
+
+    Nodes stand in their places where they become part of a Program (`power_terms`).
+    """
 
     V: float = 0.0
     W: float = 0.0
@@ -60,7 +64,7 @@ class Terms:
         """What makes a point accelerate beside another, per distance."""
         return self.L + self.W * self.W
 
-    def at(self, distance: float) -> Terms:
+    def at(self, distance: S) -> Terms:
         """Return the terms of a point of the same body, some distance away."""
         return Terms(self.V + self.W * distance, self.W, self.A + self.turning * distance, self.L)
 
@@ -71,14 +75,15 @@ def row_terms(motion: Motion) -> list[float]:
     return [_terms(row, motion, bodies) for row in motion.mechanism.rows]
 
 
-def power_terms(motion: Motion, rows: Sequence[RowMotion]) -> list[float]:
+def power_terms(motion: Motion, rows: Sequence[RowMotion]) -> list[S]:
     """Return for each row of bodies sum |f| V + |m| W: phidot is the power of a unit multiplier's wrenches (f, m).
 
+    Over floats, and over Nodes for Programs.
     It does not vanish with H, where nothing can move a row: what bodies share of their motion cancels to rounding.
     """
     bodies = _bodies(motion)
     return [
-        sum(hypot(*f) * body.V + hypot(*m) * body.W for body, (f, m) in zip(bodies, row.of_body, strict=True))
+        sum(_length(f) * body.V + _length(m) * body.W for body, (f, m) in zip(bodies, row.of_body, strict=True))
         for row in rows
     ]
 
@@ -87,15 +92,23 @@ def _bodies(motion: Motion) -> list[Terms]:
     bodies: list[Terms] = []
     for body, moved in zip(motion.mechanism.bodies, motion.bodies, strict=True):
         parent = bodies[body.parent] if body.parent >= 0 else Terms()
-        bodies.append(_carried(moved, parent.at(hypot(*moved.p_PB)), [motion.state.u[k] for k in body.u]))
+        bodies.append(_carried(moved, parent.at(_length(moved.p_PB)), [motion.state.u[k] for k in body.u]))
     return bodies
 
 
-def _carried(moved: BodyMotion, parent: Terms, speeds: Sequence[float]) -> Terms:
-    linear = sum(hypot(*v) * abs(x) for v, x in zip(moved.linear, speeds, strict=True)) + hypot(*moved.given_linear)
-    angular = sum(hypot(*w) * abs(x) for w, x in zip(moved.angular, speeds, strict=True)) + hypot(*moved.given_angular)
-    bias = hypot(*moved.linear_bias), hypot(*moved.angular_bias)
+def _carried(moved: BodyMotion, parent: Terms, speeds: Sequence[S]) -> Terms:
+    rates = [absolute(x) for x in speeds]
+    linear = sum(_length(v) * x for v, x in zip(moved.linear, rates, strict=True)) + _length(moved.given_linear)
+    angular = sum(_length(w) * x for w, x in zip(moved.angular, rates, strict=True)) + _length(moved.given_angular)
+    bias = _length(moved.linear_bias), _length(moved.angular_bias)
     return Terms(parent.V + linear, parent.W + angular, parent.A + bias[0], parent.L + bias[1])
+
+
+def _length(vector: Vec) -> S:
+    """Return |v|: of Nodes too, as `power_terms` are part of Programs."""
+    if any(isinstance(x, Node) for x in vector):
+        return sqrt(dot(vector, vector))
+    return hypot(*vector)
 
 
 def _of(motion: Motion, bodies: Sequence[Terms], marker: Marker) -> Terms:

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from functools import singledispatch
-from typing import Final
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.relative import angular_acceleration, angular_velocity, direction, seen, slip_velocity
 from multibody_sym.kinematics.ropes import Segment, pull, segments, wheel_at, wrap_angle
 from multibody_sym.kinematics.wrenches import (
+    NO_WRENCH,
     Wrench,
     Wrenches,
     add_force,
@@ -46,14 +46,12 @@ from multibody_sym.model.mechanism.rows import (
 )
 from multibody_sym.model.mechanism.sliding_rows import Sliding, SlidingRow
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import without_rounding
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.derivatives import tangents
 from multibody_sym.scalars.functions import is_exactly, sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, slot
 from multibody_sym.scalars.vectors import S, Vec, add, cross, dot, negate, scale, subtract
-
-_ROUNDING: Final = 1e-13
-"""Part of what a row exerts up to which its H_j is what opposite wrenches round to."""
 
 
 @dataclass(frozen=True)
@@ -164,7 +162,10 @@ def friction_on(slip: str, motion: Motion) -> Iterator[tuple[int, S]]:
 
 def exerted(rows: Sequence[RowMotion]) -> Floats:
     """Return the largest component (s) of the wrenches of each row's unit multiplier, over floats."""
-    largest = [max((abs(x) for wrench in row.of_body for part in wrench for x in part), default=0.0) for row in rows]
+    largest = [
+        max((abs(x) for wrench in row.of_body if wrench is not NO_WRENCH for part in wrench for x in part), default=0.0)
+        for row in rows
+    ]
     return np.array(largest, dtype=float)
 
 
@@ -380,5 +381,4 @@ def constraint_jacobian(rows: Sequence[RowMotion]) -> Floats:
     """Return H (s x n) of rows over floats, zero where a row moves nothing but by rounding of the forces it exerts."""
     size = len(rows[0].jacobian) if rows else 0
     jacobian = np.array([row.jacobian for row in rows], dtype=float).reshape(len(rows), size)
-    vanishing = np.abs(jacobian).max(axis=1, initial=0.0) <= _ROUNDING * exerted(rows)
-    return np.where(vanishing[:, None], 0.0, jacobian)
+    return without_rounding(jacobian, exerted(rows))

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.numerics.arrays import EPSILON, Floats
+from multibody_sym.numerics.elimination import Elimination, blocks, eliminated
 
 ROUNDING: Final = 2e-14
 """Rows whose numbers are below this part of the longest row's largest one count as zero: a hundred roundings of it."""
@@ -45,6 +46,13 @@ ROUNDED: Final = 1e-12
 """Singular values of unit rows below this are rounding of a combination that vanishes."""
 SWITCHED: Final = 1e-9
 """For rows where a mode of contacts and ropes ends: as exact as the time at which it does, found to 1e-12 of itself."""
+FEW: Final = 24
+"""Rows and columns of so many are judged as a whole; of more, blocks that share nothing, and by elimination where it
+leaves no doubt, which takes time as the number of elements does."""
+BEYOND_DOUBT: Final = 100.0
+"""Times the tolerance: a least singular value above that is judged by an estimate of it."""
+UNMOVED: Final = 1e-13
+"""Part of what a row exerts up to which its H_j is what opposite wrenches round to."""
 PIVOT: Final = 10.0 * EPSILON
 """Times the size of M, the part of its own diagonal element below which a pivot of M is what subtractions left."""
 
@@ -77,7 +85,48 @@ def worth(matrix: Floats) -> Floats:
 
 def rank(matrix: Floats, tolerance: float) -> int:
     """Return how many rows of a matrix (s x n) are independent."""
-    return int((worth(matrix) > tolerance).sum()) if matrix.size else 0
+    if not matrix.size:
+        return 0
+    if min(matrix.shape) <= FEW:
+        return int((worth(matrix) > tolerance).sum())
+    rows = scaled_rows(matrix)[1]
+    return sum(_rank_of_block(rows[np.ix_(*block)], tolerance) for block in blocks(rows))
+
+
+def _rank_of_block(rows: Floats, tolerance: float) -> int:
+    wide = rows if len(rows) <= rows.shape[1] else rows.T
+    found = eliminated(wide, CLEAR)
+    if found is not None and _least_worth_of(found) > BEYOND_DOUBT * tolerance:
+        return len(wide)
+    return int((np.linalg.svd(rows, compute_uv=False) > tolerance).sum())
+
+
+def _least_worth_of(found: Elimination) -> float:
+    """Return the least singular value of eliminated rows, estimated by inverse iteration."""
+    x = np.random.default_rng(len(found.rows)).normal(size=len(found.rows))
+    size = 0.0
+    for _ in range(4):
+        x = found.grown(x / np.linalg.norm(x))
+        size = float(np.linalg.norm(x))
+    return float(1.0 / np.sqrt(size)) if size > 0.0 else 0.0
+
+
+def clear_least_norm(matrix: Floats, right: Floats) -> Floats | None:
+    """Return the x of least norm with A x = r over rows that do not vanish, where those are many and independent.
+
+    None where they are few, or may depend on each other: what they are is for `solve` to say.
+    """
+    if min(matrix.shape) <= FEW:
+        return None
+    lengths, rows = scaled_rows(matrix)
+    found = eliminated(rows, CLEAR)
+    return None if found is None else found.least_norm(right / lengths)
+
+
+def without_rounding(jacobian: Floats, exerted: Floats) -> Floats:
+    """Return H (s x n) without the rows that move nothing but by rounding of the forces (s) that they exert."""
+    vanishing = np.abs(jacobian).max(axis=1, initial=0.0) <= UNMOVED * exerted
+    return np.where(vanishing[:, None], 0.0, jacobian)
 
 
 def null_space(matrix: Floats, tolerance: float) -> Floats:
@@ -167,9 +216,19 @@ def damped(matrix: Floats, right: Floats, damping: float) -> Floats:
     """Return A^T (A A^T + mu E)^-1 r over unit rows, without directions that are worth no more than `DRAWN`."""
     lengths = np.linalg.norm(matrix, axis=1)
     lengths[lengths == 0.0] = 1.0
-    u, sizes, v = np.linalg.svd(matrix / lengths[:, None], full_matrices=False)
+    rows = matrix / lengths[:, None]
+    if min(matrix.shape) > FEW and (found := _damped_many(rows, right / lengths, damping)) is not None:
+        return found
+    u, sizes, v = np.linalg.svd(rows, full_matrices=False)
     gains = np.where(sizes > DRAWN, sizes / (sizes * sizes + damping + (sizes == 0.0)), 0.0)
     return np.asarray(v.T @ (gains * (u.T @ (right / lengths))), dtype=float)
+
+
+def _damped_many(rows: Floats, right: Floats, damping: float) -> Floats | None:
+    """Return what `damped` does, as the shortest (x, y) with A x + sqrt(mu) y = r; None where rows may be dependent."""
+    beside = np.sqrt(damping) * np.diag((rows != 0.0).any(axis=1).astype(float))
+    found = eliminated(np.hstack([rows, beside]), np.sqrt(CLEAR))
+    return None if found is None else found.least_norm(right)[: rows.shape[1]]
 
 
 def vanishes(pivot: float, diagonal: float, tolerance: float) -> bool:

@@ -49,19 +49,35 @@ def compiled(
 ) -> Compiled:
     """Return a mechanism's Programs by a formalism, ready to be called, with those that a method needs for its `form`.
 
-    What was derived for a mechanism of the same structure is recalled, whatever its parameters' values and start.
+    What was derived for a mechanism of the same structure is recalled, whatever its parameters' values and start. Those
+    are among them from which the start values of its loops are found.
     """
-    key = structure_key(mechanism, formalism, form)
-    recalled = loading.recall(key, native=native, backend=backend)
-    again = partial(compiled, mechanism, formalism, form)
+    recalled = known(mechanism, formalism, form, native=native, backend=backend)
     if recalled is not None:
-        return replace(recalled.compiled, wanted=backend, native=native, remake=again)
+        return recalled
+    from multibody_sym.dynamics.constraints.closing_programs import closing_programs
     from multibody_sym.dynamics.programs.system import programs  # a run that recalls needs none of it
 
-    derived = programs(mechanism, FORMALISMS[formalism], form)
-    made = loading.load(derived.as_mapping(), native=native, backend=backend)
-    loading.remember(key, made, {})
-    return replace(made, remake=again)
+    derived = programs(mechanism, FORMALISMS[formalism], form).as_mapping() | closing_programs(mechanism)
+    made = loading.load(derived, native=native, backend=backend)
+    loading.remember(structure_key(mechanism, formalism, form), made, {})
+    return replace(made, remake=partial(compiled, mechanism, formalism, form))
+
+
+def known(
+    mechanism: Mechanism,
+    formalism: str,
+    form: Form = "explicit",
+    *,
+    native: bool = False,
+    backend: Backend | None = None,
+) -> Compiled | None:
+    """Return what `compiled` does where it is in the cache, else None."""
+    recalled = loading.recall(structure_key(mechanism, formalism, form), native=native, backend=backend)
+    if recalled is None:
+        return None
+    again = partial(compiled, mechanism, formalism, form)
+    return replace(recalled.compiled, wanted=backend, native=native, remake=again)
 
 
 def compiled_laws(mechanism: Mechanism, *, native: bool = False, backend: Backend | None = None) -> Compiled:

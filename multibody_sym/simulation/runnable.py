@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cached_property, partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from multibody_sym.dynamics.constraints.closing_programs import closes_by_programs
+from multibody_sym.dynamics.constraints.row_numbers import CompiledRows
 from multibody_sym.dynamics.routes import verify_formalism
-from multibody_sym.dynamics.start.examined import on_numbers
+from multibody_sym.dynamics.start.examined import examined, on_numbers
 from multibody_sym.dynamics.start.start import Start
-from multibody_sym.dynamics.start.state import StartState, examined_state, with_numbers_as_data
+from multibody_sym.dynamics.start.state import StartState, state_at, with_numbers_as_data
+from multibody_sym.dynamics.start.undefined import ARITHMETIC
+from multibody_sym.errors import MultibodyError
 from multibody_sym.model.declaration.system import System
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.parameters import ALPHA, BETA
@@ -19,8 +24,15 @@ from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
 from multibody_sym.runtime.loading import Backend, Compiled
 from multibody_sym.scalars.node import Node, symbol
-from multibody_sym.simulation.recall import compiled, formalism_name
+from multibody_sym.simulation.recall import compiled, formalism_name, known
 from multibody_sym.simulation.settings import form_of
+
+if TYPE_CHECKING:
+    from multibody_sym.program.programs import Form
+
+_FEW: Final = 30
+"""Speeds of a model that is soon walked through in Python: what is wrong with its start is told before it is compiled.
+"""
 
 
 class Numbers(NamedTuple):
@@ -100,14 +112,57 @@ def runnable(
     free direction has no inertia.
     """
     verify_formalism(formalism)
-    state = with_numbers_as_data(examined_state(system))
-    name = formalism_name(formalism, state.mechanism)
-    rows = any(row.restricts for row in state.mechanism.rows)
-    form = form_of(system.simulation, constrained=rows, varies=bool(state.declared.one_way))
-    programs = compiled(state.mechanism, name, form, native=native, backend=backend)
+    finding = _Programs(system, formalism, native, backend)
+    state, made = _started(system, finding)
+    state = with_numbers_as_data(state)
+    name, programs = made or finding.made(state.mechanism)
     begin = state.start
     numbers = Numbers(*(np.array(values, dtype=float) for values in (begin.parameters, begin.q, begin.u)))
     return Runnable(state.mechanism, name, programs, numbers, partial(_known, system, state))
+
+
+Made = tuple[str, Compiled]
+"""The name of a formalism, and a mechanism's Programs by it."""
+
+
+class _Programs(NamedTuple):
+    """How a system's Programs are found: those of a mechanism `made`, or only recalled."""
+
+    system: System
+    formalism: str | None
+    native: bool
+    backend: Backend | None
+
+    def made(self, mechanism: Mechanism) -> Made:
+        name = formalism_name(self.formalism, mechanism)
+        return name, compiled(mechanism, name, self._form(mechanism), native=self.native, backend=self.backend)
+
+    def recalled(self, mechanism: Mechanism) -> Made | None:
+        name = formalism_name(self.formalism, mechanism)
+        found = known(mechanism, name, self._form(mechanism), native=self.native, backend=self.backend)
+        return None if found is None else (name, found)
+
+    def _form(self, mechanism: Mechanism) -> Form:
+        rows = any(row.restricts for row in mechanism.rows)
+        return form_of(self.system.simulation, constrained=rows, varies=mechanism.mode is not None)
+
+
+def _started(system: System, programs: _Programs) -> tuple[StartState, Made | None]:
+    """Return the state at the start, and the Programs if loops were closed by them, which they are where that can be.
+
+    Whatever is wrong is told as where it cannot; of few bodies, before anything is compiled.
+    """
+    declared = examined(system)
+    found = partial(state_at, declared, project=system.simulation.project)
+    if not closes_by_programs(declared):
+        return found(), None
+    made = programs.recalled(declared)
+    if made is None and len(declared.speeds) <= _FEW:
+        found()
+    with suppress(MultibodyError, *ARITHMETIC):
+        made = made or programs.made(declared)
+        return found(compiled=CompiledRows(declared, made[1].functions)), made
+    return found(), made
 
 
 def _known(system: System, state: StartState) -> tuple[System, StartState]:

@@ -9,6 +9,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from multibody_sym.dynamics.constraints.row_numbers import CompiledRows, RowNumbers
 from multibody_sym.dynamics.formalisms.block_ldl import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.formalisms.constrained import correction
@@ -19,12 +20,13 @@ from multibody_sym.errors import ModelError, Where
 from multibody_sym.kinematics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.kinematics.points import position
 from multibody_sym.kinematics.relative import direction
+from multibody_sym.kinematics.row_sizes import power_terms
 from multibody_sym.kinematics.rows import RowMotion, constraint_jacobian, row_motions
 from multibody_sym.kinematics.state import state_of
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.model.mechanism.rows import AngleRow, ExpressionRow
 from multibody_sym.numerics.arrays import EPSILON, UNDEFINED, Floats
-from multibody_sym.numerics.rank import DRAWN, damped, rank
+from multibody_sym.numerics.rank import DRAWN, clear_least_norm, damped, rank
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.ldl import factorized
 from multibody_sym.scalars.vectors import dot
@@ -62,17 +64,27 @@ class Missed(NamedTuple):
         return bool((np.abs(self.residuals) <= part * self.sizes).all())
 
 
+class Moving(NamedTuple):
+    """phidot (s), H (s x n) and the sizes of the terms of phidot (s) of rows at a state."""
+
+    phidot: Floats
+    jacobian: Floats
+    terms: Floats
+
+
 @dataclass(frozen=True)
 class Rows:
     """Those rows of a mechanism that are to be closed, for given parameters, at the start or another time.
 
-    Rows that define forces are not among the active ones: there is nothing to close.
+    Rows that define forces are not among the active ones: there is nothing to close. What they are in numbers is found
+    by walking through the kinematics of all bodies, or by `compiled` Programs where there are some.
     """
 
     mechanism: Mechanism
     parameters: Sequence[float]
     active: Sequence[int]
     t: float = 0.0
+    compiled: CompiledRows | None = None
 
     def __post_init__(self) -> None:
         if not all(row.restricts for row in self.mechanism.rows):
@@ -94,14 +106,43 @@ class Rows:
         every = self.mechanism.rows
         return replace(self, active=[k for k in self.active if every[k].is_holonomic])
 
+    @property
+    def acting(self) -> int:
+        """How many of the active rows do not vanish everywhere, as far as that is known."""
+        if self.compiled is None:
+            return len(self.active)
+        return int(self.compiled.acting[list(self.active)].sum())
+
+    def numbers(self, q: Floats, u: Floats | None = None) -> RowNumbers | None:
+        """Return all rows in numbers by compiled Programs; None without these, and where some have no value."""
+        if self.compiled is None:
+            return None
+        speeds = np.zeros(len(self.mechanism.speeds)) if u is None else u
+        found = self.compiled.at(self.t, q, speeds, self.parameters)
+        return found if found.finite else None
+
     def at(self, q: Floats) -> tuple[Floats, Floats] | None:
         """Return phi (s) and H (s x n) of holonomic rows at rest, None where they have no value."""
+        if self.compiled is not None:
+            found = self.numbers(q)
+            return None if found is None else (found.phi[list(self.active)], found.jacobian[list(self.active)])
         try:
             rows = self.of(self.motion(q, np.zeros(len(self.mechanism.speeds))))
         except UNDEFINED:
             return None
         phi, jacobian = np.array([row.phi for row in rows], dtype=float), self.jacobian(rows)
         return (phi, jacobian) if np.isfinite(phi).all() and np.isfinite(jacobian).all() else None
+
+    def moving(self, q: Floats, u: Floats) -> Moving:
+        """Return the rates of the active rows at a state."""
+        found = self.numbers(q, u)
+        if found is not None:
+            here = list(self.active)
+            return Moving(found.phidot[here], found.jacobian[here], found.power[here])
+        motion = self.motion(q, u)
+        rows = self.of(motion)
+        phidot = np.array([row.phidot for row in rows], dtype=float)
+        return Moving(phidot, self.jacobian(rows), np.array(power_terms(motion, rows), dtype=float))
 
     def jacobian(self, rows: Sequence[RowMotion]) -> Floats:
         """Return H (s x n) of rows, without what rounding leaves of rows that move nothing."""
@@ -116,14 +157,21 @@ class Rows:
         here = self.at(q)
         if here is None:
             return None
-        motion = self.motion(q, np.zeros(len(self.mechanism.speeds)))
-        points = [*(position(motion, x) for x in self.mechanism.markers.values()), *(p for _, p in motion.poses)]
-        length = float(np.linalg.norm(np.array(points, dtype=float), axis=1).max(initial=0.0))
+        length = self._length(q)
         sizes = np.abs(here[1]) @ np.array([length if speed.unit == "m/s" else 1.0 for speed in self.mechanism.speeds])
         for j, row in enumerate(self.mechanism.rows[k] for k in self.active):
             if not isinstance(row, ExpressionRow):
                 sizes[j] = 1.0 if isinstance(row, AngleRow) else length
         return Missed(here[0], sizes)
+
+    def _length(self, q: Floats) -> float:
+        """Return how far the farthest body or named point is from the origin."""
+        found = self.numbers(q)
+        if found is not None:
+            return found.length
+        motion = self.motion(q, np.zeros(len(self.mechanism.speeds)))
+        points = [*(position(motion, x) for x in self.mechanism.markers.values()), *(p for _, p in motion.poses)]
+        return float(np.linalg.norm(np.array(points, dtype=float), axis=1).max(initial=0.0))
 
 
 def closed_from(rows: Rows, start: Floats, free: Sequence[int], weighted: bool) -> Floats | None:
@@ -151,6 +199,8 @@ def _suffice(rows: Rows, q: Floats, free: Sequence[int]) -> bool:
 
 def suffice(jacobian: Floats, free: Sequence[int], among: Sequence[int]) -> bool:
     """Return whether some speeds can do to the rows, by their `jacobian`, whatever those `among` which they are can."""
+    if len(free) == len(among):
+        return True
     of_free, of_all = (rank(jacobian[:, list(which)], DRAWN) for which in (free, among))
     return of_free == of_all
 
@@ -167,6 +217,9 @@ def _turned_over(rows: Rows, q: Floats) -> bool:
     angles = [row for row in (rows.mechanism.rows[k] for k in rows.active) if isinstance(row, AngleRow)]
     if not angles:
         return False
+    found = rows.numbers(q)
+    if found is not None:
+        return bool((found.aligned[list(rows.active)] < 0.0).any())
     motion = rows.motion(q, np.zeros(len(rows.mechanism.speeds)))
     for row in angles:
         if row.shared is not None and dot(*(direction(motion, frame, row.shared) for frame in row.frames)) < 0.0:
@@ -288,6 +341,10 @@ def least_change(
 ) -> Floats:
     """Return the smallest change of the free speeds with H change = wanted, as `solver` finds it."""
     change = np.zeros(len(rows.mechanism.speeds))
+    if weighted and (here := rows.numbers(q)) is not None:
+        assert rows.compiled is not None
+        least = solver(here.weighted[list(rows.active)], wanted)
+        return rows.compiled.unweighted(rows.t, q, change, rows.parameters, least)
     if weighted:
         weights = _weights(rows.motion(q, change))
         found = correction(weights, jacobian.tolist(), lambda A: solver(np.array(A, dtype=float), wanted).tolist())
@@ -299,6 +356,9 @@ def least_change(
 
 def exactly(matrix: Floats, wanted: Floats) -> Floats:
     """Return the smallest x with A x = r over rows that are independent to rounding."""
+    found = clear_least_norm(matrix, wanted)
+    if found is not None:
+        return found
     return in_floats(matrix.tolist(), wanted.tolist(), matrix.shape[1]).solution
 
 

@@ -91,7 +91,7 @@ def contradictions_named(rows: Rows, q: Floats, u: Floats) -> Iterator[None]:
 
 def verify_consistent(rows: Rows, q: Floats, u: Floats, rank: int) -> None:
     """Raise NoSolutionError where no accelerations satisfy rows of a rank in a state that satisfies them."""
-    found = contradiction_of(rows, q, u, rank) if rank < len(rows.active) else None
+    found = contradiction_of(rows, q, u, rank) if rank < rows.acting else None
     if found is not None:
         raise found.error(rows.mechanism, "at the start")
 

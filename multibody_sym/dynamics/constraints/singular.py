@@ -13,6 +13,7 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.numerics.arrays import Floats
+from multibody_sym.numerics.rank import CLOSED, rank
 
 _NEIGHBOURS: Final = 3
 _NEAR: Final = 0.1
@@ -24,9 +25,16 @@ def generic_rank(rows: Rows, q: Floats) -> tuple[int, int]:
 
     Rows may depend on each other only where they hold; beside such a position rounding makes all of them independent.
     """
-    here = approximate_rank(_dynamics(rows, q))
-    around = _neighbours(rows, q) if here < len(rows.active) else iter(())
-    return here, max(here, *map(approximate_rank, around), 0)
+    here = _rank(rows, q)
+    around = _beside(rows, q) if here < rows.acting else iter(())
+    return here, max(here, *(_rank(rows, near) for near in around), 0)
+
+
+def _rank(rows: Rows, q: Floats) -> int:
+    found = rows.numbers(q)
+    if found is not None:
+        return rank(found.weighted[list(rows.active)], CLOSED)
+    return approximate_rank(_dynamics(rows, q))
 
 
 def verify_regular(rows: Rows, q: Floats, here: int, generic: int, called: str) -> None:
@@ -36,7 +44,7 @@ def verify_regular(rows: Rows, q: Floats, here: int, generic: int, called: str) 
     """
     if here == generic:
         return
-    beside = max(_neighbours(rows, q), key=approximate_rank)
+    beside = max((_dynamics(rows, near) for near in _beside(rows, q)), key=approximate_rank)
     names = losing_rank(_dynamics(rows, q), beside, generic)
     first = next((k for k, row in enumerate(rows.mechanism.rows) if row.name in names), rows.active[0])
     depend, hold = ("depend", "hold") if len(names) > 1 else ("depends", "holds")
@@ -49,13 +57,13 @@ def verify_regular(rows: Rows, q: Floats, here: int, generic: int, called: str) 
     )
 
 
-def _neighbours(rows: Rows, q: Floats) -> Iterator[TreeDynamics]:
-    """Yield the dynamics in positions around q that satisfy the rows."""
+def _beside(rows: Rows, q: Floats) -> Iterator[Floats]:
+    """Yield positions around q that satisfy the rows."""
     rng = np.random.default_rng(_SEED)
     for _ in range(_NEIGHBOURS):
         near = closed_near(rows, moved(rows.mechanism, q, rng.uniform(-_NEAR, _NEAR, len(rows.mechanism.speeds))))
         if near is not None:
-            yield _dynamics(rows, near)
+            yield near
 
 
 def _dynamics(rows: Rows, q: Floats) -> TreeDynamics:

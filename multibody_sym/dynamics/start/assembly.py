@@ -30,7 +30,6 @@ from multibody_sym.dynamics.constraints.closing import (
 )
 from multibody_sym.dynamics.constraints.row_values import verify_values
 from multibody_sym.errors import NoSolutionError, Where
-from multibody_sym.kinematics.row_sizes import power_terms
 from multibody_sym.model.mechanism.mechanism import Mechanism
 from multibody_sym.numerics.arrays import Floats
 from multibody_sym.records import dataclass
@@ -135,10 +134,8 @@ def assembled_speeds(rows: Rows, q: Floats, u: Floats, *, project: bool = False)
     """Return speeds with H u = -phi_t, from declared ones. Raises NoSolutionError with the residuals by name."""
     if not rows.active:
         return Assembled(u)
-    motion = rows.motion(q, u)
-    moving = rows.of(motion)
-    phidot, jacobian = np.array([row.phidot for row in moving], dtype=float), rows.jacobian(moving)
-    terms = np.abs(phidot - jacobian @ u) + np.array(power_terms(motion, moving), dtype=float)
+    phidot, jacobian, power = rows.moving(q, u)
+    terms = np.abs(phidot - jacobian @ u) + power
 
     def missed(values: Floats) -> Missed:
         sizes = np.abs(values) + _LEAST * np.abs(values).max()

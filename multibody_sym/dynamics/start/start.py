@@ -11,6 +11,7 @@ import numpy as np
 
 from multibody_sym.dynamics.constraints.closing import Rows, normalize
 from multibody_sym.dynamics.constraints.contradiction import contradictions_named, verify_consistent
+from multibody_sym.dynamics.constraints.row_numbers import CompiledRows
 from multibody_sym.dynamics.constraints.row_values import verify_direction, verify_lengths, verify_values
 from multibody_sym.dynamics.constraints.singular import generic_rank, verify_regular
 from multibody_sym.dynamics.formalisms.forward_dynamics import verify_inertia
@@ -57,13 +58,20 @@ class Start:
         return max(map(abs, self.shifts.values()), default=0.0)
 
 
-def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None, *, project: bool = False) -> Start:
+def start(
+    mechanism: Mechanism,
+    overrides: Mapping[str, float] | None = None,
+    *,
+    project: bool = False,
+    compiled: CompiledRows | None = None,
+) -> Start:
     """Return the state at t = 0: declared values, with what the constraints need of the others.
 
     Coordinates marked `known` keep their values; others that are given are held in their order as long as the rest can
     close. If all are given and miss the constraints by less than 1e-6, those not marked change as little as possible;
     if none is marked, and whenever `project` asks for it, all do, in the norm of the mass matrix.
     Ropes without a length and tangents that a body carries along are measured in the assembled position.
+    `compiled`: the rows of this mechanism by Programs, with which the same is found sooner.
     Raises NoSolutionError (constraints that contradict each other, by name, or do not close, with residuals by name; a
     speed that no inertia resists) and ModelError (values that are not finite or not positive).
     """
@@ -75,7 +83,7 @@ def start(mechanism: Mechanism, overrides: Mapping[str, float] | None = None, *,
     if has_curves(mechanism):
         verify_ways(mechanism, state_of(mechanism, float, 0.0, q.tolist(), u.tolist(), declared))
         q = with_feet(Rows(mechanism, declared, []).motion(q, u), q)
-    return _closed(mechanism, declared, q, u, measure=True, project=project)
+    return _closed(mechanism, declared, q, u, measure=True, project=project, compiled=compiled)
 
 
 def start_beside(mechanism: Mechanism, begin: Start, values: Mapping[str, float]) -> Start:
@@ -106,31 +114,36 @@ def _marked(each: T, values: Mapping[str, float]) -> T:
 
 
 def _closed(
-    mechanism: Mechanism, declared: Sequence[float], q: Floats, u: Floats, *, measure: bool, project: bool
+    mechanism: Mechanism,
+    declared: Sequence[float],
+    q: Floats,
+    u: Floats,
+    *,
+    measure: bool,
+    project: bool,
+    compiled: CompiledRows | None = None,
 ) -> Start:
     """Return the state that satisfies all constraints, from a declared one; with constants measured there if asked."""
     measured = measured_rows(mechanism) if measure else frozenset()
-    rows = Rows(mechanism, declared, [k for k in range(len(mechanism.rows)) if k not in measured])
+    active = [k for k in range(len(mechanism.rows)) if k not in measured]
+    rows = Rows(mechanism, declared, active, compiled=compiled)
     _verify_inertia(rows, q, u)
-    verify_lengths(rows.motion(q, u))
+    if any(row.declared_length is not None for row in mechanism.rows):
+        verify_lengths(rows.motion(q, u))
     with contradictions_named(rows, q, u):
         position = assembled_position(rows, q, project=project)
-    verify_values(rows.motion(position.values, u))
+    _verify_values(rows, position.values, u)
     if rows.active:
         _verify_inertia(rows, position.values, u)
     parameters = with_constants(mechanism, declared, position.values) if measure else list(declared)
-    every = Rows(mechanism, parameters, range(len(mechanism.rows)))
+    every = Rows(mechanism, parameters, range(len(mechanism.rows)), compiled=compiled)
     with contradictions_named(every, position.values, u):
         speeds = assembled_speeds(every, position.values, u, project=project)
     rank = 0
     if mechanism.rows:
-        rank, generic = generic_rank(every, position.values)
-        verify_consistent(every, position.values, speeds.values, generic)
-        defining = len(mechanism.rows) - len(every.active)
-        rank += defining
-        parameters = mechanism.parameters.changed(parameters, {INDEPENDENT: float(generic + defining)})
-    _verify_loads(every.motion(position.values, speeds.values))
-    verify_fits(every.motion(position.values, speeds.values))
+        rank, most = _ranks(every, position.values, speeds.values)
+        parameters = mechanism.parameters.changed(parameters, {INDEPENDENT: float(most)})
+    _verify_forces(every, position.values, speeds.values)
     return Start(
         tuple(parameters),
         tuple(position.values.tolist()),
@@ -140,6 +153,17 @@ def _closed(
         {**position.shifts, **speeds.shifts},
         rank,
     )
+
+
+def _ranks(rows: Rows, q: Floats, u: Floats) -> tuple[int, int]:
+    """Return how many rows are independent at a start, and nearby. Raises NoSolutionError where some contradict others.
+
+    Those that define forces are counted.
+    """
+    here, generic = generic_rank(rows, q)
+    verify_consistent(rows, q, u, generic)
+    defining = len(rows.mechanism.rows) - len(rows.active)
+    return here + defining, generic + defining
 
 
 def in_absolute_coordinates(mechanism: Mechanism, joints: Start) -> Start:
@@ -186,7 +210,16 @@ def _verify_motions(mechanism: Mechanism, parameters: Sequence[float]) -> None:
                 evaluate_float(given or (), values)
 
 
+def _verify_values(rows: Rows, q: Floats, u: Floats) -> None:
+    """Raise ModelError naming the first row that has no value; finite numbers tell nothing of points that coincide."""
+    if rows.numbers(q, u) is None or any(row.line for row in rows.mechanism.rows):
+        verify_values(rows.motion(q, u))
+
+
 def _verify_inertia(rows: Rows, q: Floats, u: Floats) -> None:
+    found = rows.numbers(q, u)
+    if found is not None and found.has_inertia:
+        return
     motion = rows.motion(q, u)
     try:
         with valued():
@@ -194,6 +227,13 @@ def _verify_inertia(rows: Rows, q: Floats, u: Floats) -> None:
     except ModelError:
         verify_values(motion)
         raise
+
+
+def _verify_forces(rows: Rows, q: Floats, u: Floats) -> None:
+    if rows.mechanism.loads or any(body.is_foot for body in rows.mechanism.bodies):
+        motion = rows.motion(q, u)
+        _verify_loads(motion)
+        verify_fits(motion)
 
 
 def _verify_loads(motion: Motion) -> None:

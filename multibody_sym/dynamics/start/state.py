@@ -12,6 +12,7 @@ from dataclasses import field, replace
 from functools import cached_property, partial
 from typing import Final
 
+from multibody_sym.dynamics.constraints.row_numbers import CompiledRows
 from multibody_sym.dynamics.laws.assemble import TOUCHING, OneWayRows, Posed, one_way_rows, posed
 from multibody_sym.dynamics.laws.problem import Found, LawProblem
 from multibody_sym.dynamics.programs.literals import with_constants
@@ -112,14 +113,17 @@ def state_at(
     project: bool = False,
     overrides: Mapping[str, float] | None = None,
     search: Callable[[Posed], Found] | None = None,
+    compiled: CompiledRows | None = None,
 ) -> StartState:
     """Return a mechanism at its start with the modes that the laws of its one-way elements leave.
+
+    `compiled`: its rows by Programs, where nothing holds one way only.
 
     Raises what `start` raises, and ModelError for what begins inside something else.
     """
     base = declared.relative or declared
     if not base.one_way:
-        return StartState(declared, start(base, overrides, project=project), (Mode({}),))
+        return StartState(declared, start(base, overrides, project=project, compiled=compiled), (Mode({}),))
     begin = _touching(base, start(base, overrides, project=project), overrides, project)
     rows = rows_at(base, begin)
     verify_contact_values(rows.motion)
